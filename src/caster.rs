@@ -1,0 +1,149 @@
+//! What filters light: materials, particles and triangles.
+use glam::{Vec2, Vec3, Vec4};
+
+/// How one hit of opacity `a` and colour `c` changes the light that passes, per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Transfer {
+    /// `T = 1 - a(1 - c)`: a gel of coverage `a` (Recoil).
+    #[default]
+    Filter,
+    /// `T = c(1 - a)` (Wicked Engine's meshes, Eagle).
+    Stain,
+    /// `T = (1 - a)(1 - a(1 - c))` (Wicked Engine's particles).
+    Smoke,
+    /// `L' = L(1 - a) + c a`, front to back from white: depends on order (StarCraft II).
+    Over,
+    /// `T = c`, up to 16: the caustics of water.
+    Gain,
+    /// `T = 1`: additive fire must not darken.
+    None,
+    /// Goes to the opaque depth, always.
+    Opaque,
+    /// Goes to the opaque depth where `a >= cutoff`.
+    Cutout,
+    /// Goes to the opaque depth where `a` exceeds the texel's dither threshold.
+    Dither,
+}
+
+impl Transfer {
+    /// Whether hits go to the opaque depth map instead of the filter.
+    pub fn is_opaque(self) -> bool {
+        matches!(self, Self::Opaque | Self::Cutout | Self::Dither)
+    }
+
+    /// The largest colour that is valid: light may be gathered by `gain` only.
+    pub fn max_color(self) -> f32 {
+        if self == Self::Gain { MAX_GAIN } else { 1.0 }
+    }
+}
+
+/// The brightest that a `gain` caster makes the light.
+pub const MAX_GAIN: f32 = 16.0;
+
+/// The shape of a material's particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// A disc that faces the light.
+    #[default]
+    Disc,
+    /// A rotated, textured square that faces the light.
+    Quad,
+    /// A sphere that absorbs along the chord of the ray.
+    Puff,
+}
+
+/// How a disc's opacity falls off at distance `q` from the centre of a disc of radius `r`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Profile {
+    /// `1`
+    Flat,
+    /// `(1 - (q/r)^2)^2`
+    #[default]
+    Soft,
+}
+
+/// What the casters of one kind share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    pub name: String,
+    pub transfer: Transfer,
+    pub shape: Shape,
+    pub profile: Profile,
+    /// Linear rgba. For an opaque material the rgb is the albedo.
+    pub tint: Vec4,
+    /// Index into [`crate::scene::Scene::textures`].
+    pub texture: Option<u32>,
+    /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1.
+    pub reflectivity: f32,
+    /// Opacity from which a `cutout` is solid.
+    pub cutoff: f32,
+    /// What shines by itself (additive fire) in the picture: linear rgb.
+    pub emission: Vec3,
+    /// 0: a surface that scatters light where it covers. 1: clear glass, which only filters.
+    pub transmission: f32,
+    /// 0..=1, of the highlight in the picture.
+    pub roughness: f32,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            transfer: Transfer::Filter,
+            shape: Shape::Disc,
+            profile: Profile::Soft,
+            tint: Vec4::ONE,
+            texture: None,
+            reflectivity: 0.0,
+            cutoff: 0.5,
+            emission: Vec3::ZERO,
+            transmission: 0.0,
+            roughness: 0.6,
+        }
+    }
+}
+
+/// A caster that faces the light: disc, quad or puff, by its material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle {
+    /// World space [m].
+    pub center: Vec3,
+    /// Of the disc or puff; half the side of the quad [m].
+    pub radius: f32,
+    /// Linear rgba; multiplies the material's tint.
+    pub color: Vec4,
+    /// Of a quad about the ray from the light [radians].
+    pub rotation: f32,
+    /// Index into [`crate::scene::Scene::materials`].
+    pub material: u32,
+    /// Decorrelates dither patterns; unique where the file gives it.
+    pub id: u32,
+}
+
+/// A triangle of a mesh, two-sided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// World space [m].
+    pub positions: [Vec3; 3],
+    /// World space, unit.
+    pub normals: [Vec3; 3],
+    /// Row 0 of the texture at v = 0.
+    pub uvs: [Vec2; 3],
+    /// Index into [`crate::scene::Scene::materials`].
+    pub material: u32,
+}
+
+/// An image that materials sample, bilinear and repeating.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texture {
+    pub name: String,
+    /// [texels]
+    pub width: u32,
+    /// [texels]
+    pub height: u32,
+    /// `width * height` rgba bytes, rows from the top; rgb is sRGB, alpha is linear.
+    pub rgba: Vec<u8>,
+}

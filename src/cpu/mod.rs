@@ -1,0 +1,1 @@
+//! The reference: each stage again, plainly, on the CPU.

@@ -1,0 +1,3 @@
+//! Devices and kernels as data.
+mod layout;
+pub use layout::{Field, GpuLayout, size_of_field};

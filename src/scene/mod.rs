@@ -1,0 +1,92 @@
+//! Scenes: what the command line, the tests and the benches share.
+use crate::{
+    caster::{Material, Particle, Texture, Triangle},
+    counters::Skipped,
+    light::Light,
+    settings::ShadowSettings,
+};
+use glam::{UVec2, Vec3};
+
+/// The eye of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// World space [m].
+    pub eye: Vec3,
+    /// World space [m].
+    pub target: Vec3,
+    pub up: Vec3,
+    /// Vertical field of view [radians].
+    pub fov_y: f32,
+    /// Of the picture [pixels].
+    pub size: UVec2,
+}
+
+/// Everything a frame is made from, in world space. Every number in it is finite and in range:
+/// what was not is in `skipped`.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub camera: Camera,
+    pub shadow: ShadowSettings,
+    pub lights: Vec<Light>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub particles: Vec<Particle>,
+    pub triangles: Vec<Triangle>,
+    /// Light that comes from everywhere: linear rgb.
+    pub ambient: Vec3,
+    /// What the camera sees where there is nothing: linear rgb.
+    pub background: Vec3,
+    /// Inputs left out, by reason.
+    pub skipped: Skipped,
+}
+
+/// An axis-aligned box, world space [m]; empty while `min > max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    pub min: Vec3,
+    pub max: Vec3,
+}
+
+impl Bounds {
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
+    #[must_use]
+    pub fn with_sphere(self, center: Vec3, radius: f32) -> Self {
+        Self { min: self.min.min(center - radius), max: self.max.max(center + radius) }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+
+    pub fn center(&self) -> Vec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Of the sphere around the box [m].
+    pub fn radius(&self) -> f32 {
+        (self.max - self.min).length() * 0.5
+    }
+
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            Vec3::new(
+                if i & 1 == 0 { self.min.x } else { self.max.x },
+                if i & 2 == 0 { self.min.y } else { self.max.y },
+                if i & 4 == 0 { self.min.z } else { self.max.z },
+            )
+        })
+    }
+}
+
+impl Scene {
+    /// Of all casters and receivers.
+    pub fn bounds(&self) -> Bounds {
+        let particles =
+            self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+        self.triangles
+            .iter()
+            .flat_map(|t| t.positions)
+            .fold(particles, |b, p| b.with_sphere(p, 0.0))
+    }
+}

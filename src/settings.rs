@@ -1,0 +1,46 @@
+//! What a user may choose about shadows.
+
+/// How a receiver reads a shadow map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Receiver {
+    /// The whole filter behind the nearest translucent depth, nothing before it.
+    #[default]
+    Nearest,
+    /// The product over the casters in front of the receiver only.
+    Curve,
+}
+
+/// The `[shadow]` table of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowSettings {
+    /// Edge of a view's map [texels], 16..=4096.
+    pub size: u32,
+    pub receiver: Receiver,
+    /// Nodes of a transmittance curve (K).
+    pub nodes: u32,
+    /// How far behind a stored depth a receiver must be to count as behind it [m].
+    pub bias: f32,
+    /// How far a lit surface's point is moved along its normal before the look-up [texels].
+    pub normal_bias: f32,
+    /// Pairs that one batch of views may hold; casters past it take the scatter path.
+    pub pair_budget: u32,
+}
+
+impl Default for ShadowSettings {
+    fn default() -> Self {
+        Self {
+            size: 1024,
+            receiver: Receiver::Nearest,
+            nodes: 8,
+            bias: 0.01,
+            normal_bias: 1.5,
+            pair_budget: 1 << 24,
+        }
+    }
+}
+
+/// Largest edge of a map: a tile's coordinate must fit 8 bits [texels].
+pub const MAX_MAP_SIZE: u32 = 4096;
+/// Smallest edge of a map: one tile [texels].
+pub const MIN_MAP_SIZE: u32 = 16;

@@ -1,0 +1,1 @@
+//! The pipeline, stage by stage, in dispatch order.
