@@ -1,3 +1,4 @@
 //! One test binary: wgpu is linked once, helpers are shared.
-mod common;
 mod sort;
+mod common;
+mod wgslcheck;

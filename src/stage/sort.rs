@@ -70,6 +70,7 @@ pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     ],
     bindings: HISTOGRAMS_OUT,
     constants: &[],
+    tier: crate::gpu::Tier::Core,
 };
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     name: "sort_serial_scan",
@@ -80,6 +81,7 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     ],
     bindings: HISTOGRAMS_SCAN,
     constants: &[],
+    tier: crate::gpu::Tier::Core,
 };
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
@@ -90,24 +92,28 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     ],
     bindings: HISTOGRAMS_IN,
     constants: &[],
+    tier: crate::gpu::Tier::Core,
 };
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     name: "sort_wide_count",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_count.wgsl"],
     bindings: HISTOGRAMS_OUT,
     constants: &[],
+    tier: crate::gpu::Tier::Core,
 };
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scan.wgsl"],
     bindings: HISTOGRAMS_SCAN,
     constants: &[],
+    tier: crate::gpu::Tier::Core,
 };
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scatter.wgsl"],
     bindings: HISTOGRAMS_IN,
     constants: &[],
+    tier: crate::gpu::Tier::Core,
 };
 
 /// How the work is cut. Both give the same result on every adapter.
