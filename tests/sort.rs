@@ -2,7 +2,10 @@ use crate::common::gpu;
 use gobo::{
     cpu::{self, Pair},
     gpu::Gpu,
-    stage::sort::{PAIR_FORMAT, PAIR_LIMIT, Shape, Sort, SortCount, digits, pair_texture_size},
+    stage::sort::{
+        PAIR_FORMAT, PAIR_LIMIT, PAIR_ROW, Shape, Sort, SortCount, TOTAL_ROW, WIDE_BLOCK, digits,
+        pair_texture_size,
+    },
     wgpu,
 };
 use std::ops::Range;
@@ -10,7 +13,7 @@ use std::ops::Range;
 const SHAPES: [Shape; 2] = [Shape::Serial, Shape::Wide];
 const POISON: Pair = Pair { key: 0xdead_beef, value: 0xdead_beef };
 
-/// Keys by a bijective mix of the index (Steele 2014, SplitMix); the value is the index.
+/// Keys by a bijective mix of the index (the finalizer of Appleby 2011, `MurmurHash3`).
 fn mixed(count: u32) -> Vec<Pair> {
     let mix = |i: u32| {
         let i = (i ^ (i >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -38,7 +41,7 @@ fn compare(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
 
 fn sorted(pairs: &[Pair], bits: Range<u32>) -> Vec<Pair> {
     let mut pairs = pairs.to_vec();
-    cpu::sort(&mut pairs, bits);
+    cpu::sort(&mut pairs, &mut Vec::new(), bits);
     pairs
 }
 
@@ -203,6 +206,27 @@ fn too_many_pairs_are_refused() {
     let count = SortCount::Known(PAIR_LIMIT + 1);
     let error = sort.bind(&gpu.device, [&view, &view], count, 0..8).unwrap_err();
     assert!(error.to_string().contains("33554433"), "{error}");
+}
+
+/// What both sides must know and an `override` cannot say: it sizes arrays.
+#[test]
+fn constants_agree() {
+    let mut seen = 0;
+    for desc in gobo::stage::KERNELS.iter().filter(|desc| desc.name.starts_with("sort_")) {
+        let module = naga::front::wgsl::parse_str(&desc.wgsl()).unwrap();
+        for (_, constant) in module.constants.iter() {
+            let expected = match constant.name.as_deref() {
+                Some("PAIR_ROW") => PAIR_ROW,
+                Some("TOTAL_ROW") => TOTAL_ROW,
+                Some("BLOCK") => WIDE_BLOCK,
+                _ => continue,
+            };
+            let value = &module.global_expressions[constant.init];
+            assert_eq!(*value, naga::Expression::Literal(naga::Literal::U32(expected)));
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 15, "two in six kernels, one in three");
 }
 
 /// The comparison can fail: a swapped pair, a changed value, a write past the end.
