@@ -147,7 +147,7 @@ impl Shape {
     }
 
     /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
-    fn partition_limit(self, count: u32) -> u32 {
+    pub fn partition_limit(self, count: u32) -> u32 {
         match self {
             Self::Serial => {
                 let shortest = count.div_ceil(RUN_MIN).min(RUN_TARGET);
