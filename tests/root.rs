@@ -1,4 +1,5 @@
 //! One test binary: wgpu is linked once, helpers are shared.
-mod sort;
 mod common;
-mod wgslcheck;
+mod layout;
+mod shaders;
+mod sort;

@@ -2,7 +2,10 @@ use crate::common::gpu;
 use gobo::{
     cpu::{self, Pair},
     gpu::Gpu,
-    stage::sort::{PAIR_FORMAT, PAIR_LIMIT, Shape, Sort, SortCount, digits, pair_texture_size},
+    stage::sort::{
+        PAIR_FORMAT, PAIR_LIMIT, PAIR_ROW, Shape, Sort, SortCount, TOTAL_ROW, WIDE_BLOCK, digits,
+        pair_texture_size,
+    },
     wgpu,
 };
 use std::ops::Range;
@@ -10,7 +13,7 @@ use std::ops::Range;
 const SHAPES: [Shape; 2] = [Shape::Serial, Shape::Wide];
 const POISON: Pair = Pair { key: 0xdead_beef, value: 0xdead_beef };
 
-/// Keys by a bijective mix of the index (Steele 2014, SplitMix); the value is the index.
+/// Keys by a bijective mix of the index (the finalizer of Appleby 2011, `MurmurHash3`).
 fn mixed(count: u32) -> Vec<Pair> {
     let mix = |i: u32| {
         let i = (i ^ (i >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -38,7 +41,7 @@ fn compare(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
 
 fn sorted(pairs: &[Pair], bits: Range<u32>) -> Vec<Pair> {
     let mut pairs = pairs.to_vec();
-    cpu::sort(&mut pairs, bits);
+    cpu::sort(&mut pairs, &mut Vec::new(), bits);
     pairs
 }
 
@@ -166,16 +169,25 @@ fn count_may_stay_below_the_capacity() {
     }
 }
 
-/// 131,072 pairs make more runs than 131,073 do.
+/// Dispatches and histograms are sized by the capacity, and fewer pairs may make more runs: 131,072
+/// make 512 runs of 256, 131,073 make 505 of 260.
 #[test]
-fn fewer_pairs_may_make_more_runs() {
-    let gpu = gpu();
-    let pairs = mixed(131_072);
-    let counts = gpu.upload("counts", &[131_072], wgpu::BufferUsages::STORAGE);
-    let sort = Sort::new(&gpu.device, Shape::Serial);
-    let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 131_073 };
-    let found = sort_on(&gpu, &sort, &pairs, counted, None, 0..24);
-    compare(&found, &sorted(&pairs, 0..24)).unwrap();
+fn partitions_of_the_capacity_hold_those_of_any_count() {
+    let run_length = |count: u32| {
+        let usual = count.div_ceil(512).clamp(256, 2048);
+        usual.max(count.div_ceil(8192)).next_multiple_of(4)
+    };
+    let mut last = 0;
+    for count in (0..PAIR_LIMIT).step_by(61).chain([131_072, 131_073, PAIR_LIMIT]) {
+        if count == 131_072 {
+            last = 0;
+        }
+        let limit = Shape::Serial.partition_limit(count);
+        assert!(limit >= last.max(count.div_ceil(run_length(count))), "{count}");
+        assert!(limit <= 8192);
+        assert!(Shape::Wide.partition_limit(count) <= 8192);
+        last = limit;
+    }
 }
 
 /// A count past the capacity: the first `capacity` pairs are sorted, none is written past them.
@@ -203,6 +215,27 @@ fn too_many_pairs_are_refused() {
     let count = SortCount::Known(PAIR_LIMIT + 1);
     let error = sort.bind(&gpu.device, [&view, &view], count, 0..8).unwrap_err();
     assert!(error.to_string().contains("33554433"), "{error}");
+}
+
+/// What both sides must know and an `override` cannot say: it sizes arrays.
+#[test]
+fn constants_agree() {
+    let mut seen = 0;
+    for desc in gobo::stage::KERNELS.iter().filter(|desc| desc.name.starts_with("sort_")) {
+        let module = naga::front::wgsl::parse_str(&desc.wgsl()).unwrap();
+        for (_, constant) in module.constants.iter() {
+            let expected = match constant.name.as_deref() {
+                Some("PAIR_ROW") => PAIR_ROW,
+                Some("TOTAL_ROW") => TOTAL_ROW,
+                Some("BLOCK") => WIDE_BLOCK,
+                _ => continue,
+            };
+            let value = &module.global_expressions[constant.init];
+            assert_eq!(*value, naga::Expression::Literal(naga::Literal::U32(expected)));
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 15, "two in six kernels, one in three");
 }
 
 /// The comparison can fail: a swapped pair, a changed value, a write past the end.

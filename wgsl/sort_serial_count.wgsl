@@ -14,7 +14,7 @@ fn sort_serial_count(@builtin(global_invocation_id) id: vec3<u32>) {
 
     var counters: array<u32, 256>;
     var i = begin;
-    for (; i + RUN_ALIGNMENT <= end; i += RUN_ALIGNMENT) {
+    for (; i + STEP <= end; i += STEP) {
         let key0 = textureLoad(pairs, texel_from_pair(i)).x;
         let key1 = textureLoad(pairs, texel_from_pair(i + 1u)).x;
         let key2 = textureLoad(pairs, texel_from_pair(i + 2u)).x;

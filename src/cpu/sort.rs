@@ -10,26 +10,28 @@ pub struct Pair {
     pub value: u32,
 }
 
-const RADIX_BITS: u32 = 8;
-const RADIX: usize = 1 << RADIX_BITS;
+const DIGIT_BITS: u32 = 8;
+/// Of a whole key.
+const DIGIT_COUNT: usize = 4;
 
-/// Least significant digit first, all digits counted in one go; a digit that all keys share is
-/// skipped.
-pub fn sort(pairs: &mut Vec<Pair>, bits: Range<u32>) {
-    let shifts: Vec<u32> = bits.clone().step_by(RADIX_BITS as usize).collect();
-    let digit_of = |pair: &Pair, shift: u32| {
-        let width = RADIX_BITS.min(bits.end - shift);
-        // `shift` may be 32 or more only where `bits` holds no bit of a key.
-        pair.key.checked_shr(shift).unwrap_or(0) as usize & ((1 << width) - 1)
-    };
-    let mut histograms = vec![[0_u32; RADIX]; shifts.len()];
-    for pair in &*pairs {
-        for (histogram, &shift) in histograms.iter_mut().zip(&shifts) {
-            histogram[digit_of(pair, shift)] += 1;
+/// Least significant digit first. All digits are counted in one go, and a digit that all keys share
+/// is skipped. `scratch` is grown to the length of `pairs`; its content is lost.
+pub fn sort(pairs: &mut Vec<Pair>, scratch: &mut Vec<Pair>, bits: Range<u32>) {
+    if bits.start >= bits.end.min(32) {
+        return;
+    }
+    // The bits in question, moved to the bottom.
+    let mask = u32::MAX >> (32 - (bits.end.min(32) - bits.start));
+    let digit_of =
+        |pair: Pair, digit: usize| (pair.key >> bits.start & mask).to_le_bytes()[digit] as usize;
+    let mut histograms = [[0_u32; 1 << DIGIT_BITS]; DIGIT_COUNT];
+    for &pair in &*pairs {
+        for (digit, histogram) in histograms.iter_mut().enumerate() {
+            histogram[digit_of(pair, digit)] += 1;
         }
     }
-    let mut sorted = vec![Pair::zeroed(); pairs.len()];
-    for (histogram, shift) in histograms.iter_mut().zip(shifts) {
+    scratch.resize(pairs.len(), Pair::default());
+    for (digit, histogram) in histograms.iter_mut().enumerate() {
         if histogram.iter().any(|&count| count as usize == pairs.len()) {
             continue;
         }
@@ -37,11 +39,11 @@ pub fn sort(pairs: &mut Vec<Pair>, bits: Range<u32>) {
         for count in histogram.iter_mut() {
             place += std::mem::replace(count, place);
         }
-        for pair in &*pairs {
-            let place = &mut histogram[digit_of(pair, shift)];
-            sorted[*place as usize] = *pair;
+        for &pair in &*pairs {
+            let place = &mut histogram[digit_of(pair, digit)];
+            scratch[*place as usize] = pair;
             *place += 1;
         }
-        std::mem::swap(pairs, &mut sorted);
+        std::mem::swap(pairs, scratch);
     }
 }

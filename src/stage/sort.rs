@@ -15,7 +15,7 @@
 //! ```
 use crate::{
     error::Error,
-    gpu::{Binding, Kernel, KernelDesc},
+    gpu::{Binding, Kernel, KernelDesc, Tier},
 };
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -27,8 +27,29 @@ pub const PAIR_ROW: u32 = 4096;
 pub const PAIR_LIMIT: u32 = PAIR_ROW * 8192;
 pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 
+/// A subgroup of llvmpipe; more would only lengthen the tail.
+const SERIAL_WORKGROUP_SIZE: u32 = 8;
+/// Below it, the counters of a run cost more than its pairs [pairs].
+const RUN_MIN: u32 = 256;
+/// Beyond it, longer runs gain nothing [pairs].
+const RUN_USUAL: u32 = 2048;
+/// Runs that keep the cores of a software adapter busy.
+const RUN_TARGET: u32 = 512;
+/// Runs in a row of the histograms: WebGPU's largest texture.
+const RUN_LIMIT: u32 = 8192;
+const SERIAL_CONSTANTS: &[(&str, f64)] = &[
+    ("WORKGROUP_SIZE", SERIAL_WORKGROUP_SIZE as f64),
+    ("RUN_MIN", RUN_MIN as f64),
+    ("RUN_USUAL", RUN_USUAL as f64),
+    ("RUN_TARGET", RUN_TARGET as f64),
+    ("RUN_LIMIT", RUN_LIMIT as f64),
+];
+
+/// Pairs per workgroup.
+pub const WIDE_BLOCK: u32 = 4096;
+
 /// Row of the histograms that holds the totals; above it, one row per digit.
-const TOTAL_ROW: u32 = 256;
+pub const TOTAL_ROW: u32 = 256;
 
 /// Of a texture with room for `capacity` pairs [texels].
 pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
@@ -69,8 +90,8 @@ pub const SERIAL_COUNT: KernelDesc = KernelDesc {
         "sort_serial_count.wgsl"
     ],
     bindings: HISTOGRAMS_OUT,
-    constants: &[],
-    tier: crate::gpu::Tier::Core,
+    constants: SERIAL_CONSTANTS,
+    tier: Tier::Core,
 };
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     name: "sort_serial_scan",
@@ -80,8 +101,8 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
         "sort_serial_scan.wgsl"
     ],
     bindings: HISTOGRAMS_SCAN,
-    constants: &[],
-    tier: crate::gpu::Tier::Core,
+    constants: SERIAL_CONSTANTS,
+    tier: Tier::Core,
 };
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
@@ -91,29 +112,29 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
         "sort_serial_scatter.wgsl"
     ],
     bindings: HISTOGRAMS_IN,
-    constants: &[],
-    tier: crate::gpu::Tier::Core,
+    constants: SERIAL_CONSTANTS,
+    tier: Tier::Core,
 };
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     name: "sort_wide_count",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_count.wgsl"],
     bindings: HISTOGRAMS_OUT,
     constants: &[],
-    tier: crate::gpu::Tier::Core,
+    tier: Tier::Core,
 };
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scan.wgsl"],
     bindings: HISTOGRAMS_SCAN,
     constants: &[],
-    tier: crate::gpu::Tier::Core,
+    tier: Tier::Core,
 };
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scatter.wgsl"],
     bindings: HISTOGRAMS_IN,
     constants: &[],
-    tier: crate::gpu::Tier::Core,
+    tier: Tier::Core,
 };
 
 /// How the work is cut. Both give the same result on every adapter.
@@ -132,7 +153,7 @@ impl Shape {
     }
 
     /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
-    fn partition_limit(self, count: u32) -> u32 {
+    pub fn partition_limit(self, count: u32) -> u32 {
         match self {
             Self::Serial => {
                 let shortest = count.div_ceil(RUN_MIN).min(RUN_TARGET);
@@ -142,17 +163,6 @@ impl Shape {
         }
     }
 }
-
-/// Invocations of a workgroup: a subgroup of llvmpipe; more would only lengthen the tail.
-const SERIAL_WORKGROUP_SIZE: u32 = 8;
-/// [pairs]
-const WIDE_BLOCK: u32 = 4096;
-
-// WGSL, with the reasons: `wgsl/common/sort_serial.wgsl`.
-const RUN_MIN: u32 = 256;
-const RUN_USUAL: u32 = 2048;
-const RUN_TARGET: u32 = 512;
-const RUN_LIMIT: u32 = 8192;
 
 /// Where the number of pairs comes from.
 #[derive(Clone, Copy, Debug)]
