@@ -12,6 +12,7 @@ pub mod footprint;
 pub mod frame;
 pub mod gpu;
 pub mod light;
+pub mod pipeline;
 pub mod scene;
 pub mod settings;
 pub mod stage;

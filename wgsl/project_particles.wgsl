@@ -114,7 +114,8 @@ fn project_particles(
     }
     let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, params.scatter == 1u);
-    put(index, select(depth_key(nearest), INVISIBLE, rect.x == SCATTERED || rect.y == 0u), rect);
+    let front = depth_key(nearest);
+    put(index, select(front, INVISIBLE, rect.x == SCATTERED || rect.y == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y);
     let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;
@@ -122,12 +123,12 @@ fn project_particles(
     let slope_a = (1.0 - material.reflectivity) * color.a * thin;
     let blue_slope =
         (pack2x16unorm(vec2(color.b, 0.0)) & 0xffffu) | (pack2x16float(vec2(0.0, slope_a)) & 0xffff0000u);
-    let base = pack2x16float(vec2(material.reflectivity * thin, 0.0));
+    let base_front = (pack2x16float(vec2(material.reflectivity * thin, 0.0)) & 0xffffu) | (front << 16u);
     let depth = (distance - view.near) / range;
     textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(vec4(texel, radius, depth)));
     textureStore(
         footprints,
         record_texel(2u * index + 1u),
-        vec4(pack2x16unorm(color.rg), blue_slope, base, caster_id),
+        vec4(pack2x16unorm(color.rg), blue_slope, base_front, caster_id),
     );
 }

@@ -141,14 +141,15 @@ fn project_triangles(
         put(index, INVISIBLE, vec2(0u));
         return;
     }
-    put(index, depth_key(max(nearest, 0.0)), rect);
+    let front = depth_key(max(nearest, 0.0));
+    put(index, front, rect);
     let radius = max(hi.x - lo.x, hi.y - lo.y) * 0.5 + SLACK;
     let place = vec4(center, radius, max(nearest, 0.0));
     textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(place));
     textureStore(
         footprints,
         record_texel(2u * index + 1u),
-        vec4(setup_index, 0u, 0u, triangle_id | TRIANGLE_BIT),
+        vec4(setup_index, 0u, front << 16u, triangle_id | TRIANGLE_BIT),
     );
     for (var i = 0u; i < 3u; i += 1u) {
         put_setup(setup_index, i, bitcast<vec4<u32>>(edges[i]));

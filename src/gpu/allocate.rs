@@ -37,11 +37,7 @@ impl Allocator<'_> {
     ) -> Result<wgpu::Buffer, Error> {
         let size = len.max(1) * size_of::<T>() as u64;
         let limits = self.device.limits();
-        check(
-            "max_storage_buffer_binding_size",
-            limits.max_storage_buffer_binding_size,
-            size,
-        )?;
+        check("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size, size)?;
         Ok(self.buffer(name, size, usage | BufferUsages::STORAGE | BufferUsages::COPY_DST))
     }
 

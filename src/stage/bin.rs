@@ -208,6 +208,12 @@ pub struct Segment {
 }
 crate::gpu_layout!(Segment { tile, first, end, view });
 
+/// Runs that a list has at most.
+pub const MAX_RUNS: u64 = 4096;
+/// Workgroups of `ranges`, which stride over the pairs: enough to fill a large GPU, and an
+/// invocation stays below llvmpipe's loop budget.
+pub const RANGE_GROUPS: u32 = 1024;
+
 /// Footprints of a run, so that about `RUNS` invocations share the work.
 pub fn run_length(footprint_count: u32) -> u32 {
     const RUNS: u32 = 2048;

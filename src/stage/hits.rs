@@ -7,7 +7,7 @@ use crate::{
 use wgpu::{TextureFormat::R32Uint, TextureSampleType::Uint, TextureViewDimension};
 
 /// What a batch holds; kernels leave out the rest. Hash key of the pipelines.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Features {
     pub particles: bool,
     pub triangles: bool,
@@ -15,9 +15,22 @@ pub struct Features {
     pub puffs: bool,
     pub quads: bool,
     pub gain: bool,
+    /// Soft discs of the `filter` transfer and nothing else.
+    pub plain: bool,
 }
 
 impl Features {
+    /// Of no caster.
+    pub const NONE: Self = Self {
+        particles: false,
+        triangles: false,
+        textures: false,
+        puffs: false,
+        quads: false,
+        gain: false,
+        plain: true,
+    };
+
     pub const ALL: Self = Self {
         particles: true,
         triangles: true,
@@ -25,6 +38,7 @@ impl Features {
         puffs: true,
         quads: true,
         gain: true,
+        plain: false,
     };
 
     /// Values of the overrides of `constants`.

@@ -1,0 +1,232 @@
+//! A scene's casters on the GPU: uploaded once, read by every view.
+use crate::{
+    caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
+    error::Error,
+    footprint::{
+        CASTER_TEXELS, Caster, GpuMaterial, MAX_MATERIALS, ROW, TRIANGLE_TEXELS, TriangleRecord,
+    },
+    gpu::{Allocator, Memory},
+    stage::hits::Features,
+};
+use bytemuck::Zeroable as _;
+use std::ops::Range;
+use wgpu::{
+    TextureFormat::{Rgba8UnormSrgb, Rgba32Uint},
+    TextureUsages,
+};
+
+/// Which depth or filter a caster goes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// To the opaque depth.
+    Opaque,
+    /// To the filter.
+    Translucent,
+    /// Casts nothing, but is seen.
+    Unseen,
+}
+
+impl Class {
+    pub fn of(material: &Material) -> Self {
+        match material.transfer {
+            Transfer::None => Self::Unseen,
+            transfer if transfer.is_opaque() => Self::Opaque,
+            _ => Self::Translucent,
+        }
+    }
+}
+
+/// Particles, triangles, materials and images in kernel form. Within each kind the casters are
+/// ordered by class, and stay in the scene's order within a class.
+#[derive(Debug)]
+pub struct CasterSet {
+    pub casters: wgpu::Texture,
+    pub triangles: wgpu::Texture,
+    pub images: wgpu::Texture,
+    pub materials: wgpu::Buffer,
+    particle_ranges: [Range<u32>; 3],
+    triangle_ranges: [Range<u32>; 3],
+    features: [Features; 3],
+    /// Bytes by texture and buffer.
+    pub memory: Memory,
+}
+
+impl CasterSet {
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        particles: &[Particle],
+        triangles: &[Triangle],
+        materials: &[Material],
+        textures: &[Texture],
+    ) -> Result<Self, Error> {
+        if materials.len() > MAX_MATERIALS {
+            return Err(Error::Limit {
+                limit: "materials of a scene",
+                have: MAX_MATERIALS as u64,
+                need: materials.len() as u64,
+                remedy: "merge materials that are alike",
+            });
+        }
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let classes: Vec<_> = materials.iter().map(Class::of).collect();
+        let (particle_order, particle_ranges) =
+            by_class(particles.iter().map(|p| classes[p.material as usize]));
+        let (triangle_order, triangle_ranges) =
+            by_class(triangles.iter().map(|t| classes[t.material as usize]));
+        let casters: Vec<_> = particle_order
+            .iter()
+            .map(|&i| &particles[i as usize])
+            .map(|p| Caster::new(p, &materials[p.material as usize]))
+            .collect();
+        let records: Vec<_> =
+            triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
+        let mut features = [Features::NONE; 3];
+        for particle in particles {
+            add_features(&mut features, &materials[particle.material as usize], true);
+        }
+        for triangle in triangles {
+            add_features(&mut features, &materials[triangle.material as usize], false);
+        }
+        Ok(Self {
+            casters: upload(&mut allocator, queue, "casters", &casters, CASTER_TEXELS)?,
+            triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
+            images: upload_images(&mut allocator, queue, textures)?,
+            materials: upload_materials(&mut allocator, queue, materials, textures),
+            particle_ranges,
+            triangle_ranges,
+            features,
+            memory,
+        })
+    }
+
+    /// Of the particles of a class, in the order of the upload.
+    pub fn particles(&self, class: Class) -> Range<u32> {
+        self.particle_ranges[class as usize].clone()
+    }
+
+    pub fn triangles(&self, class: Class) -> Range<u32> {
+        self.triangle_ranges[class as usize].clone()
+    }
+
+    pub fn features(&self, class: Class) -> Features {
+        self.features[class as usize]
+    }
+}
+
+/// Stable order by class, and each class's range in it.
+fn by_class(classes: impl Iterator<Item = Class> + Clone) -> (Vec<u32>, [Range<u32>; 3]) {
+    let mut order = Vec::new();
+    let mut ranges = [0..0, 0..0, 0..0];
+    for (class, range) in
+        [Class::Opaque, Class::Translucent, Class::Unseen].into_iter().zip(&mut ranges)
+    {
+        let first = order.len() as u32;
+        order.extend((0..).zip(classes.clone()).filter(|&(_, c)| c == class).map(|(i, _)| i));
+        *range = first..order.len() as u32;
+    }
+    (order, ranges)
+}
+
+fn add_features(features: &mut [Features; 3], material: &Material, is_particle: bool) {
+    let features = &mut features[Class::of(material) as usize];
+    features.particles |= is_particle;
+    features.triangles |= !is_particle;
+    features.textures |= material.texture.is_some();
+    features.puffs |= is_particle && material.shape == Shape::Puff;
+    features.quads |= is_particle && material.shape == Shape::Quad;
+    features.gain |= material.transfer == Transfer::Gain;
+    features.plain &= is_particle
+        && material.shape == Shape::Disc
+        && material.profile == Profile::Soft
+        && material.transfer == Transfer::Filter
+        && material.reflectivity == 0.0
+        && material.texture.is_none();
+}
+
+fn upload<T: bytemuck::Pod>(
+    allocator: &mut Allocator<'_>,
+    queue: &wgpu::Queue,
+    name: &'static str,
+    records: &[T],
+    texels: u32,
+) -> Result<wgpu::Texture, Error> {
+    let count = records.len() as u64 * u64::from(texels);
+    let texture = allocator.records(name, Rgba32Uint, count, TextureUsages::COPY_DST)?;
+    let row = ROW as usize * 16;
+    let bytes: &[u8] = bytemuck::cast_slice(records);
+    let whole = bytes.len() / row * row;
+    let write = |first_row: u32, bytes: &[u8]| {
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: first_row, z: 0 },
+                ..texture.as_image_copy()
+            },
+            bytes,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row as u32),
+                rows_per_image: None,
+            },
+            wgpu::Extent3d {
+                width: (bytes.len().min(row) / 16) as u32,
+                height: bytes.len().div_ceil(row) as u32,
+                depth_or_array_layers: 1,
+            },
+        );
+    };
+    // A write is staged in one buffer, whose size is limited: 32 MiB at a time.
+    let stretch = 512 * row;
+    for (i, part) in bytes[..whole].chunks(stretch).enumerate() {
+        write((i * 512) as u32, part);
+    }
+    if whole < bytes.len() {
+        write((whole / row) as u32, &bytes[whole..]);
+    }
+    Ok(texture)
+}
+
+fn upload_images(
+    allocator: &mut Allocator<'_>,
+    queue: &wgpu::Queue,
+    textures: &[Texture],
+) -> Result<wgpu::Texture, Error> {
+    let width = textures.iter().map(|t| t.width).max().unwrap_or(1);
+    let height = textures.iter().map(|t| t.height).max().unwrap_or(1);
+    let size = [width, height, textures.len().max(1) as u32].map(u64::from);
+    let images = allocator.texture("images", Rgba8UnormSrgb, size, TextureUsages::COPY_DST)?;
+    for (layer, texture) in textures.iter().enumerate() {
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
+                ..images.as_image_copy()
+            },
+            &texture.rgba,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(texture.width * 4),
+                rows_per_image: None,
+            },
+            wgpu::Extent3d {
+                width: texture.width,
+                height: texture.height,
+                depth_or_array_layers: 1,
+            },
+        );
+    }
+    Ok(images)
+}
+
+fn upload_materials(
+    allocator: &mut Allocator<'_>,
+    queue: &wgpu::Queue,
+    materials: &[Material],
+    textures: &[Texture],
+) -> wgpu::Buffer {
+    let buffer = allocator.uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
+    let mut records: Vec<_> = materials.iter().map(|m| GpuMaterial::new(m, textures)).collect();
+    records.resize(MAX_MATERIALS, GpuMaterial::zeroed());
+    queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
+    buffer
+}

@@ -1,0 +1,94 @@
+//! Pipelines of one device, by kernel and by what the batch holds.
+use super::Config;
+use crate::{
+    gpu::{Kernel, KernelDesc, Tier},
+    stage::{accumulate, bin, hits::Features, occlude, project, resolve, sort::Sort},
+};
+use std::collections::HashMap;
+
+/// Kernels that are specialised to what a batch holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Variant {
+    OccludeTiles,
+    OccludeSegments,
+    OccludeOverflow,
+    AccumulateTiles,
+    AccumulateSegments,
+    AccumulateTiny,
+    AccumulateOverflow,
+    ResolveTiles,
+    ResolveOpaque,
+}
+
+impl Variant {
+    fn desc(self, tier: Tier) -> &'static KernelDesc {
+        let [core, native] = match self {
+            Self::OccludeTiles => [&occlude::TILES_CORE, &occlude::TILES_NATIVE],
+            Self::OccludeSegments => [&occlude::SEGMENTS_CORE, &occlude::SEGMENTS_NATIVE],
+            Self::OccludeOverflow => [&occlude::OVERFLOW_CORE, &occlude::OVERFLOW_NATIVE],
+            Self::AccumulateTiles => [&accumulate::TILES_CORE, &accumulate::TILES_NATIVE],
+            Self::AccumulateSegments => [&accumulate::SEGMENTS_CORE, &accumulate::SEGMENTS_NATIVE],
+            Self::AccumulateTiny => [&accumulate::TINY_CORE, &accumulate::TINY_NATIVE],
+            Self::AccumulateOverflow => [&accumulate::OVERFLOW_CORE, &accumulate::OVERFLOW_NATIVE],
+            Self::ResolveTiles => [&resolve::TILES_CORE, &resolve::TILES_NATIVE],
+            Self::ResolveOpaque => [&resolve::OPAQUE_CORE, &resolve::OPAQUE_NATIVE],
+        };
+        if tier == Tier::Core { core } else { native }
+    }
+}
+
+/// Made once; the specialised kernels when a scene first needs them.
+#[derive(Debug)]
+pub struct Kernels {
+    pub(crate) tier: Tier,
+    pub(crate) project_particles: Kernel,
+    pub(crate) project_triangles: Kernel,
+    pub(crate) sort: Sort,
+    pub(crate) bin_count: Kernel,
+    pub(crate) bin_scan: Kernel,
+    pub(crate) bin_emit: Kernel,
+    pub(crate) bin_ranges: Kernel,
+    pub(crate) bin_segments: Kernel,
+    pub(crate) bin_dispatch: Kernel,
+    variants: HashMap<(Variant, Features), Kernel>,
+}
+
+impl Kernels {
+    pub(super) fn new(device: &wgpu::Device, config: Config) -> Self {
+        let kernel = |desc| Kernel::new(device, desc, &[]);
+        Self {
+            tier: config.tier,
+            project_particles: kernel(&project::PARTICLES),
+            project_triangles: kernel(&project::TRIANGLES),
+            sort: Sort::new(device, config.sort),
+            bin_count: kernel(&bin::COUNT),
+            bin_scan: kernel(&bin::SCAN),
+            bin_emit: kernel(&bin::EMIT),
+            bin_ranges: kernel(&bin::RANGES),
+            bin_segments: kernel(&bin::SEGMENTS),
+            bin_dispatch: kernel(&bin::DISPATCH),
+            variants: HashMap::new(),
+        }
+    }
+
+    /// For `prepare`: makes the kernel where there is none yet.
+    pub(crate) fn make(
+        &mut self,
+        device: &wgpu::Device,
+        variant: Variant,
+        features: Features,
+    ) -> &Kernel {
+        let desc = variant.desc(self.tier);
+        self.variants
+            .entry((variant, features))
+            .or_insert_with(|| Kernel::new(device, desc, &features.constants(desc.constants)))
+    }
+
+    /// For `record`.
+    ///
+    /// # Panics
+    /// Where `prepare` has not made the kernel.
+    pub(crate) fn get(&self, variant: Variant, features: Features) -> &Kernel {
+        &self.variants[&(variant, features)]
+    }
+}

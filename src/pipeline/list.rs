@@ -1,0 +1,464 @@
+//! From casters to each tile's pairs: project, sort and bin, for one class of one batch.
+use super::{
+    Config,
+    batch::{Context, Plan},
+    casters::Class,
+    kernels::Kernels,
+};
+use crate::{
+    error::Error,
+    footprint::{DEPTH_BITS, FOOTPRINT_TEXELS, SETUP_TEXELS},
+    gpu::{Allocator, Tier, Timeline, view},
+    stage::{
+        bin::{self, BatchCounters, BinParams, Dispatch, SEGMENT_LENGTH, Segment, Tile},
+        hits::Features,
+        project::{Chunk, grid},
+        sort::{PAIR_FORMAT, PAIR_LIMIT, SortBindings, SortCount},
+    },
+    view::{GpuView, MAX_VIEWS, TILE_SIZE},
+};
+use wgpu::{
+    BindGroup, BindingResource, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages,
+    TextureView,
+};
+
+/// What one list counted.
+pub type ListCounters = BatchCounters;
+
+impl ListCounters {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.pairs_needed = self.pairs_needed.max(other.pairs_needed);
+        self.pair_count += other.pair_count;
+        self.visible += other.visible;
+        self.scattered += other.scattered;
+        self.overflowed += other.overflowed;
+        self.segment_count += other.segment_count;
+        self.merged_count += other.merged_count;
+    }
+}
+
+/// What lists and batches write on the way, one after another in the same memory.
+#[derive(Debug)]
+pub(super) struct Scratch {
+    pub footprints: TextureView,
+    pub keys: [TextureView; 2],
+    pub rects: TextureView,
+    pub setups: TextureView,
+    pub pairs: [TextureView; 2],
+    pub pair_capacity: u32,
+    pub tiles: Buffer,
+    pub scattered_tiles: Buffer,
+    pub merged_tiles: Buffer,
+    pub segments: Buffer,
+    pub segment_capacity: u32,
+    pub run_offsets: Buffer,
+    pub overflow: Buffer,
+    pub dispatches: Buffer,
+    pub sums: Sums,
+}
+
+/// Optical depth per channel and nearness, one element per texel of a batch.
+#[derive(Debug)]
+pub(super) enum Sums {
+    Buffers([Buffer; 4]),
+    Textures([Texture; 4], [TextureView; 4]),
+}
+
+impl Sums {
+    fn new(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Self, Error> {
+        const NAMES: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
+        if tier == Tier::Core {
+            let [a, b, c, d] =
+                NAMES.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
+            return Ok(Self::Buffers([a?, b?, c?, d?]));
+        }
+        let usage = TextureUsages::STORAGE_ATOMIC
+            | TextureUsages::STORAGE_BINDING
+            | TextureUsages::COPY_DST;
+        let [a, b, c, d] =
+            NAMES.map(|name| allocator.records(name, TextureFormat::R32Uint, texels, usage));
+        let textures = [a?, b?, c?, d?];
+        let views = textures.each_ref().map(view);
+        Ok(Self::Textures(textures, views))
+    }
+
+    pub fn resources(&self) -> [BindingResource<'_>; 4] {
+        match self {
+            Self::Buffers(buffers) => buffers.each_ref().map(Buffer::as_entire_binding),
+            Self::Textures(_, views) => views.each_ref().map(BindingResource::TextureView),
+        }
+    }
+
+    pub fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+        match self {
+            Self::Buffers(buffers) => {
+                for buffer in buffers {
+                    encoder.clear_buffer(buffer, 0, None);
+                }
+            }
+            Self::Textures(textures, _) => {
+                for texture in textures {
+                    encoder.clear_texture(texture, &wgpu::ImageSubresourceRange::default());
+                }
+            }
+        }
+    }
+}
+
+impl Scratch {
+    /// What a list expects to be zero.
+    pub(super) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
+        encoder.clear_buffer(&list.counters, 0, None);
+        encoder.clear_buffer(&self.tiles, 0, None);
+        encoder.clear_buffer(&self.scattered_tiles, 0, None);
+        self.sums.clear(encoder);
+    }
+
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+    ) -> Result<Self, Error> {
+        let lists = || plans.iter().flat_map(|plan| &plan.lists);
+        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
+        let setups = lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0);
+        let tiles = plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
+        // A first guess; a frame that needed more says so, and the next is prepared with it.
+        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
+        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT);
+        let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
+        let storage = TextureUsages::STORAGE_BINDING;
+        let mut records = |name, format, texels| {
+            allocator.records(name, format, texels, storage).map(|texture| view(&texture))
+        };
+        let footprint_texels = footprints * u64::from(FOOTPRINT_TEXELS);
+        let footprint_views = records("footprints", TextureFormat::Rgba32Uint, footprint_texels)?;
+        let keys =
+            [records("keys", PAIR_FORMAT, footprints)?, records("keys", PAIR_FORMAT, footprints)?];
+        let rects = records("rects", PAIR_FORMAT, footprints)?;
+        let setup_texels = setups * u64::from(SETUP_TEXELS);
+        let setups = records("setups", TextureFormat::Rgba32Uint, setup_texels)?;
+        let capacity = u64::from(pair_capacity);
+        let pairs =
+            [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
+        let none = BufferUsages::empty();
+        Ok(Self {
+            footprints: footprint_views,
+            keys,
+            rects,
+            setups,
+            pairs,
+            pair_capacity,
+            tiles: allocator.storage::<Tile>("tiles", tiles, none)?,
+            scattered_tiles: allocator.storage::<u32>("scattered_tiles", tiles, none)?,
+            merged_tiles: allocator.storage::<u32>("merged_tiles", tiles, none)?,
+            segments: allocator.storage::<Segment>(
+                "segments",
+                u64::from(segment_capacity),
+                none,
+            )?,
+            segment_capacity,
+            run_offsets: allocator.storage::<u32>("run_offsets", bin::MAX_RUNS, none)?,
+            overflow: allocator.storage::<u32>("overflow", footprints, none)?,
+            dispatches: allocator.storage::<[u32; 4]>(
+                "dispatches",
+                Dispatch::COUNT,
+                BufferUsages::INDIRECT,
+            )?,
+            sums: Sums::new(allocator, config.tier, tiles * u64::from(TILE_SIZE * TILE_SIZE))?,
+        })
+    }
+}
+
+/// The casters of one class that a batch projects.
+#[derive(Clone, Debug)]
+pub(super) struct ListPlan {
+    pub class: Class,
+    pub features: Features,
+    pub particle_chunks: Vec<Chunk>,
+    pub triangle_chunks: Vec<Chunk>,
+    /// Of particles, then of triangles.
+    pub footprint_count: u32,
+    pub first_setup: u32,
+}
+
+impl ListPlan {
+    fn setup_count(&self) -> u32 {
+        self.footprint_count - self.first_setup
+    }
+}
+
+/// One list, bound and ready to be recorded.
+#[derive(Debug)]
+pub(super) struct List {
+    footprint_count: u32,
+    run_count: u32,
+    tile_count: u32,
+    pub particle_chunks: Option<Chunks>,
+    triangle_chunks: Option<Chunks>,
+    pub counters: Buffer,
+    readback: Buffer,
+    depth_sort: Option<SortBindings>,
+    tile_sort: Option<SortBindings>,
+    /// Which of the pair textures holds the sorted pairs.
+    pub sorted_pairs: usize,
+    count: BindGroup,
+    scan: BindGroup,
+    emit: BindGroup,
+    ranges: BindGroup,
+    segments: BindGroup,
+    dispatch: BindGroup,
+}
+
+/// Chunks of one kind of caster.
+#[derive(Debug)]
+pub(super) struct Chunks {
+    pub count: u32,
+    pub chunks: Buffer,
+    pub params: Buffer,
+    bindings: BindGroup,
+}
+
+impl List {
+    pub(super) fn new(
+        context: &mut Context<'_, '_>,
+        plan: &ListPlan,
+        views: &Buffer,
+        view_count: u32,
+        tile_count: u32,
+    ) -> Result<Self, Error> {
+        let scratch: &Scratch = context.scratch;
+        let Scratch { footprints, keys, rects, setups, pairs, .. } = scratch;
+        let texture = BindingResource::TextureView;
+        let casters = view(&context.casters.casters);
+        let triangles = view(&context.casters.triangles);
+        let particle_chunks =
+            context.chunks(plan, &plan.particle_chunks, |context, chunks, params| {
+                context.kernels.project_particles.bind(
+                    context.allocator.device,
+                    &[
+                        params.as_entire_binding(),
+                        views.as_entire_binding(),
+                        context.casters.materials.as_entire_binding(),
+                        chunks.as_entire_binding(),
+                        texture(&casters),
+                        texture(footprints),
+                        texture(&keys[0]),
+                        texture(rects),
+                    ],
+                )
+            })?;
+        let triangle_chunks =
+            context.chunks(plan, &plan.triangle_chunks, |context, chunks, params| {
+                context.kernels.project_triangles.bind(
+                    context.allocator.device,
+                    &[
+                        params.as_entire_binding(),
+                        views.as_entire_binding(),
+                        chunks.as_entire_binding(),
+                        texture(&triangles),
+                        texture(footprints),
+                        texture(&keys[0]),
+                        texture(rects),
+                        texture(setups),
+                    ],
+                )
+            })?;
+        let copied = BufferUsages::COPY_SRC;
+        let counters = context.allocator.storage::<BatchCounters>("counters", 1, copied)?;
+        let device = context.allocator.device;
+        let readback = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("counters_readback"),
+            size: size_of::<BatchCounters>() as u64,
+            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let run_length = bin::run_length(plan.footprint_count);
+        let run_count = plan.footprint_count.div_ceil(run_length);
+        let params = context.uniform(
+            "bin_params",
+            &BinParams {
+                footprint_count: plan.footprint_count,
+                run_length,
+                run_count,
+                pair_capacity: scratch.pair_capacity,
+                tile_count,
+                view_count,
+                segment_capacity: scratch.segment_capacity,
+                segment_length: SEGMENT_LENGTH,
+            },
+        );
+        let (mut depth_sort, mut tile_sort) = (None, None);
+        if plan.footprint_count > 0 {
+            let sort = &context.kernels.sort;
+            let known = SortCount::Known(plan.footprint_count);
+            let mut depth = sort.bind(device, [&keys[0], &keys[1]], known, 0..DEPTH_BITS)?;
+            depth.write_count(context.queue, plan.footprint_count);
+            let counted = SortCount::FromBuffer {
+                counts: &counters,
+                index: bin::PAIR_COUNT_INDEX,
+                capacity: scratch.pair_capacity,
+            };
+            let bits = (32 - (tile_count - 1).leading_zeros()).max(1);
+            let tile = sort.bind(device, [&pairs[0], &pairs[1]], counted, 0..bits)?;
+            context.allocator.memory.add("histograms", depth.scratch_size() + tile.scratch_size());
+            (depth_sort, tile_sort) = (Some(depth), Some(tile));
+        }
+        let sorted = texture(&keys[depth_sort.as_ref().map_or(0, SortBindings::result)]);
+        let sorted_pairs = tile_sort.as_ref().map_or(0, SortBindings::result);
+        let kernels = &context.kernels;
+        let count = kernels.bin_count.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                sorted.clone(),
+                texture(rects),
+                scratch.run_offsets.as_entire_binding(),
+                counters.as_entire_binding(),
+            ],
+        );
+        let scan = kernels.bin_scan.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                scratch.run_offsets.as_entire_binding(),
+                counters.as_entire_binding(),
+            ],
+        );
+        let emit = kernels.bin_emit.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                sorted,
+                texture(rects),
+                scratch.run_offsets.as_entire_binding(),
+                counters.as_entire_binding(),
+                scratch.overflow.as_entire_binding(),
+                texture(&pairs[0]),
+            ],
+        );
+        let ranges = kernels.bin_ranges.bind(
+            device,
+            &[
+                counters.as_entire_binding(),
+                texture(&pairs[sorted_pairs]),
+                scratch.tiles.as_entire_binding(),
+            ],
+        );
+        let segments = kernels.bin_segments.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                counters.as_entire_binding(),
+                scratch.scattered_tiles.as_entire_binding(),
+                scratch.tiles.as_entire_binding(),
+                scratch.segments.as_entire_binding(),
+                scratch.merged_tiles.as_entire_binding(),
+            ],
+        );
+        let dispatch = kernels
+            .bin_dispatch
+            .bind(device, &[counters.as_entire_binding(), scratch.dispatches.as_entire_binding()]);
+        Ok(Self {
+            footprint_count: plan.footprint_count,
+            run_count,
+            tile_count,
+            particle_chunks,
+            triangle_chunks,
+            counters,
+            readback,
+            depth_sort,
+            tile_sort,
+            sorted_pairs,
+            count,
+            scan,
+            emit,
+            ranges,
+            segments,
+            dispatch,
+        })
+    }
+
+    /// project: footprints, keys and rectangles.
+    pub(super) fn record_project(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        if self.footprint_count == 0 {
+            return;
+        }
+        let mut pass = timeline.pass(encoder, "project");
+        if let Some(chunks) = &self.particle_chunks {
+            kernels.project_particles.record(&mut pass, &chunks.bindings, grid(chunks.count));
+        }
+        if let Some(chunks) = &self.triangle_chunks {
+            kernels.project_triangles.record(&mut pass, &chunks.bindings, grid(chunks.count));
+        }
+    }
+
+    /// sort and bin, up to the pairs in depth order and the list of those that did not fit.
+    /// False where there is no caster.
+    pub(super) fn record_emit(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) -> bool {
+        let Some(depth_sort) = &self.depth_sort else { return false };
+        kernels.sort.record(&mut timeline.pass(encoder, "sort"), depth_sort);
+        let mut pass = timeline.pass(encoder, "bin");
+        let runs = [self.run_count.div_ceil(bin::LANES), 1, 1];
+        kernels.bin_count.record(&mut pass, &self.count, runs);
+        kernels.bin_scan.record(&mut pass, &self.scan, [1, 1, 1]);
+        kernels.bin_emit.record(&mut pass, &self.emit, runs);
+        kernels.bin_dispatch.record(&mut pass, &self.dispatch, [1, 1, 1]);
+        true
+    }
+
+    /// The rest of bin: each tile's pairs, and the segments of long tiles.
+    pub(super) fn record_tiles(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let mut pass = timeline.pass(encoder, "bin");
+        if let Some(tile_sort) = &self.tile_sort {
+            kernels.sort.record(&mut pass, tile_sort);
+            kernels.bin_ranges.record(&mut pass, &self.ranges, [bin::RANGE_GROUPS, 1, 1]);
+        }
+        let tiles = [self.tile_count.div_ceil(bin::TILE_LANES), 1, 1];
+        kernels.bin_segments.record(&mut pass, &self.segments, tiles);
+        kernels.bin_dispatch.record(&mut pass, &self.dispatch, [1, 1, 1]);
+    }
+
+    pub(super) fn read_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<ListCounters, Error> {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.counters, 0, &self.readback, 0, self.readback.size());
+        queue.submit([encoder.finish()]);
+        self.readback.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+        let lost = |error: &dyn std::fmt::Display| Error::Lost(error.to_string());
+        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
+        let bytes = self.readback.slice(..).get_mapped_range().map_err(|e| lost(&e))?;
+        let counters = bytemuck::pod_read_unaligned(&bytes);
+        drop(bytes);
+        self.readback.unmap();
+        Ok(counters)
+    }
+}
+
+/// Views of the batch in a uniform array.
+pub(super) fn view_array(views: &[GpuView]) -> Vec<GpuView> {
+    let mut array = views.to_vec();
+    array.resize(MAX_VIEWS, bytemuck::Zeroable::zeroed());
+    array
+}

@@ -1,0 +1,131 @@
+//! The whole frame on the GPU: casters and views in, shadow maps out.
+//!
+//! A guest in its host's renderer: [`Pipeline::prepare`] uploads and allocates,
+//! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
+mod batch;
+mod casters;
+mod kernels;
+mod list;
+mod maps;
+
+pub use casters::{CasterSet, Class};
+pub use kernels::Kernels;
+pub use list::ListCounters;
+pub use maps::{MapPlace, Maps};
+
+use crate::{
+    error::Error,
+    gpu::{Allocator, Memory, Tier, Timeline},
+    stage::sort,
+    view::View,
+};
+use batch::Batch;
+use list::Scratch;
+use std::sync::Arc;
+
+/// How the pipeline runs on a device.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    pub tier: Tier,
+    pub sort: sort::Shape,
+    /// Pairs that one batch may hold; what does not fit takes the scatter path.
+    pub pair_budget: u32,
+    /// Whether particles of at most 2x2 texels skip sort and bin.
+    pub scatter_tiny: bool,
+}
+
+impl Config {
+    pub fn new(tier: Tier, adapter: &wgpu::AdapterInfo) -> Self {
+        Self { tier, sort: sort::Shape::of(adapter), pair_budget: 1 << 24, scatter_tiny: true }
+    }
+}
+
+/// Kernels of one device; makes the specialised ones when a scene first needs them.
+#[derive(Debug)]
+pub struct Pipeline {
+    kernels: Kernels,
+    config: Config,
+}
+
+/// A scene's maps on the GPU and all it takes to fill them.
+#[derive(Debug)]
+pub struct Prepared {
+    pub maps: Maps,
+    batches: Vec<Batch>,
+    /// Bytes by buffer and texture.
+    pub memory: Memory,
+}
+
+impl Pipeline {
+    pub fn new(device: &wgpu::Device, config: Config) -> Self {
+        Self { kernels: Kernels::new(device, config), config }
+    }
+
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    pub fn kernels(&mut self) -> &mut Kernels {
+        &mut self.kernels
+    }
+
+    /// Allocates the maps of `views` and what the frame needs on the way. `pairs` is how many
+    /// pairs the largest batch is thought to have; the budget bounds it.
+    pub fn prepare(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+    ) -> Result<Prepared, Error> {
+        let mut memory = casters.memory.clone();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let maps = Maps::new(&mut allocator, views)?;
+        let plans = batch::plan(views, casters, &maps)?;
+        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
+        let mut batches = Vec::with_capacity(plans.len());
+        for plan in &plans {
+            let mut context = batch::Context {
+                allocator: &mut allocator,
+                queue,
+                kernels: &mut self.kernels,
+                config: &self.config,
+                casters,
+                scratch: &scratch,
+                maps: &maps,
+            };
+            batches.push(Batch::new(&mut context, plan)?);
+        }
+        Ok(Prepared { maps, batches, memory })
+    }
+}
+
+impl Prepared {
+    /// Records every stage of every view.
+    pub fn record(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        for batch in &self.batches {
+            batch.record(kernels, encoder, timeline);
+        }
+    }
+
+    /// What the last frame counted; blocks. `(opaque, translucent)`, summed over the batches.
+    pub fn read_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<(ListCounters, ListCounters), Error> {
+        let mut sums = (ListCounters::default(), ListCounters::default());
+        for batch in &self.batches {
+            let (opaque, translucent) = batch.read_counters(device, queue)?;
+            sums.0.add(&opaque);
+            sums.1.add(&translucent);
+        }
+        Ok(sums)
+    }
+}
