@@ -120,7 +120,9 @@ pub fn project_particle(
     }
     let round = shape != Shape::Quad as u32 && view.perspective == 0.0;
     let circle = if round { radius + SLACK } else { f32::INFINITY };
-    let Some(rect) = tile_rect(view, view_index, bounds, texel, circle, params.scatter) else {
+    // Opaque depths know tiles only.
+    let scatter = params.scatter && material.transfer < Transfer::Opaque as u32;
+    let Some(rect) = tile_rect(view, view_index, bounds, texel, circle, scatter) else {
         return Projected::INVISIBLE;
     };
     let color = caster.color() * material.tint;
@@ -319,6 +321,6 @@ fn clipped_box(view: &GpuView, flat: &[Vec2; 3], distances: Vec3, half: Vec2) ->
 }
 
 fn face_normal(record: &TriangleRecord) -> u32 {
-    let [a, b, c] = record.positions_u.map(|p| p.xyz());
+    let [a, b, c] = record.positions_u.map(Vec4::xyz);
     octahedral((b - a).cross(c - a).normalize_or_zero())
 }
