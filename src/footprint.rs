@@ -57,7 +57,7 @@ pub struct Caster {
     pub red_green: u32,
     /// Blue, unorm16, and alpha, f16.
     pub blue_alpha: u32,
-    /// Material in the low half, rotation in the high one [turns, unorm16].
+    /// Material in the low half, rotation in the high one [turns / 65536].
     pub material_rotation: u32,
     pub id: u32,
 }
@@ -72,7 +72,7 @@ impl Caster {
             red_green: unorm2(color.x, color.y),
             blue_alpha: unorm2(color.z, 0.0) | half_bits(particle.color.w) << 16,
             material_rotation: (particle.material & 0xffff)
-                | ((turns * 65536.0) as u32 & 0xffff) << 16,
+                | ((turns * 65536.0).round() as u32 & 0xffff) << 16,
             id: particle.id,
         }
     }
@@ -153,6 +153,16 @@ pub struct TileRect {
 
 impl TileRect {
     pub const EMPTY: Self = Self { corners: 0, mask_view: 0 };
+
+    /// Of a caster that goes straight to its few texels: no tiles, and corners that no rectangle
+    /// without tiles has.
+    pub fn scattered(view: u32) -> Self {
+        Self { corners: u32::MAX, mask_view: view << 16 }
+    }
+
+    pub fn is_scattered(&self) -> bool {
+        self.corners == u32::MAX && self.mask_view & 0xffff == 0
+    }
 
     pub fn x(&self) -> std::ops::RangeInclusive<u32> {
         (self.corners & 255)..=(self.corners >> 16 & 255)

@@ -1,6 +1,18 @@
 //! The reference: each stage again, plainly, on the CPU.
+pub mod accumulate;
+pub mod bin;
+pub mod caster_hit;
 pub mod hit;
+pub mod maps;
+pub mod occlude;
 pub mod project;
+pub mod receive;
+pub mod resolve;
 mod sort;
+pub mod texture;
+mod threads;
+pub mod tile;
 
+pub use maps::render_maps;
+pub use receive::{MapTexel, receive};
 pub use sort::{Pair, sort};

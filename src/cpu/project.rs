@@ -18,7 +18,7 @@ pub const MIN_COSINE: f32 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
     pub footprint: Footprint,
-    /// Quantised smallest depth; [`INVISIBLE`] for what touches no texel.
+    /// Quantised smallest depth; [`INVISIBLE`] for what touches no texel or is scattered.
     pub key: u32,
     pub rect: TileRect,
 }
@@ -37,6 +37,19 @@ impl Projected {
         key: INVISIBLE,
         rect: TileRect::EMPTY,
     };
+}
+
+/// What a batch of views chooses about projection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProjectParams {
+    /// Whether particles that touch at most 2x2 texels leave the sorted order. Off where the order
+    /// counts.
+    pub scatter: bool,
+}
+
+/// The first of the 2x2 texels around `center` that a scattered caster may touch.
+pub fn scatter_texel(center: Vec2) -> Vec2 {
+    (center - 0.5).floor()
 }
 
 /// A box in the map, centre to centre inclusive [texels].
@@ -58,6 +71,7 @@ pub fn project_particle(
     caster: &Caster,
     caster_id: u32,
     material: &GpuMaterial,
+    params: ProjectParams,
 ) -> Projected {
     let shape = material.shape;
     let center = view.view_from_world.transform_point3(caster.center);
@@ -106,7 +120,9 @@ pub fn project_particle(
     }
     let round = shape != Shape::Quad as u32 && view.perspective == 0.0;
     let circle = if round { radius + SLACK } else { f32::INFINITY };
-    let Some(rect) = tile_rect(view, view_index, bounds, texel, circle) else {
+    // Opaque depths know tiles only.
+    let scatter = params.scatter && material.transfer < Transfer::Opaque as u32;
+    let Some(rect) = tile_rect(view, view_index, bounds, texel, circle, scatter) else {
         return Projected::INVISIBLE;
     };
     let color = caster.color() * material.tint;
@@ -123,7 +139,8 @@ pub fn project_particle(
         material.reflectivity * thin,
         (1.0 - material.reflectivity) * color.w * thin,
     );
-    Projected { footprint, key: depth_key(nearest), rect }
+    let key = if rect.is_scattered() { INVISIBLE } else { depth_key(nearest) };
+    Projected { footprint, key, rect }
 }
 
 /// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; endless where the
@@ -150,14 +167,20 @@ fn tile_rect(
     bounds: TexelBox,
     center: Vec2,
     circle: f32,
+    scatter: bool,
 ) -> Option<TileRect> {
-    let last = view.size - 1.0;
     // Texel i has its centre at i + 0.5.
-    let min = (bounds.min - (0.5 + SLACK)).ceil().max(Vec2::ZERO);
-    let max = (bounds.max - (0.5 - SLACK)).floor().min(last);
+    let first = (bounds.min - (0.5 + SLACK)).ceil();
+    let last = (bounds.max - (0.5 - SLACK)).floor();
+    let min = first.max(Vec2::ZERO);
+    let max = last.min(view.size - 1.0);
     // Written so that a NaN is outside.
     if !(min.x <= max.x && min.y <= max.y) {
         return None;
+    }
+    let corner = scatter_texel(center);
+    if scatter && first.cmpge(corner).all() && last.cmple(corner + 1.0).all() {
+        return Some(TileRect::scattered(view_index));
     }
     let (lo, hi) = (min.as_uvec2() / TILE_SIZE, max.as_uvec2() / TILE_SIZE);
     let mut mask = 0;
@@ -257,7 +280,7 @@ pub fn project_triangle(
         max: bounds.max.clamp(Vec2::NEG_ONE, view.size + 1.0),
     };
     let center = (bounds.min + bounds.max) * 0.5;
-    let Some(rect) = tile_rect(view, view_index, bounds, center, f32::INFINITY) else {
+    let Some(rect) = tile_rect(view, view_index, bounds, center, f32::INFINITY, false) else {
         return nothing;
     };
     let nearest = depths.min_element().max(0.0);
@@ -298,6 +321,6 @@ fn clipped_box(view: &GpuView, flat: &[Vec2; 3], distances: Vec3, half: Vec2) ->
 }
 
 fn face_normal(record: &TriangleRecord) -> u32 {
-    let [a, b, c] = record.positions_u.map(|p| p.xyz());
+    let [a, b, c] = record.positions_u.map(Vec4::xyz);
     octahedral((b - a).cross(c - a).normalize_or_zero())
 }

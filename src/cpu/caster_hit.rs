@@ -1,0 +1,196 @@
+//! Twin of `wgsl/common/caster_hit.wgsl`: what a ray meets of any caster.
+use super::{
+    hit::{Facing, coverage, transmittance},
+    texture::Image,
+};
+use crate::{
+    caster::{MAX_GAIN, Material, Shape, Transfer},
+    footprint::{Caster, Footprint, TRIANGLE_BIT, TriangleSetup},
+    view::GpuView,
+};
+use glam::{Vec2, Vec3};
+
+/// What the hit tests of one view read.
+#[derive(Clone, Copy, Debug)]
+pub struct Records<'a> {
+    pub view: &'a GpuView,
+    pub casters: &'a [Caster],
+    pub setups: &'a [TriangleSetup],
+    pub materials: &'a [Material],
+    pub images: &'a [Image],
+}
+
+/// The light `L` behind a hit is `L * light + added`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Transmittance, per channel.
+    pub light: Vec3,
+    /// What `over` puts in, per channel.
+    pub added: Vec3,
+    /// `a`
+    pub opacity: f32,
+    /// Light depth, 0..=1.
+    pub depth: f32,
+}
+
+/// A caster made ready for the texels of a view.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    records: Records<'a>,
+    pub material: &'a Material,
+    /// Decorrelates what is drawn by chance.
+    pub id: u32,
+    form: Form<'a>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Form<'a> {
+    Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
+    Puff { center: Vec2, radius: f32, distance: f32, color: Vec3, alpha: f32 },
+    Triangle(&'a TriangleSetup),
+}
+
+impl<'a> Target<'a> {
+    pub fn new(records: Records<'a>, footprint: &Footprint) -> Self {
+        if footprint.caster & TRIANGLE_BIT != 0 {
+            let setup = &records.setups[footprint.red_green as usize];
+            let material = &records.materials[setup.material as usize];
+            return Self { records, material, id: footprint.caster, form: Form::Triangle(setup) };
+        }
+        let caster = &records.casters[footprint.caster as usize];
+        let material = &records.materials[caster.material() as usize];
+        let (center, radius, depth) = (footprint.center, footprint.radius, footprint.depth);
+        let facing = Facing::new(records.view, center, radius, depth, caster.rotation());
+        let (color, (base, slope)) = (footprint.color(), footprint.opacity());
+        let form = if material.shape == Shape::Puff {
+            let alpha = (base + slope).min(1.0);
+            Form::Puff { center, radius, distance: facing.distance, color, alpha }
+        } else {
+            Form::Facing { facing, color, base, slope }
+        };
+        Self { records, material, id: caster.id, form }
+    }
+
+    /// Whether hits filter the light, rather than block it or leave it alone.
+    pub fn filters(&self) -> bool {
+        !self.material.transfer.is_opaque() && self.material.transfer != Transfer::None
+    }
+
+    /// Of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
+    pub fn hit(&self, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
+        let hit = match self.form {
+            Form::Facing { facing, color, base, slope } => {
+                self.facing_hit(&facing, color, base, slope, texel)
+            }
+            Form::Puff { center, radius, distance, color, alpha } => {
+                let chord = chord(self.records.view, center, radius, distance, texel, opaque_depth);
+                chord.map(|chord| puff_hit(chord, color, alpha))
+            }
+            Form::Triangle(setup) => self.triangle_hit(setup, texel),
+        };
+        hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
+    }
+
+    fn facing_hit(
+        &self,
+        facing: &Facing,
+        color: Vec3,
+        base: f32,
+        slope: f32,
+        texel: Vec2,
+    ) -> Option<Hit> {
+        let met = facing.hit(self.records.view, texel)?;
+        let covered = coverage(self.material.shape, self.material.profile, met.q);
+        if covered <= 0.0 {
+            return None;
+        }
+        let (mut color, mut alpha) = (color, covered);
+        if let Some(texture) = self.material.texture {
+            let uv = Vec2::new(0.5 + 0.5 * met.q.x, 0.5 - 0.5 * met.q.y);
+            let image = self.records.images[texture as usize].sample(uv);
+            color *= image.truncate();
+            alpha *= image.w;
+        }
+        // Base and slope are rounded to f16 each: their sum may exceed 1.
+        let opacity = (base + slope * alpha).min(1.0);
+        Some(self.optics(opacity, color, met.depth))
+    }
+
+    fn triangle_hit(&self, setup: &TriangleSetup, texel: Vec2) -> Option<Hit> {
+        let met = setup.hit(texel)?;
+        let mut tint = self.material.tint;
+        if let Some(texture) = self.material.texture {
+            tint *= self.records.images[texture as usize].sample(met.uv);
+        }
+        let opacity = 1.0 - (1.0 - tint.w) * (1.0 - self.material.reflectivity);
+        let gathers = self.material.transfer == Transfer::Gain;
+        let color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
+        Some(self.optics(opacity, color, met.depth))
+    }
+
+    fn optics(&self, opacity: f32, color: Vec3, depth: f32) -> Hit {
+        let transfer = self.material.transfer;
+        let added = if transfer == Transfer::Over { color * opacity } else { Vec3::ZERO };
+        Hit { light: transmittance(transfer, opacity, color), added, opacity, depth }
+    }
+}
+
+/// The part of a ray inside a puff.
+#[derive(Clone, Copy, Debug)]
+struct Chord {
+    /// Of the diameter.
+    share: f32,
+    /// Light depth where the ray enters, 0 where it starts inside.
+    depth: f32,
+}
+
+/// `radius` as in a footprint; `distance` of the centre along the axis [m].
+fn chord(
+    view: &GpuView,
+    center: Vec2,
+    radius: f32,
+    distance: f32,
+    texel: Vec2,
+    opaque_depth: f32,
+) -> Option<Chord> {
+    let range = view.far - view.near;
+    // How far the ray passes from the centre [radii], squared; metres along the axis per radius;
+    // where the ray is closest to the centre, along the axis [m].
+    let (miss2, radius_axis, closest);
+    if view.perspective > 0.0 {
+        let c = ((center - view.size * 0.5) / view.scale).extend(1.0);
+        let w = ((texel - view.size * 0.5) / view.scale).extend(1.0);
+        let apart = c.cross(w - c);
+        let w2 = w.length_squared();
+        let metres = radius * distance * c.length();
+        miss2 = apart.length_squared() / w2 * (distance * distance) / (metres * metres);
+        radius_axis = metres / w2.sqrt();
+        closest = distance * c.dot(w) / w2;
+    } else {
+        miss2 = ((texel - center) / radius).length_squared();
+        radius_axis = radius / view.scale;
+        closest = distance;
+    }
+    let rest = 1.0 - miss2;
+    if rest.is_nan() || rest <= 0.0 {
+        return None;
+    }
+    let half_chord = rest.sqrt() * radius_axis;
+    let first = (closest - half_chord).max(view.near);
+    let last = (closest + half_chord).min(view.near + opaque_depth * range);
+    let share = ((last - first) / (2.0 * radius_axis)).min(1.0);
+    (share > 0.0).then(|| Chord { share, depth: (first - view.near) / range })
+}
+
+/// A puff filters, whatever its material's transfer.
+fn puff_hit(chord: Chord, color: Vec3, alpha: f32) -> Hit {
+    // Powers of 0 differ between adapters.
+    const LEAST: f32 = 1e-9;
+    let per_diameter = (Vec3::ONE - alpha * (Vec3::ONE - color)).max(Vec3::splat(LEAST));
+    Hit {
+        light: per_diameter.powf(chord.share),
+        added: Vec3::ZERO,
+        opacity: 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share),
+        depth: chord.depth,
+    }
+}

@@ -1,0 +1,207 @@
+//! The stages in order, for every shadow view.
+use super::{
+    Pair,
+    accumulate::{Accumulated, Modes, ScatterSums, accumulate},
+    bin::{Bins, bin},
+    caster_hit::{Records, Target},
+    occlude::occlude,
+    project::{ProjectParams, Projected, project_particle, project_triangle},
+    resolve::resolve,
+    sort,
+    texture::Image,
+    threads::each,
+    tile::{Tile, TileTexels},
+};
+use crate::{
+    caster::{Material, Transfer},
+    counters::Counters,
+    footprint::{
+        Caster, DEPTH_BITS, Footprint, GpuMaterial, INVISIBLE, TileRect, TriangleRecord,
+        TriangleSetup,
+    },
+    frame::ViewMaps,
+    scene::Scene,
+    view::{GpuView, View},
+};
+use glam::UVec2;
+
+/// Casters that a thread takes at a time.
+const CHUNK: usize = 4096;
+
+/// What all views share.
+struct SceneRecords<'a> {
+    materials: &'a [Material],
+    gpu_materials: Vec<GpuMaterial>,
+    images: Vec<Image>,
+    casters: Vec<Caster>,
+    triangles: Vec<TriangleRecord>,
+    modes: Modes,
+    pair_budget: u32,
+}
+
+/// One view's casters.
+struct ViewCasters {
+    footprints: Vec<Footprint>,
+    keys: Vec<u32>,
+    rects: Vec<TileRect>,
+    setups: Vec<TriangleSetup>,
+}
+
+/// The maps of all views, and what they counted. Each view is a batch of its own.
+pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
+    let records = SceneRecords::new(scene);
+    let mut counters = Counters {
+        casters: (scene.particles.len() + scene.triangles.len()) as u64,
+        skipped: scene.skipped.clone(),
+        ..Counters::default()
+    };
+    let maps = views.iter().map(|view| records.render(view, &mut counters)).collect();
+    (maps, counters)
+}
+
+impl<'a> SceneRecords<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let materials = &scene.materials[..];
+        let uses = |transfer: Transfer| {
+            let used = |material: u32| materials[material as usize].transfer == transfer;
+            scene.particles.iter().any(|particle| used(particle.material))
+                || scene.triangles.iter().any(|triangle| used(triangle.material))
+        };
+        let caster = |particle: &crate::caster::Particle| {
+            Caster::new(particle, &materials[particle.material as usize])
+        };
+        Self {
+            materials,
+            gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, &scene.textures)).collect(),
+            images: scene.textures.iter().map(Image::new).collect(),
+            casters: scene.particles.iter().map(caster).collect(),
+            triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
+            modes: Modes { gain: uses(Transfer::Gain), ordered: uses(Transfer::Over) },
+            pair_budget: scene.shadow.pair_budget,
+        }
+    }
+
+    fn render(&self, view: &View, counters: &mut Counters) -> ViewMaps {
+        let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
+        let tiles = view.tiles();
+        let tile_count = (tiles.x * tiles.y) as usize;
+        let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view);
+        let sorted = depth_order(&keys);
+        let bins = bin(&sorted, &rects, &[gpu_view], tile_count as u32, self.pair_budget);
+        let mut overflowed = bins.overflowed.clone();
+        overflowed.sort_unstable();
+        let tiny = (0..rects.len() as u32).filter(|&i| rects[i as usize].is_scattered());
+        let scattered: Vec<u32> = tiny.chain(overflowed.iter().copied()).collect();
+
+        let records = Records {
+            view: &gpu_view,
+            casters: &self.casters,
+            setups: &setups,
+            materials: self.materials,
+            images: &self.images,
+        };
+        let mut unbinned = vec![Vec::new(); tile_count];
+        for &i in &overflowed {
+            if !Target::new(records, &footprints[i as usize]).filters() {
+                for (x, y) in rects[i as usize].tiles() {
+                    unbinned[(y * tiles.x + x) as usize].push(i);
+                }
+            }
+        }
+        let opaque = each(tile_count, |index| {
+            let pairs = bins.tile(index).iter().map(|pair| pair.footprint);
+            let casters = pairs.chain(unbinned[index].iter().copied());
+            let tile = Tile::new(&gpu_view, index as u32);
+            occlude(records, &tile, casters.map(|i| &footprints[i as usize]))
+        });
+        let mut sums = None;
+        for &i in &scattered {
+            sums.get_or_insert_with(|| ScatterSums::new(tile_count)).scatter(
+                records,
+                &footprints[i as usize],
+                &rects[i as usize],
+                &opaque,
+                self.modes,
+            );
+        }
+        let accumulated = each(tile_count, |index| {
+            let casters: Vec<&Footprint> =
+                bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize]).collect();
+            let (opaque, sums) = (&opaque[index], sums.as_ref());
+            accumulate(records, index as u32, &casters, opaque, sums, self.modes)
+        });
+        count(counters, &bins, sorted.len(), scattered.len());
+        self.store(view, &gpu_view, &accumulated, &opaque)
+    }
+
+    /// Particles first, then triangles.
+    fn project(&self, view: &GpuView) -> ViewCasters {
+        let params = ProjectParams { scatter: !self.modes.ordered };
+        let chunks = each(self.casters.len().div_ceil(CHUNK), |chunk| {
+            let first = chunk * CHUNK;
+            let casters = &self.casters[first..(first + CHUNK).min(self.casters.len())];
+            let project = |(i, caster): (usize, &Caster)| {
+                let material = &self.gpu_materials[caster.material() as usize];
+                project_particle(view, 0, caster, (first + i) as u32, material, params)
+            };
+            casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
+        });
+        let mut projected: Vec<Projected> = chunks.into_iter().flatten().collect();
+        let mut setups = Vec::with_capacity(self.triangles.len());
+        for (i, triangle) in self.triangles.iter().enumerate() {
+            let (of_triangle, setup) = project_triangle(view, 0, triangle, i as u32, i as u32);
+            projected.push(of_triangle);
+            setups.push(setup);
+        }
+        ViewCasters {
+            footprints: projected.iter().map(|p| p.footprint).collect(),
+            keys: projected.iter().map(|p| p.key).collect(),
+            rects: projected.iter().map(|p| p.rect).collect(),
+            setups,
+        }
+    }
+
+    fn store(
+        &self,
+        view: &View,
+        gpu_view: &GpuView,
+        accumulated: &[TileTexels<Accumulated>],
+        opaque: &[TileTexels<f32>],
+    ) -> ViewMaps {
+        let texels = (view.size.x * view.size.y) as usize;
+        let mut maps = ViewMaps {
+            view: view.clone(),
+            filter: vec![[1.0; 3]; texels],
+            nearest: vec![1.0; texels],
+            opaque: vec![1.0; texels],
+        };
+        for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
+            for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
+                let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                maps.filter[at] = resolve(tile[place].light, self.modes.gain);
+                maps.nearest[at] = tile[place].nearest;
+                maps.opaque[at] = opaque[place];
+            }
+        }
+        maps
+    }
+}
+
+/// Visible footprints, front to back; equal keys in order of footprints.
+fn depth_order(keys: &[u32]) -> Vec<u32> {
+    let visible = keys.iter().zip(0..).filter(|&(&key, _)| key != INVISIBLE);
+    let mut pairs: Vec<Pair> = visible.map(|(&key, value)| Pair { key, value }).collect();
+    sort(&mut pairs, 0..DEPTH_BITS);
+    pairs.into_iter().map(|pair| pair.value).collect()
+}
+
+fn count(counters: &mut Counters, bins: &Bins, binned: usize, scattered: usize) {
+    let overflowed = bins.overflowed.len();
+    let per_tile = bins.tile_starts.windows(2).map(|w| (w[1] - w[0]) as usize);
+    counters.visible += (binned + scattered - overflowed) as u64;
+    counters.pairs += bins.pairs.len() as u64;
+    counters.segments +=
+        per_tile.map(|pairs| pairs.div_ceil(super::accumulate::SEGMENT) as u64).sum::<u64>();
+    counters.scattered += scattered as u64;
+    counters.overflowed += overflowed as u64;
+}

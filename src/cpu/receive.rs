@@ -1,0 +1,24 @@
+//! What a receiver reads from a shadow map.
+use glam::Vec3;
+
+/// A texel of a view's maps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapTexel {
+    /// `F`
+    pub filter: Vec3,
+    /// `D`
+    pub nearest: f32,
+    /// `Z`
+    pub opaque: f32,
+}
+
+/// Light that reaches light depth `z`, per channel; nearest-depth mode.
+pub fn receive(z: f32, texel: &MapTexel, bias: f32) -> Vec3 {
+    if z > texel.opaque + bias {
+        Vec3::ZERO
+    } else if z > texel.nearest + bias {
+        texel.filter
+    } else {
+        Vec3::ONE
+    }
+}
