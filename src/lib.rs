@@ -11,6 +11,7 @@ pub mod error;
 pub mod frame;
 pub mod gpu;
 pub mod light;
+pub mod render;
 pub mod scene;
 pub mod settings;
 pub mod stage;
