@@ -120,7 +120,8 @@ impl View {
 
     /// The picture's camera; near and far enclose `bounds`.
     pub fn from_camera(camera: &Camera, bounds: &Bounds) -> Self {
-        let view_from_world = glam::camera::rh::view::look_at_mat4(camera.eye, camera.target, camera.up);
+        let view_from_world =
+            glam::camera::rh::view::look_at_mat4(camera.eye, camera.target, camera.up);
         let (_, far) = depth_range(&view_from_world, bounds);
         let near = (far * 1e-4).max(1e-4);
         Self {

@@ -1,1 +1,3 @@
-
+//! One test binary: wgpu is linked once, helpers are shared.
+mod common;
+mod sort;

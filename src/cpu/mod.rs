@@ -1,1 +1,4 @@
 //! The reference: each stage again, plainly, on the CPU.
+mod sort;
+
+pub use sort::{Pair, sort};

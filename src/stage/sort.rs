@@ -1,0 +1,351 @@
+//! sort: pairs by some bits of their key. Stable, least significant digit first.
+//!
+//! In: `pairs`, `counts`. Out: one of the two pair textures ([`SortBindings::result`]).
+//!
+//! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions,
+//! scatter. (Merrill, Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce,
+//! then scan. Unlike its single-pass successors nothing waits for another workgroup, which WebGPU
+//! does not promise to run.) A partition is a *run* of one invocation or a *block* of a workgroup:
+//! see [`Shape`].
+//!
+//! ```text
+//! pairs       texel (i % 4096, i / 4096) = (key, value) of pair i
+//! histograms  texel (p, d) = digits d in partition p, then in the partitions before p
+//!             texel (d, 256) = digits d in all partitions
+//! ```
+use crate::{
+    error::Error,
+    gpu::{Binding, Kernel, KernelDesc},
+};
+use bytemuck::{Pod, Zeroable};
+use std::ops::Range;
+use wgpu::TextureFormat::{R32Uint, Rg32Uint};
+
+/// Pairs in a row of a pair texture.
+pub const PAIR_ROW: u32 = 4096;
+/// The most pairs that a texture holds within WebGPU's limits.
+pub const PAIR_LIMIT: u32 = PAIR_ROW * 8192;
+pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
+
+/// A subgroup of llvmpipe; more would only lengthen the tail.
+const SERIAL_WORKGROUP_SIZE: u32 = 8;
+/// Below it, the counters of a run cost more than its pairs [pairs].
+const RUN_MIN: u32 = 256;
+/// Beyond it, longer runs gain nothing [pairs].
+const RUN_USUAL: u32 = 2048;
+/// Runs that keep the cores of a software adapter busy.
+const RUN_TARGET: u32 = 512;
+/// Runs in a row of the histograms: WebGPU's largest texture.
+const RUN_LIMIT: u32 = 8192;
+const SERIAL_CONSTANTS: &[(&str, f64)] = &[
+    ("WORKGROUP_SIZE", SERIAL_WORKGROUP_SIZE as f64),
+    ("RUN_MIN", RUN_MIN as f64),
+    ("RUN_USUAL", RUN_USUAL as f64),
+    ("RUN_TARGET", RUN_TARGET as f64),
+    ("RUN_LIMIT", RUN_LIMIT as f64),
+];
+
+/// Pairs per workgroup.
+pub const WIDE_BLOCK: u32 = 4096;
+
+/// Row of the histograms that holds the totals; above it, one row per digit.
+pub const TOTAL_ROW: u32 = 256;
+
+/// Of a texture with room for `capacity` pairs [texels].
+pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
+    [PAIR_ROW, capacity.div_ceil(PAIR_ROW).max(1)]
+}
+
+/// What a digit's kernels need. WGSL: `wgsl/common/sort.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct SortPass {
+    /// Of the digit in the key [bits].
+    pub shift: u32,
+    /// Values of the digit: a power of two, at most 256.
+    pub digit_count: u32,
+    /// [pairs]
+    pub capacity: u32,
+    /// Of the pair count in `counts`.
+    pub count_index: u32,
+}
+crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
+
+const PASS: Binding = Binding::uniform::<SortPass>("sort_pass");
+const COUNTS: Binding = Binding::read::<u32>("counts");
+const PAIRS: Binding = Binding::texture_read("pairs", PAIR_FORMAT);
+const SORTED_PAIRS: Binding = Binding::texture_write("sorted_pairs", PAIR_FORMAT);
+const HISTOGRAMS_OUT: &[Binding] =
+    &[PASS, COUNTS, PAIRS, Binding::texture_write("histograms", R32Uint)];
+const HISTOGRAMS_SCAN: &[Binding] =
+    &[PASS, COUNTS, Binding::texture_read_write("histograms", R32Uint)];
+const HISTOGRAMS_IN: &[Binding] =
+    &[PASS, COUNTS, PAIRS, Binding::texture_read("histograms", R32Uint), SORTED_PAIRS];
+
+pub const SERIAL_COUNT: KernelDesc = KernelDesc {
+    name: "sort_serial_count",
+    sources: crate::sources![
+        "common/sort.wgsl",
+        "common/sort_serial.wgsl",
+        "sort_serial_count.wgsl"
+    ],
+    bindings: HISTOGRAMS_OUT,
+    constants: SERIAL_CONSTANTS,
+};
+pub const SERIAL_SCAN: KernelDesc = KernelDesc {
+    name: "sort_serial_scan",
+    sources: crate::sources![
+        "common/sort.wgsl",
+        "common/sort_serial.wgsl",
+        "sort_serial_scan.wgsl"
+    ],
+    bindings: HISTOGRAMS_SCAN,
+    constants: SERIAL_CONSTANTS,
+};
+pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
+    name: "sort_serial_scatter",
+    sources: crate::sources![
+        "common/sort.wgsl",
+        "common/sort_serial.wgsl",
+        "sort_serial_scatter.wgsl"
+    ],
+    bindings: HISTOGRAMS_IN,
+    constants: SERIAL_CONSTANTS,
+};
+pub const WIDE_COUNT: KernelDesc = KernelDesc {
+    name: "sort_wide_count",
+    sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_count.wgsl"],
+    bindings: HISTOGRAMS_OUT,
+    constants: &[],
+};
+pub const WIDE_SCAN: KernelDesc = KernelDesc {
+    name: "sort_wide_scan",
+    sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scan.wgsl"],
+    bindings: HISTOGRAMS_SCAN,
+    constants: &[],
+};
+pub const WIDE_SCATTER: KernelDesc = KernelDesc {
+    name: "sort_wide_scatter",
+    sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scatter.wgsl"],
+    bindings: HISTOGRAMS_IN,
+    constants: &[],
+};
+
+/// How the work is cut. Both give the same result on every adapter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For
+    /// software adapters, where these are slow and parallelism is scarce.
+    Serial,
+    /// Each workgroup sorts a block, ranked with bit masks in workgroup memory. For GPUs.
+    Wide,
+}
+
+impl Shape {
+    pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
+        if adapter.device_type == wgpu::DeviceType::Cpu { Self::Serial } else { Self::Wide }
+    }
+
+    /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
+    fn partition_limit(self, count: u32) -> u32 {
+        match self {
+            Self::Serial => {
+                let shortest = count.div_ceil(RUN_MIN).min(RUN_TARGET);
+                shortest.max(count.div_ceil(RUN_USUAL)).min(RUN_LIMIT)
+            }
+            Self::Wide => count.div_ceil(WIDE_BLOCK),
+        }
+    }
+}
+
+/// Where the number of pairs comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum SortCount<'a> {
+    /// At most this many; [`SortBindings::write_count`] says how many before each frame.
+    Known(u32),
+    /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
+    FromBuffer { counts: &'a wgpu::Buffer, index: u32, capacity: u32 },
+}
+
+#[derive(Debug)]
+pub struct Sort {
+    shape: Shape,
+    count: Kernel,
+    scan: Kernel,
+    scatter: Kernel,
+}
+
+impl Sort {
+    pub fn new(device: &wgpu::Device, shape: Shape) -> Self {
+        let [count, scan, scatter] = match shape {
+            Shape::Serial => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
+            Shape::Wide => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
+        }
+        .map(|desc| Kernel::new(device, desc, &[]));
+        Self { shape, count, scan, scatter }
+    }
+
+    /// Allocates the scratch of a sort of `pairs[0]` by the `bits` of the keys. The textures are of
+    /// [`PAIR_FORMAT`] and [`pair_texture_size`]; both are overwritten.
+    pub fn bind(
+        &self,
+        device: &wgpu::Device,
+        pairs: [&wgpu::TextureView; 2],
+        count: SortCount<'_>,
+        bits: Range<u32>,
+    ) -> Result<SortBindings, Error> {
+        let own_count = |count: u32| {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            upload(device, "counts", &[count], usage)
+        };
+        let (counts, index, capacity) = match count {
+            SortCount::Known(capacity) => (&own_count(capacity), 0, capacity),
+            SortCount::FromBuffer { counts, index, capacity } => (counts, index, capacity),
+        };
+        if capacity > PAIR_LIMIT {
+            return Err(Error::Limit {
+                limit: "pairs to sort",
+                have: PAIR_LIMIT.into(),
+                need: capacity.into(),
+                remedy: "lower the pair budget or the number of casters",
+            });
+        }
+        let partitions = self.shape.partition_limit(capacity);
+        let histograms = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("histograms"),
+            size: wgpu::Extent3d {
+                width: partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW),
+                height: TOTAL_ROW + 1,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: R32Uint,
+            usage: wgpu::TextureUsages::STORAGE_BINDING,
+            view_formats: &[],
+        });
+        let histograms = histograms.create_view(&Default::default());
+        let passes = digits(bits)
+            .enumerate()
+            .map(|(at, digit)| {
+                let values = SortPass {
+                    shift: digit.start,
+                    digit_count: 1 << digit.len(),
+                    capacity,
+                    count_index: index,
+                };
+                let uniform = upload(device, "sort_pass", &[values], wgpu::BufferUsages::UNIFORM);
+                let view = wgpu::BindingResource::TextureView;
+                let pass = uniform.as_entire_binding();
+                let counts = counts.as_entire_binding();
+                let [from, to] = if at % 2 == 0 { pairs } else { [pairs[1], pairs[0]] };
+                PassBindings {
+                    digit_count: values.digit_count,
+                    count: self.count.bind(
+                        device,
+                        &[pass.clone(), counts.clone(), view(from), view(&histograms)],
+                    ),
+                    scan: self
+                        .scan
+                        .bind(device, &[pass.clone(), counts.clone(), view(&histograms)]),
+                    scatter: self
+                        .scatter
+                        .bind(device, &[pass, counts, view(from), view(&histograms), view(to)]),
+                }
+            })
+            .collect();
+        let size = histograms.texture().size();
+        Ok(SortBindings {
+            passes,
+            own_count: matches!(count, SortCount::Known(_)).then(|| counts.clone()),
+            capacity,
+            count: capacity,
+            scratch_size: u64::from(size.width) * u64::from(size.height) * 4,
+        })
+    }
+
+    /// Records the sort; creates nothing.
+    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bindings: &SortBindings) {
+        let partitions = self.shape.partition_limit(bindings.count);
+        if partitions == 0 {
+            return;
+        }
+        for digit in &bindings.passes {
+            let [partition_groups, digit_groups] = match self.shape {
+                Shape::Serial => {
+                    [partitions, digit.digit_count].map(|n| n.div_ceil(SERIAL_WORKGROUP_SIZE))
+                }
+                Shape::Wide => [partitions, digit.digit_count],
+            };
+            self.count.record(pass, &digit.count, [partition_groups, 1, 1]);
+            self.scan.record(pass, &digit.scan, [digit_groups, 1, 1]);
+            self.scatter.record(pass, &digit.scatter, [partition_groups, 1, 1]);
+        }
+    }
+}
+
+#[derive(Debug)]
+struct PassBindings {
+    digit_count: u32,
+    count: wgpu::BindGroup,
+    scan: wgpu::BindGroup,
+    scatter: wgpu::BindGroup,
+}
+
+/// A sort with its resources, ready to be recorded any number of times.
+#[derive(Debug)]
+pub struct SortBindings {
+    passes: Vec<PassBindings>,
+    /// Where the count is known on the CPU.
+    own_count: Option<wgpu::Buffer>,
+    /// [pairs]
+    capacity: u32,
+    /// What the dispatches cover [pairs].
+    count: u32,
+    scratch_size: u64,
+}
+
+impl SortBindings {
+    /// Which of the two pair textures holds the sorted pairs.
+    pub fn result(&self) -> usize {
+        self.passes.len() % 2
+    }
+
+    /// Of the histograms [bytes].
+    pub fn scratch_size(&self) -> u64 {
+        self.scratch_size
+    }
+
+    /// The number of pairs of the next frame, at most the capacity; for [`SortCount::Known`].
+    pub fn write_count(&mut self, queue: &wgpu::Queue, count: u32) {
+        if let Some(own) = &self.own_count {
+            self.count = count.min(self.capacity);
+            queue.write_buffer(own, 0, bytemuck::bytes_of(&self.count));
+        }
+    }
+}
+
+/// As few digits of at most 8 bits as hold `bits`, as even as can be, lowest first. A key has no
+/// bits past 32.
+pub fn digits(bits: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    let end = bits.end.min(32);
+    let start = bits.start.min(end);
+    let digit_count = (end - start).div_ceil(8);
+    let edge = move |digit: u32| start + (end - start) * digit / digit_count;
+    (0..digit_count).map(move |digit| edge(digit)..edge(digit + 1))
+}
+
+fn upload<T: bytemuck::NoUninit>(
+    device: &wgpu::Device,
+    label: &str,
+    data: &[T],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    use wgpu::util::DeviceExt as _;
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents: bytemuck::cast_slice(data),
+        usage,
+    })
+}

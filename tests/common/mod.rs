@@ -1,0 +1,6 @@
+use gobo::gpu::Gpu;
+
+/// A missing GPU fails the test; it never skips it.
+pub(crate) fn gpu() -> Gpu {
+    Gpu::headless().unwrap_or_else(|error| panic!("{error}"))
+}
