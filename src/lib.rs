@@ -8,6 +8,7 @@ pub mod caster;
 pub mod counters;
 pub mod cpu;
 pub mod error;
+pub mod footprint;
 pub mod frame;
 pub mod gpu;
 pub mod light;

@@ -121,7 +121,7 @@ impl View {
     /// The picture's camera; near and far enclose `bounds`.
     pub fn from_camera(camera: &Camera, bounds: &Bounds) -> Self {
         let view_from_world =
-            glam::camera::rh::view::look_at_mat4(camera.eye, camera.target, camera.up);
+            looking(camera.eye, (camera.target - camera.eye).normalize(), camera.up);
         let (_, far) = depth_range(&view_from_world, bounds);
         let near = (far * 1e-4).max(1e-4);
         Self {
@@ -153,15 +153,15 @@ impl View {
     }
 }
 
-/// Right, up and back of a view that looks along `forward` (unit).
-fn view_axes(forward: Vec3) -> Mat3 {
-    let up = if forward.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
-    let right = forward.cross(up).normalize();
-    Mat3::from_cols(right, right.cross(forward), -forward)
+/// The up of a light that looks along `forward` (unit).
+fn light_up(forward: Vec3) -> Vec3 {
+    if forward.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y }
 }
 
-fn looking(position: Vec3, forward: Vec3) -> Mat4 {
-    let axes = view_axes(forward).transpose();
+/// `view_from_world` of a view that looks along `forward` (unit).
+fn looking(position: Vec3, forward: Vec3, up: Vec3) -> Mat4 {
+    let right = forward.cross(up).normalize();
+    let axes = Mat3::from_cols(right, right.cross(forward), -forward).transpose();
     Mat4::from_cols(
         axes.x_axis.extend(0.0),
         axes.y_axis.extend(0.0),
@@ -210,12 +210,20 @@ fn light_views(index: usize, light: &Light, size: u32, bounds: &Bounds) -> Vec<V
             vec![directional(index, light, size, direction, bounds)]
         }
         LightKind::Spot { position, direction, angle } => {
-            vec![perspective(index, light, size, "0", looking(position, direction), angle, bounds)]
+            vec![perspective(
+                index,
+                light,
+                size,
+                "0",
+                looking(position, direction, light_up(direction)),
+                angle,
+                bounds,
+            )]
         }
         LightKind::Point { position } => CUBE
             .iter()
             .map(|&(name, forward)| {
-                let view_from_world = looking(position, forward);
+                let view_from_world = looking(position, forward, light_up(forward));
                 let right_angle = std::f32::consts::FRAC_PI_2;
                 perspective(index, light, size, name, view_from_world, right_angle, bounds)
             })
@@ -225,7 +233,7 @@ fn light_views(index: usize, light: &Light, size: u32, bounds: &Bounds) -> Vec<V
 
 /// Fits the box: the window is square, its planes enclose every caster and receiver.
 fn directional(index: usize, light: &Light, size: UVec2, direction: Vec3, box_: &Bounds) -> View {
-    let axes = looking(Vec3::ZERO, direction);
+    let axes = looking(Vec3::ZERO, direction, light_up(direction));
     let corners = box_.corners().map(|corner| axes.transform_point3(corner));
     let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
     let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));

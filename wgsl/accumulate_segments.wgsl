@@ -1,0 +1,39 @@
+// accumulate, segments: adds one segment of a long tile to the sums of its texels. One workgroup
+// per segment, four texels per invocation; atomics, because segments of a tile run side by side.
+// CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
+// Needs common/gather.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl, sums_*.wgsl.
+@group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(6) var<storage, read> dispatches: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read> segments: array<Segment>;
+@group(0) @binding(8) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(9) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(10) var casters: texture_2d<u32>;
+@group(0) @binding(11) var setups: texture_2d<u32>;
+@group(0) @binding(12) var images: texture_2d_array<f32>;
+@group(0) @binding(13) var opaques: texture_2d_array<f32>;
+
+@compute @workgroup_size(LANES)
+fn accumulate_segments(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup.y * workgroups.x + workgroup.x;
+    if index >= dispatches[SEGMENT_DISPATCH].w {
+        return;
+    }
+    let segment = segments[index];
+    let view = views[segment.view];
+    let place = lane_texel(lane);
+    let texel = tile_texel(view, segment.tile) + place;
+    start(view, texel);
+    walk(view, segment.first, segment.end, corner);
+    for (var i = 0u; i < 4u; i += 1u) {
+        let sum = sum_index(segment.tile, place + vec2(i, 0u));
+        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed[i]) * FIXED_ONE))));
+        if nearest[i] < 1.0 {
+            raise_nearness(sum, depth_to_nearness(nearest[i]));
+        }
+    }
+}

@@ -1,0 +1,48 @@
+// accumulate, tiny: particles of at most 2x2 texels, straight into the sums. One invocation per
+// footprint; a workgroup takes a chunk.
+// CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs. Needs common/scatter.wgsl and
+// what it needs, chunk.wgsl, sums_*.wgsl.
+@group(0) @binding(4) var<uniform> params: ProjectParams;
+@group(0) @binding(5) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(6) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(7) var<storage, read> chunks: array<Chunk>;
+@group(0) @binding(8) var<storage, read_write> scattered_tiles: array<u32>;
+@group(0) @binding(9) var<storage, read_write> counters: BatchCounters;
+@group(0) @binding(10) var rects: texture_2d<u32>;
+@group(0) @binding(11) var footprints: texture_2d<u32>;
+@group(0) @binding(12) var casters: texture_2d<u32>;
+@group(0) @binding(13) var setups: texture_2d<u32>;
+@group(0) @binding(14) var images: texture_2d_array<f32>;
+@group(0) @binding(15) var opaques: texture_2d_array<f32>;
+
+override WORKGROUP_SIZE: u32;
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn accumulate_tiny(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let chunk_index = workgroup.y * workgroups.x + workgroup.x;
+    if chunk_index >= params.chunk_count {
+        return;
+    }
+    let chunk = chunks[chunk_index];
+    let index = chunk.first_footprint + lane;
+    let rect = textureLoad(rects, record_texel(index), 0).rg;
+    if lane >= chunk.count || rect.x != SCATTERED {
+        return;
+    }
+    atomicAdd(&counters.scattered, 1u);
+    let view = views[chunk.view];
+    let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
+    let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
+    // The two texel centres nearest to the footprint's, in x and in y.
+    let first = vec2<i32>(floor(bitcast<vec2<f32>>(place.xy) - 0.5));
+    for (var i = 0; i < 4; i += 1) {
+        let texel = first + vec2(i & 1, i >> 1u);
+        if all(texel >= vec2(0)) && all(texel < vec2<i32>(view.size)) {
+            scatter(view, place, look, vec2<u32>(texel));
+        }
+    }
+}

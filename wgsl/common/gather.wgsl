@@ -1,0 +1,40 @@
+// The state of four texels while their casters are multiplied up, front to back, in registers.
+// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, sums.wgsl.
+var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
+var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
+var<private> nearest: vec4<f32>;
+var<private> opaque_depth: vec4<f32>;
+
+fn start(view: GpuView, texel: vec2<u32>) {
+    corner = vec2<f32>(texel);
+    nearest = vec4(1.0);
+    for (var i = 0u; i < 4u; i += 1u) {
+        passed[i] = vec3(1.0);
+        opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(i, 0u), view.layer, 0).r;
+    }
+}
+
+fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
+    let hit = caster_hit(view, place, look, corner + vec2(f32(i) + 0.5, 0.5), opaque_depth[i]);
+    let counts = hit.depth >= 0.0 && hit.depth < opaque_depth[i];
+    passed[i] *= select(vec3(1.0), hit.light, counts);
+    let seen = counts && hit.opacity >= VISIBLE_OPACITY;
+    nearest[i] = select(nearest[i], min(nearest[i], hit.depth), seen);
+}
+
+fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
+    visit_texel(view, place, look, 0u);
+    visit_texel(view, place, look, 1u);
+    visit_texel(view, place, look, 2u);
+    visit_texel(view, place, look, 3u);
+}
+
+// Nothing at or behind `front` can change these texels.
+fn settled(front: f32) -> bool {
+    var open = false;
+    for (var i = 0u; i < 4u; i += 1u) {
+        let lit = HAS_GAIN || any(passed[i] >= vec3(BLACK)) || nearest[i] > front;
+        open = open || (lit && opaque_depth[i] > front);
+    }
+    return !open;
+}

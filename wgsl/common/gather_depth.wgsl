@@ -1,0 +1,26 @@
+// The state of four texels while the nearest opaque surface is sought. CPU twin:
+// src/cpu/occlude.rs. Needs common/solid.wgsl.
+var<private> corner: vec2<f32>; // first of the four texels, in the view's map
+var<private> nearest: vec4<f32>;
+
+fn start(view: GpuView, texel: vec2<u32>) {
+    corner = vec2<f32>(texel);
+    nearest = vec4(1.0);
+}
+
+fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
+    let hit = caster_hit(view, place, look, corner + vec2(f32(i) + 0.5, 0.5), 1.0);
+    nearest[i] = select(nearest[i], min(nearest[i], hit.depth), is_solid(hit));
+}
+
+fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
+    visit_texel(view, place, look, 0u);
+    visit_texel(view, place, look, 1u);
+    visit_texel(view, place, look, 2u);
+    visit_texel(view, place, look, 3u);
+}
+
+// Nothing at or behind `front` can change these texels.
+fn settled(front: f32) -> bool {
+    return all(nearest <= vec4(front));
+}

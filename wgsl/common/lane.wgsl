@@ -1,0 +1,21 @@
+// Which texels of a 16x16 tile an invocation of a workgroup of 64 keeps in registers: four in a
+// row. Eight consecutive invocations hold 8x4 texels, so that a subgroup is a compact block and
+// culls casters for itself. Needs common/view.wgsl.
+const LANES: u32 = 64u;
+
+fn lane_texel(lane: u32) -> vec2<u32> {
+    let block = lane / 8u;
+    let place = lane % 8u;
+    return vec2((block % 2u) * 8u + (place % 2u) * 4u, (block / 2u) * 4u + place / 2u);
+}
+
+// First texel of tile number `tile` of the batch, in its view's map.
+fn tile_texel(view: GpuView, tile: u32) -> vec2<u32> {
+    let place = tile - view.first_tile;
+    return vec2(place % view.tiles_x, place / view.tiles_x) * TILE_SIZE;
+}
+
+// Index of a texel of a tile among the batch's sums.
+fn sum_index(tile: u32, place: vec2<u32>) -> u32 {
+    return (tile * TILE_SIZE + place.y) * TILE_SIZE + place.x;
+}

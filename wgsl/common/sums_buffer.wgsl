@@ -1,0 +1,29 @@
+// Sums over the casters of a texel, in storage buffers: the core tier. Texel = tile * 256 + place
+// in the tile. Optical depth per channel in fixed point, and how near the nearest hit is.
+// Needs common/sums.wgsl.
+@group(0) @binding(0) var<storage, read_write> sum_red: array<atomic<u32>>;
+@group(0) @binding(1) var<storage, read_write> sum_green: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read_write> sum_blue: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> nearness: array<atomic<u32>>;
+
+fn load_sums(texel: u32) -> vec3<u32> {
+    return vec3(
+        atomicLoad(&sum_red[texel]),
+        atomicLoad(&sum_green[texel]),
+        atomicLoad(&sum_blue[texel]),
+    );
+}
+
+fn add_to_sums(texel: u32, tau: vec3<u32>) {
+    atomicAdd(&sum_red[texel], tau.r);
+    atomicAdd(&sum_green[texel], tau.g);
+    atomicAdd(&sum_blue[texel], tau.b);
+}
+
+fn load_nearness(texel: u32) -> u32 {
+    return atomicLoad(&nearness[texel]);
+}
+
+fn raise_nearness(texel: u32, value: u32) {
+    atomicMax(&nearness[texel], value);
+}

@@ -1,0 +1,27 @@
+// Sums over the casters of a texel, in storage textures: the native tier (TEXTURE_ATOMIC). Texel =
+// tile * 256 + place in the tile. Optical depth per channel in fixed point, and how near the
+// nearest hit is. Needs common/sums.wgsl, record.wgsl.
+@group(0) @binding(0) var sum_red: texture_storage_2d<r32uint, atomic>;
+@group(0) @binding(1) var sum_green: texture_storage_2d<r32uint, atomic>;
+@group(0) @binding(2) var sum_blue: texture_storage_2d<r32uint, atomic>;
+@group(0) @binding(3) var nearness: texture_storage_2d<r32uint, atomic>;
+
+fn load_sums(texel: u32) -> vec3<u32> {
+    let at = record_texel(texel);
+    return vec3(textureLoad(sum_red, at).r, textureLoad(sum_green, at).r, textureLoad(sum_blue, at).r);
+}
+
+fn add_to_sums(texel: u32, tau: vec3<u32>) {
+    let at = record_texel(texel);
+    textureAtomicAdd(sum_red, at, tau.r);
+    textureAtomicAdd(sum_green, at, tau.g);
+    textureAtomicAdd(sum_blue, at, tau.b);
+}
+
+fn load_nearness(texel: u32) -> u32 {
+    return textureLoad(nearness, record_texel(texel)).r;
+}
+
+fn raise_nearness(texel: u32, value: u32) {
+    textureAtomicMax(nearness, record_texel(texel), value);
+}

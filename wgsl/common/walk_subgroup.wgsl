@@ -1,0 +1,42 @@
+// Walks a tile's pairs front to back, a subgroup at a time: every lane fetches one footprint and
+// tests it against the subgroup's block of texels; those that touch it are visited by all lanes.
+// The kernel says what to do in `visit` and when to stop in `settled`.
+// Needs common/record.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`.
+fn walk(view: GpuView, first: u32, end: u32, corner: vec2<f32>) {
+    let lane = subgroupExclusiveAdd(1u);
+    let size = subgroupAdd(1u);
+    // The block of texels that the subgroup holds, centre to centre.
+    let lo = subgroupMin(corner) + 0.5;
+    let hi = subgroupMax(corner) + vec2(3.5, 0.5);
+    for (var base = first; base < end; base += size) {
+        let pair = min(base + lane, end - 1u);
+        let footprint = textureLoad(pairs, record_texel(pair)).g;
+        let at = footprint * FOOTPRINT_TEXELS;
+        let place = textureLoad(footprints, record_texel(at));
+        let look = textureLoad(footprints, record_texel(at + 1u));
+        let touches = base + lane < end && touches_box(view, place, look, lo, hi);
+        let ballot = subgroupBallot(touches);
+        var low = ballot.x;
+        var high = ballot.y;
+        while (low | high) != 0u {
+            var j: u32;
+            if low != 0u {
+                j = firstTrailingBit(low);
+                low &= low - 1u;
+            } else {
+                j = 32u + firstTrailingBit(high);
+                high &= high - 1u;
+            }
+            let visited = subgroupShuffle(footprint, j) * FOOTPRINT_TEXELS;
+            visit(
+                view,
+                textureLoad(footprints, record_texel(visited)),
+                textureLoad(footprints, record_texel(visited + 1u)),
+            );
+        }
+        // What follows is no nearer than this stretch's first pair.
+        if subgroupAll(settled(subgroupShuffle(front_depth(look), 0u))) {
+            break;
+        }
+    }
+}
