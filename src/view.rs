@@ -8,6 +8,8 @@ use glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4};
 
 /// Edge of a tile [texels]. WGSL: `wgsl/common/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
+/// Views of a batch: the length of the uniform array.
+pub const MAX_VIEWS: usize = 64;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {

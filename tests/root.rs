@@ -1,3 +1,5 @@
 //! One test binary: wgpu is linked once, helpers are shared.
 mod common;
+mod layout;
+mod shaders;
 mod sort;

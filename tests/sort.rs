@@ -169,16 +169,25 @@ fn count_may_stay_below_the_capacity() {
     }
 }
 
-/// 131,072 pairs make more runs than 131,073 do.
+/// Dispatches and histograms are sized by the capacity, and fewer pairs may make more runs: 131,072
+/// make 512 runs of 256, 131,073 make 505 of 260.
 #[test]
-fn fewer_pairs_may_make_more_runs() {
-    let gpu = gpu();
-    let pairs = mixed(131_072);
-    let counts = gpu.upload("counts", &[131_072], wgpu::BufferUsages::STORAGE);
-    let sort = Sort::new(&gpu.device, Shape::Serial);
-    let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 131_073 };
-    let found = sort_on(&gpu, &sort, &pairs, counted, None, 0..24);
-    compare(&found, &sorted(&pairs, 0..24)).unwrap();
+fn partitions_of_the_capacity_hold_those_of_any_count() {
+    let run_length = |count: u32| {
+        let usual = count.div_ceil(512).clamp(256, 2048);
+        usual.max(count.div_ceil(8192)).next_multiple_of(4)
+    };
+    let mut last = 0;
+    for count in (0..PAIR_LIMIT).step_by(61).chain([131_072, 131_073, PAIR_LIMIT]) {
+        if count == 131_072 {
+            last = 0;
+        }
+        let limit = Shape::Serial.partition_limit(count);
+        assert!(limit >= last.max(count.div_ceil(run_length(count))), "{count}");
+        assert!(limit <= 8192);
+        assert!(Shape::Wide.partition_limit(count) <= 8192);
+        last = limit;
+    }
 }
 
 /// A count past the capacity: the first `capacity` pairs are sorted, none is written past them.

@@ -6,7 +6,7 @@ use super::{
     translate::{BufferSizes, translate},
 };
 use gobo::{
-    gpu::{Access, Binding, BindingKind, KernelDesc},
+    gpu::{Access, Binding, BindingKind, KernelDesc, Tier},
     stage::KERNELS,
     wgpu::{TextureSampleType, TextureViewDimension},
 };
@@ -24,6 +24,8 @@ struct Manifest {
 #[derive(Serialize)]
 struct KernelEntry {
     name: &'static str,
+    /// `core`, or `native` for the variant that needs `features`.
+    tier: &'static str,
     #[serde(flatten)]
     outcome: Outcome,
     bindings: Vec<BindingEntry>,
@@ -86,8 +88,11 @@ pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
     let mut stems = Vec::with_capacity(KERNELS.len());
     let mut kernels = Vec::with_capacity(KERNELS.len());
     for desc in KERNELS {
-        // Variants of a kernel share its name.
-        let stem = files::unique(desc.name, &stems);
+        // The variants of a kernel share its name.
+        let stem = match desc.tier {
+            Tier::Core => files::unique(desc.name, &stems),
+            Tier::Native => files::unique(&format!("{}_native", desc.name), &stems),
+        };
         let outcome = match translate(desc, target) {
             Ok(kernel) => {
                 let file = format!("{stem}.{}", target.extension());
@@ -121,6 +126,10 @@ pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
 fn entry(desc: &KernelDesc, outcome: Outcome) -> KernelEntry {
     KernelEntry {
         name: desc.name,
+        tier: match desc.tier {
+            Tier::Core => "core",
+            Tier::Native => "native",
+        },
         outcome,
         bindings: (0..).zip(desc.bindings).map(binding_entry).collect(),
         constants: desc.constants.iter().copied().collect(),
@@ -150,6 +159,7 @@ fn access_word(access: Access) -> &'static str {
         Access::Read => "read",
         Access::Write => "write",
         Access::ReadWrite => "read_write",
+        Access::Atomic => "atomic",
     }
 }
 

@@ -22,7 +22,7 @@ struct AdapterEntry {
     device_type: String,
     driver: String,
     chosen: bool,
-    tier: Tier,
+    tier: &'static str,
     reason: String,
     /// Why the adapter cannot be used at all.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,7 +62,10 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterEntry {
         device_type: format!("{:?}", info.device_type),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
         chosen: false,
-        tier: choice.tier,
+        tier: match choice.tier {
+            Tier::Core => "core",
+            Tier::Native => "native",
+        },
         reason: choice.reason,
         unusable: shortcoming(adapter).map(|error| error.to_string()),
         subgroup_size: [info.subgroup_min_size, info.subgroup_max_size],

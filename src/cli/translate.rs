@@ -5,7 +5,9 @@ use naga::{
     Module, ResourceBinding, ShaderStage,
     back::{self, PipelineConstants},
     proc::{BoundsCheckPolicies, BoundsCheckPolicy},
-    valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
+    valid::{
+        Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
+    },
 };
 
 /// Where MSL finds the sizes of runtime arrays: the last slot that Metal has.
@@ -97,6 +99,8 @@ pub(crate) fn translate(desc: &KernelDesc, target: Target) -> Result<Translation
 
 fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, String> {
     Validator::new(ValidationFlags::all(), capabilities)
+        .subgroup_stages(ShaderStages::COMPUTE)
+        .subgroup_operations(SubgroupOperationSet::all())
         .validate(module)
         .map_err(|error| error.into_inner().to_string())
 }
@@ -231,7 +235,8 @@ fn resources(module: &Module) -> Vec<(ResourceBinding, bool, bool)> {
     use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
     let globals = module.global_variables.iter().filter_map(|(_, global)| {
         let binding = global.binding?;
-        let writes = |access: StorageAccess| access.contains(StorageAccess::STORE);
+        let writes =
+            |access: StorageAccess| access.intersects(StorageAccess::STORE | StorageAccess::ATOMIC);
         Some(match module.types[global.ty].inner {
             TypeInner::Image { class: ImageClass::Storage { access, .. }, .. } => {
                 (binding, true, writes(access))

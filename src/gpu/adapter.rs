@@ -1,4 +1,5 @@
 //! Which adapter is used, and on which tier.
+use super::kernel::Tier;
 use crate::error::Error;
 use wgpu::{Backends, DeviceType, Features, Limits};
 
@@ -16,16 +17,6 @@ pub enum Backend {
     Cpu,
 }
 
-/// What the kernels may rely on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Tier {
-    /// WebGPU's own limits and no features.
-    Core,
-    /// What the adapter has of [`NATIVE_FEATURES`], and its larger limits.
-    Native,
-}
-
 /// Which adapter, and at most which tier.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
@@ -36,7 +27,7 @@ pub struct Selection {
     pub tier: Option<Tier>,
 }
 
-/// Features that kernels have variants for; one of them makes an adapter native.
+/// What kernels of [`Tier::Native`] use: an adapter must have all of them.
 pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
 
 /// Features that only measure.
@@ -67,16 +58,13 @@ impl TierChoice {
             (None, Ok("core")) => return core("GOBO_TIER asks for it".to_owned()),
             _ => {}
         }
-        let native = available & NATIVE_FEATURES;
-        let lacking = names(NATIVE_FEATURES - native);
-        if native.is_empty() {
-            return core(format!("the adapter lacks {lacking}"));
+        let lacking = NATIVE_FEATURES - available;
+        if !lacking.is_empty() {
+            return core(format!("the adapter lacks {}", names(lacking)));
         }
-        let lacking =
-            if lacking.is_empty() { lacking } else { format!("; the adapter lacks {lacking}") };
         Self {
             tier: Tier::Native,
-            reason: format!("native: {}{lacking}", names(native)),
+            reason: format!("native: {}", names(NATIVE_FEATURES)),
             features: available & (NATIVE_FEATURES | TIMER_FEATURES),
             limits: raised(limits),
         }

@@ -1,5 +1,8 @@
 //! A device for tests, benches and the CLI. Hosts with a renderer pass their own.
-use super::adapter::{Selection, Tier, TierChoice, adapters, shortcoming};
+use super::{
+    adapter::{Selection, TierChoice, adapters, shortcoming},
+    kernel::Tier,
+};
 use crate::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
 

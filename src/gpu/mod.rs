@@ -1,13 +1,17 @@
 //! Devices and kernels as data.
 mod adapter;
+mod allocate;
 mod context;
 mod kernel;
 mod layout;
+mod timing;
 mod transfer;
 
 pub use adapter::{
-    Backend, NATIVE_FEATURES, Selection, Tier, TierChoice, adapters, all_adapters, shortcoming,
+    Backend, NATIVE_FEATURES, Selection, TierChoice, adapters, all_adapters, shortcoming,
 };
+pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::Gpu;
-pub use kernel::{Access, Binding, BindingKind, FLOAT, Kernel, KernelDesc, Source};
+pub use kernel::{Access, Binding, BindingKind, FLOAT, Kernel, KernelDesc, Source, Tier};
 pub use layout::{Field, GpuLayout, size_of_field};
+pub use timing::Timeline;

@@ -15,7 +15,7 @@
 //! ```
 use crate::{
     error::Error,
-    gpu::{Binding, Kernel, KernelDesc},
+    gpu::{Binding, Kernel, KernelDesc, Tier},
 };
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -91,6 +91,7 @@ pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     ],
     bindings: HISTOGRAMS_OUT,
     constants: SERIAL_CONSTANTS,
+    tier: Tier::Core,
 };
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     name: "sort_serial_scan",
@@ -101,6 +102,7 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     ],
     bindings: HISTOGRAMS_SCAN,
     constants: SERIAL_CONSTANTS,
+    tier: Tier::Core,
 };
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
@@ -111,24 +113,28 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     ],
     bindings: HISTOGRAMS_IN,
     constants: SERIAL_CONSTANTS,
+    tier: Tier::Core,
 };
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     name: "sort_wide_count",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_count.wgsl"],
     bindings: HISTOGRAMS_OUT,
     constants: &[],
+    tier: Tier::Core,
 };
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scan.wgsl"],
     bindings: HISTOGRAMS_SCAN,
     constants: &[],
+    tier: Tier::Core,
 };
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
     sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scatter.wgsl"],
     bindings: HISTOGRAMS_IN,
     constants: &[],
+    tier: Tier::Core,
 };
 
 /// How the work is cut. Both give the same result on every adapter.
@@ -147,7 +153,7 @@ impl Shape {
     }
 
     /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
-    fn partition_limit(self, count: u32) -> u32 {
+    pub fn partition_limit(self, count: u32) -> u32 {
         match self {
             Self::Serial => {
                 let shortest = count.div_ceil(RUN_MIN).min(RUN_TARGET);

@@ -1,5 +1,5 @@
 // Light in fixed point: sums of integers are the same in every order. CPU twin:
-// src/cpu/resolve.rs. Needs common/sums_buffer.wgsl or sums_texture.wgsl.
+// src/cpu/resolve.rs.
 
 const FIXED_ONE: f32 = 65536.0; // of optical depth
 // What one addend adds at most: past ln 1024 a texel is black. 4,096 addends in flight on one
@@ -14,16 +14,6 @@ override HAS_GAIN: bool;
 
 fn to_tau(t: vec3<f32>) -> vec3<f32> {
     return min(-log(max(t, vec3(1e-9))), vec3(MAX_TAU));
-}
-
-// Bit-identical in every order: saturated sums are black whatever is added.
-fn merge(texel: u32, tau: vec3<u32>) {
-    let sums = load_sums(texel);
-    if HAS_GAIN {
-        add_to_sums(texel, tau);
-    } else if any(sums < vec3(SATURATED)) && any(tau != vec3(0u)) {
-        add_to_sums(texel, select(tau, vec3(0u), sums >= vec3(SATURATED)));
-    }
 }
 
 fn light(sums: vec3<u32>) -> vec3<f32> {

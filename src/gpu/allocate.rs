@@ -1,0 +1,126 @@
+//! Buffers and textures, each counted by name and held against the device's limits.
+use crate::{error::Error, footprint::ROW};
+use wgpu::{BufferUsages, TextureFormat, TextureUsages};
+
+/// Bytes by buffer or texture name, in order of allocation.
+#[derive(Clone, Debug, Default)]
+pub struct Memory(pub Vec<(&'static str, u64)>);
+
+impl Memory {
+    pub fn add(&mut self, name: &'static str, bytes: u64) {
+        match self.0.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum += bytes,
+            None => self.0.push((name, bytes)),
+        }
+    }
+
+    /// [bytes]
+    pub fn total(&self) -> u64 {
+        self.0.iter().map(|(_, bytes)| bytes).sum()
+    }
+}
+
+/// Allocates for `prepare`; never for `record`.
+#[derive(Debug)]
+pub struct Allocator<'a> {
+    pub device: &'a wgpu::Device,
+    pub memory: &'a mut Memory,
+}
+
+impl Allocator<'_> {
+    /// An array of `len` elements (at least one: WebGPU has no empty bindings).
+    pub fn storage<T>(
+        &mut self,
+        name: &'static str,
+        len: u64,
+        usage: BufferUsages,
+    ) -> Result<wgpu::Buffer, Error> {
+        let size = len.max(1) * size_of::<T>() as u64;
+        let limits = self.device.limits();
+        check(
+            "max_storage_buffer_binding_size",
+            limits.max_storage_buffer_binding_size,
+            size,
+        )?;
+        Ok(self.buffer(name, size, usage | BufferUsages::STORAGE | BufferUsages::COPY_DST))
+    }
+
+    /// Copied to before each frame that changes it.
+    pub fn uniform<T>(&mut self, name: &'static str) -> wgpu::Buffer {
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        self.buffer(name, size_of::<T>() as u64, usage)
+    }
+
+    fn buffer(&mut self, name: &'static str, size: u64, usage: BufferUsages) -> wgpu::Buffer {
+        self.memory.add(name, size);
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(name),
+            size,
+            usage,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// A texture of records, [`ROW`] texels wide.
+    pub fn records(
+        &mut self,
+        name: &'static str,
+        format: TextureFormat,
+        texels: u64,
+        usage: TextureUsages,
+    ) -> Result<wgpu::Texture, Error> {
+        let rows = texels.div_ceil(u64::from(ROW)).max(1);
+        self.texture(name, format, [u64::from(ROW), rows, 1], usage)
+    }
+
+    /// Width, height and layers [texels].
+    pub fn texture(
+        &mut self,
+        name: &'static str,
+        format: TextureFormat,
+        [width, height, layers]: [u64; 3],
+        usage: TextureUsages,
+    ) -> Result<wgpu::Texture, Error> {
+        let limits = self.device.limits();
+        let edge = u64::from(limits.max_texture_dimension_2d);
+        check("max_texture_dimension_2d", edge, width.max(height))?;
+        check("max_texture_array_layers", u64::from(limits.max_texture_array_layers), layers)?;
+        let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
+        self.memory.add(name, width * height * layers * texel);
+        Ok(self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(name),
+            size: wgpu::Extent3d {
+                width: width as u32,
+                height: height as u32,
+                depth_or_array_layers: layers as u32,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: usage | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        }))
+    }
+}
+
+fn check(limit: &'static str, have: u64, need: u64) -> Result<(), Error> {
+    if need <= have {
+        return Ok(());
+    }
+    let remedy = "use fewer casters, views or pairs, smaller maps or another adapter";
+    Err(Error::Limit { limit, have, need, remedy })
+}
+
+/// The whole texture as the kernels bind it.
+pub fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// All layers, also where there is one.
+pub fn array_view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    })
+}

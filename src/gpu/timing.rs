@@ -1,0 +1,109 @@
+//! Milliseconds per stage by GPU timestamps, where the device has them.
+
+/// Timestamps that one frame may write.
+const MAX_STAMPS: u32 = 2048;
+
+/// Begins one compute pass per stage and stamps its begin and end.
+#[derive(Debug)]
+pub struct Timeline {
+    queries: Option<Queries>,
+    stages: Vec<&'static str>,
+}
+
+#[derive(Debug)]
+struct Queries {
+    set: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    /// Of one tick [ns].
+    period: f32,
+}
+
+impl Timeline {
+    /// Without `TIMESTAMP_QUERY` the stages run all the same and no time is known.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let has = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let queries = has.then(|| {
+            let buffer = |label, usage| {
+                device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(label),
+                    size: u64::from(MAX_STAMPS) * 8,
+                    usage,
+                    mapped_at_creation: false,
+                })
+            };
+            use wgpu::BufferUsages as Use;
+            Queries {
+                set: device.create_query_set(&wgpu::QuerySetDescriptor {
+                    label: Some("stages"),
+                    ty: wgpu::QueryType::Timestamp,
+                    count: MAX_STAMPS,
+                }),
+                resolved: buffer("stage_ticks", Use::QUERY_RESOLVE | Use::COPY_SRC),
+                readback: buffer("stage_ticks_readback", Use::MAP_READ | Use::COPY_DST),
+                period: queue.get_timestamp_period(),
+            }
+        });
+        Self { queries, stages: Vec::new() }
+    }
+
+    pub fn reset(&mut self) {
+        self.stages.clear();
+    }
+
+    pub fn pass<'e>(
+        &mut self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        stage: &'static str,
+    ) -> wgpu::ComputePass<'e> {
+        let first = 2 * self.stages.len() as u32;
+        let queries = self.queries.as_ref().filter(|_| first + 2 <= MAX_STAMPS);
+        if queries.is_some() {
+            self.stages.push(stage);
+        }
+        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(stage),
+            timestamp_writes: queries.map(|queries| wgpu::ComputePassTimestampWrites {
+                query_set: &queries.set,
+                beginning_of_pass_write_index: Some(first),
+                end_of_pass_write_index: Some(first + 1),
+            }),
+        })
+    }
+
+    /// After the last pass: makes the stamps readable.
+    pub fn finish(&self, encoder: &mut wgpu::CommandEncoder) {
+        let count = 2 * self.stages.len() as u32;
+        if let Some(queries) = self.queries.as_ref().filter(|_| count > 0) {
+            encoder.resolve_query_set(&queries.set, 0..count, &queries.resolved, 0);
+            let bytes = u64::from(count) * 8;
+            encoder.copy_buffer_to_buffer(&queries.resolved, 0, &queries.readback, 0, bytes);
+        }
+    }
+
+    /// Stages in order of first appearance and their times [ms]. Blocks until the frame is done.
+    pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
+        let Some(queries) = self.queries.as_ref().filter(|_| !self.stages.is_empty()) else {
+            return Vec::new();
+        };
+        let slice = queries.readback.slice(..self.stages.len() as u64 * 16);
+        slice.map_async(wgpu::MapMode::Read, |_| ());
+        if device.poll(wgpu::PollType::wait_indefinitely()).is_err() {
+            return Vec::new();
+        }
+        let mut times: Vec<(&'static str, f64)> = Vec::new();
+        if let Ok(bytes) = slice.get_mapped_range() {
+            let ticks: &[u64] = bytemuck::cast_slice(&bytes);
+            for (stage, stamps) in self.stages.iter().zip(ticks.chunks_exact(2)) {
+                let ticks = stamps[1].saturating_sub(stamps[0]) as f64;
+                let ms = ticks * f64::from(queries.period) * 1e-6;
+                match times.iter_mut().find(|(known, _)| known == stage) {
+                    Some((_, sum)) => *sum += ms,
+                    None => times.push((stage, ms)),
+                }
+            }
+        }
+        queries.readback.unmap();
+        times
+    }
+}

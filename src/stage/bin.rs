@@ -1,0 +1,217 @@
+//! bin: from depth-sorted footprints to each tile's pairs, front to back.
+//!
+//! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the
+//! pairs in sorted order; a stable sort by tile follows, then `ranges` finds each tile's pairs and
+//! `segments` cuts long tiles. What does not fit is listed in `overflow` for the scatter path.
+//! `dispatch` turns counts into workgroups for what only the GPU knows.
+use crate::{
+    gpu::{Binding, KernelDesc, Tier},
+    view::{GpuView, MAX_VIEWS},
+};
+use bytemuck::{Pod, Zeroable};
+use wgpu::TextureFormat::Rg32Uint;
+
+/// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
+/// stays below the 65,535 iterations that llvmpipe allows it.
+pub const SEGMENT_LENGTH: u32 = 4096;
+/// Invocations of `scan`'s only workgroup.
+const SCAN_LANES: u32 = 256;
+/// Invocations of the other steps' workgroups: a subgroup of llvmpipe.
+pub const LANES: u32 = 8;
+/// Of `segments`.
+pub const TILE_LANES: u32 = 64;
+
+pub const COUNT: KernelDesc = KernelDesc {
+    name: "bin_count",
+    sources: crate::sources!["common/record.wgsl", "common/bin.wgsl", "bin_count.wgsl"],
+    bindings: &[
+        Binding::uniform::<BinParams>("params"),
+        Binding::texture_read("sorted", Rg32Uint),
+        Binding::texture_read("rects", Rg32Uint),
+        Binding::read_write::<u32>("run_offsets"),
+        Binding::read_write::<BatchCounters>("counters"),
+    ],
+    constants: &[("WORKGROUP_SIZE", LANES as f64)],
+    tier: Tier::Core,
+};
+
+pub const SCAN: KernelDesc = KernelDesc {
+    name: "bin_scan",
+    sources: crate::sources!["common/bin.wgsl", "bin_scan.wgsl"],
+    bindings: &[
+        Binding::uniform::<BinParams>("params"),
+        Binding::read_write::<u32>("run_offsets"),
+        Binding::read_write::<BatchCounters>("counters"),
+    ],
+    constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
+    tier: Tier::Core,
+};
+
+pub const EMIT: KernelDesc = KernelDesc {
+    name: "bin_emit",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/bin.wgsl",
+        "bin_emit.wgsl"
+    ],
+    bindings: &[
+        Binding::uniform::<BinParams>("params"),
+        Binding::uniform::<[GpuView; MAX_VIEWS]>("views"),
+        Binding::texture_read("sorted", Rg32Uint),
+        Binding::texture_read("rects", Rg32Uint),
+        Binding::read_write::<u32>("run_offsets"),
+        Binding::read_write::<BatchCounters>("counters"),
+        Binding::read_write::<u32>("overflow"),
+        Binding::texture_write("pairs", Rg32Uint),
+    ],
+    constants: &[("WORKGROUP_SIZE", LANES as f64)],
+    tier: Tier::Core,
+};
+
+pub const RANGES: KernelDesc = KernelDesc {
+    name: "bin_ranges",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/bin.wgsl",
+        "common/tile.wgsl",
+        "bin_ranges.wgsl"
+    ],
+    bindings: &[
+        Binding::read_write::<BatchCounters>("counters"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::read_write::<Tile>("tiles"),
+    ],
+    constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
+    tier: Tier::Core,
+};
+
+pub const SEGMENTS: KernelDesc = KernelDesc {
+    name: "bin_segments",
+    sources: crate::sources![
+        "common/view.wgsl",
+        "common/bin.wgsl",
+        "common/tile.wgsl",
+        "bin_segments.wgsl"
+    ],
+    bindings: &[
+        Binding::uniform::<BinParams>("params"),
+        Binding::uniform::<[GpuView; MAX_VIEWS]>("views"),
+        Binding::read_write::<BatchCounters>("counters"),
+        Binding::read_write::<u32>("scattered_tiles"),
+        Binding::read_write::<Tile>("tiles"),
+        Binding::read_write::<Segment>("segments"),
+        Binding::read_write::<u32>("merged_tiles"),
+    ],
+    constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
+    tier: Tier::Core,
+};
+
+pub const DISPATCH: KernelDesc = KernelDesc {
+    name: "bin_dispatch",
+    sources: crate::sources!["common/bin.wgsl", "common/dispatch.wgsl", "bin_dispatch.wgsl"],
+    bindings: &[
+        Binding::read_write::<BatchCounters>("counters"),
+        Binding::read_write::<[u32; 4]>("dispatches"),
+    ],
+    constants: &[],
+    tier: Tier::Core,
+};
+
+/// Places in `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/common/dispatch.wgsl`.
+#[derive(Clone, Copy, Debug)]
+pub enum Dispatch {
+    Overflow,
+    Segment,
+    Merged,
+}
+
+impl Dispatch {
+    pub const COUNT: u64 = 3;
+
+    /// In the buffer [bytes].
+    pub fn offset(self) -> u64 {
+        self as u64 * 16
+    }
+}
+
+/// WGSL: `wgsl/common/bin.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct BinParams {
+    pub footprint_count: u32,
+    pub run_length: u32,
+    pub run_count: u32,
+    pub pair_capacity: u32,
+    pub tile_count: u32,
+    pub view_count: u32,
+    pub segment_capacity: u32,
+    pub segment_length: u32,
+}
+crate::gpu_layout!(BinParams {
+    footprint_count,
+    run_length,
+    run_count,
+    pair_capacity,
+    tile_count,
+    view_count,
+    segment_capacity,
+    segment_length
+});
+
+/// WGSL: `wgsl/common/bin.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct BatchCounters {
+    pub pairs_needed: u32,
+    pub pair_count: u32,
+    pub visible: u32,
+    pub scattered: u32,
+    pub overflowed: u32,
+    pub segment_count: u32,
+    pub merged_count: u32,
+    pub pad: u32,
+}
+crate::gpu_layout!(BatchCounters {
+    pairs_needed,
+    pair_count,
+    visible,
+    scattered,
+    overflowed,
+    segment_count,
+    merged_count,
+    pad
+});
+
+/// Of `pair_count` among the counters.
+pub const PAIR_COUNT_INDEX: u32 = 1;
+
+/// WGSL: `wgsl/common/tile.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Tile {
+    pub first: u32,
+    pub end: u32,
+    pub view: u32,
+    pub merged: u32,
+}
+crate::gpu_layout!(Tile { first, end, view, merged });
+
+/// WGSL: `wgsl/common/tile.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Segment {
+    pub tile: u32,
+    pub first: u32,
+    pub end: u32,
+    pub view: u32,
+}
+crate::gpu_layout!(Segment { tile, first, end, view });
+
+/// Footprints of a run, so that about `RUNS` invocations share the work.
+pub fn run_length(footprint_count: u32) -> u32 {
+    const RUNS: u32 = 2048;
+    // With its pairs (`RUN_PAIRS` in WGSL) a run stays below llvmpipe's 65,535 iterations.
+    const MAX_RUN: u32 = 16000;
+    footprint_count.div_ceil(RUNS).clamp(1, MAX_RUN)
+}

@@ -1,0 +1,88 @@
+//! What the kernels that evaluate hits share: sources, bindings and specialisation.
+use crate::{
+    footprint::{GpuMaterial, MAX_MATERIALS},
+    gpu::{Access, Binding, BindingKind, FLOAT},
+    view::{GpuView, MAX_VIEWS},
+};
+use wgpu::{TextureFormat::R32Uint, TextureSampleType::Uint, TextureViewDimension};
+
+/// What a batch holds; kernels leave out the rest. Hash key of the pipelines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Features {
+    pub particles: bool,
+    pub triangles: bool,
+    pub textures: bool,
+    pub puffs: bool,
+    pub quads: bool,
+    pub gain: bool,
+}
+
+impl Features {
+    pub const ALL: Self = Self {
+        particles: true,
+        triangles: true,
+        textures: true,
+        puffs: true,
+        quads: true,
+        gain: true,
+    };
+
+    /// Values of the overrides of `constants`.
+    pub fn constants(self, constants: &[(&'static str, f64)]) -> Vec<(&'static str, f64)> {
+        let value = |name: &str| match name {
+            "HAS_PARTICLES" => Some(self.particles),
+            "HAS_TRIANGLES" => Some(self.triangles),
+            "HAS_TEXTURES" => Some(self.textures),
+            "HAS_PUFFS" => Some(self.puffs),
+            "HAS_QUADS" => Some(self.quads),
+            "HAS_GAIN" => Some(self.gain),
+            _ => None,
+        };
+        constants
+            .iter()
+            .map(|&(name, usual)| (name, value(name).map_or(usual, |v| f64::from(u8::from(v)))))
+            .collect()
+    }
+}
+
+pub(super) const VIEWS: Binding = Binding::uniform::<[GpuView; MAX_VIEWS]>("views");
+pub(super) const MATERIALS: Binding = Binding::uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
+pub(super) const CASTERS: Binding = Binding::texture("casters", Uint);
+pub(super) const SETUPS: Binding = Binding::texture("setups", Uint);
+pub(super) const IMAGES: Binding = Binding::texture("images", FLOAT).array();
+pub(super) const OPAQUES: Binding = Binding::texture("opaques", FLOAT).array();
+
+/// The sums of the native tier: textures that take atomics.
+pub(super) const fn atomic_texture(name: &'static str) -> Binding {
+    Binding {
+        name,
+        kind: BindingKind::StorageTexture {
+            access: Access::Atomic,
+            format: R32Uint,
+            dimension: TextureViewDimension::D2,
+        },
+    }
+}
+
+/// Puts the sums, as buffers or as textures, before the other bindings.
+#[macro_export]
+macro_rules! sums_then {
+    (buffer, $($binding:expr),* $(,)?) => {
+        &[
+            $crate::gpu::Binding::read_write::<u32>("sum_red"),
+            $crate::gpu::Binding::read_write::<u32>("sum_green"),
+            $crate::gpu::Binding::read_write::<u32>("sum_blue"),
+            $crate::gpu::Binding::read_write::<u32>("nearness"),
+            $($binding),*
+        ]
+    };
+    (texture, $($binding:expr),* $(,)?) => {
+        &[
+            $crate::stage::hits::atomic_texture("sum_red"),
+            $crate::stage::hits::atomic_texture("sum_green"),
+            $crate::stage::hits::atomic_texture("sum_blue"),
+            $crate::stage::hits::atomic_texture("nearness"),
+            $($binding),*
+        ]
+    };
+}

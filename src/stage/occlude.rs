@@ -1,0 +1,259 @@
+//! occlude: opaque, cutout and dithered casters to the opaque depth; a minimum instead of a clip.
+//!
+//! In: tiles or segments of `pairs`, `footprints`. Out: `opaques` of tiles that one workgroup
+//! finishes; nearness sums of the others.
+use super::{
+    bin::{Segment, Tile},
+    hits::{CASTERS, IMAGES, MATERIALS, SETUPS, VIEWS},
+};
+use crate::gpu::{Binding, KernelDesc, Tier};
+use wgpu::{
+    TextureFormat::{R32Float, Rg32Uint, Rgba32Uint},
+    TextureSampleType::Uint,
+};
+
+pub const TILES_CORE: KernelDesc = KernelDesc {
+    name: "occlude_tiles",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/solid.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_depth.wgsl",
+        "common/walk_uniform.wgsl",
+        "occlude_tiles.wgsl"
+    ],
+    bindings: &[
+        VIEWS,
+        MATERIALS,
+        Binding::read::<Tile>("tiles"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        Binding::texture_write("opaques", R32Float).array(),
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_QUADS", 1.0),
+    ],
+    tier: Tier::Core,
+};
+
+pub const SEGMENTS_CORE: KernelDesc = KernelDesc {
+    name: "occlude_segments",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/sums.wgsl",
+        "common/sums_buffer.wgsl",
+        "common/solid.wgsl",
+        "common/dispatch.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_depth.wgsl",
+        "common/walk_uniform.wgsl",
+        "occlude_segments.wgsl"
+    ],
+    bindings: crate::sums_then![
+        buffer,
+        VIEWS,
+        MATERIALS,
+        Binding::read::<[u32; 4]>("dispatches"),
+        Binding::read::<Segment>("segments"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_QUADS", 1.0),
+        ("HAS_GAIN", 0.0),
+    ],
+    tier: Tier::Core,
+};
+
+pub const OVERFLOW_CORE: KernelDesc = KernelDesc {
+    name: "occlude_overflow",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/sums.wgsl",
+        "common/sums_buffer.wgsl",
+        "common/solid.wgsl",
+        "common/dispatch.wgsl",
+        "common/lane.wgsl",
+        "occlude_overflow.wgsl"
+    ],
+    bindings: crate::sums_then![
+        buffer,
+        VIEWS,
+        MATERIALS,
+        Binding::read::<[u32; 4]>("dispatches"),
+        Binding::read::<u32>("overflow"),
+        Binding::read_write::<u32>("scattered_tiles"),
+        Binding::texture("rects", Uint),
+        Binding::texture("footprints", Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_GAIN", 0.0),
+    ],
+    tier: Tier::Core,
+};
+
+pub const TILES_NATIVE: KernelDesc = KernelDesc {
+    name: "occlude_tiles",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/solid.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_depth.wgsl",
+        "common/walk_subgroup.wgsl",
+        "occlude_tiles.wgsl"
+    ],
+    bindings: &[
+        VIEWS,
+        MATERIALS,
+        Binding::read::<Tile>("tiles"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        Binding::texture_write("opaques", R32Float).array(),
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_QUADS", 1.0),
+    ],
+    tier: Tier::Native,
+};
+
+pub const SEGMENTS_NATIVE: KernelDesc = KernelDesc {
+    name: "occlude_segments",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/sums.wgsl",
+        "common/sums_texture.wgsl",
+        "common/solid.wgsl",
+        "common/dispatch.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_depth.wgsl",
+        "common/walk_subgroup.wgsl",
+        "occlude_segments.wgsl"
+    ],
+    bindings: crate::sums_then![
+        texture,
+        VIEWS,
+        MATERIALS,
+        Binding::read::<[u32; 4]>("dispatches"),
+        Binding::read::<Segment>("segments"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_QUADS", 1.0),
+        ("HAS_GAIN", 0.0),
+    ],
+    tier: Tier::Native,
+};
+
+pub const OVERFLOW_NATIVE: KernelDesc = KernelDesc {
+    name: "occlude_overflow",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/sums.wgsl",
+        "common/sums_texture.wgsl",
+        "common/solid.wgsl",
+        "common/dispatch.wgsl",
+        "common/lane.wgsl",
+        "occlude_overflow.wgsl"
+    ],
+    bindings: crate::sums_then![
+        texture,
+        VIEWS,
+        MATERIALS,
+        Binding::read::<[u32; 4]>("dispatches"),
+        Binding::read::<u32>("overflow"),
+        Binding::read_write::<u32>("scattered_tiles"),
+        Binding::texture("rects", Uint),
+        Binding::texture("footprints", Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_GAIN", 0.0),
+    ],
+    tier: Tier::Native,
+};
