@@ -4,16 +4,32 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    #[error(
-        "no usable GPU adapter{}: install a Vulkan driver (mesa-vulkan-drivers is enough) or use \
-         --backend cpu",
-        .wanted.as_ref().map(|w| format!(" named {w:?}")).unwrap_or_default()
-    )]
+    #[error("no usable GPU adapter{}{}: {}", named(.wanted), listed(.found), remedy(.found))]
     Adapter { wanted: Option<String>, found: Vec<String> },
     #[error("the adapter {adapter} gave no device: {source}; try --backend cpu")]
     Device { adapter: String, source: wgpu::RequestDeviceError },
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
     Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
+    #[error("the device refused a command: {0}")]
+    Refused(String),
+    #[error("the device has no memory left: {0}; use a smaller shadow size or --backend cpu")]
+    Memory(String),
     #[error("the device stopped answering: {0}")]
     Lost(String),
+}
+
+fn named(wanted: &Option<String>) -> String {
+    wanted.as_ref().map(|name| format!(" named {name:?}")).unwrap_or_default()
+}
+
+fn listed(found: &[String]) -> String {
+    if found.is_empty() { String::new() } else { format!(" among {}", found.join(", ")) }
+}
+
+fn remedy(found: &[String]) -> &'static str {
+    if found.is_empty() {
+        "install a Vulkan driver (mesa-vulkan-drivers is enough) or use --backend cpu"
+    } else {
+        "choose one of `gobo info`, or use --backend cpu"
+    }
 }

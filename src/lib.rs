@@ -13,6 +13,7 @@ pub mod frame;
 pub mod gpu;
 pub mod light;
 pub mod pipeline;
+pub mod render;
 pub mod scene;
 pub mod settings;
 pub mod stage;

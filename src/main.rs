@@ -1,1 +1,24 @@
-fn main() {}
+//! The command line.
+mod cli;
+
+use clap::Parser as _;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = cli::Arguments::parse();
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_env_filter(
+            tracing_subscriber::EnvFilter::try_from_env("GOBO_LOG")
+                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("gobo=warn")),
+        )
+        .without_time()
+        .init();
+    match cli::run(arguments.command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("gobo: {failure}");
+            ExitCode::from(failure.status())
+        }
+    }
+}

@@ -191,7 +191,7 @@ impl<'a> SceneRecords<'a> {
 fn depth_order(keys: &[u32]) -> Vec<u32> {
     let visible = keys.iter().zip(0..).filter(|&(&key, _)| key != INVISIBLE);
     let mut pairs: Vec<Pair> = visible.map(|(&key, value)| Pair { key, value }).collect();
-    sort(&mut pairs, 0..DEPTH_BITS);
+    sort(&mut pairs, &mut Vec::new(), 0..DEPTH_BITS);
     pairs.into_iter().map(|pair| pair.value).collect()
 }
 

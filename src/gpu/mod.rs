@@ -1,10 +1,15 @@
 //! Devices and kernels as data.
+mod adapter;
 mod allocate;
 mod context;
 mod kernel;
 mod layout;
 mod timing;
+mod transfer;
 
+pub use adapter::{
+    Backend, NATIVE_FEATURES, Selection, TierChoice, adapters, all_adapters, shortcoming,
+};
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::Gpu;
 pub use kernel::{Access, Binding, BindingKind, FLOAT, Kernel, KernelDesc, Source, Tier};

@@ -44,14 +44,14 @@ pub(super) struct Context<'a, 'd> {
 }
 
 impl Context<'_, '_> {
-    pub fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Buffer {
+    pub(super) fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Buffer {
         let buffer = self.allocator.uniform::<T>(name);
         self.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
         buffer
     }
 
     /// `None` where there are no chunks.
-    pub fn chunks(
+    pub(super) fn chunks(
         &mut self,
         plan: &ListPlan,
         chunks: &[Chunk],

@@ -82,14 +82,14 @@ impl Sums {
         Ok(Self::Textures(textures, views))
     }
 
-    pub fn resources(&self) -> [BindingResource<'_>; 4] {
+    pub(super) fn resources(&self) -> [BindingResource<'_>; 4] {
         match self {
             Self::Buffers(buffers) => buffers.each_ref().map(Buffer::as_entire_binding),
             Self::Textures(_, views) => views.each_ref().map(BindingResource::TextureView),
         }
     }
 
-    pub fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
         match self {
             Self::Buffers(buffers) => {
                 for buffer in buffers {
@@ -217,7 +217,7 @@ pub(super) struct Chunks {
     pub count: u32,
     pub chunks: Buffer,
     pub params: Buffer,
-    bindings: BindGroup,
+    pub(super) bindings: BindGroup,
 }
 
 impl List {

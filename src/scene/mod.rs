@@ -1,4 +1,7 @@
 //! Scenes: what the command line, the tests and the benches share.
+mod interim;
+pub use interim::{SceneError, load, load_with};
+
 use crate::{
     caster::{Material, Particle, Texture, Triangle},
     counters::Skipped,

@@ -1,0 +1,211 @@
+//! What can be asked for.
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use gobo::gpu::Backend;
+use std::{ops::Range, path::PathBuf, str::FromStr};
+
+/// Coloured translucent shadows by compute shaders alone
+#[derive(Debug, Parser)]
+#[command(version, arg_required_else_help = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene's frames, and its shadow maps
+    Render(RenderArguments),
+    /// Read and validate a scene; no GPU is touched
+    Check {
+        /// A .toml, .glb, .gltf or .ply file
+        scene: PathBuf,
+    },
+    /// List the adapters, their limits, and the tier that each would run
+    Info {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write the kernels and a manifest for engines without wgpu
+    Export {
+        /// The shading language
+        #[arg(long)]
+        target: Target,
+        /// The folder to write to
+        #[arg(short)]
+        out: PathBuf,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArguments {
+    /// A .toml, .glb, .gltf or .ply file
+    pub(crate) scene: PathBuf,
+    /// The folder to write to
+    #[arg(short, default_value = "out", value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Frames from A up to, but not including, B
+    #[arg(long, value_name = "A..B", conflicts_with = "frame")]
+    frames: Option<Frames>,
+    /// One frame
+    #[arg(long, value_name = "N")]
+    frame: Option<u32>,
+    /// Of those frames, only each i with i mod N = I
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// The interface to the hardware
+    #[arg(long, default_value = "auto")]
+    backend: BackendName,
+    /// Part of the adapter's name, as `gobo info` prints it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Write the shadow maps too
+    #[arg(long)]
+    pub(crate) maps: bool,
+    /// Replace a value of the scene file: shadow.size=512
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+    /// Print one line of JSON a frame
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl RenderArguments {
+    pub(crate) fn backend(&self) -> Backend {
+        match self.backend {
+            BackendName::Auto => Backend::Auto,
+            BackendName::Vulkan => Backend::Vulkan,
+            BackendName::Metal => Backend::Metal,
+            BackendName::Dx12 => Backend::Dx12,
+            BackendName::Gl => Backend::Gl,
+            BackendName::Cpu => Backend::Cpu,
+        }
+    }
+
+    /// The frames of this shard, ascending; frame 0 where none are named.
+    pub(crate) fn frames(&self) -> std::iter::StepBy<Range<u32>> {
+        let Range { start, end } = match (&self.frames, self.frame) {
+            (Some(Frames(range)), _) => range.clone(),
+            (None, Some(frame)) => frame..frame.saturating_add(1),
+            (None, None) => 0..1,
+        };
+        let Shard { index, count } = self.shard.unwrap_or(Shard { index: 0, count: 1 });
+        // How far the first frame of the shard is behind `start`.
+        let skip =
+            (u64::from(index) + u64::from(count) - u64::from(start % count)) % u64::from(count);
+        let first = u64::from(start).saturating_add(skip).min(u64::from(end)) as u32;
+        (first..end).step_by(count as usize)
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum BackendName {
+    Auto,
+    Vulkan,
+    Metal,
+    Dx12,
+    Gl,
+    Cpu,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Target {
+    Spirv,
+    Hlsl,
+    Msl,
+    Glsl,
+    Wgsl,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Frames(Range<u32>);
+
+impl FromStr for Frames {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("{text:?} is not a range of frames such as 0..24");
+        let (start, end) = text.split_once("..").ok_or_else(expected)?;
+        let range = start.parse().map_err(|_| expected())?..end.parse().map_err(|_| expected())?;
+        if range.is_empty() {
+            return Err(format!("{text} holds no frame: the end is not part of the range"));
+        }
+        Ok(Self(range))
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shard {
+    index: u32,
+    count: u32,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("{text:?} is not a shard such as 0/4");
+        let (index, count) = text.split_once('/').ok_or_else(expected)?;
+        let index = index.parse().map_err(|_| expected())?;
+        let count = count.parse().map_err(|_| expected())?;
+        if index >= count {
+            return Err(format!(
+                "shard {text}: the shards are 0/{count} up to, but not {count}/{count}"
+            ));
+        }
+        Ok(Self { index, count })
+    }
+}
+
+fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err(format!("{text:?} is not KEY=VALUE, such as shadow.size=512")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(arguments: &[&str]) -> Option<Vec<u32>> {
+        let all = ["gobo", "render", "scene.toml"].iter().chain(arguments);
+        match Arguments::try_parse_from(all).ok()?.command {
+            Command::Render(render) => Some(render.frames().collect()),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn shards_part_the_frames() {
+        assert_eq!(frames(&[]).unwrap(), [0]);
+        assert_eq!(frames(&["--frame", "7"]).unwrap(), [7]);
+        assert_eq!(frames(&["--frames", "2..5"]).unwrap(), [2, 3, 4]);
+        let shards = ["0/3", "1/3", "2/3"]
+            .map(|shard| frames(&["--frames", "4..12", "--shard", shard]).unwrap());
+        assert_eq!(shards, [vec![6, 9], vec![4, 7, 10], vec![5, 8, 11]]);
+        assert!(frames(&["--frame", "1", "--shard", "0/2"]).unwrap().is_empty());
+        let last = ["--frames", "4294967290..4294967295", "--shard", "4294967293/4294967294"];
+        assert_eq!(frames(&last).unwrap(), [4_294_967_293]);
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for bad in [
+            ["--frames", "3..3"],
+            ["--frames", "5"],
+            ["--frames", "a..b"],
+            ["--frame", "-1"],
+            ["--shard", "2/2"],
+            ["--shard", "0/0"],
+            ["--shard", "1"],
+            ["--set", "novalue"],
+            ["--set", "=1"],
+            ["--backend", "cuda"],
+        ] {
+            assert_eq!(frames(&bad), None, "{bad:?}");
+        }
+    }
+}

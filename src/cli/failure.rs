@@ -1,0 +1,30 @@
+//! Why a command ended early, and its exit status.
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error(transparent)]
+    Scene(#[from] gobo::scene::SceneError),
+    #[error(transparent)]
+    Gpu(#[from] gobo::error::Error),
+    #[error("{}: {source}", .path.display())]
+    File { path: PathBuf, source: std::io::Error },
+    #[error("standard output: {0}")]
+    Output(std::io::Error),
+}
+
+impl Failure {
+    pub(crate) fn file(path: &Path, source: std::io::Error) -> Self {
+        Self::File { path: path.to_owned(), source }
+    }
+
+    /// 2: bad usage or input; 3: no usable adapter or device; 1: anything else.
+    pub(crate) fn status(&self) -> u8 {
+        use gobo::error::Error;
+        match self {
+            Self::Scene(_) => 2,
+            Self::Gpu(Error::Adapter { .. } | Error::Device { .. } | Error::Limit { .. }) => 3,
+            Self::Gpu(_) | Self::File { .. } | Self::Output(_) => 1,
+        }
+    }
+}

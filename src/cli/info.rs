@@ -1,0 +1,133 @@
+//! `gobo info`: adapters, limits, tier and why.
+use super::{failure::Failure, files};
+use gobo::{
+    error::Error,
+    gpu::{Selection, Tier, TierChoice, all_adapters, shortcoming},
+    wgpu,
+};
+use serde::Serialize;
+use std::{collections::BTreeMap, fmt::Write as _};
+
+#[derive(Serialize)]
+struct Report {
+    version: &'static str,
+    /// The one that `gobo render` would use first.
+    adapters: Vec<AdapterEntry>,
+}
+
+#[derive(Serialize)]
+struct AdapterEntry {
+    name: String,
+    backend: String,
+    device_type: String,
+    driver: String,
+    chosen: bool,
+    tier: &'static str,
+    reason: String,
+    /// Why the adapter cannot be used at all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unusable: Option<String>,
+    subgroup_size: [u32; 2],
+    limits: BTreeMap<&'static str, u64>,
+    /// Asked for when the device is opened.
+    features: Vec<&'static str>,
+}
+
+pub(crate) fn run(json: bool) -> Result<(), Failure> {
+    let mut adapters: Vec<_> = all_adapters().iter().map(describe).collect();
+    if let Some(first) = adapters.first_mut().filter(|first| first.unusable.is_none()) {
+        first.chosen = true;
+    }
+    let report = Report { version: env!("CARGO_PKG_VERSION"), adapters };
+    if json {
+        files::print(&serde_json::to_string_pretty(&report).expect("plain data is JSON"))?;
+    } else {
+        files::print(text(&report).trim_end())?;
+    }
+    if report.adapters.iter().any(|adapter| adapter.chosen) {
+        return Ok(());
+    }
+    let found = report.adapters.into_iter().map(|adapter| adapter.name).collect();
+    Err(Error::Adapter { wanted: None, found }.into())
+}
+
+fn describe(adapter: &wgpu::Adapter) -> AdapterEntry {
+    let info = adapter.get_info();
+    let available = adapter.limits();
+    let choice = TierChoice::new(&Selection::default(), adapter.features(), &available);
+    let limits = &choice.limits;
+    AdapterEntry {
+        name: info.name,
+        backend: info.backend.to_string(),
+        device_type: format!("{:?}", info.device_type),
+        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+        chosen: false,
+        tier: match choice.tier {
+            Tier::Core => "core",
+            Tier::Native => "native",
+        },
+        reason: choice.reason,
+        unusable: shortcoming(adapter).map(|error| error.to_string()),
+        subgroup_size: [info.subgroup_min_size, info.subgroup_max_size],
+        limits: [
+            ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size),
+            ("max_buffer_size", limits.max_buffer_size),
+            ("max_texture_dimension_2d", limits.max_texture_dimension_2d.into()),
+            ("max_texture_array_layers", limits.max_texture_array_layers.into()),
+            (
+                "max_storage_buffers_per_shader_stage",
+                limits.max_storage_buffers_per_shader_stage.into(),
+            ),
+            (
+                "max_storage_textures_per_shader_stage",
+                limits.max_storage_textures_per_shader_stage.into(),
+            ),
+            (
+                "max_compute_workgroup_storage_size",
+                limits.max_compute_workgroup_storage_size.into(),
+            ),
+            (
+                "max_compute_invocations_per_workgroup",
+                limits.max_compute_invocations_per_workgroup.into(),
+            ),
+            (
+                "max_compute_workgroups_per_dimension",
+                limits.max_compute_workgroups_per_dimension.into(),
+            ),
+        ]
+        .into(),
+        features: choice.features.iter_names().map(|(name, _)| name).collect(),
+    }
+}
+
+fn text(report: &Report) -> String {
+    let mut text = format!("gobo {}\n", report.version);
+    for adapter in &report.adapters {
+        let mark = if adapter.chosen { "* " } else { "  " };
+        let [min, max] = adapter.subgroup_size;
+        let features = if adapter.features.is_empty() {
+            "none".to_owned()
+        } else {
+            adapter.features.join(", ")
+        };
+        // Writing to a string does not fail.
+        let _ =
+            writeln!(text, "{mark}{} ({}, {})", adapter.name, adapter.backend, adapter.device_type);
+        let _ = writeln!(text, "    driver    {}", adapter.driver);
+        let _ = writeln!(text, "    tier      {}", adapter.reason);
+        let _ = writeln!(text, "    features  {features}");
+        let _ = writeln!(text, "    subgroups of {min} to {max}");
+        for (name, value) in &adapter.limits {
+            let _ = writeln!(text, "    {name:<38} {value}");
+        }
+        if let Some(reason) = &adapter.unusable {
+            let _ = writeln!(text, "    unusable: {reason}");
+        }
+    }
+    if report.adapters.is_empty() {
+        text.push_str("no adapters\n");
+    } else {
+        text.push_str("* is what `gobo render` uses; limits and features are those it asks for\n");
+    }
+    text
+}

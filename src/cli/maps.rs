@@ -1,0 +1,180 @@
+//! The maps of a frame as files: arrays, previews and a description of the views.
+use super::{failure::Failure, files, npy};
+use glam::Mat4;
+use gobo::{
+    frame::ViewMaps,
+    glam,
+    light::{Light, LightKind},
+    view::View,
+};
+use image::{DynamicImage, GrayImage, ImageFormat, RgbImage};
+use serde::Serialize;
+use std::{io::Cursor, path::Path};
+
+/// One entry of `views.json`.
+#[derive(Serialize)]
+struct ViewEntry<'a> {
+    light: &'a str,
+    view: &'a str,
+    kind: &'static str,
+    /// Width and height [texels].
+    size: [u32; 2],
+    /// [m]
+    near: f32,
+    /// [m]
+    far: f32,
+    /// Of a spot or point light, world space [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position: Option<[f32; 3]>,
+    /// Of a directional light: where it travels, world space.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    direction: Option<[f32; 3]>,
+    /// Column by column.
+    clip_from_world: [f32; 16],
+    /// Column by column.
+    view_from_world: [f32; 16],
+}
+
+/// What the files of each light are called: unique and harmless. A name that had to change is
+/// reported.
+pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
+    let mut names = Vec::with_capacity(lights.len());
+    for (index, light) in lights.iter().enumerate() {
+        let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        let mut name: String = light.name.chars().take(64).map(safe).collect();
+        if name.is_empty() {
+            name = format!("light{index}");
+        }
+        let name = files::unique(&name, &names);
+        if !light.name.is_empty() && name != light.name {
+            tracing::warn!("the maps of light {:?} are named {name:?}", light.name);
+        }
+        names.push(name);
+    }
+    names
+}
+
+/// Writes all maps of a frame to `dir`.
+pub(crate) fn write(
+    dir: &Path,
+    maps: &[ViewMaps],
+    lights: &[Light],
+    names: &[String],
+) -> Result<(), Failure> {
+    files::create_dir(dir)?;
+    let mut entries = Vec::with_capacity(maps.len());
+    for ViewMaps { view, filter, nearest, opaque } in maps {
+        let Some(light) = view.light.filter(|&light| light < lights.len()) else { continue };
+        let [width, height] = view.size.to_array();
+        let (rows, columns) = (height as usize, width as usize);
+        let save = |map: &str, array: &[u8], preview: DynamicImage| {
+            let stem = format!("{}.{}.{map}", names[light], view.name);
+            files::write(&dir.join(format!("{stem}.npy")), array)?;
+            files::write(&dir.join(format!("{stem}.png")), &png(&preview))
+        };
+        let array = npy::encode(&[rows, columns, 3], filter.as_flattened().iter().copied());
+        save("filter", &array, filter_preview(width, height, filter))?;
+        for (map, depths) in [("nearest", nearest), ("opaque", opaque)] {
+            let array = npy::encode(&[rows, columns], depths.iter().copied());
+            save(map, &array, depth_preview(width, height, depths))?;
+        }
+        entries.push(describe(view, &lights[light], &names[light]));
+    }
+    let json = serde_json::to_string_pretty(&entries).expect("plain data is JSON");
+    files::write(&dir.join("views.json"), json.as_bytes())
+}
+
+fn describe<'a>(view: &'a View, light: &Light, name: &'a str) -> ViewEntry<'a> {
+    let (kind, position, direction) = match light.kind {
+        LightKind::Directional { direction } => ("directional", None, Some(direction)),
+        LightKind::Spot { position, .. } => ("spot", Some(position), None),
+        LightKind::Point { position } => ("point", Some(position), None),
+    };
+    let columns = |matrix: Mat4| matrix.to_cols_array();
+    ViewEntry {
+        light: name,
+        view: view.name,
+        kind,
+        size: view.size.to_array(),
+        near: view.near,
+        far: view.far,
+        position: position.map(|p| p.to_array()),
+        direction: direction.map(|d| d.to_array()),
+        clip_from_world: columns(view.clip_from_world()),
+        view_from_world: columns(view.view_from_world),
+    }
+}
+
+/// sRGB; what a `gain` caster makes brighter than 1 is white.
+fn filter_preview(width: u32, height: u32, filter: &[[f32; 3]]) -> DynamicImage {
+    let bytes = filter.as_flattened().iter().map(|&linear| srgb(linear)).collect();
+    DynamicImage::from(RgbImage::from_raw(width, height, bytes).expect("a map has all its texels"))
+}
+
+/// Black at the least depth of the file, 80% grey at the greatest below 1, white where there is
+/// nothing (depth 1).
+fn depth_preview(width: u32, height: u32, depths: &[f32]) -> DynamicImage {
+    let something = |&&depth: &&f32| depth < 1.0;
+    let (min, max) = depths
+        .iter()
+        .filter(something)
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), &d| (min.min(d), max.max(d)));
+    let range = (max - min).max(f32::MIN_POSITIVE);
+    let grey = |&depth: &f32| {
+        if depth < 1.0 { ((depth - min) / range * 204.0).round() as u8 } else { 255 }
+    };
+    let bytes = depths.iter().map(grey).collect();
+    DynamicImage::from(GrayImage::from_raw(width, height, bytes).expect("a map has all its texels"))
+}
+
+fn srgb(linear: f32) -> u8 {
+    let linear = linear.clamp(0.0, 1.0);
+    let encoded =
+        if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (encoded * 255.0).round() as u8
+}
+
+/// A whole PNG file.
+pub(crate) fn png(image: &DynamicImage) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image
+        .write_to(&mut bytes, ImageFormat::Png)
+        .expect("8-bit images are PNG, and memory is there");
+    bytes.into_inner()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(name: &str) -> Light {
+        Light {
+            name: name.to_owned(),
+            kind: LightKind::Point { position: glam::Vec3::ZERO },
+            color: glam::Vec3::ONE,
+            intensity: 1.0,
+            near: None,
+            far: None,
+            size: None,
+            casts: true,
+            cascades: 1,
+        }
+    }
+
+    #[test]
+    fn file_names_are_harmless_and_unique() {
+        let lights = ["sun", "../etc/a.b", "", "Sun", "sun", "灯"].map(named);
+        let expected = ["sun", "___etc_a_b", "light2", "Sun_2", "sun_3", "_"];
+        assert_eq!(light_names(&lights), expected);
+    }
+
+    #[test]
+    fn previews_span_their_range() {
+        let grey = depth_preview(4, 1, &[0.25, 0.5, 0.75, 1.0]).into_luma8().into_raw();
+        assert_eq!(grey, [0, 102, 204, 255]);
+        assert_eq!(depth_preview(1, 1, &[0.5]).into_luma8().into_raw(), [0]);
+        assert_eq!(depth_preview(1, 1, &[1.0]).into_luma8().into_raw(), [255]);
+        let rgb = filter_preview(1, 1, &[[0.0, 0.5, 16.0]]).into_rgb8().into_raw();
+        assert_eq!(rgb, [0, 188, 255]);
+    }
+}

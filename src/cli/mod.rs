@@ -1,0 +1,25 @@
+//! Commands: each is a file with one `run`. Results go to standard output, messages to standard
+//! error.
+mod arguments;
+mod check;
+mod export;
+mod failure;
+mod files;
+mod info;
+mod maps;
+mod npy;
+mod render;
+mod translate;
+
+pub(crate) use arguments::Arguments;
+use arguments::Command;
+use failure::Failure;
+
+pub(crate) fn run(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Check { scene } => check::run(&scene),
+        Command::Info { json } => info::run(json),
+        Command::Export { target, out } => export::run(target, &out),
+    }
+}

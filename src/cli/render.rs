@@ -1,0 +1,134 @@
+//! `gobo render`: frames, maps, and what they cost.
+use super::{arguments::RenderArguments, failure::Failure, files, maps};
+use gobo::{
+    counters::Counters,
+    frame::{Frame, Picture},
+    render::Renderer,
+    scene,
+};
+use image::{DynamicImage, RgbImage};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::{Serialize, Serializer};
+use std::path::Path;
+
+/// One line of `--json`.
+#[derive(Serialize)]
+struct Report<'a> {
+    frame: u32,
+    picture: &'a Path,
+    #[serde(flatten)]
+    counters: &'a Counters,
+    /// Stage and its time [ms].
+    #[serde(serialize_with = "as_map")]
+    stages: &'a [(&'static str, f64)],
+    /// Buffer or texture and its size [bytes].
+    #[serde(serialize_with = "as_map")]
+    bytes: &'a [(&'static str, u64)],
+    /// Of all of them at once.
+    peak_bytes: u64,
+}
+
+pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
+    let scene = scene::load_with(&arguments.scene, &arguments.set)?;
+    let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    tracing::info!("rendering with {}", renderer.device());
+    let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
+    files::create_dir(&arguments.out)?;
+
+    let frames = arguments.frames();
+    let progress = progress_bar(frames.len() as u64);
+    for index in frames {
+        let frame = renderer.render(&scene, arguments.maps)?;
+        let picture = arguments.out.join(format!("frame_{index:04}.png"));
+        if arguments.maps {
+            let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
+            maps::write(&dir, &frame.maps, &scene.lights, &light_names)?;
+        }
+        // Last, so that a picture says that its frame is complete.
+        files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
+        let line = if arguments.json {
+            json(index, &picture, &frame)
+        } else {
+            picture.display().to_string()
+        };
+        progress.suspend(|| files::print(&line))?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let skipped = &scene.skipped;
+    if !skipped.is_empty() {
+        let reasons: Vec<_> =
+            skipped.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+        tracing::warn!("left out: {}", reasons.join(", "));
+    }
+    Ok(())
+}
+
+/// Drawn on standard error, and only where that is a terminal.
+fn progress_bar(frame_count: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} frame {pos}/{len} ({eta} left)");
+    ProgressBar::new(frame_count).with_style(style.expect("the template is valid"))
+}
+
+fn image_of(picture: &Picture) -> DynamicImage {
+    let bytes = picture.rgb.as_flattened().to_vec();
+    let image = RgbImage::from_raw(picture.size.x, picture.size.y, bytes);
+    DynamicImage::from(image.expect("a picture has all its pixels"))
+}
+
+fn json(index: u32, picture: &Path, frame: &Frame) -> String {
+    let report = Report {
+        frame: index,
+        picture,
+        counters: &frame.counters,
+        stages: &frame.stages,
+        bytes: &frame.memory,
+        peak_bytes: frame.memory.iter().map(|&(_, bytes)| bytes).sum(),
+    };
+    serde_json::to_string(&report).expect("plain data is JSON")
+}
+
+/// In order; a name that comes again is added to the first.
+fn as_map<T, S>(entries: &[(&'static str, T)], serializer: S) -> Result<S::Ok, S::Error>
+where
+    T: Copy + Serialize + std::ops::AddAssign,
+    S: Serializer,
+{
+    let mut sums: Vec<(&str, T)> = Vec::with_capacity(entries.len());
+    for &(name, value) in entries {
+        match sums.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum += value,
+            None => sums.push((name, value)),
+        }
+    }
+    serializer.collect_map(sums)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_has_every_figure() {
+        let frame = Frame {
+            picture: Picture { size: gobo::glam::UVec2::ONE, rgb: vec![[0; 3]] },
+            maps: Vec::new(),
+            counters: Counters { pairs: 7, skipped: [("radius", 2)].into(), ..Default::default() },
+            stages: vec![("sort", 1.5), ("bin", 1.0), ("sort", 0.5)],
+            memory: vec![("pairs", 56), ("sums", 8)],
+        };
+        let line = json(3, Path::new("out/frame_0003.png"), &frame);
+        assert!(!line.contains('\n'));
+        let value: serde_json::Value = serde_json::from_str(&line).unwrap();
+        assert_eq!(value["frame"], 3);
+        assert_eq!(value["picture"], "out/frame_0003.png");
+        assert_eq!(value["pairs"], 7);
+        assert_eq!(value["skipped"]["radius"], 2);
+        assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
+        assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
+        assert_eq!(value["peak_bytes"], 64);
+        for name in ["casters", "visible", "segments", "scattered", "overflowed"] {
+            assert_eq!(value[name], 0, "{name}");
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Which adapter is used, and on which tier.
+use super::kernel::Tier;
+use crate::error::Error;
+use wgpu::{Backends, DeviceType, Features, Limits};
+
+/// The interface to the hardware.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// The best adapter of any interface.
+    #[default]
+    Auto,
+    Vulkan,
+    Metal,
+    Dx12,
+    Gl,
+    /// No adapter: the plain twins of [`crate::cpu`].
+    Cpu,
+}
+
+/// Which adapter, and at most which tier.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    pub backend: Backend,
+    /// Part of the adapter's name; case does not matter.
+    pub adapter: Option<String>,
+    /// Forces the tier; otherwise the environment variable `GOBO_TIER`, otherwise the best.
+    pub tier: Option<Tier>,
+}
+
+/// What kernels of [`Tier::Native`] use: an adapter must have all of them.
+pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
+
+/// Features that only measure.
+const TIMER_FEATURES: Features = Features::TIMESTAMP_QUERY
+    .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
+    .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES);
+
+/// A tier, why it was chosen, and what is asked of the adapter for it.
+#[derive(Clone, Debug)]
+pub struct TierChoice {
+    pub tier: Tier,
+    /// `native: SUBGROUP, TEXTURE_ATOMIC` or `core: the adapter lacks ...`
+    pub reason: String,
+    pub features: Features,
+    pub limits: Limits,
+}
+
+impl TierChoice {
+    pub fn new(selection: &Selection, available: Features, limits: &Limits) -> Self {
+        let core = |reason: String| Self {
+            tier: Tier::Core,
+            reason: format!("core: {reason}"),
+            features: Features::empty(),
+            limits: Limits::default(),
+        };
+        match (selection.tier, std::env::var("GOBO_TIER").as_deref()) {
+            (Some(Tier::Core), _) => return core("as asked for".to_owned()),
+            (None, Ok("core")) => return core("GOBO_TIER asks for it".to_owned()),
+            _ => {}
+        }
+        let lacking = NATIVE_FEATURES - available;
+        if !lacking.is_empty() {
+            return core(format!("the adapter lacks {}", names(lacking)));
+        }
+        Self {
+            tier: Tier::Native,
+            reason: format!("native: {}", names(NATIVE_FEATURES)),
+            features: available & (NATIVE_FEATURES | TIMER_FEATURES),
+            limits: raised(limits),
+        }
+    }
+}
+
+fn names(features: Features) -> String {
+    features.iter_names().map(|(name, _)| name).collect::<Vec<_>>().join(", ")
+}
+
+/// WebGPU's limits, with those that cost work or size raised to the adapter's.
+fn raised(adapter: &Limits) -> Limits {
+    let mut limits = Limits::default();
+    macro_rules! raise {
+        ($($limit:ident),* $(,)?) => {
+            $(limits.$limit = limits.$limit.max(adapter.$limit);)*
+        };
+    }
+    raise!(
+        max_storage_buffer_binding_size,
+        max_buffer_size,
+        max_texture_dimension_2d,
+        max_texture_array_layers,
+        max_storage_buffers_per_shader_stage,
+        max_storage_textures_per_shader_stage,
+        max_sampled_textures_per_shader_stage,
+        max_bindings_per_bind_group,
+        max_compute_workgroup_storage_size,
+        max_compute_invocations_per_workgroup,
+        max_compute_workgroup_size_x,
+        max_compute_workgroup_size_y,
+        max_compute_workgroup_size_z,
+        max_compute_workgroups_per_dimension,
+    );
+    limits
+}
+
+/// Why an adapter cannot run even the core tier: the first of WebGPU's limits that it misses.
+pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
+    let mut missed = None;
+    Limits::default().check_limits_with_fail_fn(&adapter.limits(), true, |limit, need, have| {
+        missed = Some(Error::Limit {
+            limit,
+            have,
+            need,
+            remedy: "choose another adapter of `gobo info`, or use --backend cpu",
+        });
+    });
+    missed
+}
+
+/// Every adapter that fits, the one to use first.
+pub fn adapters(selection: &Selection) -> Vec<wgpu::Adapter> {
+    let wanted = selection.adapter.as_ref().map(|name| name.to_lowercase());
+    let found = |backends: Backends| {
+        let mut found = enumerate(backends);
+        found.retain(|adapter| {
+            let name = adapter.get_info().name.to_lowercase();
+            wanted.as_ref().is_none_or(|wanted| name.contains(wanted))
+        });
+        found
+    };
+    let mut adapters = match selection.backend {
+        Backend::Auto => {
+            let mut adapters = found(FIRST_BACKENDS);
+            // Opening GL is slow and noisy where there is no display, so only when it is needed.
+            if adapters.iter().all(|adapter| shortcoming(adapter).is_some()) {
+                adapters.extend(found(Backends::GL));
+            }
+            adapters
+        }
+        Backend::Vulkan => found(Backends::VULKAN),
+        Backend::Metal => found(Backends::METAL),
+        Backend::Dx12 => found(Backends::DX12),
+        Backend::Gl => found(Backends::GL),
+        Backend::Cpu => Vec::new(),
+    };
+    adapters.sort_by_key(rank);
+    adapters
+}
+
+/// Every adapter of every backend, in the order of [`adapters`].
+pub fn all_adapters() -> Vec<wgpu::Adapter> {
+    let mut adapters = enumerate(FIRST_BACKENDS | Backends::GL);
+    adapters.sort_by_key(rank);
+    adapters
+}
+
+const FIRST_BACKENDS: Backends = Backends::VULKAN.union(Backends::METAL).union(Backends::DX12);
+
+/// Adapters that have WebGPU's limits first, GL last, real GPUs before software.
+fn rank(adapter: &wgpu::Adapter) -> (bool, bool, u8) {
+    let info = adapter.get_info();
+    let class = match info.device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    };
+    (shortcoming(adapter).is_some(), info.backend == wgpu::Backend::Gl, class)
+}
+
+fn enumerate(backends: Backends) -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = backends;
+    descriptor.flags = descriptor.flags.with_env();
+    pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
+}

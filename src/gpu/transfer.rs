@@ -1,0 +1,159 @@
+//! Buffers and textures to the device and back. Reading blocks: for tests, benches and the CLI,
+//! never for a frame.
+use super::Gpu;
+use crate::error::Error;
+use wgpu::util::DeviceExt as _;
+
+impl Gpu {
+    pub fn upload<T: bytemuck::NoUninit>(
+        &self,
+        label: &str,
+        data: &[T],
+        usage: wgpu::BufferUsages,
+    ) -> wgpu::Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents: bytemuck::cast_slice(data),
+            usage,
+        })
+    }
+
+    /// An array of `len` elements (at least one: WebGPU has no empty bindings).
+    pub fn storage<T>(&self, label: &str, len: usize) -> wgpu::Buffer {
+        use wgpu::BufferUsages as Use;
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: (len.max(1) * size_of::<T>()) as u64,
+            usage: Use::STORAGE | Use::COPY_SRC | Use::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// A 2d texture that kernels read and write and the CPU fills and reads back.
+    pub fn texture(
+        &self,
+        label: &str,
+        [width, height]: [u32; 2],
+        format: wgpu::TextureFormat,
+    ) -> wgpu::Texture {
+        self.texture_array(label, [width, height, 1], format)
+    }
+
+    /// As [`Self::texture`], with layers.
+    pub fn texture_array(
+        &self,
+        label: &str,
+        [width, height, layers]: [u32; 3],
+        format: wgpu::TextureFormat,
+    ) -> wgpu::Texture {
+        use wgpu::TextureUsages as Use;
+        self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: Use::STORAGE_BINDING | Use::TEXTURE_BINDING | Use::COPY_SRC | Use::COPY_DST,
+            view_formats: &[],
+        })
+    }
+
+    /// `texels` fill the texture row by row, all layers.
+    pub fn write_texture<T: bytemuck::NoUninit>(&self, texture: &wgpu::Texture, texels: &[T]) {
+        let size = texture.size();
+        self.queue.write_texture(
+            texture.as_image_copy(),
+            bytemuck::cast_slice(texels),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(size.width * texel_size(texture)),
+                rows_per_image: Some(size.height),
+            },
+            size,
+        );
+    }
+
+    /// [`Self::try_read`] for tests, where a failing device is a failing test.
+    pub fn read<T: bytemuck::AnyBitPattern>(&self, buffer: &wgpu::Buffer) -> Vec<T> {
+        self.try_read(buffer).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// [`Self::try_read_texture`] for tests, where a failing device is a failing test.
+    pub fn read_texture<T: bytemuck::AnyBitPattern>(&self, texture: &wgpu::Texture) -> Vec<T> {
+        self.try_read_texture(texture).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The whole buffer, after all that was submitted before.
+    pub fn try_read<T: bytemuck::AnyBitPattern>(
+        &self,
+        buffer: &wgpu::Buffer,
+    ) -> Result<Vec<T>, Error> {
+        let staging = self.staging(buffer.size());
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        let bytes = self.submit_and_map(encoder, &staging)?;
+        Ok(bytemuck::cast_slice(&bytes).to_vec())
+    }
+
+    /// Every texel, row by row, all layers, after all that was submitted before.
+    pub fn try_read_texture<T: bytemuck::AnyBitPattern>(
+        &self,
+        texture: &wgpu::Texture,
+    ) -> Result<Vec<T>, Error> {
+        let size = texture.size();
+        let row = size.width * texel_size(texture);
+        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let rows = u64::from(size.height) * u64::from(size.depth_or_array_layers);
+        let staging = self.staging(rows * u64::from(padded));
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded),
+                    rows_per_image: Some(size.height),
+                },
+            },
+            size,
+        );
+        let bytes = self.submit_and_map(encoder, &staging)?;
+        let mut texels = Vec::with_capacity(rows as usize * row as usize / size_of::<T>().max(1));
+        for line in bytes.chunks_exact(padded as usize) {
+            texels.extend_from_slice(bytemuck::cast_slice(&line[..row as usize]));
+        }
+        Ok(texels)
+    }
+
+    fn staging(&self, size: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    fn submit_and_map(
+        &self,
+        encoder: wgpu::CommandEncoder,
+        staging: &wgpu::Buffer,
+    ) -> Result<wgpu::BufferView, Error> {
+        let submission = self.queue.submit([encoder.finish()]);
+        // The outcome shows in get_mapped_range.
+        staging.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+        let answer = self
+            .device
+            .poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None });
+        self.check()?;
+        answer.map_err(|error| Error::Lost(error.to_string()))?;
+        staging.get_mapped_range(..).map_err(|error| Error::Lost(error.to_string()))
+    }
+}
+
+/// [bytes]
+fn texel_size(texture: &wgpu::Texture) -> u32 {
+    texture.format().block_copy_size(None).expect("a colour format")
+}
