@@ -96,8 +96,7 @@ impl GpuEngine {
             CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;
         let mut pairs = None;
         let (prepared, opaque, translucent) = loop {
-            let prepared =
-                pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, pairs)?;
+            let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, pairs)?;
             timeline.reset();
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             prepared.record(pipeline.kernels(), &mut encoder, timeline);

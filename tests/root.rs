@@ -1,6 +1,5 @@
 //! One test binary: wgpu is linked once, helpers are shared.
 mod common;
 mod layout;
-mod scratch;
 mod shaders;
 mod sort;
