@@ -1,5 +1,11 @@
 //! One test binary: wgpu is linked once, helpers are shared.
+mod bin;
+mod brute_force;
+mod cli;
+mod closed_forms;
 mod common;
+mod device;
 mod layout;
+mod properties;
 mod shaders;
 mod sort;

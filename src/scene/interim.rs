@@ -1,17 +1,13 @@
 //! Stands in for the scene reader.
-use super::{Bounds, Scene};
+use super::{Bounds, Scene, SceneError};
 use std::path::Path;
-
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct SceneError(String);
 
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_with(path, &[])
 }
 
 pub fn load_with(path: &Path, _set: &[(String, String)]) -> Result<Scene, SceneError> {
-    std::fs::read(path).map_err(|error| SceneError(format!("{}: {error}", path.display())))?;
+    std::fs::read(path).map_err(|error| SceneError::Read { path: path.to_owned(), source: error })?;
     use glam::{UVec2, Vec3};
     Ok(Scene {
         camera: super::Camera {

@@ -1,6 +1,8 @@
 //! Scenes: what the command line, the tests and the benches share.
+mod error;
 mod interim;
-pub use interim::{SceneError, load, load_with};
+pub use error::SceneError;
+pub use interim::{load, load_with};
 
 use crate::{
     caster::{Material, Particle, Texture, Triangle},

@@ -3,7 +3,7 @@
 use super::compare::ExpectedTexel;
 use gobo::{
     caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
-    glam::{DVec2, DVec3, DVec4, Vec3},
+    glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
     light::LightKind,
     scene::Scene,
     view::View,
@@ -296,7 +296,7 @@ fn meet_triangle(
     if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0) {
         return Met::Nothing;
     }
-    let [uv_a, uv_b, uv_c] = triangle.uvs.map(|uv| uv.as_dvec2());
+    let [uv_a, uv_b, uv_c] = triangle.uvs.map(Vec2::as_dvec2);
     let image = sample(scene, material, uv_a * (1.0 - u - v) + uv_b * u + uv_c * v);
     let tint = material.tint.as_dvec4() * image;
     Met::Hit(optics(material, tint.w, tint.truncate(), eye.depth(t)))

@@ -8,7 +8,7 @@ use gobo::{
     view::{Projection, View},
 };
 
-/// Seeded numbers (Steele et al. 2014, SplitMix64).
+/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
 pub(crate) struct Chance(u64);
 
 impl Chance {
