@@ -1,4 +1,5 @@
 //! One test binary: wgpu is linked once, helpers are shared.
+mod cli;
 mod common;
 mod layout;
 mod shaders;
