@@ -367,7 +367,11 @@ fn export_writes_every_kernel() {
 fn well_formed(target: &str, source: &[u8], entry_point: &str) -> Result<(), String> {
     if target == "spirv" {
         let magic = source.starts_with(&0x0723_0203_u32.to_le_bytes());
-        return if magic && source.len() % 4 == 0 { Ok(()) } else { Err("no SPIR-V".to_owned()) };
+        return if magic && source.len().is_multiple_of(4) {
+            Ok(())
+        } else {
+            Err("no SPIR-V".to_owned())
+        };
     }
     let text = str::from_utf8(source).map_err(|error| error.to_string())?;
     if !text.contains(&format!("{entry_point}(")) {
