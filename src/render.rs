@@ -1,11 +1,15 @@
 //! Scenes to frames, on a GPU or on the CPU.
 use crate::{
+    counters::Counters,
+    cpu,
     error::Error,
     frame::{Frame, Picture, ViewMaps},
-    gpu::{Backend, Gpu, Selection},
+    gpu::{Backend, Gpu, Selection, Timeline},
+    pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
-    view::shadow_views,
+    view::{View, shadow_views},
 };
+use half::f16;
 
 /// Renders scenes on one device.
 #[derive(Debug)]
@@ -15,26 +19,39 @@ pub struct Renderer {
 
 #[derive(Debug)]
 enum Engine {
-    Gpu(Box<Gpu>),
+    Gpu(Box<GpuEngine>),
     Cpu,
+}
+
+#[derive(Debug)]
+struct GpuEngine {
+    gpu: Gpu,
+    pipeline: Pipeline,
+    timeline: Timeline,
 }
 
 impl Renderer {
     /// `adapter`: part of the adapter's name; case does not matter.
     pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
-        let engine = if backend == Backend::Cpu {
-            Engine::Cpu
-        } else {
-            let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
-            Engine::Gpu(Box::new(Gpu::new(&selection)?))
-        };
-        Ok(Self { engine })
+        if backend == Backend::Cpu {
+            return Ok(Self { engine: Engine::Cpu });
+        }
+        let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
+        Ok(Self::on(Gpu::new(&selection)?))
+    }
+
+    /// On a device that is already open.
+    pub fn on(gpu: Gpu) -> Self {
+        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+        let timeline = Timeline::new(&gpu.device, &gpu.queue);
+        Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline })) }
     }
 
     /// What renders, for people.
     pub fn device(&self) -> String {
         match &self.engine {
-            Engine::Gpu(gpu) => {
+            Engine::Gpu(engine) => {
+                let gpu = &engine.gpu;
                 format!("{} ({}; {})", gpu.adapter.name, gpu.adapter.backend, gpu.tier_reason)
             }
             Engine::Cpu => "the CPU twin".to_owned(),
@@ -43,35 +60,104 @@ impl Renderer {
 
     /// One frame. The views' maps are read back only with `maps`.
     pub fn render(&mut self, scene: &Scene, maps: bool) -> Result<Frame, Error> {
-        if let Engine::Gpu(gpu) = &self.engine {
-            gpu.check()?;
+        match &mut self.engine {
+            Engine::Gpu(engine) => engine.render(scene, maps),
+            Engine::Cpu => Ok(render_on_cpu(scene, maps)),
         }
-        Ok(unshadowed(scene, maps))
     }
 }
 
-/// A frame of a scene whose casters filter nothing: every texel is fully lit.
-fn unshadowed(scene: &Scene, maps: bool) -> Frame {
-    let lit = |view: crate::view::View| {
-        let texels = (view.size.x * view.size.y) as usize;
-        ViewMaps {
-            view,
-            filter: vec![[1.0; 3]; texels],
-            nearest: vec![1.0; texels],
-            opaque: vec![1.0; texels],
-        }
-    };
-    let views = if maps { shadow_views(scene) } else { Vec::new() };
-    let size = scene.camera.size;
+fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
+    let views = shadow_views(scene);
+    let started = std::time::Instant::now();
+    let (view_maps, counters) = cpu::render_maps(scene, &views);
+    let maps_ms = started.elapsed().as_secs_f64() * 1e3;
     Frame {
-        picture: Picture { size, rgb: vec![[128; 3]; (size.x * size.y) as usize] },
-        maps: views.into_iter().map(lit).collect(),
-        counters: crate::counters::Counters {
-            casters: (scene.particles.len() + scene.triangles.len()) as u64,
-            skipped: scene.skipped.clone(),
-            ..Default::default()
-        },
-        stages: Vec::new(),
+        picture: blank(scene),
+        maps: if maps { view_maps } else { Vec::new() },
+        counters,
+        stages: vec![("maps", maps_ms)],
         memory: Vec::new(),
     }
+}
+
+fn blank(scene: &Scene) -> Picture {
+    let size = scene.camera.size;
+    Picture { size, rgb: vec![[128; 3]; (size.x * size.y) as usize] }
+}
+
+impl GpuEngine {
+    fn render(&mut self, scene: &Scene, with_maps: bool) -> Result<Frame, Error> {
+        let Self { gpu, pipeline, timeline } = self;
+        let views = shadow_views(scene);
+        pipeline.set_pair_budget(scene.shadow.pair_budget);
+        let Scene { particles, triangles, materials, textures, .. } = scene;
+        let casters =
+            CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;
+        let mut pairs = None;
+        let (prepared, opaque, translucent) = loop {
+            let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, pairs)?;
+            timeline.reset();
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            prepared.record(pipeline.kernels(), &mut encoder, timeline);
+            timeline.finish(&mut encoder);
+            gpu.queue.submit([encoder.finish()]);
+            let (opaque, translucent) = prepared.read_counters(&gpu.device, &gpu.queue)?;
+            gpu.check()?;
+            let needed = opaque.pairs_needed.max(translucent.pairs_needed);
+            let room = prepared.pair_capacity();
+            if needed <= room || room >= scene.shadow.pair_budget {
+                break (prepared, opaque, translucent);
+            }
+            pairs = Some(needed);
+        };
+        let stages = timeline.read(&gpu.device);
+        let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
+        gpu.check()?;
+        Ok(Frame {
+            picture: blank(scene),
+            maps,
+            counters: counters(scene, &opaque, &translucent),
+            stages,
+            memory: prepared.memory.0,
+        })
+    }
+}
+
+fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) -> Counters {
+    let sum = |of: fn(&ListCounters) -> u32| u64::from(of(opaque)) + u64::from(of(translucent));
+    Counters {
+        casters: (scene.particles.len() + scene.triangles.len()) as u64,
+        visible: sum(|c| c.visible + c.scattered),
+        pairs: sum(|c| c.pair_count),
+        segments: sum(|c| c.segment_count),
+        scattered: sum(|c| c.scattered + c.overflowed),
+        overflowed: sum(|c| c.overflowed),
+        skipped: scene.skipped.clone(),
+    }
+}
+
+fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewMaps>, Error> {
+    let maps = &prepared.maps;
+    let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
+    let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
+    let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
+    let atlas = maps.filters.size();
+    let view_maps = views.iter().zip(&maps.places).map(|(view, place)| {
+        let texels = || {
+            (0..view.size.y).flat_map(move |y| {
+                let row = place.layer * atlas.height + place.origin.y + y;
+                let first = (row * atlas.width + place.origin.x) as usize;
+                first..first + view.size.x as usize
+            })
+        };
+        let rgb = |t: usize| [0, 1, 2].map(|i| f16::from_bits(filters[t][i]).to_f32());
+        ViewMaps {
+            view: view.clone(),
+            filter: texels().map(rgb).collect(),
+            nearest: texels().map(|t| nearests[t]).collect(),
+            opaque: texels().map(|t| opaques[t]).collect(),
+        }
+    });
+    Ok(view_maps.collect())
 }

@@ -28,10 +28,10 @@ fn accumulate_segments(
     let place = lane_texel(lane);
     let texel = tile_texel(view, segment.tile) + place;
     start(view, texel);
-    walk(view, segment.first, segment.end, corner);
+    walk(view, segment.first, segment.end);
     for (var i = 0u; i < 4u; i += 1u) {
         let sum = sum_index(segment.tile, place + vec2(i, 0u));
-        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed[i]) * FIXED_ONE))));
+        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed_texel(i)) * FIXED_ONE))));
         if nearest[i] < 1.0 {
             raise_nearness(sum, depth_to_nearness(nearest[i]));
         }

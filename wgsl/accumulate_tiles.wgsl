@@ -28,10 +28,10 @@ fn accumulate_tiles(
     let view = views[tile.view];
     let texel = tile_texel(view, tile_id) + lane_texel(lane);
     start(view, texel);
-    walk(view, tile.first, tile.end, corner);
+    walk(view, tile.first, tile.end);
     for (var i = 0u; i < 4u; i += 1u) {
         let at = view.origin + texel + vec2(i, 0u);
-        textureStore(filters, at, view.layer, vec4(blackened(passed[i]), 1.0));
+        textureStore(filters, at, view.layer, vec4(blackened(passed_texel(i)), 1.0));
         textureStore(nearests, at, view.layer, vec4(nearest[i]));
     }
 }

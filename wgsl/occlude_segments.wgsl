@@ -26,7 +26,7 @@ fn occlude_segments(
     let view = views[segment.view];
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
-    walk(view, segment.first, segment.end, corner);
+    walk(view, segment.first, segment.end);
     for (var i = 0u; i < 4u; i += 1u) {
         if nearest[i] < 1.0 {
             raise_nearness(sum_index(segment.tile, place + vec2(i, 0u)), depth_to_nearness(nearest[i]));

@@ -26,7 +26,7 @@ fn occlude_tiles(
     let view = views[tile.view];
     let texel = tile_texel(view, tile_id) + lane_texel(lane);
     start(view, texel);
-    walk(view, tile.first, tile.end, corner);
+    walk(view, tile.first, tile.end);
     for (var i = 0u; i < 4u; i += 1u) {
         textureStore(opaques, view.origin + texel + vec2(i, 0u), view.layer, vec4(nearest[i]));
     }

@@ -28,7 +28,8 @@ pub struct Selection {
 }
 
 /// What kernels of [`Tier::Native`] use: an adapter must have all of them.
-pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
+pub const NATIVE_FEATURES: Features =
+    Features::SUBGROUP.union(Features::TEXTURE_ATOMIC).union(Features::CLEAR_TEXTURE);
 
 /// Features that only measure.
 const TIMER_FEATURES: Features = Features::TIMESTAMP_QUERY

@@ -44,7 +44,11 @@ pub(super) struct Context<'a, 'd> {
 }
 
 impl Context<'_, '_> {
-    pub(super) fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Buffer {
+    pub(super) fn uniform<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &'static str,
+        value: &T,
+    ) -> Buffer {
         let buffer = self.allocator.uniform::<T>(name);
         self.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
         buffer
@@ -102,14 +106,17 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
     let mut tile_count = 0;
     for (view, place) in views.iter().zip(&maps.places) {
         let tiles = view.tiles().element_product();
+        let mut gpu_view = view.to_gpu(tile_count, place.origin, place.layer);
         let full = tile_count + tiles > MAX_TILES
             || batch.len() == MAX_VIEWS
+            || batch.first().is_some_and(|v| v.perspective != gpu_view.perspective)
             || per_view * (batch.len() as u64 + 1) > most_footprints;
         if full && !batch.is_empty() {
             plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters));
             tile_count = 0;
+            gpu_view.first_tile = 0;
         }
-        batch.push(view.to_gpu(tile_count, place.origin, place.layer));
+        batch.push(gpu_view);
         tile_count += tiles;
     }
     if !batch.is_empty() {
@@ -143,7 +150,7 @@ impl Plan {
             let particles: u32 = particle_chunks.iter().map(|chunk| chunk.count).sum();
             ListPlan {
                 class,
-                features: casters.features(class),
+                features: casters.features(class).of_views(views[0].perspective > 0.0),
                 particle_chunks,
                 triangle_chunks,
                 footprint_count,

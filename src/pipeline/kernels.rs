@@ -21,8 +21,14 @@ pub(crate) enum Variant {
 }
 
 impl Variant {
-    fn desc(self, tier: Tier) -> &'static KernelDesc {
+    fn desc(self, tier: Tier, features: Features) -> &'static KernelDesc {
         let [core, native] = match self {
+            Self::AccumulateTiles if features.plain => {
+                [&accumulate::DISC_TILES_CORE, &accumulate::DISC_TILES_NATIVE]
+            }
+            Self::AccumulateSegments if features.plain => {
+                [&accumulate::DISC_SEGMENTS_CORE, &accumulate::DISC_SEGMENTS_NATIVE]
+            }
             Self::OccludeTiles => [&occlude::TILES_CORE, &occlude::TILES_NATIVE],
             Self::OccludeSegments => [&occlude::SEGMENTS_CORE, &occlude::SEGMENTS_NATIVE],
             Self::OccludeOverflow => [&occlude::OVERFLOW_CORE, &occlude::OVERFLOW_NATIVE],
@@ -78,7 +84,7 @@ impl Kernels {
         variant: Variant,
         features: Features,
     ) -> &Kernel {
-        let desc = variant.desc(self.tier);
+        let desc = variant.desc(self.tier, features);
         self.variants
             .entry((variant, features))
             .or_insert_with(|| Kernel::new(device, desc, &features.constants(desc.constants)))

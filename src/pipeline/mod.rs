@@ -52,6 +52,7 @@ pub struct Pipeline {
 pub struct Prepared {
     pub maps: Maps,
     batches: Vec<Batch>,
+    pair_capacity: u32,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -63,6 +64,11 @@ impl Pipeline {
 
     pub fn config(&self) -> &Config {
         &self.config
+    }
+
+    /// For the next `prepare`.
+    pub fn set_pair_budget(&mut self, pairs: u32) {
+        self.config.pair_budget = pairs;
     }
 
     pub fn kernels(&mut self) -> &mut Kernels {
@@ -97,11 +103,16 @@ impl Pipeline {
             };
             batches.push(Batch::new(&mut context, plan)?);
         }
-        Ok(Prepared { maps, batches, memory })
+        Ok(Prepared { maps, batches, pair_capacity: scratch.pair_capacity, memory })
     }
 }
 
 impl Prepared {
+    /// Pairs that a batch has room for.
+    pub fn pair_capacity(&self) -> u32 {
+        self.pair_capacity
+    }
+
     /// Records every stage of every view.
     pub fn record(
         &self,

@@ -364,3 +364,133 @@ pub const OVERFLOW_NATIVE: KernelDesc = KernelDesc {
     ],
     tier: Tier::Native,
 };
+
+pub const DISC_TILES_CORE: KernelDesc = KernelDesc {
+    name: "accumulate_tiles",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/sums.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_discs.wgsl",
+        "common/walk_discs_uniform.wgsl",
+        "accumulate_tiles.wgsl"
+    ],
+    bindings: &[
+        VIEWS,
+        MATERIALS,
+        Binding::read::<Tile>("tiles"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        OPAQUES,
+        Binding::texture_write("filters", Rgba16Float).array(),
+        Binding::texture_write("nearests", R32Float).array(),
+    ],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    tier: Tier::Core,
+};
+
+pub const DISC_SEGMENTS_CORE: KernelDesc = KernelDesc {
+    name: "accumulate_segments",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/sums.wgsl",
+        "common/sums_buffer.wgsl",
+        "common/merge.wgsl",
+        "common/dispatch.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_discs.wgsl",
+        "common/walk_discs_uniform.wgsl",
+        "accumulate_segments.wgsl"
+    ],
+    bindings: crate::sums_then![
+        buffer,
+        VIEWS,
+        MATERIALS,
+        Binding::read::<[u32; 4]>("dispatches"),
+        Binding::read::<Segment>("segments"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        OPAQUES
+    ],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    tier: Tier::Core,
+};
+
+pub const DISC_TILES_NATIVE: KernelDesc = KernelDesc {
+    name: "accumulate_tiles",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/sums.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_discs.wgsl",
+        "common/walk_discs.wgsl",
+        "accumulate_tiles.wgsl"
+    ],
+    bindings: &[
+        VIEWS,
+        MATERIALS,
+        Binding::read::<Tile>("tiles"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        OPAQUES,
+        Binding::texture_write("filters", Rgba16Float).array(),
+        Binding::texture_write("nearests", R32Float).array(),
+    ],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    tier: Tier::Native,
+};
+
+pub const DISC_SEGMENTS_NATIVE: KernelDesc = KernelDesc {
+    name: "accumulate_segments",
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/sums.wgsl",
+        "common/sums_texture.wgsl",
+        "common/merge.wgsl",
+        "common/dispatch.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/gather_discs.wgsl",
+        "common/walk_discs.wgsl",
+        "accumulate_segments.wgsl"
+    ],
+    bindings: crate::sums_then![
+        texture,
+        VIEWS,
+        MATERIALS,
+        Binding::read::<[u32; 4]>("dispatches"),
+        Binding::read::<Segment>("segments"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        OPAQUES
+    ],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    tier: Tier::Native,
+};

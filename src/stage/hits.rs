@@ -17,6 +17,8 @@ pub struct Features {
     pub gain: bool,
     /// Soft discs of the `filter` transfer and nothing else.
     pub plain: bool,
+    /// The views are perspective ones; of plain casters only.
+    pub perspective: bool,
 }
 
 impl Features {
@@ -29,6 +31,7 @@ impl Features {
         quads: false,
         gain: false,
         plain: true,
+        perspective: false,
     };
 
     pub const ALL: Self = Self {
@@ -39,7 +42,14 @@ impl Features {
         quads: true,
         gain: true,
         plain: false,
+        perspective: false,
     };
+
+    /// Of a batch whose views are all perspective ones, or none is.
+    #[must_use]
+    pub fn of_views(self, perspective: bool) -> Self {
+        Self { perspective: self.plain && perspective, ..self }
+    }
 
     /// Values of the overrides of `constants`.
     pub fn constants(self, constants: &[(&'static str, f64)]) -> Vec<(&'static str, f64)> {
@@ -50,6 +60,7 @@ impl Features {
             "HAS_PUFFS" => Some(self.puffs),
             "HAS_QUADS" => Some(self.quads),
             "HAS_GAIN" => Some(self.gain),
+            "PERSPECTIVE" => Some(self.perspective),
             _ => None,
         };
         constants

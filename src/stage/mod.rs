@@ -30,6 +30,8 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::OVERFLOW_CORE,
     &accumulate::TILES_CORE,
     &accumulate::SEGMENTS_CORE,
+    &accumulate::DISC_TILES_CORE,
+    &accumulate::DISC_SEGMENTS_CORE,
     &resolve::TILES_CORE,
     &resolve::OPAQUE_CORE,
     &occlude::TILES_NATIVE,
@@ -39,6 +41,8 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::OVERFLOW_NATIVE,
     &accumulate::TILES_NATIVE,
     &accumulate::SEGMENTS_NATIVE,
+    &accumulate::DISC_TILES_NATIVE,
+    &accumulate::DISC_SEGMENTS_NATIVE,
     &resolve::TILES_NATIVE,
     &resolve::OPAQUE_NATIVE,
 ];

@@ -1,3 +1,7 @@
+pub(crate) mod brute_force;
+pub(crate) mod compare;
+pub(crate) mod scenes;
+
 use gobo::gpu::{Gpu, KernelDesc};
 
 /// A missing GPU fails the test; it never skips it.

@@ -29,6 +29,10 @@ fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
     visit_texel(view, place, look, 3u);
 }
 
+fn passed_texel(i: u32) -> vec3<f32> {
+    return passed[i];
+}
+
 // Nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     var open = false;

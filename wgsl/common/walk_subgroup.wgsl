@@ -2,7 +2,7 @@
 // tests it against the subgroup's block of texels; those that touch it are visited by all lanes.
 // The kernel says what to do in `visit` and when to stop in `settled`.
 // Needs common/record.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`.
-fn walk(view: GpuView, first: u32, end: u32, corner: vec2<f32>) {
+fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let size = subgroupAdd(1u);
     // The block of texels that the subgroup holds, centre to centre.

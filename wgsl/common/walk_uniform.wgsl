@@ -1,7 +1,7 @@
 // Walks a tile's pairs front to back; every invocation visits every pair. The core tier, without
 // subgroups. The kernel says what to do in `visit` and when to stop in `settled`.
 // Needs common/record.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`.
-fn walk(view: GpuView, first: u32, end: u32, corner: vec2<f32>) {
+fn walk(view: GpuView, first: u32, end: u32) {
     for (var pair = first; pair < end; pair += 1u) {
         let at = textureLoad(pairs, record_texel(pair)).g * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));

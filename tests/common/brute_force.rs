@@ -1,0 +1,330 @@
+//! A renderer in 64 bits, straight from the formulas: every texel asks every caster. It shares no
+//! code with the crate's, and no tricks.
+use super::compare::ExpectedTexel;
+use gobo::{
+    caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
+    glam::{DVec2, DVec3, DVec4, Vec3},
+    light::LightKind,
+    scene::Scene,
+    view::View,
+};
+
+/// How near an edge rounding may decide [texels].
+const EDGE: f64 = 0.05;
+/// How near 1/255 rounding may decide.
+const OPACITY_MARGIN: f64 = 1e-4;
+/// How near the opaque surface rounding may decide, as light depth.
+const DEPTH_MARGIN: f64 = 1e-5;
+
+fn f64s(v: Vec3) -> DVec3 {
+    v.as_dvec3()
+}
+
+struct Eye {
+    position: DVec3,
+    forward: DVec3,
+    right: DVec3,
+    up: DVec3,
+    parallel: bool,
+    /// Texels per metre; of a perspective view, at 1 m along the axis.
+    scale: f64,
+    size: DVec2,
+    near: f64,
+    far: f64,
+}
+
+/// Starts in the eye's plane (parallel: in the near plane); `way` goes 1 m along the axis.
+struct Ray {
+    start: DVec3,
+    way: DVec3,
+    texel: DVec2,
+}
+
+#[derive(Clone, Copy)]
+struct Hit {
+    light: DVec3,
+    opacity: f64,
+    depth: f64,
+}
+
+enum Met {
+    Nothing,
+    /// Too near an edge to say.
+    Edge,
+    Hit(Hit),
+}
+
+impl Eye {
+    fn new(scene: &Scene, view: &View) -> Self {
+        let forward = f64s(view.direction()).normalize();
+        let up = if forward.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
+        let right = forward.cross(up).normalize();
+        let size = view.size.as_dvec2();
+        let (parallel, scale) = match scene.lights[view.light.expect("a light's view")].kind {
+            LightKind::Directional { .. } => (true, f64::from(view.scale)),
+            LightKind::Spot { angle, .. } => (false, size.x * 0.5 / (f64::from(angle) * 0.5).tan()),
+            LightKind::Point { .. } => (false, size.x * 0.5),
+        };
+        Self {
+            position: f64s(view.position()),
+            forward,
+            right,
+            up: right.cross(forward),
+            parallel,
+            scale,
+            size,
+            near: f64::from(view.near),
+            far: f64::from(view.far),
+        }
+    }
+
+    fn ray(&self, texel: DVec2) -> Ray {
+        let x = (texel.x - self.size.x * 0.5) / self.scale;
+        let y = (self.size.y * 0.5 - texel.y) / self.scale;
+        let aside = self.right * x + self.up * y;
+        if self.parallel {
+            Ray { start: self.position + aside, way: self.forward, texel }
+        } else {
+            Ray { start: self.position, way: self.forward + aside, texel }
+        }
+    }
+
+    /// Of a point `t` ways along a ray.
+    fn depth(&self, t: f64) -> f64 {
+        let behind_near = if self.parallel { t } else { t - self.near };
+        behind_near / (self.far - self.near)
+    }
+
+    fn ways(&self, depth: f64) -> f64 {
+        depth * (self.far - self.near) + if self.parallel { 0.0 } else { self.near }
+    }
+
+    fn along_axis(&self, point: DVec3) -> f64 {
+        (point - self.position).dot(self.forward)
+    }
+
+    /// World size of a texel at `point` [m].
+    fn texel_size(&self, point: DVec3) -> f64 {
+        if self.parallel { 1.0 / self.scale } else { self.along_axis(point) / self.scale }
+    }
+
+    fn project(&self, point: DVec3) -> DVec2 {
+        let p = point - self.position;
+        let per_metre = if self.parallel { self.scale } else { self.scale / p.dot(self.forward) };
+        self.size * 0.5 + DVec2::new(p.dot(self.right), -p.dot(self.up)) * per_metre
+    }
+}
+
+/// What the maps of `view` must be.
+pub(crate) fn render(scene: &Scene, view: &View) -> Vec<ExpectedTexel> {
+    let eye = Eye::new(scene, view);
+    let count = view.size.x * view.size.y;
+    let texel = |i: u32| {
+        let at = DVec2::new(f64::from(i % view.size.x), f64::from(i / view.size.x));
+        render_texel(scene, &eye, &eye.ray(at + 0.5))
+    };
+    (0..count).map(texel).collect()
+}
+
+fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
+    let mut texel =
+        ExpectedTexel { filter: [1.0; 3], nearest: [1.0; 2], opaque: 1.0, undecided: false };
+    let material_of = |material: u32| &scene.materials[material as usize];
+    let meet_all = |opaque: bool, end: f64, visit: &mut dyn FnMut(Met)| {
+        for particle in &scene.particles {
+            let material = material_of(particle.material);
+            if material.transfer.is_opaque() == opaque {
+                visit(meet_particle(scene, eye, ray, particle, material, end));
+            }
+        }
+        for triangle in &scene.triangles {
+            let material = material_of(triangle.material);
+            if material.transfer.is_opaque() == opaque {
+                visit(meet_triangle(scene, eye, ray, triangle, material));
+            }
+        }
+    };
+    let inside = |depth: f64| (0.0..=1.0).contains(&depth);
+    let mut undecided = false;
+    meet_all(true, 1.0, &mut |met| match met {
+        Met::Hit(hit) if inside(hit.depth) => texel.opaque = texel.opaque.min(hit.depth),
+        Met::Edge => undecided = true,
+        Met::Hit(_) | Met::Nothing => {}
+    });
+    let mut filter = DVec3::ONE;
+    meet_all(false, texel.opaque, &mut |met| match met {
+        Met::Hit(hit) if inside(hit.depth) => {
+            undecided |= texel.opaque < 1.0 && (hit.depth - texel.opaque).abs() < DEPTH_MARGIN;
+            if hit.depth < texel.opaque {
+                filter *= hit.light;
+                for (nearest, margin) in texel.nearest.iter_mut().zip([-1.0, 1.0]) {
+                    if hit.opacity >= 1.0 / 255.0 + margin * OPACITY_MARGIN {
+                        *nearest = nearest.min(hit.depth);
+                    }
+                }
+            }
+        }
+        Met::Edge => undecided = true,
+        Met::Hit(_) | Met::Nothing => {}
+    });
+    texel.filter = filter.to_array();
+    texel.undecided = undecided;
+    texel
+}
+
+fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
+    let a = 1.0 - (1.0 - alpha) * (1.0 - f64::from(material.reflectivity));
+    let filter = DVec3::ONE - a * (DVec3::ONE - color);
+    let light = match material.transfer {
+        Transfer::Filter => filter,
+        Transfer::Stain => color * (1.0 - a),
+        Transfer::Smoke => (1.0 - a) * filter,
+        Transfer::Gain => color,
+        _ => DVec3::ONE,
+    };
+    Hit { light, opacity: a, depth }
+}
+
+fn meet_particle(
+    scene: &Scene,
+    eye: &Eye,
+    ray: &Ray,
+    particle: &Particle,
+    material: &Material,
+    opaque_depth: f64,
+) -> Met {
+    let center = f64s(particle.center);
+    if !eye.parallel && eye.along_axis(center) <= 0.0 {
+        return Met::Nothing;
+    }
+    let texel_size = eye.texel_size(center);
+    let grow = (std::f64::consts::FRAC_1_SQRT_2 * texel_size / f64::from(particle.radius)).max(1.0);
+    let radius = f64::from(particle.radius) * grow;
+    let tint = particle.color.as_dvec4() * material.tint.as_dvec4();
+    let thin = 1.0 / (grow * grow);
+    if material.shape == Shape::Puff {
+        return meet_puff(eye, ray, center, radius, tint, thin, opaque_depth);
+    }
+    let n = if eye.parallel { eye.forward } else { (center - eye.position).normalize() };
+    let slope = n.dot(ray.way);
+    let t = n.dot(center - ray.start) / slope;
+    if slope <= 0.0 || t <= 0.0 {
+        return Met::Nothing;
+    }
+    let q = (ray.start + ray.way * t - center) / radius;
+    let up = if n.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
+    let (x0, rotation) = (up.cross(n).normalize(), f64::from(particle.rotation));
+    let y0 = n.cross(x0);
+    let x = x0 * rotation.cos() + y0 * rotation.sin();
+    let y = y0 * rotation.cos() - x0 * rotation.sin();
+    let q = DVec2::new(q.dot(x), q.dot(y));
+    let (reach, soft) = match material.shape {
+        Shape::Quad => (q.x.abs().max(q.y.abs()), false),
+        _ => (q.length(), material.profile == Profile::Soft),
+    };
+    if !soft && (reach - 1.0).abs() * radius / texel_size < EDGE {
+        return Met::Edge;
+    }
+    if reach > 1.0 {
+        return Met::Nothing;
+    }
+    let profile = if soft { (1.0 - reach * reach).powi(2) } else { 1.0 };
+    let uv = DVec2::new((q.x + 1.0) / 2.0, (1.0 - q.y) / 2.0);
+    let image = sample(scene, material, uv);
+    let color = (tint * image).truncate();
+    let mut hit = optics(material, tint.w * image.w * profile, color, eye.depth(t));
+    if grow > 1.0 {
+        // The opacity of what is smaller than a texel is scaled, after reflectivity.
+        let solid = Material { reflectivity: 0.0, ..material.clone() };
+        hit = optics(&solid, hit.opacity * thin, color, hit.depth);
+    }
+    Met::Hit(hit)
+}
+
+fn meet_puff(
+    eye: &Eye,
+    ray: &Ray,
+    center: DVec3,
+    radius: f64,
+    tint: DVec4,
+    thin: f64,
+    opaque_depth: f64,
+) -> Met {
+    let len = ray.way.length();
+    let closest = (center - ray.start).dot(ray.way) / (len * len);
+    let miss = (ray.start + ray.way * closest - center).length();
+    if (miss - radius).abs() / eye.texel_size(center) < EDGE {
+        return Met::Edge;
+    }
+    if miss > radius {
+        return Met::Nothing;
+    }
+    let half = (radius * radius - miss * miss).sqrt() / len;
+    let (enter, leave) = (closest - half, (closest + half).min(eye.ways(opaque_depth)));
+    if leave <= enter {
+        return Met::Nothing;
+    }
+    let share = (leave - enter) * len / (2.0 * radius);
+    let alpha = tint.w * thin;
+    let light = (DVec3::ONE - alpha * (DVec3::ONE - tint.truncate())).powf(share);
+    Met::Hit(Hit { light, opacity: 1.0 - (1.0 - alpha).powf(share), depth: eye.depth(enter) })
+}
+
+/// Möller and Trumbore 1997.
+fn meet_triangle(
+    scene: &Scene,
+    eye: &Eye,
+    ray: &Ray,
+    triangle: &Triangle,
+    material: &Material,
+) -> Met {
+    let [a, b, c] = triangle.positions.map(f64s);
+    let [pa, pb, pc] = [a, b, c].map(|p| eye.project(p));
+    for (from, to) in [(pa, pb), (pb, pc), (pc, pa)] {
+        let along = to - from;
+        let part = ((ray.texel - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        if (from + along * part).distance(ray.texel) < EDGE {
+            return Met::Edge;
+        }
+    }
+    let (ab, ac) = (b - a, c - a);
+    let p = ray.way.cross(ac);
+    let s = ray.start - a;
+    let q = s.cross(ab);
+    let (u, v, t) = (s.dot(p), ray.way.dot(q), ac.dot(q));
+    let (u, v, t) = (u / ab.dot(p), v / ab.dot(p), t / ab.dot(p));
+    if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0) {
+        return Met::Nothing;
+    }
+    let [uv_a, uv_b, uv_c] = triangle.uvs.map(|uv| uv.as_dvec2());
+    let image = sample(scene, material, uv_a * (1.0 - u - v) + uv_b * u + uv_c * v);
+    let tint = material.tint.as_dvec4() * image;
+    Met::Hit(optics(material, tint.w, tint.truncate(), eye.depth(t)))
+}
+
+fn sample(scene: &Scene, material: &Material, uv: DVec2) -> DVec4 {
+    let Some(texture) = material.texture.map(|index| &scene.textures[index as usize]) else {
+        return DVec4::ONE;
+    };
+    let at = uv * DVec2::new(f64::from(texture.width), f64::from(texture.height)) - 0.5;
+    let (low, part) = (at.floor(), at - at.floor());
+    let mut sum = DVec4::ZERO;
+    for (x, weight_x) in [(low.x, 1.0 - part.x), (low.x + 1.0, part.x)] {
+        for (y, weight_y) in [(low.y, 1.0 - part.y), (low.y + 1.0, part.y)] {
+            sum += texel_of(texture, x as i64, y as i64) * (weight_x * weight_y);
+        }
+    }
+    sum
+}
+
+fn texel_of(texture: &Texture, x: i64, y: i64) -> DVec4 {
+    let x = x.rem_euclid(i64::from(texture.width)) as usize;
+    let y = y.rem_euclid(i64::from(texture.height)) as usize;
+    let first = (y * texture.width as usize + x) * 4;
+    let linear = |byte: u8| {
+        let v = f64::from(byte) / 255.0;
+        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    };
+    let rgba = &texture.rgba[first..first + 4];
+    DVec4::new(linear(rgba[0]), linear(rgba[1]), linear(rgba[2]), f64::from(rgba[3]) / 255.0)
+}

@@ -1,0 +1,134 @@
+//! Small scenes, and seeded chance.
+use gobo::{
+    caster::{Material, Particle, Transfer, Triangle},
+    glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
+    light::{Light, LightKind},
+    scene::{Camera, Scene},
+    settings::ShadowSettings,
+    view::{Projection, View},
+};
+
+/// Seeded numbers (Steele et al. 2014, SplitMix64).
+pub(crate) struct Chance(u64);
+
+impl Chance {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    /// In 0..1.
+    pub(crate) fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    pub(crate) fn within(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    pub(crate) fn below(&mut self, end: usize) -> usize {
+        (self.bits() % end as u64) as usize
+    }
+
+    pub(crate) fn vec3(&mut self, low: f32, high: f32) -> Vec3 {
+        Vec3::new(self.within(low, high), self.within(low, high), self.within(low, high))
+    }
+
+    pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
+        for i in (1..items.len()).rev() {
+            items.swap(i, self.below(i + 1));
+        }
+    }
+}
+
+pub(crate) fn empty(materials: Vec<Material>) -> Scene {
+    Scene {
+        camera: Camera {
+            eye: Vec3::new(4.0, 3.0, 6.0),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            fov_y: 0.8,
+            size: UVec2::new(64, 64),
+        },
+        shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
+        lights: Vec::new(),
+        materials,
+        textures: Vec::new(),
+        particles: Vec::new(),
+        triangles: Vec::new(),
+        ambient: Vec3::ZERO,
+        background: Vec3::ZERO,
+        skipped: Default::default(),
+    }
+}
+
+pub(crate) fn light(kind: LightKind) -> Light {
+    Light {
+        name: "light".into(),
+        kind,
+        color: Vec3::ONE,
+        intensity: 1.0,
+        near: None,
+        far: None,
+        size: None,
+        casts: true,
+        cascades: 1,
+    }
+}
+
+pub(crate) fn material(transfer: Transfer) -> Material {
+    Material { transfer, ..Material::default() }
+}
+
+pub(crate) fn particle(center: Vec3, radius: f32, color: Vec4) -> Particle {
+    Particle { center, radius, color, rotation: 0.0, material: 0, id: 0 }
+}
+
+/// World space is view space: looks along -z, `far` at z = -10; `size / scale` metres wide.
+pub(crate) fn flat_view(size: u32, scale: f32) -> View {
+    View {
+        light: Some(0),
+        name: "0",
+        projection: Projection::Orthographic,
+        size: UVec2::splat(size),
+        near: 0.0,
+        far: 10.0,
+        view_from_world: Mat4::IDENTITY,
+        scale,
+    }
+}
+
+/// A square pane across the axis of a [`flat_view`], at light depth `depth`.
+pub(crate) fn pane(depth: f32, half: f32, material: u32) -> [Triangle; 2] {
+    let corner = |x: f32, y: f32| Vec3::new(x * half, y * half, -10.0 * depth);
+    let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
+    [[a, b, c], [a, c, d]].map(|positions| triangle(positions, material))
+}
+
+pub(crate) fn triangle(positions: [Vec3; 3], material: u32) -> Triangle {
+    Triangle { positions, normals: [Vec3::Z; 3], uvs: [Vec2::ZERO, Vec2::X, Vec2::ONE], material }
+}
+
+/// Discs of one material with radii from far below a texel to a large part of a map, in a ball
+/// of radius 2 [m] around the origin.
+pub(crate) fn random_discs(count: usize, seed: u64) -> Vec<Particle> {
+    let mut chance = Chance::new(seed);
+    let discs = (0..count as u32).map(|id| {
+        let center = loop {
+            let p = chance.vec3(-2.0, 2.0);
+            if p.length() <= 2.0 {
+                break p;
+            }
+        };
+        let radius = 0.002 * (300.0_f32).powf(chance.unit());
+        let color = chance.vec3(0.0, 1.0).extend(chance.unit().powi(3));
+        Particle { rotation: chance.within(-7.0, 7.0), id, ..particle(center, radius, color) }
+    });
+    discs.collect()
+}

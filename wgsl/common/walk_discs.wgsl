@@ -1,0 +1,51 @@
+// Walks a tile's soft discs front to back, a subgroup at a time: what most smoke is made of, with
+// all else compiled away. Every lane prepares one disc and tests it against the subgroup's block
+// of texels; the discs that touch it are broadcast and multiplied into every lane's four texels.
+// CPU twin: src/cpu/accumulate.rs. Needs common/gather_discs.wgsl; the kernel binds `pairs` and
+// `footprints`.
+fn walk(view: GpuView, first: u32, end: u32) {
+    let lane = subgroupExclusiveAdd(1u);
+    let size = subgroupAdd(1u);
+    // The block of texels that the subgroup holds, centre to centre.
+    let lo = subgroupMin(corner) + 0.5;
+    let hi = subgroupMax(corner) + vec2(3.5, 0.5);
+    for (var base = first; base < end; base += size) {
+        let at = textureLoad(pairs, record_texel(min(base + lane, end - 1u))).g * FOOTPRINT_TEXELS;
+        let look = textureLoad(footprints, record_texel(at + 1u));
+        let disc = prepare_disc(view, textureLoad(footprints, record_texel(at)), look);
+        let outside = disc.center - clamp(disc.center, lo, hi);
+        let touches = base + lane < end && dot(outside, outside) <= disc.reach * disc.reach;
+        let ballot = subgroupBallot(touches);
+        var low = ballot.x;
+        var high = ballot.y;
+        while (low | high) != 0u {
+            var j: u32;
+            if low != 0u {
+                j = firstTrailingBit(low);
+                low &= low - 1u;
+            } else {
+                j = 32u + firstTrailingBit(high);
+                high &= high - 1u;
+            }
+            visit_disc(view, broadcast_disc(disc, j));
+        }
+        // What follows is no nearer than this stretch's first pair.
+        if subgroupAll(settled(subgroupShuffle(f32(look.z >> 16u) / f32(INVISIBLE - 1u), 0u))) {
+            break;
+        }
+    }
+}
+
+fn broadcast_disc(disc: Disc, j: u32) -> Disc {
+    var other: Disc;
+    other.center = subgroupShuffle(disc.center, j);
+    other.bend = subgroupShuffle(disc.bend, j);
+    other.depth = subgroupShuffle(disc.depth, j);
+    other.slope = subgroupShuffle(disc.slope, j);
+    other.absorbed = subgroupShuffle(disc.absorbed, j);
+    if PERSPECTIVE {
+        other.tilt = subgroupShuffle(disc.tilt, j);
+        other.tilt_bend = subgroupShuffle(disc.tilt_bend, j);
+    }
+    return other;
+}
