@@ -15,20 +15,25 @@ pub fn load_with(path: &Path, _set: &[(String, String)]) -> Result<Scene, SceneE
             target: Vec3::ZERO,
             up: Vec3::Y,
             fov_y: 0.8,
-            size: UVec2::new(32, 16),
+            size: UVec2::new(40, 24),
         },
-        shadow: crate::settings::ShadowSettings { size: 16, ..Default::default() },
-        lights: vec![crate::light::Light {
-            name: "sun".to_owned(),
-            kind: crate::light::LightKind::Directional { direction: Vec3::NEG_Y },
+        shadow: crate::settings::ShadowSettings { size: 32, ..Default::default() },
+        lights: [
+            ("key/light", None, crate::light::LightKind::Directional { direction: Vec3::NEG_Y }),
+            ("lamp", Some(16), crate::light::LightKind::Point { position: Vec3::Y * 2.0 }),
+        ]
+        .map(|(name, size, kind)| crate::light::Light {
+            name: name.to_owned(),
+            kind,
             color: Vec3::ONE,
             intensity: 1.0,
             near: None,
             far: None,
-            size: None,
+            size,
             casts: true,
             cascades: 1,
-        }],
+        })
+        .to_vec(),
         materials: Vec::new(),
         textures: Vec::new(),
         particles: Vec::new(),
