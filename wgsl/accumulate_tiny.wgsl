@@ -30,15 +30,14 @@ fn accumulate_tiny(
     let chunk = chunks[chunk_index];
     let index = chunk.first_footprint + lane;
     let rect = textureLoad(rects, record_texel(index), 0).rg;
-    if lane >= chunk.count || rect.x != SCATTERED {
+    if lane >= chunk.count || !is_scattered(rect) {
         return;
     }
     atomicAdd(&counters.scattered, 1u);
     let view = views[chunk.view];
     let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
     let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
-    // The two texel centres nearest to the footprint's, in x and in y.
-    let first = vec2<i32>(floor(bitcast<vec2<f32>>(place.xy) - 0.5));
+    let first = vec2<i32>(scatter_texel(bitcast<vec2<f32>>(place.xy)));
     for (var i = 0; i < 4; i += 1) {
         let texel = first + vec2(i & 1, i >> 1u);
         if all(texel >= vec2(0)) && all(texel < vec2<i32>(view.size)) {

@@ -72,9 +72,9 @@ impl CasterSet {
         let mut allocator = Allocator { device, memory: &mut memory };
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
         let (particle_order, particle_ranges) =
-            by_class(particles.iter().map(|p| classes[p.material as usize]));
+            by_class(&particles.iter().map(|p| classes[p.material as usize]));
         let (triangle_order, triangle_ranges) =
-            by_class(triangles.iter().map(|t| classes[t.material as usize]));
+            by_class(&triangles.iter().map(|t| classes[t.material as usize]));
         let casters: Vec<_> = particle_order
             .iter()
             .map(|&i| &particles[i as usize])
@@ -116,7 +116,7 @@ impl CasterSet {
 }
 
 /// Stable order by class, and each class's range in it.
-fn by_class(classes: impl Iterator<Item = Class> + Clone) -> (Vec<u32>, [Range<u32>; 3]) {
+fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Range<u32>; 3]) {
     let mut order = Vec::new();
     let mut ranges = [0..0, 0..0, 0..0];
     for (class, range) in

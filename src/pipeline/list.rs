@@ -60,8 +60,8 @@ pub(super) struct Scratch {
 /// Optical depth per channel and nearness, one element per texel of a batch.
 #[derive(Debug)]
 pub(super) enum Sums {
-    Buffers([Buffer; 4]),
-    Textures([Texture; 4], [TextureView; 4]),
+    Buffers(Box<[Buffer; 4]>),
+    Textures(Box<[(Texture, TextureView); 4]>),
 }
 
 impl Sums {
@@ -70,34 +70,38 @@ impl Sums {
         if tier == Tier::Core {
             let [a, b, c, d] =
                 NAMES.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
-            return Ok(Self::Buffers([a?, b?, c?, d?]));
+            return Ok(Self::Buffers(Box::new([a?, b?, c?, d?])));
         }
         let usage = TextureUsages::STORAGE_ATOMIC
             | TextureUsages::STORAGE_BINDING
             | TextureUsages::COPY_DST;
         let [a, b, c, d] =
             NAMES.map(|name| allocator.records(name, TextureFormat::R32Uint, texels, usage));
-        let textures = [a?, b?, c?, d?];
-        let views = textures.each_ref().map(view);
-        Ok(Self::Textures(textures, views))
+        let with_view = |texture: Texture| {
+            let view = view(&texture);
+            (texture, view)
+        };
+        Ok(Self::Textures(Box::new([a?, b?, c?, d?].map(with_view))))
     }
 
     pub(super) fn resources(&self) -> [BindingResource<'_>; 4] {
         match self {
             Self::Buffers(buffers) => buffers.each_ref().map(Buffer::as_entire_binding),
-            Self::Textures(_, views) => views.each_ref().map(BindingResource::TextureView),
+            Self::Textures(textures) => {
+                textures.each_ref().map(|(_, view)| BindingResource::TextureView(view))
+            }
         }
     }
 
     pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
         match self {
             Self::Buffers(buffers) => {
-                for buffer in buffers {
+                for buffer in buffers.iter() {
                     encoder.clear_buffer(buffer, 0, None);
                 }
             }
-            Self::Textures(textures, _) => {
-                for texture in textures {
+            Self::Textures(textures) => {
+                for (texture, _) in textures.iter() {
                     encoder.clear_texture(texture, &wgpu::ImageSubresourceRange::default());
                 }
             }
