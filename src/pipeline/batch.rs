@@ -14,7 +14,7 @@ use crate::{
         accumulate::TINY_GROUPS,
         bin::Dispatch,
         hits::Features,
-        project::{CHUNK_SIZE, Chunk, ProjectParams, grid},
+        project::{CHUNK_SIZE, Chunk, ProjectParams},
     },
     view::{GpuView, MAX_VIEWS, View},
 };

@@ -1,8 +1,19 @@
 //! Scenes: what the command line, the tests and the benches share.
+mod defaults;
+mod document;
 mod error;
-mod interim;
+pub mod generate;
+mod gltf;
+mod load;
+mod particles;
+mod set;
+mod shapes;
+mod summary;
+mod tables;
+
 pub use error::SceneError;
-pub use interim::{load, load_with};
+pub use load::{load, load_with};
+pub use summary::Summary;
 
 use crate::{
     caster::{Material, Particle, Texture, Triangle},
