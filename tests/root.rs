@@ -6,6 +6,7 @@ mod closed_forms;
 mod common;
 mod device;
 mod layout;
+mod particles;
 mod properties;
 mod shaders;
 mod sort;

@@ -1,8 +1,11 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod error;
 mod interim;
+mod particles;
+mod ply;
 pub use error::SceneError;
 pub use interim::{load, load_with};
+pub use particles::ParticleFile;
 
 use crate::{
     caster::{Material, Particle, Texture, Triangle},
@@ -11,6 +14,7 @@ use crate::{
     settings::ShadowSettings,
 };
 use glam::{UVec2, Vec3};
+use std::path::Path;
 
 /// The eye of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,4 +98,17 @@ impl Scene {
             .flat_map(|t| t.positions)
             .fold(particles, |b, p| b.with_sphere(p, 0.0))
     }
+}
+
+/// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to
+/// material `material_id` of the host's list; ids default to row number + `first_id`;
+/// `default_radius` [m] is for files without one.
+pub fn load_particles(
+    path: &Path,
+    material: &Material,
+    material_id: u32,
+    default_radius: Option<f32>,
+    first_id: u32,
+) -> Result<ParticleFile, SceneError> {
+    particles::load(path, material, material_id, default_radius, first_id)
 }
