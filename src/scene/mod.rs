@@ -1,9 +1,15 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod error;
+mod gltf;
+mod gltf_file;
+mod gltf_material;
+mod gltf_mesh;
+mod gltf_texture;
 mod interim;
 mod particles;
 mod ply;
 pub use error::SceneError;
+pub use gltf::Model;
 pub use interim::{load, load_with};
 pub use particles::ParticleFile;
 
@@ -13,7 +19,7 @@ use crate::{
     light::Light,
     settings::ShadowSettings,
 };
-use glam::{UVec2, Vec3};
+use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;
 
 /// The eye of the picture.
@@ -111,4 +117,9 @@ pub fn load_particles(
     first_id: u32,
 ) -> Result<ParticleFile, SceneError> {
     particles::load(path, material, material_id, default_radius, first_id)
+}
+
+/// Reads a `.glb` or `.gltf` file alone. World space = `transform` * glTF space.
+pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
+    gltf::load(path, transform)
 }

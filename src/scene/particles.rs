@@ -187,7 +187,16 @@ fn half_spacing(particles: &[Particle]) -> f32 {
 fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
     let csv_error = |error: csv::Error| {
-        SceneError::invalid(path, error.to_string(), "give every row as many fields as the header")
+        let line = error.position().map_or(1, csv::Position::line);
+        let problem = match error.kind() {
+            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                format!("{len} fields, but the header has {expected_len}")
+            }
+            csv::ErrorKind::Utf8 { .. } => "the text is not UTF-8".to_owned(),
+            _ => error.to_string(),
+        };
+        let help = "give every row as many fields as the header, in UTF-8";
+        SceneError::invalid(path, format!("line {line}: {problem}"), help)
     };
     let header = reader.headers().map_err(csv_error)?.clone();
     let mut storage = [Storage::Absent; NAMES.len()];
