@@ -5,6 +5,7 @@ mod cli;
 mod closed_forms;
 mod common;
 mod device;
+mod gltf;
 mod layout;
 mod particles;
 mod properties;

@@ -1,7 +1,11 @@
 //! A glTF document and its bytes, checked before anything is read through them: the crate's readers
 //! trust offsets, counts and percent signs.
 use super::SceneError;
-use ::gltf::{accessor::sparse::IndexType, buffer};
+use ::gltf::{
+    accessor::sparse::IndexType,
+    buffer,
+    json::{self, camera::Type as CameraType, validation::Checked},
+};
 use std::path::{Path, PathBuf};
 
 /// Extensions that a file may require.
@@ -38,16 +42,17 @@ impl File {
             }
         }
         let file = gltf::Gltf::from_slice_without_validation(&bytes).map_err(damaged)?;
-        let (mut json, mut blob) = (file.document.into_json(), file.blob);
-        for name in &json.extensions_required {
+        let (mut root, mut blob) = (file.document.into_json(), file.blob);
+        for name in &root.extensions_required {
             if !EXTENSIONS.contains(&name.as_str()) {
                 let help = "export without compression or optional extensions";
                 return Err(invalid(format!("requires {name}, which gobo does not read"), help));
             }
         }
+        check_json(&root).map_err(|message| invalid(message, "export the file again"))?;
         // The crate reads volumes, but its validation refuses files that require them.
-        json.extensions_required.retain(|name| name != "KHR_materials_volume");
-        let document = gltf::Document::from_json(json).map_err(damaged)?;
+        root.extensions_required.retain(|name| name != "KHR_materials_volume");
+        let document = gltf::Document::from_json(root).map_err(damaged)?;
         let mut file = Self { path: path.to_owned(), document, buffers: Vec::new() };
         let mut buffers = Vec::new();
         for buffer in file.document.buffers() {
@@ -150,6 +155,29 @@ impl File {
     fn byte_count(&self) -> usize {
         self.buffers.iter().map(Vec::len).sum()
     }
+}
+
+/// What the crate's own validation lets pass, or trips over.
+fn check_json(json: &json::Root) -> Result<(), String> {
+    for (index, camera) in json.cameras.iter().enumerate() {
+        let is_perspective = camera.type_ == Checked::Valid(CameraType::Perspective);
+        let has_lens = if is_perspective {
+            camera.perspective.is_some()
+        } else {
+            camera.orthographic.is_some()
+        };
+        if !has_lens {
+            return Err(format!("camera {index} has no lens of its type"));
+        }
+    }
+    for (index, mesh) in json.meshes.iter().enumerate() {
+        for accessor in mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values()) {
+            if accessor.value() >= json.accessors.len() {
+                return Err(format!("mesh {index}: there is no accessor {}", accessor.value()));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SceneError> {

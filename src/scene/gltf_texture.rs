@@ -1,7 +1,6 @@
 //! glTF images as the textures that casters sample: base colour, with transmission multiplied in.
 use super::{SceneError, gltf_file::File, particles::linear_from_srgb};
 use crate::caster::Texture;
-use ::gltf::image::Source;
 use image::{ImageReader, RgbaImage, imageops::FilterType};
 use std::{collections::HashMap, io::Cursor};
 
@@ -82,13 +81,18 @@ impl<'a> Textures<'a> {
         if let Some(pixels) = self.images.get(&image.index()) {
             return Ok(pixels.clone());
         }
-        let bytes = match image.source() {
-            Source::View { view, .. } => self.file.view(&view)?.to_vec(),
-            Source::Uri { uri, .. } => self.file.read_uri(uri)?,
-        };
         let bad = |problem: String| {
             let message = format!("image {}: {problem}", image.index());
             self.file.invalid(message, "use a PNG or JPEG of at most 16384 texels a side")
+        };
+        // Not `Image::source`, which panics where the file gives neither a type nor a place.
+        let document = &self.file.document;
+        let json = &document.as_json().images[image.index()];
+        let view = json.buffer_view.and_then(|index| document.views().nth(index.value()));
+        let bytes = match (view, &json.uri) {
+            (Some(view), _) => self.file.view(&view)?.to_vec(),
+            (None, Some(uri)) => self.file.read_uri(uri)?,
+            (None, None) => return Err(bad("has neither a bufferView nor a uri".to_owned())),
         };
         let mut reader = ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
