@@ -56,15 +56,15 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
         }
         _ => {}
     }
-    let bare = extension != "toml";
     let Loader { mut scene, model_camera, .. } = loader;
-    if bare {
+    let bounds = scene.bounds();
+    scene.camera = match &document.camera {
+        Some(table) => tables::camera(path, &text, table, &bounds)?,
+        None => model_camera.unwrap_or_else(|| defaults::camera(&bounds)),
+    };
+    if extension != "toml" {
         defaults::add_ground(&mut scene);
     }
-    scene.camera = match &document.camera {
-        Some(table) => tables::camera(path, &text, table, &scene.bounds())?,
-        None => model_camera.unwrap_or_else(|| defaults::camera(&scene.bounds())),
-    };
     if scene.lights.is_empty() {
         scene.lights.push(defaults::sun());
     }

@@ -32,7 +32,7 @@ const TRIANGLES: Binding = Binding::texture("triangles", Uint);
 const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
 const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
 
-pub const SURFACES: KernelDesc = KernelDesc {
+pub const SURFACES_CORE: KernelDesc = KernelDesc {
     name: "shade_surfaces",
     sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/solid.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/receive.wgsl", "common/surface.wgsl", "common/walk_uniform.wgsl", "shade_surfaces.wgsl"],
     bindings: &[
@@ -63,6 +63,37 @@ pub const SURFACES: KernelDesc = KernelDesc {
     tier: Tier::Core,
 };
 
+pub const SURFACES_NATIVE: KernelDesc = KernelDesc {
+    name: "shade_surfaces",
+    sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/solid.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/receive.wgsl", "common/surface.wgsl", "common/walk_subgroup.wgsl", "shade_surfaces.wgsl"],
+    bindings: &[
+        VIEWS,
+        MATERIALS,
+        PARAMS,
+        LIGHTS,
+        SHADOW_VIEWS,
+        Binding::read::<Tile>("tiles"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        TRIANGLES,
+        FILTERS,
+        NEARESTS,
+        OPAQUES,
+        Binding::texture_write("surfaces", Rgba32Float),
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_QUADS", 1.0),
+    ],
+    tier: Tier::Native,
+};
+
 pub const CASTERS_LIT: KernelDesc = KernelDesc {
     name: "shade_casters",
     sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/light.wgsl", "common/receive.wgsl", "shade_casters.wgsl"],
@@ -83,7 +114,7 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
     tier: Tier::Core,
 };
 
-pub const COMPOSITE: KernelDesc = KernelDesc {
+pub const COMPOSITE_CORE: KernelDesc = KernelDesc {
     name: "shade_composite",
     sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/surface.wgsl", "common/walk_uniform.wgsl", "shade_composite.wgsl"],
     bindings: &[
@@ -110,6 +141,35 @@ pub const COMPOSITE: KernelDesc = KernelDesc {
         ("HAS_QUADS", 1.0),
     ],
     tier: Tier::Core,
+};
+
+pub const COMPOSITE_NATIVE: KernelDesc = KernelDesc {
+    name: "shade_composite",
+    sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/surface.wgsl", "common/walk_subgroup.wgsl", "shade_composite.wgsl"],
+    bindings: &[
+        VIEWS,
+        MATERIALS,
+        PARAMS,
+        LIGHTS,
+        Binding::read::<Tile>("tiles"),
+        Binding::read_write::<u32>("pixels"),
+        Binding::texture_read("pairs", Rg32Uint),
+        Binding::texture_read("footprints", Rgba32Uint),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        TRIANGLES,
+        Binding::texture("surfaces", FLOAT),
+        Binding::texture("lit", FLOAT),
+    ],
+    constants: &[
+        ("HAS_PARTICLES", 1.0),
+        ("HAS_TRIANGLES", 1.0),
+        ("HAS_TEXTURES", 1.0),
+        ("HAS_PUFFS", 1.0),
+        ("HAS_QUADS", 1.0),
+    ],
+    tier: Tier::Native,
 };
 
 /// WGSL: `wgsl/common/light.wgsl`.
