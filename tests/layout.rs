@@ -1,11 +1,15 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc},
+    footprint::GpuMaterial,
+    gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc, Tier},
     stage::{
         KERNELS,
+        bin::{BatchCounters, BinParams, Segment, Tile},
+        project::{Chunk, ProjectParams},
         sort::{SERIAL_SCATTER, SortPass},
     },
+    view::GpuView,
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
@@ -14,7 +18,33 @@ use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, Type
 type Check = fn(&Module) -> Result<bool, String>;
 
 /// Every struct that both sides declare.
-const STRUCTS: &[Check] = &[struct_agrees::<SortPass>];
+const STRUCTS: &[Check] = &[
+    struct_agrees::<GpuView>,
+    struct_agrees::<GpuMaterial>,
+    struct_agrees::<Chunk>,
+    struct_agrees::<ProjectParams>,
+    struct_agrees::<SortPass>,
+    struct_agrees::<BinParams>,
+    struct_agrees::<BatchCounters>,
+    struct_agrees::<Tile>,
+    struct_agrees::<Segment>,
+];
+
+/// Every one is in the list: the sources are searched for `gpu_layout!`.
+#[test]
+fn every_shared_struct_is_checked() {
+    let mut pending = vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))];
+    let mut count = 0;
+    while let Some(path) = pending.pop() {
+        if path.is_dir() {
+            pending.extend(path.read_dir().unwrap().map(|entry| entry.unwrap().path()));
+        } else {
+            count +=
+                std::fs::read_to_string(path).unwrap().matches("\ncrate::gpu_layout!(").count();
+        }
+    }
+    assert_eq!(count, STRUCTS.len());
+}
 
 fn layouter(module: &Module) -> naga::proc::Layouter {
     let mut layouter = naga::proc::Layouter::default();
@@ -41,6 +71,9 @@ fn struct_agrees<T: GpuLayout>(module: &Module) -> Result<bool, String> {
 }
 
 fn access(access: StorageAccess) -> Access {
+    if access.contains(StorageAccess::ATOMIC) {
+        return Access::Atomic;
+    }
     match (access.contains(StorageAccess::LOAD), access.contains(StorageAccess::STORE)) {
         (_, false) => Access::Read,
         (false, true) => Access::Write,
@@ -76,7 +109,9 @@ fn wgsl_binding(module: &Module, global: &naga::GlobalVariable) -> String {
         _ => layouter(module)[global.ty].size,
     };
     let kind = match (global.space, ty) {
-        (AddressSpace::Uniform, _) => format!("uniform of {element_size} bytes"),
+        (AddressSpace::Uniform, _) => {
+            format!("uniform of {} bytes", layouter(module)[global.ty].size)
+        }
         (AddressSpace::Storage { access: allowed }, _) => {
             format!("{:?} storage of {element_size} bytes", access(allowed))
         }
@@ -130,10 +165,10 @@ fn structs_and_bindings_agree() {
     assert!(declared.iter().all(|&seen| seen), "a shared struct is in no kernel: {declared:?}");
 }
 
-/// WebGPU's limits per shader stage.
+/// WebGPU's limits per shader stage, which the core tier is held to.
 #[test]
 fn bindings_are_few_enough() {
-    for desc in KERNELS {
+    for desc in KERNELS.iter().filter(|desc| desc.tier == Tier::Core) {
         let count = |of: fn(BindingKind) -> bool| {
             desc.bindings.iter().filter(|binding| of(binding.kind)).count()
         };

@@ -7,10 +7,10 @@ use gobo::{
 use std::path::PathBuf;
 
 /// A file of its own for each test.
-pub struct TempFile(pub PathBuf);
+pub(crate) struct TempFile(pub(crate) PathBuf);
 
 impl TempFile {
-    pub fn new(name: &str, bytes: impl AsRef<[u8]>) -> Self {
+    pub(crate) fn new(name: &str, bytes: impl AsRef<[u8]>) -> Self {
         let path = std::env::temp_dir().join(format!("gobo-{}-{name}", std::process::id()));
         std::fs::write(&path, bytes).unwrap();
         Self(path)
@@ -25,10 +25,10 @@ impl Drop for TempFile {
 }
 
 /// A seeded stream of numbers (xorshift64*; Vigna 2016).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn below(&mut self, end: usize) -> usize {
+    pub(crate) fn below(&mut self, end: usize) -> usize {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;

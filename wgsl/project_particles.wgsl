@@ -108,14 +108,17 @@ fn project_particles(
     }
     let nearest = (distance - depth_reach - view.near) / range;
     let farthest = (distance + depth_reach - view.near) / range;
-    if material.transfer == TRANSFER_NONE || farthest < 0.0 || nearest > 1.0 {
+    let unseen = material.transfer == TRANSFER_NONE && params.unseen == 0u;
+    if unseen || farthest < 0.0 || nearest > 1.0 {
         put(index, INVISIBLE, vec2(0u));
         return;
     }
     let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
-    let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, params.scatter == 1u);
+    // Opaque depths know tiles only.
+    let scatter = params.scatter == 1u && material.transfer < TRANSFER_OPAQUE;
+    let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
     let front = depth_key(nearest);
-    put(index, select(front, INVISIBLE, rect.x == SCATTERED || rect.y == 0u), rect);
+    put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y);
     let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;

@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn a_report_has_every_figure() {
         let frame = Frame {
-            picture: Picture { size: gobo::glam::UVec2::ONE, rgb: vec![[0; 3]] },
+            picture: Picture { size: glam::UVec2::ONE, rgb: vec![[0; 3]] },
             maps: Vec::new(),
             counters: Counters { pairs: 7, skipped: [("radius", 2)].into(), ..Default::default() },
             stages: vec![("sort", 1.5), ("bin", 1.0), ("sort", 0.5)],

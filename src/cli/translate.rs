@@ -2,8 +2,7 @@
 use super::arguments::Target;
 use gobo::gpu::KernelDesc;
 use naga::{
-    Module, ResourceBinding, ShaderStage,
-    back::{self, PipelineConstants},
+    Module, ResourceBinding, ShaderStage, back,
     proc::{BoundsCheckPolicies, BoundsCheckPolicy},
     valid::{
         Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
@@ -73,8 +72,12 @@ const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
 
 /// The error says why the target cannot express the kernel.
 pub(crate) fn translate(desc: &KernelDesc, target: Target) -> Result<Translation, String> {
-    let wgsl = desc.wgsl();
-    let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| e.emit_to_string(&wgsl))?;
+    let wgsl = with_constants(desc)?;
+    let mut module = parse(&wgsl)?;
+    if let Some((_, open)) = module.overrides.iter().next() {
+        return Err(format!("{} has no value", open.name.as_deref().unwrap_or("an override")));
+    }
+    naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
     let capabilities = target.capabilities();
     let info = validate(&module, capabilities).map_err(|reason| {
         // What is valid WGSL is only too much for the target.
@@ -85,16 +88,56 @@ pub(crate) fn translate(desc: &KernelDesc, target: Target) -> Result<Translation
             Err(_) => reason,
         }
     })?;
+    let Some(entry_point) = module.entry_points.iter().find(|entry| entry.name == desc.name) else {
+        return Err(format!("no entry point is named {}", desc.name));
+    };
+    let workgroup_size = entry_point.workgroup_size;
     let features = needed(&module, capabilities);
-    let constants: PipelineConstants =
-        desc.constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-    let entry_point = (ShaderStage::Compute, desc.name);
-    let (module, info) =
-        back::pipeline_constants::process_overrides(&module, &info, Some(entry_point), &constants)
-            .map_err(|error| error.to_string())?;
-    let workgroup_size = module.entry_points[0].workgroup_size;
-    let (source, entry_point, sizes) = write(&module, &info, desc.name, target)?;
+    let (source, entry_point, sizes) = match target {
+        Target::Spirv => spirv(&module, &info, desc.name),
+        Target::Hlsl => hlsl(&module, &info, desc.name),
+        Target::Msl => msl(&module, &info, desc.name),
+        Target::Glsl => glsl(&module, &info, desc.name),
+        Target::Wgsl => Ok((wgsl.into_bytes(), desc.name.to_owned(), None)),
+    }?;
     Ok(Translation { source, entry_point, workgroup_size, features, sizes })
+}
+
+fn parse(wgsl: &str) -> Result<Module, String> {
+    naga::front::wgsl::parse_str(wgsl).map_err(|error| error.emit_to_string(wgsl))
+}
+
+/// The linked source, each `override` a `const` with the kernel's value. naga's own resolution
+/// leaves the lengths of workgroup arrays open, and its WGSL loses them.
+fn with_constants(desc: &KernelDesc) -> Result<String, String> {
+    let mut wgsl = desc.wgsl();
+    let overrides = parse(&wgsl)?.overrides;
+    for &(name, value) in desc.constants {
+        let is_it = |constant: &naga::Override| constant.name.as_deref() == Some(name);
+        if !overrides.iter().any(|(_, constant)| is_it(constant)) {
+            return Err(format!("{name} is no override"));
+        }
+        let start = wgsl
+            .match_indices("override ")
+            .find(|(at, keyword)| {
+                wgsl[at + keyword.len()..]
+                    .trim_start()
+                    .strip_prefix(name)
+                    .is_some_and(|rest| rest.trim_start().starts_with(':'))
+            })
+            .map(|(at, _)| at)
+            .ok_or_else(|| format!("the override {name} has no type"))?;
+        let end = start + wgsl[start..].find(';').unwrap_or_default();
+        let ty = wgsl[start..end].split([':', '=']).nth(1).unwrap_or_default().trim();
+        let literal = match ty {
+            "bool" => (value != 0.0).to_string(),
+            // Shortest decimal that reads back as the same number.
+            _ => format!("{ty}({value})"),
+        };
+        let constant = format!("const {name}: {ty} = {literal}");
+        wgsl.replace_range(start..end, &constant);
+    }
+    Ok(wgsl)
 }
 
 fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, String> {
@@ -112,6 +155,7 @@ fn needed(module: &Module, capabilities: Capabilities) -> Vec<&'static str> {
         ("TEXTURE_ATOMIC", Capabilities::TEXTURE_ATOMIC),
         ("SHADER_INT64", Capabilities::SHADER_INT64),
         ("TEXTURE_INT64_ATOMIC", Capabilities::TEXTURE_INT64_ATOMIC),
+        ("SHADER_F64", Capabilities::FLOAT64),
         ("SHADER_F16", Capabilities::SHADER_FLOAT16),
     ]
     .into_iter()
@@ -121,25 +165,6 @@ fn needed(module: &Module, capabilities: Capabilities) -> Vec<&'static str> {
 }
 
 type Written = (Vec<u8>, String, Option<BufferSizes>);
-
-fn write(
-    module: &Module,
-    info: &ModuleInfo,
-    name: &str,
-    target: Target,
-) -> Result<Written, String> {
-    match target {
-        Target::Spirv => spirv(module, info, name),
-        Target::Hlsl => hlsl(module, info, name),
-        Target::Msl => msl(module, info, name),
-        Target::Glsl => glsl(module, info, name),
-        Target::Wgsl => {
-            let flags = back::wgsl::WriterFlags::empty();
-            let text = back::wgsl::write_string(module, info, flags).map_err(|e| e.to_string())?;
-            Ok((text.into_bytes(), name.to_owned(), None))
-        }
-    }
-}
 
 fn spirv(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
     let options = back::spv::Options {
@@ -256,5 +281,68 @@ fn only<E: std::fmt::Display>(names: Vec<Result<String, E>>) -> Result<String, S
     match names.into_iter().next() {
         Some(name) => name.map_err(|error| error.to_string()),
         None => Err("the target has no entry point".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::ValueEnum as _;
+    use gobo::gpu::{Source, Tier};
+
+    const fn kernel(source: &'static [Source]) -> KernelDesc {
+        KernelDesc {
+            name: "add",
+            sources: source,
+            bindings: &[],
+            constants: &[("STEP", 3.0)],
+            tier: Tier::Core,
+        }
+    }
+
+    #[test]
+    fn constants_are_resolved() {
+        let desc = kernel(&[Source {
+            path: "add.wgsl",
+            text:
+                "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<u32>;
+                @compute @workgroup_size(STEP * 2u) fn add() { x[STEP] = x[0] + STEP; }",
+        }]);
+        for &target in Target::value_variants() {
+            let kernel = translate(&desc, target).unwrap();
+            assert_eq!(kernel.workgroup_size, [6, 1, 1], "{target:?}");
+            assert_eq!(kernel.features, [""; 0]);
+            let text = String::from_utf8_lossy(&kernel.source);
+            assert!(!text.contains("override"), "{target:?} {text}");
+        }
+    }
+
+    #[test]
+    fn what_a_target_cannot_express_has_a_reason() {
+        let desc = kernel(&[Source {
+            path: "add.wgsl",
+            text:
+                "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<f64>;
+                @compute @workgroup_size(STEP) fn add() { x[0] = x[1] + 1.0lf; }",
+        }]);
+        let reason = translate(&desc, Target::Msl).err().unwrap();
+        assert_eq!(reason, "the target lacks SHADER_F64");
+        assert_eq!(translate(&desc, Target::Spirv).unwrap().features, ["SHADER_F64"]);
+    }
+
+    #[test]
+    fn an_open_constant_has_a_reason() {
+        let desc = kernel(&[Source {
+            path: "add.wgsl",
+            text: "override STEP: u32; override OPEN: u32;
+                @compute @workgroup_size(STEP, OPEN) fn add() {}",
+        }]);
+        assert_eq!(translate(&desc, Target::Wgsl).err().unwrap(), "OPEN has no value");
+    }
+
+    #[test]
+    fn what_is_no_kernel_has_a_reason() {
+        let desc = kernel(&[Source { path: "add.wgsl", text: "fn add() { return 1; }" }]);
+        assert!(translate(&desc, Target::Wgsl).is_err());
     }
 }

@@ -3,7 +3,7 @@ use super::{
     Config,
     casters::{CasterSet, Class},
     kernels::{Kernels, Variant},
-    list::{Chunks, List, ListCounters, ListPlan, Scratch, view_array},
+    list::{ChunkBuffers, Chunks, List, ListCounters, ListPlan, Scratch, view_array},
     maps::Maps,
 };
 use crate::{
@@ -11,9 +11,10 @@ use crate::{
     footprint::{FOOTPRINT_TEXELS, ROW},
     gpu::{Allocator, Timeline, array_view, view},
     stage::{
+        accumulate::TINY_GROUPS,
         bin::Dispatch,
         hits::Features,
-        project::{CHUNK_SIZE, Chunk, ProjectParams, grid},
+        project::{CHUNK_SIZE, Chunk, ProjectParams},
     },
     view::{GpuView, MAX_VIEWS, View},
 };
@@ -26,7 +27,7 @@ const MAX_TILES: u32 = 65536;
 /// What a batch will do, known on the CPU.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    views: Vec<GpuView>,
+    pub views: Vec<GpuView>,
     pub tile_count: u32,
     /// Opaque, translucent.
     pub lists: [ListPlan; 2],
@@ -40,7 +41,8 @@ pub(super) struct Context<'a, 'd> {
     pub config: &'a Config,
     pub casters: &'a CasterSet,
     pub scratch: &'a Arc<Scratch>,
-    pub maps: &'a Maps,
+    /// The lists are the camera's: all is seen, in order.
+    pub camera: bool,
 }
 
 impl Context<'_, '_> {
@@ -55,33 +57,29 @@ impl Context<'_, '_> {
     }
 
     /// `None` where there are no chunks.
-    pub(super) fn chunks(
+    pub(super) fn chunk_buffers(
         &mut self,
         plan: &ListPlan,
         chunks: &[Chunk],
-        bind: impl FnOnce(&Self, &Buffer, &Buffer) -> BindGroup,
-    ) -> Result<Option<Chunks>, Error> {
+    ) -> Result<Option<ChunkBuffers>, Error> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter = self.config.scatter_tiny && plan.class == Class::Translucent;
+        let scatter =
+            self.config.scatter_tiny && plan.class == Class::Translucent && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
                 chunk_count: chunks.len() as u32,
                 scatter: u32::from(scatter),
                 first_setup: plan.first_setup,
-                pad: 0,
+                unseen: u32::from(self.camera),
             },
         );
-        let buffer = self.allocator.storage::<Chunk>(
-            "chunks",
-            chunks.len() as u64,
-            BufferUsages::empty(),
-        )?;
+        let none = BufferUsages::empty();
+        let buffer = self.allocator.storage::<Chunk>("chunks", chunks.len() as u64, none)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(chunks));
-        let bindings = bind(self, &buffer, &params);
-        Ok(Some(Chunks { count: chunks.len() as u32, chunks: buffer, params, bindings }))
+        Ok(Some(ChunkBuffers { count: chunks.len() as u32, chunks: buffer, params }))
     }
 }
 
@@ -128,36 +126,68 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
 impl Plan {
     fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
         let lists = [Class::Opaque, Class::Translucent].map(|class| {
-            let mut footprint_count = 0;
-            let mut list = |range: Range<u32>| {
-                let mut chunks = Vec::new();
-                for view in 0..views.len() as u32 {
-                    for first_caster in range.clone().step_by(CHUNK_SIZE as usize) {
-                        let count = (range.end - first_caster).min(CHUNK_SIZE);
-                        chunks.push(Chunk {
-                            view,
-                            first_caster,
-                            count,
-                            first_footprint: footprint_count,
-                        });
-                        footprint_count += count;
-                    }
-                }
-                chunks
+            let ranges = [casters.particles(class), casters.triangles(class)];
+            let features =
+                casters.features(class).of_views(views[0].perspective > 0.0);
+            let mut plan = ListPlan::new(class, features, views.len() as u32, ranges);
+            let extents = casters.extents(class);
+            let first = casters.particles(class).start;
+            let may_be_tiny = |chunk: &&Chunk| {
+                let extent = &extents[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
+                extent.may_be_tiny(&views[chunk.view as usize])
             };
-            let particle_chunks = list(casters.particles(class));
-            let triangle_chunks = list(casters.triangles(class));
-            let particles: u32 = particle_chunks.iter().map(|chunk| chunk.count).sum();
-            ListPlan {
-                class,
-                features: casters.features(class).of_views(views[0].perspective > 0.0),
-                particle_chunks,
-                triangle_chunks,
-                footprint_count,
-                first_setup: particles,
-            }
+            plan.tiny_chunks = plan.particle_chunks.iter().filter(may_be_tiny).copied().collect();
+            plan
         });
         Self { views, tile_count, lists }
+    }
+
+    /// Of the picture: what is solid, and all else that is seen.
+    pub(super) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
+        use Class::{Opaque, Translucent, Unseen};
+        let seen = |of: fn(&CasterSet, Class) -> Range<u32>| {
+            of(casters, Translucent).start..of(casters, Unseen).end
+        };
+        let solid = [casters.particles(Opaque), casters.triangles(Opaque)];
+        let clear = [seen(CasterSet::particles), seen(CasterSet::triangles)];
+        let features = casters.features(Translucent).or(casters.features(Unseen));
+        let lists = [
+            ListPlan::new(Opaque, casters.features(Opaque).of_views(false), 1, solid),
+            ListPlan::new(Translucent, Features { plain: false, ..features }, 1, clear),
+        ];
+        Self { views: vec![view], tile_count, lists }
+    }
+}
+
+impl ListPlan {
+    /// `ranges` of particles and of triangles, in every view.
+    fn new(class: Class, features: Features, view_count: u32, ranges: [Range<u32>; 2]) -> Self {
+        let mut footprint_count = 0;
+        let mut list = |range: Range<u32>| {
+            let mut chunks = Vec::new();
+            for view in 0..view_count {
+                for first_caster in range.clone().step_by(CHUNK_SIZE as usize) {
+                    let count = (range.end - first_caster).min(CHUNK_SIZE);
+                    let first_footprint = footprint_count;
+                    chunks.push(Chunk { view, first_caster, count, first_footprint });
+                    footprint_count += count;
+                }
+            }
+            chunks
+        };
+        let [particles, triangles] = ranges;
+        let particle_chunks = list(particles);
+        let triangle_chunks = list(triangles);
+        let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
+        Self {
+            class,
+            features,
+            particle_chunks,
+            tiny_chunks: Vec::new(),
+            triangle_chunks,
+            footprint_count,
+            first_setup,
+        }
     }
 }
 
@@ -176,7 +206,7 @@ struct ClassBatch {
     list: List,
     features: Features,
     /// Of tiny particles; translucent only.
-    tiny: Option<BindGroup>,
+    tiny: Option<Chunks>,
     overflow: BindGroup,
     tiles: BindGroup,
     segments: BindGroup,
@@ -184,7 +214,11 @@ struct ClassBatch {
 }
 
 impl Batch {
-    pub(super) fn new(context: &mut Context<'_, '_>, plan: &Plan) -> Result<Self, Error> {
+    pub(super) fn new(
+        context: &mut Context<'_, '_>,
+        plan: &Plan,
+        maps: &Maps,
+    ) -> Result<Self, Error> {
         let views = context.allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
         let array = view_array(&plan.views);
         context.queue.write_buffer(&views, 0, bytemuck::cast_slice(&array));
@@ -192,15 +226,19 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
+        let tiny = if context.config.scatter_tiny { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             tile_count: plan.tile_count,
-            opaque: ClassBatch::opaque(context, opaque, plan.lists[0].features, &views),
+            opaque: ClassBatch::opaque(context, maps, opaque, plan.lists[0].features, &views),
             translucent: ClassBatch::translucent(
                 context,
+                maps,
                 translucent,
                 plan.lists[1].features,
                 &views,
+                tiny,
             ),
         })
     }
@@ -214,21 +252,24 @@ impl Batch {
         use Variant as V;
         let Self { opaque, translucent, .. } = self;
         let tiles = [self.tile_count, 1, 1];
-        self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
-        let mut pass = timeline.pass(encoder, "occlude");
-        let kernel = |variant| kernels.get(variant, opaque.features);
-        kernel(V::OccludeTiles).record(&mut pass, &opaque.tiles, tiles);
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let merged = Dispatch::Merged.offset();
-        kernel(V::OccludeSegments).record_indirect(
-            &mut pass,
-            &opaque.segments,
-            dispatches,
-            segments,
-        );
-        kernel(V::ResolveOpaque).record_indirect(&mut pass, &opaque.resolve, dispatches, merged);
-        drop(pass);
+        // Without opaque casters the opaque depth stays what `Maps` filled in: 1.
+        if opaque.list.footprint_count > 0 {
+            self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
+            let mut pass = timeline.pass(encoder, "occlude");
+            let kernel = |variant| kernels.get(variant, opaque.features);
+            kernel(V::OccludeTiles).record(&mut pass, &opaque.tiles, tiles);
+            kernel(V::OccludeSegments).record_indirect(
+                &mut pass,
+                &opaque.segments,
+                dispatches,
+                segments,
+            );
+            let resolve = &opaque.resolve;
+            kernel(V::ResolveOpaque).record_indirect(&mut pass, resolve, dispatches, merged);
+        }
 
         let tiny = Some(V::AccumulateTiny);
         self.record_lists(translucent, kernels, encoder, timeline, tiny, V::AccumulateOverflow);
@@ -262,10 +303,10 @@ impl Batch {
     ) {
         self.scratch.clear(&class.list, encoder);
         class.list.record_project(kernels, encoder, timeline);
-        if let (Some(variant), Some(bindings)) = (tiny, &class.tiny) {
-            let chunks = class.list.particle_chunks.as_ref().map_or(0, |chunks| chunks.count);
+        if let (Some(variant), Some(chunks)) = (tiny, &class.tiny) {
             let mut pass = timeline.pass(encoder, "accumulate");
-            kernels.get(variant, class.features).record(&mut pass, bindings, grid(chunks));
+            let kernel = kernels.get(variant, class.features);
+            kernel.record(&mut pass, &chunks.bindings, [chunks.count.min(TINY_GROUPS), 1, 1]);
         }
         if class.list.record_emit(kernels, encoder, timeline) {
             let stage = if tiny.is_some() { "accumulate" } else { "occlude" };
@@ -348,6 +389,7 @@ impl<'a> Shared<'a> {
 impl ClassBatch {
     fn opaque(
         context: &mut Context<'_, '_>,
+        maps: &Maps,
         list: List,
         features: Features,
         views: &Buffer,
@@ -360,7 +402,7 @@ impl ClassBatch {
         let shared = Shared::new(context, &list, views);
         let casters = view(&context.casters.casters);
         let images = array_view(&context.casters.images);
-        let opaques = array_view(&context.maps.opaques);
+        let opaques = array_view(&maps.opaques);
         let texture = BindingResource::TextureView;
         let hit = [texture(&casters), texture(&context.scratch.setups), texture(&images)];
         let bind = |variant, resources: Vec<BindingResource<'_>>| {
@@ -390,9 +432,11 @@ impl ClassBatch {
 
     fn translucent(
         context: &mut Context<'_, '_>,
+        maps: &Maps,
         list: List,
         features: Features,
         views: &Buffer,
+        tiny: Option<ChunkBuffers>,
     ) -> Self {
         use Variant as V;
         let device = context.allocator.device;
@@ -408,9 +452,9 @@ impl ClassBatch {
         let shared = Shared::new(context, &list, views);
         let casters = view(&context.casters.casters);
         let images = array_view(&context.casters.images);
-        let opaques = array_view(&context.maps.opaques);
-        let filters = array_view(&context.maps.filters);
-        let nearests = array_view(&context.maps.nearests);
+        let opaques = array_view(&maps.opaques);
+        let filters = array_view(&maps.filters);
+        let nearests = array_view(&maps.nearests);
         let texture = BindingResource::TextureView;
         let hit = [
             texture(&casters),
@@ -431,15 +475,14 @@ impl ClassBatch {
         resolve.extend(outputs);
         let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
-        let tiny =
-            list.particle_chunks.as_ref().filter(|_| context.config.scatter_tiny).map(|chunks| {
-                let counters = list.counters.as_entire_binding();
-                let chunk = chunks.chunks.as_entire_binding();
-                let own = [&chunk, scattered_tiles, &counters, rects, footprints];
-                let mut resources = shared.hits(own, &hit);
-                resources.insert(0, chunks.params.as_entire_binding());
-                bind(V::AccumulateTiny, shared.summed(resources))
-            });
+        let tiny = tiny.map(|ChunkBuffers { count, chunks, params }| {
+            let counters = list.counters.as_entire_binding();
+            let chunks = chunks.as_entire_binding();
+            let own = [&chunks, scattered_tiles, &counters, rects, footprints];
+            let mut resources = shared.hits(own, &hit);
+            resources.insert(0, params.as_entire_binding());
+            Chunks { count, bindings: bind(V::AccumulateTiny, shared.summed(resources)) }
+        });
         let (tiles, segments, overflow, resolve) = (
             bind(V::AccumulateTiles, to_map),
             bind(V::AccumulateSegments, shared.summed(to_sums)),

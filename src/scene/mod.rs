@@ -1,17 +1,26 @@
 //! Scenes: what the command line, the tests and the benches share.
+mod defaults;
+mod document;
 mod error;
+pub mod generate;
 mod gltf;
 mod gltf_file;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_texture;
-mod interim;
+mod load;
 mod particles;
 mod ply;
+mod set;
+mod shapes;
+mod summary;
+mod tables;
+
 pub use error::SceneError;
 pub use gltf::Model;
-pub use interim::{load, load_with};
+pub use load::{load, load_with};
 pub use particles::ParticleFile;
+pub use summary::Summary;
 
 use crate::{
     caster::{Material, Particle, Texture, Triangle},

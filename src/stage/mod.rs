@@ -5,6 +5,7 @@ pub mod hits;
 pub mod occlude;
 pub mod project;
 pub mod resolve;
+pub mod shade;
 pub mod sort;
 
 /// Every kernel: what the layout and shader tests and the export walk.
@@ -23,6 +24,9 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &bin::RANGES,
     &bin::SEGMENTS,
     &bin::DISPATCH,
+    &shade::SURFACES,
+    &shade::CASTERS_LIT,
+    &shade::COMPOSITE,
     &occlude::TILES_CORE,
     &occlude::SEGMENTS_CORE,
     &occlude::OVERFLOW_CORE,

@@ -7,7 +7,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let size = subgroupAdd(1u);
     // The block of texels that the subgroup holds, centre to centre.
     let lo = subgroupMin(corner) + 0.5;
-    let hi = subgroupMax(corner) + vec2(3.5, 0.5);
+    let hi = subgroupMax(corner) + vec2(0.5, 3.5);
     for (var base = first; base < end; base += size) {
         let pair = min(base + lane, end - 1u);
         let footprint = textureLoad(pairs, record_texel(pair)).g;
@@ -27,11 +27,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
                 j = 32u + firstTrailingBit(high);
                 high &= high - 1u;
             }
-            let visited = subgroupShuffle(footprint, j) * FOOTPRINT_TEXELS;
+            let visited = subgroupShuffle(footprint, j);
+            let first_texel = visited * FOOTPRINT_TEXELS;
             visit(
                 view,
-                textureLoad(footprints, record_texel(visited)),
-                textureLoad(footprints, record_texel(visited + 1u)),
+                visited,
+                textureLoad(footprints, record_texel(first_texel)),
+                textureLoad(footprints, record_texel(first_texel + 1u)),
             );
         }
         // What follows is no nearer than this stretch's first pair.

@@ -1,0 +1,65 @@
+//! Devices: tiers, read-back, and errors that are values.
+use crate::common::gpu;
+use gobo::{
+    error::Error,
+    gpu::{Backend, Gpu, NATIVE_FEATURES, Selection, Tier},
+    wgpu,
+};
+
+#[test]
+fn core_asks_for_nothing() {
+    let gpu = Gpu::new(&Selection { tier: Some(Tier::Core), ..Default::default() }).unwrap();
+    assert_eq!(gpu.tier, Tier::Core);
+    assert_eq!(gpu.tier_reason, "core: as asked for");
+    assert!(!gpu.device.features().intersects(NATIVE_FEATURES));
+    assert_eq!(gpu.device.limits().max_compute_invocations_per_workgroup, 256);
+}
+
+#[test]
+fn native_has_every_feature_of_its_kernels() {
+    let gpu = gpu();
+    assert_eq!(gpu.has(NATIVE_FEATURES), gpu.tier == Tier::Native, "{}", gpu.tier_reason);
+}
+
+#[test]
+fn names_and_backends_select() {
+    let open = |backend, name: &str| {
+        Gpu::new(&Selection { backend, adapter: Some(name.to_owned()), tier: None })
+    };
+    let name = gpu().adapter.name;
+    assert_eq!(open(Backend::Auto, &name.to_uppercase()).unwrap().adapter.name, name);
+    match open(Backend::Auto, "no such adapter") {
+        Err(Error::Adapter { wanted: Some(wanted), found }) => {
+            assert_eq!(wanted, "no such adapter");
+            assert!(found.contains(&name), "{found:?}");
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(matches!(open(Backend::Cpu, ""), Err(Error::Adapter { .. })));
+}
+
+#[test]
+fn texels_come_back_as_they_went() {
+    let gpu = gpu();
+    // Rows of 7 texels are not a multiple of the copy's row pitch.
+    let texels: Vec<[u32; 2]> = (0..7 * 5 * 3).map(|i| [i, !i]).collect();
+    let texture = gpu.texture_array("texels", [7, 5, 3], wgpu::TextureFormat::Rg32Uint);
+    gpu.write_texture(&texture, &texels);
+    assert_eq!(gpu.try_read_texture::<[u32; 2]>(&texture).unwrap(), texels);
+    assert_ne!(
+        gpu.try_read_texture::<[u32; 2]>(&texture).unwrap()[1..],
+        texels[..texels.len() - 1]
+    );
+}
+
+#[test]
+fn a_refused_command_is_an_error_once() {
+    let gpu = gpu();
+    let usage = wgpu::BufferUsages::STORAGE;
+    let unreadable = gpu.upload("unreadable", &[1u32; 4], usage);
+    assert!(gpu.check().is_ok());
+    assert!(matches!(gpu.try_read::<u32>(&unreadable), Err(Error::Refused(_))));
+    assert!(gpu.check().is_ok());
+    let readable = gpu.upload("readable", &[1u32; 4], usage | wgpu::BufferUsages::COPY_SRC);
+    assert_eq!(gpu.try_read::<u32>(&readable).unwrap(), [1; 4]);
+}
