@@ -8,6 +8,7 @@ mod device;
 mod gltf;
 mod layout;
 mod particles;
+mod picture;
 mod pipeline;
 mod properties;
 mod shaders;
