@@ -64,7 +64,7 @@ fn ones() -> [f32; 3] {
     [1.0; 3]
 }
 
-/// Seeded numbers (Steele et al. 2014, SplitMix64).
+/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
 #[derive(Clone, Debug)]
 pub struct Chance(u64);
 
