@@ -7,7 +7,8 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 }
 
 pub fn load_with(path: &Path, _set: &[(String, String)]) -> Result<Scene, SceneError> {
-    std::fs::read(path).map_err(|error| SceneError::Read { path: path.to_owned(), source: error })?;
+    std::fs::read(path)
+        .map_err(|error| SceneError::Read { path: path.to_owned(), source: error })?;
     use glam::{UVec2, Vec3};
     Ok(Scene {
         camera: super::Camera {
