@@ -12,7 +12,7 @@ pub enum Transfer {
     Stain,
     /// `T = (1 - a)(1 - a(1 - c))` (Wicked Engine's particles).
     Smoke,
-    /// `L' = L(1 - a) + c a`, front to back from white: depends on order (StarCraft II).
+    /// `L' = L(1 - a) + c a`, front to back from white: depends on order (`StarCraft` II).
     Over,
     /// `T = c`, up to 16: the caustics of water.
     Gain,

@@ -143,7 +143,7 @@ impl View {
             view_from_world: self.view_from_world,
             size: self.size.as_vec2(),
             scale: self.scale,
-            perspective: (self.projection == Projection::Perspective) as u32 as f32,
+            perspective: f32::from(u8::from(self.projection == Projection::Perspective)),
             near: self.near,
             far: self.far,
             first_tile,

@@ -1,5 +1,6 @@
-//! The twin against a renderer in 64 bits that shares no code with it.
+//! The twin and the kernels against a renderer in 64 bits that shares no code with them.
 use crate::common::{
+    TIERS,
     brute_force::render,
     compare::{Tolerance, assert_maps_agree, compare_maps},
     scenes::{Chance, empty, light, material, random_discs, triangle},
@@ -39,6 +40,12 @@ fn assert_agrees(scene: &Scene, tolerance: Tolerance) {
     assert_eq!(maps.len(), views.len());
     for (view, maps) in views.iter().zip(&maps) {
         assert_maps_agree(&render(scene, view), maps, tolerance);
+    }
+    for tier in TIERS {
+        let frame = crate::common::render(tier, scene);
+        for (view, maps) in views.iter().zip(&frame.maps) {
+            assert_maps_agree(&render(scene, view), maps, tolerance);
+        }
     }
 }
 

@@ -30,7 +30,7 @@ fn accumulate_segments(
     start(view, texel);
     walk(view, segment.first, segment.end);
     for (var i = 0u; i < 4u; i += 1u) {
-        let sum = sum_index(segment.tile, place + vec2(i, 0u));
+        let sum = sum_index(segment.tile, place + vec2(0u, i));
         merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed_texel(i)) * FIXED_ONE))));
         if nearest[i] < 1.0 {
             raise_nearness(sum, depth_to_nearness(nearest[i]));

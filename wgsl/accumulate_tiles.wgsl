@@ -30,7 +30,7 @@ fn accumulate_tiles(
     start(view, texel);
     walk(view, tile.first, tile.end);
     for (var i = 0u; i < 4u; i += 1u) {
-        let at = view.origin + texel + vec2(i, 0u);
+        let at = view.origin + texel + vec2(0u, i);
         textureStore(filters, at, view.layer, vec4(blackened(passed_texel(i)), 1.0));
         textureStore(nearests, at, view.layer, vec4(nearest[i]));
     }

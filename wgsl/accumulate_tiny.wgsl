@@ -1,5 +1,6 @@
 // accumulate, tiny: particles of at most 2x2 texels, straight into the sums. One invocation per
-// footprint; a workgroup takes a chunk.
+// footprint; workgroups stride over the chunks, few enough that what is in flight on one texel
+// cannot wrap its sum.
 // CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs. Needs common/scatter.wgsl and
 // what it needs, chunk.wgsl, sums_*.wgsl.
 @group(0) @binding(4) var<uniform> params: ProjectParams;
@@ -23,22 +24,22 @@ fn accumulate_tiny(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let chunk_index = workgroup.y * workgroups.x + workgroup.x;
-    if chunk_index >= params.chunk_count {
-        return;
+    for (var i = workgroup.x; i < params.chunk_count; i += workgroups.x) {
+        scatter_particle(chunks[i], lane);
     }
-    let chunk = chunks[chunk_index];
+}
+
+fn scatter_particle(chunk: Chunk, lane: u32) {
     let index = chunk.first_footprint + lane;
     let rect = textureLoad(rects, record_texel(index), 0).rg;
-    if lane >= chunk.count || rect.x != SCATTERED {
+    if lane >= chunk.count || !is_scattered(rect) {
         return;
     }
     atomicAdd(&counters.scattered, 1u);
     let view = views[chunk.view];
     let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
     let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
-    // The two texel centres nearest to the footprint's, in x and in y.
-    let first = vec2<i32>(floor(bitcast<vec2<f32>>(place.xy) - 0.5));
+    let first = vec2<i32>(scatter_texel(bitcast<vec2<f32>>(place.xy)));
     for (var i = 0; i < 4; i += 1) {
         let texel = first + vec2(i & 1, i >> 1u);
         if all(texel >= vec2(0)) && all(texel < vec2<i32>(view.size)) {

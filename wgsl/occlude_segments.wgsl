@@ -29,7 +29,7 @@ fn occlude_segments(
     walk(view, segment.first, segment.end);
     for (var i = 0u; i < 4u; i += 1u) {
         if nearest[i] < 1.0 {
-            raise_nearness(sum_index(segment.tile, place + vec2(i, 0u)), depth_to_nearness(nearest[i]));
+            raise_nearness(sum_index(segment.tile, place + vec2(0u, i)), depth_to_nearness(nearest[i]));
         }
     }
 }

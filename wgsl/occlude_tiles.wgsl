@@ -28,6 +28,6 @@ fn occlude_tiles(
     start(view, texel);
     walk(view, tile.first, tile.end);
     for (var i = 0u; i < 4u; i += 1u) {
-        textureStore(opaques, view.origin + texel + vec2(i, 0u), view.layer, vec4(nearest[i]));
+        textureStore(opaques, view.origin + texel + vec2(0u, i), view.layer, vec4(nearest[i]));
     }
 }

@@ -113,9 +113,11 @@ fn project_particles(
         return;
     }
     let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
-    let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, params.scatter == 1u);
+    // Opaque depths know tiles only.
+    let scatter = params.scatter == 1u && material.transfer < TRANSFER_OPAQUE;
+    let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
     let front = depth_key(nearest);
-    put(index, select(front, INVISIBLE, rect.x == SCATTERED || rect.y == 0u), rect);
+    put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y);
     let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;

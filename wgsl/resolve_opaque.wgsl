@@ -1,5 +1,5 @@
 // resolve, opaque: opaque depth of the tiles that several workgroups or the scatter path added to.
-// One workgroup per tile, four texels per invocation.
+// Leaves the sums zero. One workgroup per tile, four texels per invocation.
 // CPU twin: src/cpu/resolve.rs. Host: src/stage/resolve.rs.
 // Needs common/sums.wgsl, sums_*.wgsl, dispatch.wgsl, view.wgsl, tile.wgsl, lane.wgsl.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
@@ -22,8 +22,9 @@ fn resolve_opaque(
     let view = views[tiles[tile].view];
     let place = lane_texel(lane);
     for (var i = 0u; i < 4u; i += 1u) {
-        let nearest = nearness_to_depth(load_nearness(sum_index(tile, place + vec2(i, 0u))));
-        let at = view.origin + tile_texel(view, tile) + place + vec2(i, 0u);
-        textureStore(opaques, at, view.layer, vec4(nearest));
+        let sum = sum_index(tile, place + vec2(0u, i));
+        let at = view.origin + tile_texel(view, tile) + place + vec2(0u, i);
+        textureStore(opaques, at, view.layer, vec4(nearness_to_depth(load_nearness(sum))));
+        clear_sums(sum);
     }
 }

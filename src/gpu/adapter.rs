@@ -28,8 +28,7 @@ pub struct Selection {
 }
 
 /// What kernels of [`Tier::Native`] use: an adapter must have all of them.
-pub const NATIVE_FEATURES: Features =
-    Features::SUBGROUP.union(Features::TEXTURE_ATOMIC).union(Features::CLEAR_TEXTURE);
+pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
 
 /// Features that only measure: timers, and blending that the bench compares maps with.
 const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY

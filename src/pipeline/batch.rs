@@ -3,7 +3,7 @@ use super::{
     Config,
     casters::{CasterSet, Class},
     kernels::{Kernels, Variant},
-    list::{Chunks, List, ListCounters, ListPlan, Scratch, view_array},
+    list::{ChunkBuffers, Chunks, List, ListCounters, ListPlan, Scratch, view_array},
     maps::Maps,
 };
 use crate::{
@@ -11,6 +11,7 @@ use crate::{
     footprint::{FOOTPRINT_TEXELS, ROW},
     gpu::{Allocator, Timeline, array_view, view},
     stage::{
+        accumulate::TINY_GROUPS,
         bin::Dispatch,
         hits::Features,
         project::{CHUNK_SIZE, Chunk, ProjectParams, grid},
@@ -55,12 +56,11 @@ impl Context<'_, '_> {
     }
 
     /// `None` where there are no chunks.
-    pub(super) fn chunks(
+    pub(super) fn chunk_buffers(
         &mut self,
         plan: &ListPlan,
         chunks: &[Chunk],
-        bind: impl FnOnce(&Self, &Buffer, &Buffer) -> BindGroup,
-    ) -> Result<Option<Chunks>, Error> {
+    ) -> Result<Option<ChunkBuffers>, Error> {
         if chunks.is_empty() {
             return Ok(None);
         }
@@ -74,14 +74,10 @@ impl Context<'_, '_> {
                 pad: 0,
             },
         );
-        let buffer = self.allocator.storage::<Chunk>(
-            "chunks",
-            chunks.len() as u64,
-            BufferUsages::empty(),
-        )?;
+        let none = BufferUsages::empty();
+        let buffer = self.allocator.storage::<Chunk>("chunks", chunks.len() as u64, none)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(chunks));
-        let bindings = bind(self, &buffer, &params);
-        Ok(Some(Chunks { count: chunks.len() as u32, chunks: buffer, params, bindings }))
+        Ok(Some(ChunkBuffers { count: chunks.len() as u32, chunks: buffer, params }))
     }
 }
 
@@ -148,10 +144,21 @@ impl Plan {
             let particle_chunks = list(casters.particles(class));
             let triangle_chunks = list(casters.triangles(class));
             let particles: u32 = particle_chunks.iter().map(|chunk| chunk.count).sum();
+            let extents = casters.extents(class);
+            let first = casters.particles(class).start;
+            let tiny_chunks = particle_chunks
+                .iter()
+                .filter(|chunk| {
+                    let extent = &extents[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
+                    extent.may_be_tiny(&views[chunk.view as usize])
+                })
+                .copied()
+                .collect();
             ListPlan {
                 class,
                 features: casters.features(class).of_views(views[0].perspective > 0.0),
                 particle_chunks,
+                tiny_chunks,
                 triangle_chunks,
                 footprint_count,
                 first_setup: particles,
@@ -176,7 +183,7 @@ struct ClassBatch {
     list: List,
     features: Features,
     /// Of tiny particles; translucent only.
-    tiny: Option<BindGroup>,
+    tiny: Option<Chunks>,
     overflow: BindGroup,
     tiles: BindGroup,
     segments: BindGroup,
@@ -192,6 +199,8 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
+        let tiny = if context.config.scatter_tiny { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             tile_count: plan.tile_count,
@@ -201,6 +210,7 @@ impl Batch {
                 translucent,
                 plan.lists[1].features,
                 &views,
+                tiny,
             ),
         })
     }
@@ -214,21 +224,24 @@ impl Batch {
         use Variant as V;
         let Self { opaque, translucent, .. } = self;
         let tiles = [self.tile_count, 1, 1];
-        self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
-        let mut pass = timeline.pass(encoder, "occlude");
-        let kernel = |variant| kernels.get(variant, opaque.features);
-        kernel(V::OccludeTiles).record(&mut pass, &opaque.tiles, tiles);
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let merged = Dispatch::Merged.offset();
-        kernel(V::OccludeSegments).record_indirect(
-            &mut pass,
-            &opaque.segments,
-            dispatches,
-            segments,
-        );
-        kernel(V::ResolveOpaque).record_indirect(&mut pass, &opaque.resolve, dispatches, merged);
-        drop(pass);
+        // Without opaque casters the opaque depth stays what `Maps` filled in: 1.
+        if opaque.list.footprint_count > 0 {
+            self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
+            let mut pass = timeline.pass(encoder, "occlude");
+            let kernel = |variant| kernels.get(variant, opaque.features);
+            kernel(V::OccludeTiles).record(&mut pass, &opaque.tiles, tiles);
+            kernel(V::OccludeSegments).record_indirect(
+                &mut pass,
+                &opaque.segments,
+                dispatches,
+                segments,
+            );
+            let resolve = &opaque.resolve;
+            kernel(V::ResolveOpaque).record_indirect(&mut pass, resolve, dispatches, merged);
+        }
 
         let tiny = Some(V::AccumulateTiny);
         self.record_lists(translucent, kernels, encoder, timeline, tiny, V::AccumulateOverflow);
@@ -263,10 +276,10 @@ impl Batch {
         timeline.step(encoder, "clear");
         self.scratch.clear(&class.list, encoder);
         class.list.record_project(kernels, encoder, timeline);
-        if let (Some(variant), Some(bindings)) = (tiny, &class.tiny) {
-            let chunks = class.list.particle_chunks.as_ref().map_or(0, |chunks| chunks.count);
+        if let (Some(variant), Some(chunks)) = (tiny, &class.tiny) {
             let mut pass = timeline.pass(encoder, "accumulate");
-            kernels.get(variant, class.features).record(&mut pass, bindings, grid(chunks));
+            let kernel = kernels.get(variant, class.features);
+            kernel.record(&mut pass, &chunks.bindings, [chunks.count.min(TINY_GROUPS), 1, 1]);
         }
         if class.list.record_emit(kernels, encoder, timeline) {
             let stage = if tiny.is_some() { "accumulate" } else { "occlude" };
@@ -394,6 +407,7 @@ impl ClassBatch {
         list: List,
         features: Features,
         views: &Buffer,
+        tiny: Option<ChunkBuffers>,
     ) -> Self {
         use Variant as V;
         let device = context.allocator.device;
@@ -432,15 +446,14 @@ impl ClassBatch {
         resolve.extend(outputs);
         let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
-        let tiny =
-            list.particle_chunks.as_ref().filter(|_| context.config.scatter_tiny).map(|chunks| {
-                let counters = list.counters.as_entire_binding();
-                let chunk = chunks.chunks.as_entire_binding();
-                let own = [&chunk, scattered_tiles, &counters, rects, footprints];
-                let mut resources = shared.hits(own, &hit);
-                resources.insert(0, chunks.params.as_entire_binding());
-                bind(V::AccumulateTiny, shared.summed(resources))
-            });
+        let tiny = tiny.map(|ChunkBuffers { count, chunks, params }| {
+            let counters = list.counters.as_entire_binding();
+            let chunks = chunks.as_entire_binding();
+            let own = [&chunks, scattered_tiles, &counters, rects, footprints];
+            let mut resources = shared.hits(own, &hit);
+            resources.insert(0, params.as_entire_binding());
+            Chunks { count, bindings: bind(V::AccumulateTiny, shared.summed(resources)) }
+        });
         let (tiles, segments, overflow, resolve) = (
             bind(V::AccumulateTiles, to_map),
             bind(V::AccumulateSegments, shared.summed(to_sums)),

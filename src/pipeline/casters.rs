@@ -6,7 +6,9 @@ use crate::{
         CASTER_TEXELS, Caster, GpuMaterial, MAX_MATERIALS, ROW, TRIANGLE_TEXELS, TriangleRecord,
     },
     gpu::{Allocator, Memory},
-    stage::hits::Features,
+    scene::Bounds,
+    stage::{hits::Features, project::CHUNK_SIZE},
+    view::GpuView,
 };
 use bytemuck::Zeroable as _;
 use std::ops::Range;
@@ -36,6 +38,37 @@ impl Class {
     }
 }
 
+/// What a chunk's particles are within.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// World space [m].
+    pub bounds: Bounds,
+    /// [m]
+    pub min_radius: f32,
+}
+
+impl Extent {
+    fn of(casters: &[Caster]) -> Self {
+        let none = Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY };
+        casters.iter().fold(none, |extent, caster| Self {
+            bounds: extent.bounds.with_sphere(caster.center, caster.radius),
+            min_radius: extent.min_radius.min(caster.radius),
+        })
+    }
+
+    /// Whether some particle may be at most 2x2 texels in the view: then its radius is below 1.5.
+    pub(super) fn may_be_tiny(&self, view: &GpuView) -> bool {
+        let texels_per_metre = if view.perspective > 0.0 {
+            let center = -view.view_from_world.transform_point3(self.bounds.center()).z;
+            let farthest = (center + self.bounds.radius()).min(view.far);
+            view.scale / farthest.max(view.near)
+        } else {
+            view.scale
+        };
+        self.min_radius * texels_per_metre < 1.5
+    }
+}
+
 /// Particles, triangles, materials and images in kernel form. Within each kind the casters are
 /// ordered by class, and stay in the scene's order within a class.
 #[derive(Debug)]
@@ -45,6 +78,8 @@ pub struct CasterSet {
     pub images: wgpu::Texture,
     pub materials: wgpu::Buffer,
     particle_ranges: [Range<u32>; 3],
+    /// Of each class: what each [`CHUNK_SIZE`] particles are within.
+    particle_extents: [Vec<Extent>; 3],
     triangle_ranges: [Range<u32>; 3],
     features: [Features; 3],
     /// Bytes by texture and buffer.
@@ -72,9 +107,9 @@ impl CasterSet {
         let mut allocator = Allocator { device, memory: &mut memory };
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
         let (particle_order, particle_ranges) =
-            by_class(particles.iter().map(|p| classes[p.material as usize]));
+            by_class(&particles.iter().map(|p| classes[p.material as usize]));
         let (triangle_order, triangle_ranges) =
-            by_class(triangles.iter().map(|t| classes[t.material as usize]));
+            by_class(&triangles.iter().map(|t| classes[t.material as usize]));
         let casters: Vec<_> = particle_order
             .iter()
             .map(|&i| &particles[i as usize])
@@ -94,6 +129,10 @@ impl CasterSet {
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
             images: upload_images(&mut allocator, queue, textures)?,
             materials: upload_materials(&mut allocator, queue, materials, textures),
+            particle_extents: particle_ranges.clone().map(|range| {
+                let class = &casters[range.start as usize..range.end as usize];
+                class.chunks(CHUNK_SIZE as usize).map(Extent::of).collect()
+            }),
             particle_ranges,
             triangle_ranges,
             features,
@@ -106,6 +145,11 @@ impl CasterSet {
         self.particle_ranges[class as usize].clone()
     }
 
+    /// Of the chunks of [`Self::particles`].
+    pub fn extents(&self, class: Class) -> &[Extent] {
+        &self.particle_extents[class as usize]
+    }
+
     pub fn triangles(&self, class: Class) -> Range<u32> {
         self.triangle_ranges[class as usize].clone()
     }
@@ -116,7 +160,7 @@ impl CasterSet {
 }
 
 /// Stable order by class, and each class's range in it.
-fn by_class(classes: impl Iterator<Item = Class> + Clone) -> (Vec<u32>, [Range<u32>; 3]) {
+fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Range<u32>; 3]) {
     let mut order = Vec::new();
     let mut ranges = [0..0, 0..0, 0..0];
     for (class, range) in

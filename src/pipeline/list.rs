@@ -57,11 +57,12 @@ pub(super) struct Scratch {
     pub sums: Sums,
 }
 
-/// Optical depth per channel and nearness, one element per texel of a batch.
+/// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
+/// batch: new memory is, and `resolve` leaves it so.
 #[derive(Debug)]
 pub(super) enum Sums {
-    Buffers([Buffer; 4]),
-    Textures([Texture; 4], [TextureView; 4]),
+    Buffers(Box<[Buffer; 4]>),
+    Textures(Box<[(Texture, TextureView); 4]>),
 }
 
 impl Sums {
@@ -70,36 +71,23 @@ impl Sums {
         if tier == Tier::Core {
             let [a, b, c, d] =
                 NAMES.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
-            return Ok(Self::Buffers([a?, b?, c?, d?]));
+            return Ok(Self::Buffers(Box::new([a?, b?, c?, d?])));
         }
-        let usage = TextureUsages::STORAGE_ATOMIC
-            | TextureUsages::STORAGE_BINDING
-            | TextureUsages::COPY_DST;
+        let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
         let [a, b, c, d] =
             NAMES.map(|name| allocator.records(name, TextureFormat::R32Uint, texels, usage));
-        let textures = [a?, b?, c?, d?];
-        let views = textures.each_ref().map(view);
-        Ok(Self::Textures(textures, views))
+        let with_view = |texture: Texture| {
+            let view = view(&texture);
+            (texture, view)
+        };
+        Ok(Self::Textures(Box::new([a?, b?, c?, d?].map(with_view))))
     }
 
     pub(super) fn resources(&self) -> [BindingResource<'_>; 4] {
         match self {
             Self::Buffers(buffers) => buffers.each_ref().map(Buffer::as_entire_binding),
-            Self::Textures(_, views) => views.each_ref().map(BindingResource::TextureView),
-        }
-    }
-
-    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
-        match self {
-            Self::Buffers(buffers) => {
-                for buffer in buffers {
-                    encoder.clear_buffer(buffer, 0, None);
-                }
-            }
-            Self::Textures(textures, _) => {
-                for texture in textures {
-                    encoder.clear_texture(texture, &wgpu::ImageSubresourceRange::default());
-                }
+            Self::Textures(textures) => {
+                textures.each_ref().map(|(_, view)| BindingResource::TextureView(view))
             }
         }
     }
@@ -111,7 +99,6 @@ impl Scratch {
         encoder.clear_buffer(&list.counters, 0, None);
         encoder.clear_buffer(&self.tiles, 0, None);
         encoder.clear_buffer(&self.scattered_tiles, 0, None);
-        self.sums.clear(encoder);
     }
 
     pub(super) fn new(
@@ -177,6 +164,8 @@ pub(super) struct ListPlan {
     pub class: Class,
     pub features: Features,
     pub particle_chunks: Vec<Chunk>,
+    /// Those of `particle_chunks` that may have particles for the scatter path.
+    pub tiny_chunks: Vec<Chunk>,
     pub triangle_chunks: Vec<Chunk>,
     /// Of particles, then of triangles.
     pub footprint_count: u32,
@@ -192,10 +181,10 @@ impl ListPlan {
 /// One list, bound and ready to be recorded.
 #[derive(Debug)]
 pub(super) struct List {
-    footprint_count: u32,
+    pub footprint_count: u32,
     run_count: u32,
     tile_count: u32,
-    pub particle_chunks: Option<Chunks>,
+    particle_chunks: Option<Chunks>,
     triangle_chunks: Option<Chunks>,
     pub counters: Buffer,
     readback: Buffer,
@@ -211,13 +200,19 @@ pub(super) struct List {
     dispatch: BindGroup,
 }
 
-/// Chunks of one kind of caster.
+/// Chunks on the device.
 #[derive(Debug)]
-pub(super) struct Chunks {
+pub(super) struct ChunkBuffers {
     pub count: u32,
     pub chunks: Buffer,
     pub params: Buffer,
-    pub(super) bindings: BindGroup,
+}
+
+/// Chunks, bound to the kernel that takes them.
+#[derive(Debug)]
+pub(super) struct Chunks {
+    pub count: u32,
+    pub bindings: BindGroup,
 }
 
 impl List {
@@ -233,38 +228,36 @@ impl List {
         let texture = BindingResource::TextureView;
         let casters = view(&context.casters.casters);
         let triangles = view(&context.casters.triangles);
-        let particle_chunks =
-            context.chunks(plan, &plan.particle_chunks, |context, chunks, params| {
-                context.kernels.project_particles.bind(
-                    context.allocator.device,
-                    &[
-                        params.as_entire_binding(),
-                        views.as_entire_binding(),
-                        context.casters.materials.as_entire_binding(),
-                        chunks.as_entire_binding(),
-                        texture(&casters),
-                        texture(footprints),
-                        texture(&keys[0]),
-                        texture(rects),
-                    ],
-                )
-            })?;
-        let triangle_chunks =
-            context.chunks(plan, &plan.triangle_chunks, |context, chunks, params| {
-                context.kernels.project_triangles.bind(
-                    context.allocator.device,
-                    &[
-                        params.as_entire_binding(),
-                        views.as_entire_binding(),
-                        chunks.as_entire_binding(),
-                        texture(&triangles),
-                        texture(footprints),
-                        texture(&keys[0]),
-                        texture(rects),
-                        texture(setups),
-                    ],
-                )
-            })?;
+        let particle_buffers = context.chunk_buffers(plan, &plan.particle_chunks)?;
+        let particle_chunks = particle_buffers.map(|ChunkBuffers { count, chunks, params }| {
+            let resources = [
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                context.casters.materials.as_entire_binding(),
+                chunks.as_entire_binding(),
+                texture(&casters),
+                texture(footprints),
+                texture(&keys[0]),
+                texture(rects),
+            ];
+            let kernel = &context.kernels.project_particles;
+            Chunks { count, bindings: kernel.bind(context.allocator.device, &resources) }
+        });
+        let triangle_buffers = context.chunk_buffers(plan, &plan.triangle_chunks)?;
+        let triangle_chunks = triangle_buffers.map(|ChunkBuffers { count, chunks, params }| {
+            let resources = [
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                chunks.as_entire_binding(),
+                texture(&triangles),
+                texture(footprints),
+                texture(&keys[0]),
+                texture(rects),
+                texture(setups),
+            ];
+            let kernel = &context.kernels.project_triangles;
+            Chunks { count, bindings: kernel.bind(context.allocator.device, &resources) }
+        });
         let copied = BufferUsages::COPY_SRC;
         let counters = context.allocator.storage::<BatchCounters>("counters", 1, copied)?;
         let device = context.allocator.device;

@@ -32,7 +32,11 @@ pub struct Maps {
 }
 
 impl Maps {
-    pub(super) fn new(allocator: &mut Allocator<'_>, views: &[View]) -> Result<Self, Error> {
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        views: &[View],
+    ) -> Result<Self, Error> {
         // Whole tiles, so that no workgroup writes into a neighbour's map.
         let largest = views
             .iter()
@@ -41,11 +45,35 @@ impl Maps {
         let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
         let places =
             (0..views.len() as u32).map(|layer| MapPlace { origin: UVec2::ZERO, layer }).collect();
+        let opaques =
+            allocator.texture("opaques", R32Float, size, usage | TextureUsages::COPY_DST)?;
+        fill(queue, &opaques, 1.0);
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
-            opaques: allocator.texture("opaques", R32Float, size, usage)?,
+            opaques,
             places,
         })
+    }
+}
+
+/// Every texel of an r32float array.
+fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
+    let size = texture.size();
+    let layer = vec![value; (size.width * size.height) as usize];
+    for z in 0..size.depth_or_array_layers {
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z },
+                ..texture.as_image_copy()
+            },
+            bytemuck::cast_slice(&layer),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(size.width * 4),
+                rows_per_image: None,
+            },
+            wgpu::Extent3d { depth_or_array_layers: 1, ..size },
+        );
     }
 }

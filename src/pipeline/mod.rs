@@ -87,7 +87,7 @@ impl Pipeline {
     ) -> Result<Prepared, Error> {
         let mut memory = casters.memory.clone();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, views)?;
+        let maps = Maps::new(&mut allocator, queue, views)?;
         let plans = batch::plan(views, casters, &maps)?;
         let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
         let mut batches = Vec::with_capacity(plans.len());

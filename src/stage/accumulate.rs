@@ -13,6 +13,10 @@ use wgpu::{
     TextureSampleType::Uint,
 };
 
+/// Workgroups of `tiny`: 8,192 invocations in flight, each adding at most 7 * 65,536 to a texel,
+/// stay below 2^32.
+pub const TINY_GROUPS: u32 = 32;
+
 pub const TILES_CORE: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
     sources: crate::sources![

@@ -84,7 +84,7 @@ pub struct ProjectParams {
     pub chunk_count: u32,
     /// 1: tiny particles take the scatter path.
     pub scatter: u32,
-    /// Of the first triangle: footprint i has setup i - first_setup.
+    /// Footprint of the first triangle, whose setup is number 0.
     pub first_setup: u32,
     pub pad: u32,
 }

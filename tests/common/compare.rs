@@ -20,20 +20,6 @@ pub(crate) struct Tolerance {
     pub(crate) undecided: f64,
 }
 
-/// Of `views`: what they say, as a demand on another renderer.
-#[expect(dead_code, reason = "for tests of the kernels")]
-pub(crate) fn expected_of(maps: &ViewMaps) -> Vec<ExpectedTexel> {
-    let depths = maps.nearest.iter().zip(&maps.opaque);
-    let texels =
-        maps.filter.iter().zip(depths).map(|(&filter, (&nearest, &opaque))| ExpectedTexel {
-            filter: filter.map(f64::from),
-            nearest: [f64::from(nearest); 2],
-            opaque: f64::from(opaque),
-            undecided: false,
-        });
-    texels.collect()
-}
-
 /// The first thing that is wrong.
 pub(crate) fn compare_maps(
     expected: &[ExpectedTexel],

@@ -2,11 +2,32 @@ pub(crate) mod brute_force;
 pub(crate) mod compare;
 pub(crate) mod scenes;
 
-use gobo::gpu::{Gpu, KernelDesc};
+use gobo::{
+    frame::Frame,
+    gpu::{Gpu, KernelDesc, Selection, Tier},
+    render::Renderer,
+    scene::Scene,
+};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
 /// A missing GPU fails the test; it never skips it.
 pub(crate) fn gpu() -> Gpu {
     Gpu::headless().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A frame with its maps. The tier's device and kernels are made once and shared by all tests.
+pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
+    static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
+    let renderer = RENDERERS[tier as usize].get_or_init(|| {
+        let selection = Selection { tier: Some(tier), ..Selection::default() };
+        let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
+        Mutex::new(Renderer::on(gpu))
+    });
+    let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
+    renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
 }
 
 pub(crate) fn parse(desc: &KernelDesc) -> naga::Module {

@@ -41,7 +41,7 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     let base = unpack2x16float(look.z).x;
     let slope = unpack2x16float(look.y).y;
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
-        return puff_hit(view, place, met.xy, color, base + slope, texel, opaque_depth, material_id);
+        return puff_hit(view, place, met.xy, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
     }
     let covered = coverage(material.shape, material.profile, met.xy);
     var alpha = covered;
@@ -51,7 +51,7 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
         color *= image.rgb;
         alpha *= image.a;
     }
-    let opacity = base + slope * alpha;
+    let opacity = min(base + slope * alpha, 1.0);
     let inside = max(abs(met.x), abs(met.y)) <= 1.0 && covered > 0.0;
     let depth = select(-1.0, met.z, inside);
     return Hit(transmittance(material.transfer, opacity, color), opacity, depth, material_id);

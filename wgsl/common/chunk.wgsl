@@ -11,7 +11,7 @@ struct ProjectParams {
     chunk_count: u32,
     // 1: tiny particles take the scatter path.
     scatter: u32,
-    // Of the first triangle: footprint i has setup i - first_setup.
+    // Footprint of the first triangle, whose setup is number 0.
     first_setup: u32,
     pad: u32,
 }

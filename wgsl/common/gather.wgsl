@@ -10,12 +10,12 @@ fn start(view: GpuView, texel: vec2<u32>) {
     nearest = vec4(1.0);
     for (var i = 0u; i < 4u; i += 1u) {
         passed[i] = vec3(1.0);
-        opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(i, 0u), view.layer, 0).r;
+        opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
     }
 }
 
 fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    let hit = caster_hit(view, place, look, corner + vec2(f32(i) + 0.5, 0.5), opaque_depth[i]);
+    let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
     let counts = hit.depth >= 0.0 && hit.depth < opaque_depth[i];
     passed[i] *= select(vec3(1.0), hit.light, counts);
     let seen = counts && hit.opacity >= VISIBLE_OPACITY;

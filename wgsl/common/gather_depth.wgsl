@@ -9,7 +9,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
 }
 
 fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    let hit = caster_hit(view, place, look, corner + vec2(f32(i) + 0.5, 0.5), 1.0);
+    let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), 1.0);
     nearest[i] = select(nearest[i], min(nearest[i], hit.depth), is_solid(hit));
 }
 

@@ -1,4 +1,4 @@
-// Four texels in a row of an invocation, and soft discs of the `filter` transfer that multiply
+// Four texels in a column of an invocation, and soft discs of the `filter` transfer that multiply
 // them. CPU twin: src/cpu/accumulate.rs. Needs common/view.wgsl, sums.wgsl, tile_rect.wgsl; the
 // kernel binds `opaques`.
 
@@ -17,8 +17,8 @@ struct Disc {
 }
 
 var<private> corner: vec2<f32>; // first of the four texels, in the view's map
-var<private> xs: vec4<f32>;     // texel centres
-var<private> y: f32;
+var<private> x: f32;            // texel centres
+var<private> ys: vec4<f32>;
 var<private> red: vec4<f32>;    // transmittance so far
 var<private> green: vec4<f32>;
 var<private> blue: vec4<f32>;
@@ -27,8 +27,8 @@ var<private> opaque_depth: vec4<f32>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
-    xs = corner.x + vec4(0.5, 1.5, 2.5, 3.5);
-    y = corner.y + 0.5;
+    x = corner.x + 0.5;
+    ys = corner.y + vec4(0.5, 1.5, 2.5, 3.5);
     red = vec4(1.0);
     green = vec4(1.0);
     blue = vec4(1.0);
@@ -36,9 +36,9 @@ fn start(view: GpuView, texel: vec2<u32>) {
     let at = view.origin + texel;
     opaque_depth = vec4(
         textureLoad(opaques, at, view.layer, 0).r,
-        textureLoad(opaques, at + vec2(1u, 0u), view.layer, 0).r,
-        textureLoad(opaques, at + vec2(2u, 0u), view.layer, 0).r,
-        textureLoad(opaques, at + vec2(3u, 0u), view.layer, 0).r,
+        textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
+        textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
+        textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
     );
 }
 
@@ -69,8 +69,8 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
 }
 
 fn visit_disc(view: GpuView, disc: Disc) {
-    let dx = xs - disc.center.x;
-    let dy = y - disc.center.y;
+    let dx = x - disc.center.x;
+    let dy = ys - disc.center.y;
     var rest: vec4<f32>;
     var depth = vec4(disc.depth);
     if PERSPECTIVE {

@@ -11,7 +11,8 @@ fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
     let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
     let sum = sum_index(tile, texel % TILE_SIZE);
     // Rounded up or down by chance, so that a million equal casters don't add up their rounding.
-    let seed = look.w * 3u;
+    let own = textureLoad(casters, record_texel(2u * (look.w & ~TRIANGLE_BIT) + 1u), 0).w;
+    let seed = select(own, look.w, (look.w & TRIANGLE_BIT) != 0u) * 3u;
     let chance = vec3(
         unit_float(pcg(seed)),
         unit_float(pcg(seed + 1u)),

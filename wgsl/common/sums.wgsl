@@ -6,6 +6,7 @@ const FIXED_ONE: f32 = 65536.0; // of optical depth
 // texel stay below 2^31.
 const MAX_TAU: f32 = 7.0;
 const SATURATED: u32 = 458752u; // MAX_TAU in fixed point
+const BRIGHTEST: f32 = 256.0; // what one addend brightens at most: two casters of 16
 const BLACK: f32 = 0.0009765625; // transmittance below it is written as 0: 1/1024
 const VISIBLE_OPACITY: f32 = 0.003921569; // a hit of at least 1/255 counts for the nearest depth
 
@@ -13,11 +14,12 @@ const VISIBLE_OPACITY: f32 = 0.003921569; // a hit of at least 1/255 counts for 
 override HAS_GAIN: bool;
 
 fn to_tau(t: vec3<f32>) -> vec3<f32> {
-    return min(-log(max(t, vec3(1e-9))), vec3(MAX_TAU));
+    return min(-log(clamp(t, vec3(1e-9), vec3(BRIGHTEST))), vec3(MAX_TAU));
 }
 
 fn light(sums: vec3<u32>) -> vec3<f32> {
-    return exp(vec3<f32>(bitcast<vec3<i32>>(sums)) * (-1.0 / FIXED_ONE));
+    // No more than rgba16float holds.
+    return min(exp(vec3<f32>(bitcast<vec3<i32>>(sums)) * (-1.0 / FIXED_ONE)), vec3(65504.0));
 }
 
 // Zero where next to nothing is left, so that stopping early changes no bit.

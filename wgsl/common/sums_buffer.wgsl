@@ -24,6 +24,14 @@ fn load_nearness(texel: u32) -> u32 {
     return atomicLoad(&nearness[texel]);
 }
 
+// For the next batch.
+fn clear_sums(texel: u32) {
+    atomicStore(&sum_red[texel], 0u);
+    atomicStore(&sum_green[texel], 0u);
+    atomicStore(&sum_blue[texel], 0u);
+    atomicStore(&nearness[texel], 0u);
+}
+
 fn raise_nearness(texel: u32, value: u32) {
     atomicMax(&nearness[texel], value);
 }

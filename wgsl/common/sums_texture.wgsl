@@ -22,6 +22,15 @@ fn load_nearness(texel: u32) -> u32 {
     return textureLoad(nearness, record_texel(texel)).r;
 }
 
+// For the next batch.
+fn clear_sums(texel: u32) {
+    let at = record_texel(texel);
+    textureStore(sum_red, at, vec4(0u));
+    textureStore(sum_green, at, vec4(0u));
+    textureStore(sum_blue, at, vec4(0u));
+    textureStore(nearness, at, vec4(0u));
+}
+
 fn raise_nearness(texel: u32, value: u32) {
     textureAtomicMax(nearness, record_texel(texel), value);
 }

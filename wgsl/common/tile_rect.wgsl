@@ -3,7 +3,17 @@
 const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
 const DEPTH_BITS: u32 = 16u;
 const INVISIBLE: u32 = 0xffffu; // key of what touches no texel
-const SCATTERED: u32 = 0xffffffffu; // corners of a footprint that takes the scatter path
+// Corners of a footprint that takes the scatter path; it has no tiles.
+const SCATTERED: u32 = 0xffffffffu;
+
+// The first of the 2x2 texels around `center` that a scattered caster may touch.
+fn scatter_texel(center: vec2<f32>) -> vec2<f32> {
+    return floor(center - 0.5);
+}
+
+fn is_scattered(rect: vec2<u32>) -> bool {
+    return rect.x == SCATTERED && (rect.y & 0xffffu) == 0u;
+}
 
 // (corners, mask and view); (0, 0) for no tile.
 // `lo`, `hi`: the footprint's box [texels]; `circle`: how far from `center` it reaches [texels].
@@ -17,13 +27,16 @@ fn tile_rect(
     may_scatter: bool,
 ) -> vec2<u32> {
     // Texel i has its centre at i + 0.5.
-    let first_texel = max(ceil(lo - (0.5 + SLACK)), vec2(0.0));
-    let last_texel = min(floor(hi - (0.5 - SLACK)), size - 1.0);
+    let box_first = ceil(lo - (0.5 + SLACK));
+    let box_last = floor(hi - (0.5 - SLACK));
+    let first_texel = max(box_first, vec2(0.0));
+    let last_texel = min(box_last, size - 1.0);
     // Written so that a NaN is outside.
     if !(first_texel.x <= last_texel.x && first_texel.y <= last_texel.y) {
         return vec2(0u);
     }
-    if may_scatter && all(last_texel - first_texel <= vec2(1.0)) {
+    let around = scatter_texel(center);
+    if may_scatter && all(box_first >= around) && all(box_last <= around + 1.0) {
         return vec2(SCATTERED, view_index << 16u);
     }
     let first = vec2<u32>(first_texel) / TILE_SIZE;

@@ -7,7 +7,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let size = subgroupAdd(1u);
     // The block of texels that the subgroup holds, centre to centre.
     let lo = subgroupMin(corner) + 0.5;
-    let hi = subgroupMax(corner) + vec2(3.5, 0.5);
+    let hi = subgroupMax(corner) + vec2(0.5, 3.5);
     for (var base = first; base < end; base += size) {
         let pair = min(base + lane, end - 1u);
         let footprint = textureLoad(pairs, record_texel(pair)).g;
