@@ -4,6 +4,7 @@ mod case;
 mod check;
 mod clock;
 mod measure;
+mod page;
 mod report;
 
 #[path = "../../../benches/raster/mod.rs"]
@@ -36,6 +37,9 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     }
     if let Some(path) = &arguments.json {
         files::write(path, report.json().as_bytes())?;
+    }
+    if let Some(path) = &arguments.html {
+        files::write(path, page::page(&report).as_bytes())?;
     }
     Ok(())
 }
