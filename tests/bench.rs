@@ -70,6 +70,20 @@ fn both_paths_are_measured_and_agree() {
 }
 
 #[test]
+fn opaque_triangles_agree_with_a_depth_pass() {
+    let json = temporary("occlude.json");
+    let size = ["--casters", "2k", "--size", "128", "--runs", "2"];
+    let output = bench(&[&["--occlude", "--json", json.to_str().unwrap()][..], &size].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    std::fs::remove_file(json).unwrap();
+    let rows = value["rows"].as_array().unwrap();
+    let footprints: Vec<_> = rows.iter().map(|row| row["footprint"].as_f64().unwrap()).collect();
+    assert_eq!(footprints, [1.5, 4.0, 12.0]);
+    assert!(rows.iter().all(|row| row["ratio"].as_f64().unwrap() > 0.0));
+}
+
+#[test]
 fn bad_usage_is_refused() {
     for bad in [
         &["--casters", "0"][..],
@@ -80,6 +94,7 @@ fn bad_usage_is_refused() {
         &["--vs", "magic"],
         &["--backend", "cpu"],
         &["--runs", "0"],
+        &["--occlude", "--lights", "2"],
     ] {
         assert_eq!(bench(bad).status.code(), Some(2), "{bad:?}");
     }

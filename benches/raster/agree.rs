@@ -128,6 +128,27 @@ pub(crate) fn agree(
     ))
 }
 
+/// Share of the texels whose opaque depths differ; fails where it is above `limit`.
+pub(crate) fn agree_on_depth(ours: &[f32], theirs: &[f32], limit: f64) -> Result<f64, String> {
+    // Of the view's range: the slope of a triangle over the 1/256 texel that rasterizers snap to.
+    const OFF: f32 = 1e-4;
+    if ours.len() != theirs.len() || ours.is_empty() {
+        return Err(format!("{} texels by compute, {} by raster", ours.len(), theirs.len()));
+    }
+    if ours.iter().all(|&depth| depth == 1.0) {
+        return Err("the compute map is empty: nothing was compared".to_owned());
+    }
+    let is_off = |(a, b): &(&f32, &f32)| {
+        let off = (*a - *b).abs();
+        off.is_nan() || off > OFF
+    };
+    let share = ours.iter().zip(theirs).filter(is_off).count() as f64 / ours.len() as f64;
+    if share <= limit {
+        return Ok(share);
+    }
+    Err(format!("Z is off at {:.3}% of the texels (limit {:.3}%)", share * 100.0, limit * 100.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -179,5 +200,17 @@ mod tests {
         }
         let empty = Map { filter: vec![[1.0; 3]; 100], ..map() };
         assert!(agree(&empty, &empty, HALF).is_err());
+    }
+
+    #[test]
+    fn wrong_depths_are_refused() {
+        let ours = [0.5; 100];
+        let mut theirs = ours;
+        theirs[7] = 0.6;
+        assert_eq!(agree_on_depth(&ours, &theirs, 0.011), Ok(0.01));
+        assert!(agree_on_depth(&ours, &theirs, 0.005).is_err());
+        assert!(agree_on_depth(&ours, &[f32::NAN; 100], 0.5).is_err());
+        assert!(agree_on_depth(&ours, &theirs[1..], 1.0).is_err());
+        assert!(agree_on_depth(&[1.0; 100], &[1.0; 100], 1.0).is_err());
     }
 }

@@ -10,6 +10,7 @@
 //! depends on the caster alone (the growth of what is smaller than a texel, `a(1 - c)`) is computed
 //! once, at the upload: the raster path gets for free what `project` does in every frame.
 pub(crate) mod agree;
+pub(crate) mod depth;
 
 use agree::Map;
 use bytemuck::{Pod, Zeroable};

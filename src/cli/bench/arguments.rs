@@ -8,8 +8,8 @@ pub(crate) struct BenchArguments {
     /// Casters: 10k, 2m
     #[arg(long, value_delimiter = ',', value_parser = count, default_value = "10k,100k,1m")]
     pub(super) casters: Vec<u32>,
-    /// Mean diameter of the casters in the map [texels]
-    #[arg(long, value_delimiter = ',', value_parser = footprint, default_value = "6,16")]
+    /// Mean diameter of the casters in the map [texels]; 6,16 where not given
+    #[arg(long, value_delimiter = ',', value_parser = footprint)]
     pub(super) footprint: Vec<f32>,
     /// Opacity of the casters
     #[arg(long, value_delimiter = ',', value_parser = opacity, default_value = "0.02")]
@@ -26,6 +26,10 @@ pub(crate) struct BenchArguments {
     /// Measure the raster pipeline too, and hold the maps against its maps
     #[arg(long)]
     pub(super) vs: Option<Opponent>,
+    /// Opaque triangles instead, beside a depth-only raster pass; their bounding squares are 1.5,
+    /// 4 and 12 texels wide where --footprint is not given
+    #[arg(long, conflicts_with_all = ["opacity", "layout", "lights"])]
+    pub(super) occlude: bool,
     /// Measured frames of each path, after two to warm up; times are their median
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5)]
     pub(super) runs: u32,

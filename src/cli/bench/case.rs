@@ -1,8 +1,8 @@
 //! The scenes of the benchmark: soft discs in a cube, seen along its axes.
 use super::arguments::{BenchArguments, Layout};
 use gobo::{
-    caster::{Material, Particle},
-    glam::{Mat3, Mat4, UVec2, Vec3, Vec4},
+    caster::{Material, Particle, Triangle},
+    glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4},
     view::{Projection, TILE_SIZE, View},
 };
 
@@ -21,12 +21,15 @@ pub(super) struct Case {
 
 /// Every combination of what was asked for.
 pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
+    let usual: &[f32] = if arguments.occlude { &[1.5, 4.0, 12.0] } else { &[6.0, 16.0] };
+    let footprints = if arguments.footprint.is_empty() { usual } else { &arguments.footprint };
+    let opacities = if arguments.occlude { &[1.0][..] } else { &arguments.opacity };
     let mut cases = Vec::new();
     for &size in &arguments.size {
         for &lights in &arguments.lights {
             for &layout in &arguments.layout {
-                for &opacity in &arguments.opacity {
-                    for &footprint in &arguments.footprint {
+                for &opacity in opacities {
+                    for &footprint in footprints {
                         for &casters in &arguments.casters {
                             cases.push(Case { casters, footprint, opacity, layout, lights, size });
                         }
@@ -87,6 +90,25 @@ impl Case {
             let color = Vec4::new(chance.unit(), chance.unit(), chance.unit(), self.opacity);
             let center = low + part * (high - low);
             Particle { center, radius, color, rotation: 0.0, material: 0, id }
+        };
+        (0..self.casters).map(one).collect()
+    }
+
+    /// About equilateral, turned and tilted at random; `footprint` is the side of the bounding
+    /// square, evenly over the map. Of material 0.
+    pub(super) fn triangles(&self) -> Vec<Triangle> {
+        let mut chance = Chance::new(7);
+        // The bounding square of an equilateral triangle has 1.5 to 1.93 times its circumradius.
+        let radius = self.footprint / 1.7 * 2.0 / self.size as f32; // [m]
+        let one = |_| {
+            let center = Vec3::from_array(std::array::from_fn(|_| chance.within(-1.0, 1.0)));
+            let turn = chance.within(0.0, std::f32::consts::TAU);
+            let positions = [0.0, 1.0, 2.0].map(|corner| {
+                let angle = turn + corner * std::f32::consts::TAU / 3.0;
+                let tilt = chance.within(-0.01, 0.01);
+                center * Vec3::new(1.0, 1.0, 0.98) + (Vec2::from_angle(angle) * radius).extend(tilt)
+            });
+            Triangle { positions, normals: [Vec3::Z; 3], uvs: [Vec2::ZERO; 3], material: 0 }
         };
         (0..self.casters).map(one).collect()
     }

@@ -13,7 +13,7 @@ use crate::cli::{failure::Failure, render::as_map};
 use gobo::{
     caster::Particle,
     gpu::{Gpu, Timeline},
-    pipeline::{CasterSet, Config, Pipeline, Prepared},
+    pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     view::View,
     wgpu,
 };
@@ -29,7 +29,7 @@ pub(super) struct Times {
 }
 
 impl Times {
-    fn new(mut times: Vec<f64>) -> Self {
+    pub(super) fn new(mut times: Vec<f64>) -> Self {
         times.sort_by(f64::total_cmp);
         let middle = times.len() / 2;
         let median = if times.len() % 2 == 1 {
@@ -77,7 +77,8 @@ pub(super) struct RasterRow {
     /// Colour and nearest depth in one pass.
     pub(super) raster_one_pass_ms: f64,
     /// First depth, then colour.
-    pub(super) raster_two_pass_ms: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) raster_two_pass_ms: Option<f64>,
     /// The faster way to feed the quads.
     pub(super) raster_geometry: &'static str,
     #[serde(flatten)]
@@ -137,41 +138,61 @@ impl Bench {
         let held = raster.as_ref().map(|raster| self.hold(&scene, raster, &maps)).transpose()?;
         drop(maps);
 
-        let mut times = [const { Vec::new() }; 3];
+        let Some((raster, held)) = raster.zip(held) else {
+            let times = self.times(&prepared, &[])?;
+            return self.row(case, &prepared, times[0], None);
+        };
+        let one_pass = |encoder: &mut _| raster.record(encoder, Recipe::OnePass);
+        let two_pass = |encoder: &mut _| raster.record(encoder, Recipe::TwoPass);
+        let times = self.times(&prepared, &[&one_pass, &two_pass])?;
+        let best = if times[1].median <= times[2].median { times[1] } else { times[2] };
+        let row = RasterRow {
+            raster_ms: best.median,
+            raster_min: best.min,
+            raster_max: best.max,
+            ratio: best.median / times[0].median,
+            raster_one_pass_ms: times[1].median,
+            raster_two_pass_ms: Some(times[2].median),
+            raster_geometry: match raster.geometry() {
+                Geometry::Instances => "instances",
+                Geometry::Indexed => "indexed",
+            },
+            held,
+        };
+        self.row(case, &prepared, times[0], Some(row))
+    }
+
+    /// Of compute first, then of the opponents, taken in turns.
+    pub(super) fn times(
+        &mut self,
+        prepared: &Prepared,
+        opponents: &[&dyn Fn(&mut wgpu::CommandEncoder)],
+    ) -> Result<Vec<Times>, Failure> {
+        let mut times = vec![Vec::new(); 1 + opponents.len()];
         for run in 0..WARM_UP + self.runs as usize {
-            let mut frame = [Some(self.compute(&prepared)?), None, None];
-            if let Some(raster) = &raster {
-                for (slot, recipe) in [(1, Recipe::OnePass), (2, Recipe::TwoPass)] {
-                    frame[slot] = Some(self.clock.time(&self.gpu, |e| raster.record(e, recipe))?);
-                }
+            let mut frame = vec![self.compute(prepared)?];
+            for opponent in opponents {
+                frame.push(self.clock.time(&self.gpu, |encoder| opponent(encoder))?);
             }
             if run >= WARM_UP {
                 for (times, ms) in times.iter_mut().zip(frame) {
-                    times.extend(ms);
+                    times.push(ms);
                 }
             }
         }
-        let [compute, one_pass, two_pass] = times;
-        let compute = Times::new(compute);
-        let raster = raster.zip(held).map(|(raster, held)| {
-            let [one_pass, two_pass] = [one_pass, two_pass].map(Times::new);
-            let best = if one_pass.median <= two_pass.median { one_pass } else { two_pass };
-            RasterRow {
-                raster_ms: best.median,
-                raster_min: best.min,
-                raster_max: best.max,
-                ratio: best.median / compute.median,
-                raster_one_pass_ms: one_pass.median,
-                raster_two_pass_ms: two_pass.median,
-                raster_geometry: match raster.geometry() {
-                    Geometry::Instances => "instances",
-                    Geometry::Indexed => "indexed",
-                },
-                held,
-            }
-        });
-        let stages = self.stages(&prepared)?;
-        let (_, counted) = prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
+        Ok(times.into_iter().map(Times::new).collect())
+    }
+
+    pub(super) fn row(
+        &mut self,
+        case: Case,
+        prepared: &Prepared,
+        compute: Times,
+        raster: Option<RasterRow>,
+    ) -> Result<Row, Failure> {
+        let stages = self.stages(prepared)?;
+        let (opaque, translucent) = prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
+        let sum = |of: fn(&ListCounters) -> u32| of(&opaque) + of(&translucent);
         Ok(Row {
             case,
             runs: self.runs,
@@ -181,28 +202,34 @@ impl Bench {
             raster,
             stages,
             bytes: prepared.memory.0.clone(),
-            pairs: counted.pair_count,
-            pairs_needed: counted.pairs_needed,
-            segments: counted.segment_count,
-            scattered: counted.scattered + counted.overflowed,
-            overflowed: counted.overflowed,
+            pairs: sum(|c| c.pair_count),
+            pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
+            segments: sum(|c| c.segment_count),
+            scattered: sum(|c| c.scattered + c.overflowed),
+            overflowed: sum(|c| c.overflowed),
         })
     }
 
     /// With room for all pairs, as far as the budget allows. Has run once.
-    fn prepare(&mut self, casters: &CasterSet, views: &[View]) -> Result<Prepared, Failure> {
+    pub(super) fn prepare(
+        &mut self,
+        casters: &CasterSet,
+        views: &[View],
+    ) -> Result<Prepared, Failure> {
         let mut pairs = None;
         loop {
             let Gpu { device, queue, .. } = &self.gpu;
             let prepared = self.pipeline.prepare(device, queue, casters, views, pairs)?;
             self.compute(&prepared)?;
-            let (_, counted) = prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
+            let (opaque, translucent) =
+                prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
+            let needed = opaque.pairs_needed.max(translucent.pairs_needed);
             let room = prepared.pair_capacity();
             let full = room >= self.pipeline.config().pair_budget || pairs.is_some();
-            if counted.pairs_needed <= room || full {
+            if needed <= room || full {
                 return Ok(prepared);
             }
-            pairs = Some(counted.pairs_needed);
+            pairs = Some(needed);
         }
     }
 

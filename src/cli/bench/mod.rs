@@ -4,6 +4,7 @@ mod case;
 mod check;
 mod clock;
 mod measure;
+mod occlude;
 mod page;
 mod report;
 
@@ -28,10 +29,14 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     }
     let selection = Selection { backend, adapter: arguments.adapter.clone(), tier: None };
     let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget);
-    let mut report = Report::new(&bench);
+    let mut report = Report::new(&bench, arguments.occlude);
     files::print(&report.heading())?;
     for case in case::cases(arguments) {
-        let row = bench.run(case, arguments.vs.is_some())?;
+        let row = if arguments.occlude {
+            bench.run_occlude(case)?
+        } else {
+            bench.run(case, arguments.vs.is_some())?
+        };
         files::print(&report::line(&row))?;
         report.rows.push(row);
     }

@@ -16,11 +16,13 @@ pub(super) struct Report {
     reason: String,
     /// `wall` [submit to done] or `timestamps`.
     pub(super) clock: &'static str,
+    /// What the casters are: `particles`, or opaque `triangles`.
+    casters: &'static str,
     pub(super) rows: Vec<Row>,
 }
 
 impl Report {
-    pub(super) fn new(bench: &Bench) -> Self {
+    pub(super) fn new(bench: &Bench, occlude: bool) -> Self {
         let gpu = &bench.gpu;
         Self {
             version: env!("CARGO_PKG_VERSION"),
@@ -32,6 +34,7 @@ impl Report {
             },
             reason: gpu.tier_reason.clone(),
             clock: bench.clock.name(),
+            casters: if occlude { "triangles" } else { "particles" },
             rows: Vec::new(),
         }
     }
@@ -72,8 +75,8 @@ pub(super) fn line(row: &Row) -> String {
     );
     if let Some(raster) = &row.raster {
         let times = times(raster.raster_ms, raster.raster_min, raster.raster_max);
-        let (two_pass, ratio) = (raster.raster_two_pass_ms, raster.ratio);
-        line += &format!(" {times:>25} {two_pass:>9.2} {ratio:>6.2}");
+        let two_pass = raster.raster_two_pass_ms.map_or("-".to_owned(), |ms| format!("{ms:.2}"));
+        line += &format!(" {times:>25} {two_pass:>9} {:>6.2}", raster.ratio);
     }
     let stages: Vec<_> = row.stages.iter().map(|(name, ms)| format!("{name} {ms:.2}")).collect();
     let bytes: u64 = row.bytes.iter().map(|(_, bytes)| bytes).sum();
