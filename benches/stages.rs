@@ -20,7 +20,7 @@ const COUNTS: [u32; 2] = [100_000, 1_000_000];
 /// Mean diameters [texels].
 const FOOTPRINTS: [f32; 2] = [6.0, 16.0];
 
-/// Steele et al. 2014, SplitMix64.
+/// Steele et al. 2014, `SplitMix64`.
 fn mix(seed: u64) -> u64 {
     let z = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

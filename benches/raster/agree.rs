@@ -1,4 +1,5 @@
 //! Whether two renderers made the same maps: no time is printed of maps that differ.
+use gobo::{caster::Particle, footprint::MIN_RADIUS, glam::Vec2, view::View};
 
 /// One view's maps, row by row.
 #[derive(Clone, Debug)]
@@ -126,6 +127,37 @@ pub(crate) fn agree(
         ours.filter[worst.1],
         theirs.filter[worst.1],
     ))
+}
+
+/// Quads over each texel of a view's map: how often it is blended.
+pub(crate) fn layers(particles: &[Particle], view: &View) -> Vec<u32> {
+    let (width, height) = (view.size.x as usize, view.size.y as usize);
+    // Corners of the rectangles; their sums over all texels above and to the left are the layers.
+    let mut sums = vec![0_i32; (width + 1) * (height + 1)];
+    for particle in particles {
+        let center = view.view_from_world.transform_point3(particle.center);
+        let radius = (particle.radius * view.scale).max(MIN_RADIUS);
+        let texel = Vec2::new(center.x, -center.y) * view.scale + view.size.as_vec2() * 0.5;
+        let last = view.size.as_vec2();
+        let low = (texel - radius + 0.5).floor().clamp(Vec2::ZERO, last).as_usizevec2();
+        let high = (texel + radius + 0.5).floor().clamp(Vec2::ZERO, last).as_usizevec2();
+        for (x, y, sign) in
+            [(low.x, low.y, 1), (high.x, low.y, -1), (low.x, high.y, -1), (high.x, high.y, 1)]
+        {
+            sums[y * (width + 1) + x] += sign;
+        }
+    }
+    for y in 0..=height {
+        for x in 0..=width {
+            let at = y * (width + 1) + x;
+            let left = if x > 0 { sums[at - 1] } else { 0 };
+            let above = if y > 0 { sums[at - width - 1] } else { 0 };
+            let corner = if x > 0 && y > 0 { sums[at - width - 2] } else { 0 };
+            sums[at] += left + above - corner;
+        }
+    }
+    let rows = sums.chunks_exact(width + 1).take(height);
+    rows.flat_map(|row| &row[..width]).map(|&count| count.max(0) as u32).collect()
 }
 
 /// Share of the texels whose opaque depths differ; fails where it is above `limit`.

@@ -41,7 +41,7 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     cases
 }
 
-/// Seeded numbers (Steele et al. 2014, SplitMix64).
+/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
 pub(super) struct Chance(u64);
 
 impl Chance {

@@ -87,3 +87,32 @@ pub(super) fn check(map: &Map, particles: &[Particle], view: &View) -> Result<()
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::bench::{arguments::Layout, case::Case};
+
+    #[test]
+    fn wrong_texels_are_refused() {
+        let case = Case {
+            casters: 50,
+            footprint: 8.0,
+            opacity: 0.5,
+            layout: Layout::Spread,
+            lights: 1,
+            size: 32,
+        };
+        let (mut particles, view) = (case.particles(), &case.views()[0]);
+        let empty = Map { width: 32, filter: vec![[1.0; 3]; 1024], nearest: vec![1.0; 1024] };
+        assert!(check(&empty, &particles, view).is_err());
+        for particle in &mut particles {
+            particle.color.w = 0.0;
+        }
+        assert_eq!(check(&empty, &particles, view), Ok(()));
+        let unsound = Map { filter: vec![[1.0, f32::NAN, 1.0]; 1024], ..empty.clone() };
+        assert!(check(&unsound, &particles, view).is_err());
+        let shallow = Map { nearest: vec![0.5; 1024], ..empty };
+        assert!(check(&shallow, &particles, view).is_err());
+    }
+}

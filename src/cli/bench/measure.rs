@@ -5,8 +5,7 @@ use super::{
     clock::{Clock, is_software},
     raster::{
         Geometry, Precision, Raster, Recipe,
-        agree::{Difference, Map, Rounding, agree},
-        layers,
+        agree::{Difference, Map, Rounding, agree, layers},
     },
 };
 use crate::cli::{failure::Failure, render::as_map};
