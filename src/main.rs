@@ -17,8 +17,9 @@ fn main() -> ExitCode {
     match cli::run(arguments.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("gobo: {failure}");
-            ExitCode::from(failure.status())
+            let status = failure.status();
+            failure.print();
+            ExitCode::from(status)
         }
     }
 }

@@ -23,6 +23,14 @@ impl Failure {
         Self::File { path: path.to_owned(), source }
     }
 
+    /// On stderr; of a scene file with the line and what to do.
+    pub(crate) fn print(self) {
+        eprintln!("gobo: {self}");
+        if let Self::Scene(error) = self {
+            eprintln!("{:?}", miette::Report::new(error));
+        }
+    }
+
     /// 2: bad usage or input; 3: no usable adapter or device; 1: anything else.
     pub(crate) fn status(&self) -> u8 {
         use gobo::error::Error;

@@ -1,0 +1,141 @@
+//! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
+use crate::{
+    caster::{Profile, Shape, Transfer},
+    scene::generate::Generate,
+    settings::Receiver,
+};
+use serde::Deserialize;
+use std::path::PathBuf;
+use toml::Spanned;
+
+/// The whole file.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Document {
+    pub camera: Option<Spanned<CameraTable>>,
+    #[serde(default)]
+    pub shadow: Option<Spanned<ShadowTable>>,
+    pub environment: Option<Spanned<EnvironmentTable>>,
+    #[serde(default)]
+    pub light: Vec<Spanned<LightTable>>,
+    #[serde(default)]
+    pub material: Vec<Spanned<MaterialTable>>,
+    #[serde(default)]
+    pub particles: Vec<Spanned<ParticlesTable>>,
+    #[serde(default)]
+    pub shape: Vec<Spanned<ShapeTable>>,
+    #[serde(default)]
+    pub mesh: Vec<Spanned<MeshTable>>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CameraTable {
+    pub eye: Option<[f32; 3]>,
+    pub target: Option<[f32; 3]>,
+    pub up: Option<[f32; 3]>,
+    /// [degrees]
+    pub fov_y: Option<f32>,
+    /// [pixels]
+    pub size: Option<[u32; 2]>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ShadowTable {
+    pub size: Option<u32>,
+    pub receiver: Option<Receiver>,
+    pub nodes: Option<u32>,
+    pub bias: Option<f32>,
+    pub normal_bias: Option<f32>,
+    pub pair_budget: Option<u32>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EnvironmentTable {
+    pub ambient: Option<[f32; 3]>,
+    pub background: Option<[f32; 3]>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum KindOfLight {
+    Directional,
+    Spot,
+    Point,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LightTable {
+    pub name: Option<String>,
+    pub kind: KindOfLight,
+    pub position: Option<[f32; 3]>,
+    pub direction: Option<[f32; 3]>,
+    /// Of the whole cone [degrees].
+    pub angle: Option<f32>,
+    pub color: Option<[f32; 3]>,
+    pub intensity: Option<f32>,
+    pub cascades: Option<u32>,
+    pub near: Option<f32>,
+    pub far: Option<f32>,
+    pub size: Option<u32>,
+    pub casts: Option<bool>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MaterialTable {
+    pub name: String,
+    pub transfer: Option<Transfer>,
+    pub shape: Option<Shape>,
+    pub profile: Option<Profile>,
+    pub tint: Option<[f32; 4]>,
+    /// Of particles whose file has none [m].
+    pub radius: Option<f32>,
+    pub reflectivity: Option<f32>,
+    pub texture: Option<PathBuf>,
+    pub cutoff: Option<f32>,
+    pub emission: Option<[f32; 3]>,
+    pub transmission: Option<f32>,
+    pub roughness: Option<f32>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ParticlesTable {
+    pub file: Option<PathBuf>,
+    pub generate: Option<Generate>,
+    pub material: String,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum KindOfShape {
+    Plane,
+    Box,
+    Sphere,
+    Pane,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ShapeTable {
+    pub kind: KindOfShape,
+    pub material: String,
+    pub translation: Option<[f32; 3]>,
+    /// Euler xyz [degrees].
+    pub rotation: Option<[f32; 3]>,
+    pub scale: Option<[f32; 3]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeshTable {
+    pub file: PathBuf,
+    pub translation: Option<[f32; 3]>,
+    /// Euler xyz [degrees].
+    pub rotation: Option<[f32; 3]>,
+    pub scale: Option<[f32; 3]>,
+}

@@ -1,0 +1,186 @@
+//! Seeded particles: the same on every machine.
+use crate::caster::Particle;
+use glam::{Vec3, Vec4};
+
+/// Particles that a scene file asks for instead of a file's.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Generate {
+    /// A column that rises from `base` and widens.
+    Smoke {
+        count: u32,
+        #[serde(default)]
+        seed: u64,
+        /// World space [m].
+        #[serde(default)]
+        base: [f32; 3],
+        /// [m]
+        #[serde(default = "two")]
+        height: f32,
+        /// Radius of the column at its top [m].
+        #[serde(default = "half")]
+        spread: f32,
+        /// Of a particle at half the height [m].
+        #[serde(default = "small")]
+        radius: f32,
+    },
+    /// Evenly spread over a box.
+    Dust {
+        count: u32,
+        #[serde(default)]
+        seed: u64,
+        /// Corners, world space [m].
+        min: [f32; 3],
+        max: [f32; 3],
+        #[serde(default = "small")]
+        radius: f32,
+    },
+    /// Round heaps, densest in the middle.
+    Cloud {
+        count: u32,
+        #[serde(default)]
+        seed: u64,
+        /// World space [m].
+        #[serde(default)]
+        center: [f32; 3],
+        /// Of the whole cloud along x, y and z [m].
+        #[serde(default = "ones")]
+        extent: [f32; 3],
+        #[serde(default = "small")]
+        radius: f32,
+    },
+}
+
+fn two() -> f32 {
+    2.0
+}
+fn half() -> f32 {
+    0.5
+}
+fn small() -> f32 {
+    0.05
+}
+fn ones() -> [f32; 3] {
+    [1.0; 3]
+}
+
+/// Seeded numbers (Steele et al. 2014, SplitMix64).
+#[derive(Clone, Debug)]
+pub struct Chance(u64);
+
+impl Chance {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In 0..1.
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    pub fn within(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Normal distribution of deviation 1 (Box and Muller 1958).
+    pub fn normal(&mut self) -> f32 {
+        let r = (-2.0 * self.unit().max(1e-7).ln()).sqrt();
+        r * (std::f32::consts::TAU * self.unit()).cos()
+    }
+
+    pub fn normal3(&mut self) -> Vec3 {
+        Vec3::new(self.normal(), self.normal(), self.normal())
+    }
+}
+
+impl Generate {
+    /// Most particles that a scene file may ask for.
+    pub const MAX_COUNT: u32 = 16_000_000;
+
+    pub fn count(&self) -> u32 {
+        match *self {
+            Self::Smoke { count, .. } | Self::Dust { count, .. } | Self::Cloud { count, .. } => {
+                count
+            }
+        }
+    }
+
+    /// Every number that must be finite, and whether it must be above 0 as well.
+    pub(super) fn numbers(&self) -> Vec<(&'static str, f32, bool)> {
+        let all = |name, values: [f32; 3]| values.map(|value| (name, value, false)).to_vec();
+        match *self {
+            Self::Smoke { base, height, spread, radius, .. } => [
+                all("base", base),
+                vec![("height", height, true), ("spread", spread, true), ("radius", radius, true)],
+            ]
+            .concat(),
+            Self::Dust { min, max, radius, .. } => {
+                [all("min", min), all("max", max), vec![("radius", radius, true)]].concat()
+            }
+            Self::Cloud { center, extent, radius, .. } => {
+                [all("center", center), all("extent", extent), vec![("radius", radius, true)]]
+                    .concat()
+            }
+        }
+    }
+
+    /// The particles, with ids from `first_id`.
+    pub fn particles(&self, material: u32, first_id: u32) -> Vec<Particle> {
+        let mut chance = match *self {
+            Self::Smoke { seed, .. } | Self::Dust { seed, .. } | Self::Cloud { seed, .. } => {
+                Chance::new(seed)
+            }
+        };
+        (0..self.count())
+            .map(|i| {
+                let (center, radius, alpha) = self.one(&mut chance);
+                let shade = chance.within(0.85, 1.0);
+                Particle {
+                    center,
+                    radius,
+                    color: Vec4::new(shade, shade, shade, alpha),
+                    rotation: chance.within(0.0, std::f32::consts::TAU),
+                    material,
+                    id: first_id.wrapping_add(i),
+                }
+            })
+            .collect()
+    }
+
+    /// Centre, radius and alpha.
+    fn one(&self, chance: &mut Chance) -> (Vec3, f32, f32) {
+        match *self {
+            Self::Smoke { base, height, spread, radius, .. } => {
+                let t = chance.unit();
+                // Whirls: the column's axis bends and its width swells as it rises.
+                let swirl = Vec3::new((t * 7.0).sin(), 0.0, (t * 5.0 + 1.0).cos()) * spread * 0.4;
+                let swell = 0.25 + 0.75 * t + 0.2 * (t * 19.0).sin() * t;
+                let away = chance.normal3() * spread * 0.4 * swell;
+                let up = Vec3::new(0.0, t * height + away.y * 0.3, 0.0);
+                let center = Vec3::from(base) + up + swirl * t + away * Vec3::new(1.0, 0.0, 1.0);
+                let size = radius * (0.5 + t) * chance.within(0.7, 1.3);
+                (center, size, 1.0 - 0.7 * t)
+            }
+            Self::Dust { min, max, radius, .. } => {
+                let (min, max) = (Vec3::from(min), Vec3::from(max));
+                let at = Vec3::new(chance.unit(), chance.unit(), chance.unit());
+                (min + (max - min) * at, radius * chance.within(0.5, 1.5), 1.0)
+            }
+            Self::Cloud { center, extent, radius, .. } => {
+                // Seven heaps around the middle.
+                let heap = (chance.bits() % 7) as f32;
+                let middle = Vec3::new((heap * 2.4).cos(), (heap * 1.7).sin() * 0.4, (heap * 2.4).sin());
+                let at = middle * 0.27 + chance.normal3() * 0.11;
+                let size = radius * chance.within(0.6, 1.4);
+                (Vec3::from(center) + at * Vec3::from(extent), size, chance.within(0.6, 1.0))
+            }
+        }
+    }
+}

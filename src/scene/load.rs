@@ -1,0 +1,304 @@
+//! Scene files to scenes: everything is checked here, and nothing unchecked gets past.
+use super::{
+    Scene, SceneError, defaults,
+    document::{Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable},
+    generate::Generate,
+    gltf, particles, shapes, tables,
+};
+use crate::{caster::Material, counters::Skipped, settings::ShadowSettings};
+use glam::{EulerRot, Mat4, Quat, Vec3};
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
+use toml::Spanned;
+
+/// Reads a `.toml`, `.glb`, `.gltf`, `.ply` or `.csv` file.
+pub fn load(path: &Path) -> Result<Scene, SceneError> {
+    load_with(path, &[])
+}
+
+/// As [`load`]; `set` replaces values of the scene file before they are checked: dotted keys such
+/// as `shadow.size`, `light.sun.intensity` or `material.0.tint`, and TOML values.
+pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let text = match extension.as_str() {
+        "toml" => std::fs::read_to_string(path)
+            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?,
+        "glb" | "gltf" | "ply" | "csv" => String::new(),
+        _ => {
+            let help = "a scene is a .toml, .glb, .gltf, .ply or .csv file";
+            let message = format!("no known kind of scene: {extension:?}");
+            return Err(SceneError::invalid(path, message, help));
+        }
+    };
+    let text = super::set::apply(path, text, set)?;
+    let document: Document =
+        toml::from_str(&text).map_err(|error| syntax_error(path, &text, &error))?;
+    let mut loader = Loader {
+        path,
+        text: &text,
+        folder: path.parent().map(Path::to_owned).unwrap_or_default(),
+        scene: defaults::empty_scene(),
+        names: Vec::new(),
+        radii: Vec::new(),
+        next_id: 0,
+        model_camera: None,
+    };
+    loader.document(&document)?;
+    match extension.as_str() {
+        "glb" | "gltf" => loader.model(path, Mat4::IDENTITY)?,
+        "ply" | "csv" => {
+            let smoke = defaults::particle_material();
+            loader.scene.materials.push(smoke.clone());
+            let id = loader.scene.materials.len() as u32 - 1;
+            loader.particle_file(path, &smoke, id, None)?;
+        }
+        _ => {}
+    }
+    let Loader { mut scene, model_camera, .. } = loader;
+    let bounds = scene.bounds();
+    scene.camera = match &document.camera {
+        Some(table) => tables::camera(path, &text, table, &bounds)?,
+        None => model_camera.unwrap_or_else(|| defaults::camera(&bounds)),
+    };
+    if extension != "toml" {
+        defaults::add_ground(&mut scene);
+    }
+    if scene.lights.is_empty() {
+        scene.lights.push(defaults::sun());
+    }
+    Ok(scene)
+}
+
+/// What toml says, with the name that was probably meant.
+fn syntax_error(path: &Path, text: &str, error: &toml::de::Error) -> SceneError {
+    let message = error.message();
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let unknown = message.starts_with("unknown").then(|| quoted.next()).flatten();
+    let help = unknown.and_then(|unknown| {
+        let known: Vec<&str> = quoted.collect();
+        let close = |name: &&&str| strsim::jaro_winkler(unknown, name);
+        let best = known.iter().max_by(|a, b| close(a).total_cmp(&close(b)))?;
+        Some(if close(&best) > 0.7 {
+            format!("did you mean `{best}`?")
+        } else {
+            format!("known here: {}", known.join(", "))
+        })
+    });
+    SceneError::document(path, text, error.span().unwrap_or(0..0), message, help)
+}
+
+struct Loader<'a> {
+    path: &'a Path,
+    text: &'a str,
+    folder: PathBuf,
+    scene: Scene,
+    /// Of the file's materials, which come first.
+    names: Vec<String>,
+    /// Of the file's materials [m].
+    radii: Vec<Option<f32>>,
+    next_id: u32,
+    model_camera: Option<super::Camera>,
+}
+
+impl Loader<'_> {
+    fn error(&self, span: Range<usize>, message: impl Into<String>, help: &str) -> SceneError {
+        let help = (!help.is_empty()).then(|| help.to_owned());
+        SceneError::document(self.path, self.text, span, message, help)
+    }
+
+    fn document(&mut self, document: &Document) -> Result<(), SceneError> {
+        let (path, text) = (self.path, self.text);
+        self.scene.shadow = match &document.shadow {
+            Some(table) => tables::shadow(path, text, table)?,
+            None => ShadowSettings::default(),
+        };
+        if let Some(table) = &document.environment {
+            let EnvironmentTable { ambient, background } = table.get_ref();
+            let color = |key, value: &Option<[f32; 3]>, usual: Vec3| match value {
+                None => Ok(usual),
+                Some(rgb) if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) => Ok((*rgb).into()),
+                Some(rgb) => {
+                    let message = format!("{key} is {rgb:?}");
+                    Err(self.error(table.span(), message, "light is finite and not negative"))
+                }
+            };
+            let ambient = color("ambient", ambient, self.scene.ambient)?;
+            let background = color("background", background, self.scene.background)?;
+            (self.scene.ambient, self.scene.background) = (ambient, background);
+        }
+        for (index, table) in document.light.iter().enumerate() {
+            let light = tables::light(path, text, table, index)?;
+            if self.scene.lights.iter().any(|known| known.name == light.name) {
+                let message = format!("a second light named {:?}", light.name);
+                return Err(self.error(table.span(), message, "give each light its own name"));
+            }
+            self.scene.lights.push(light);
+        }
+        for table in &document.material {
+            let (material, image) = tables::material(path, text, table)?;
+            if self.names.contains(&material.name) {
+                let message = format!("a second material named {:?}", material.name);
+                return Err(self.error(table.span(), message, "give each material its own name"));
+            }
+            let texture = image.map(|file| self.image(&file)).transpose()?;
+            self.names.push(material.name.clone());
+            self.radii.push(table.get_ref().radius);
+            self.scene.materials.push(Material { texture, ..material });
+        }
+        for table in &document.particles {
+            self.particles(table)?;
+        }
+        for table in &document.shape {
+            let ShapeTable { kind, material, translation, rotation, scale } = table.get_ref();
+            let material = self.material(table.span(), material)?;
+            let transform = self.transform(table.span(), *translation, *rotation, *scale)?;
+            self.scene.triangles.extend(shapes::shape(*kind, transform, material));
+        }
+        for table in &document.mesh {
+            let MeshTable { file, translation, rotation, scale } = table.get_ref();
+            let transform = self.transform(table.span(), *translation, *rotation, *scale)?;
+            self.model(&self.folder.join(file), transform)?;
+        }
+        Ok(())
+    }
+
+    /// Index of a material by its name.
+    fn material(&self, span: Range<usize>, name: &str) -> Result<u32, SceneError> {
+        if let Some(index) = self.names.iter().position(|known| known == name) {
+            return Ok(index as u32);
+        }
+        let close = |known: &&String| strsim::jaro_winkler(name, known);
+        let best = self.names.iter().max_by(|a, b| close(a).total_cmp(&close(b)));
+        let help = match best {
+            Some(best) if close(&best) > 0.7 => format!("did you mean {best:?}?"),
+            Some(_) => format!("known materials: {}", self.names.join(", ")),
+            None => "add a [[material]] with this name".to_owned(),
+        };
+        Err(self.error(span, format!("no material is named {name:?}"), &help))
+    }
+
+    fn transform(
+        &self,
+        span: Range<usize>,
+        translation: Option<[f32; 3]>,
+        rotation: Option<[f32; 3]>,
+        scale: Option<[f32; 3]>,
+    ) -> Result<Mat4, SceneError> {
+        let translation = translation.unwrap_or([0.0; 3]);
+        let rotation = rotation.unwrap_or([0.0; 3]);
+        let scale = scale.unwrap_or([1.0; 3]);
+        let finite = |values: [f32; 3]| values.iter().all(|v| v.is_finite() && v.abs() <= 1e7);
+        if !(finite(translation) && finite(rotation) && finite(scale)) {
+            let message = "translation, rotation or scale is not finite or beyond 1e7";
+            return Err(self.error(span, message, "use finite numbers up to 1e7"));
+        }
+        if scale.contains(&0.0) {
+            return Err(self.error(span, "scale has a 0", "use a small number to flatten a shape"));
+        }
+        let [x, y, z] = rotation.map(f32::to_radians);
+        let turn = Quat::from_euler(EulerRot::XYZ, x, y, z);
+        Ok(Mat4::from_scale_rotation_translation(scale.into(), turn, translation.into()))
+    }
+
+    fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
+        let ParticlesTable { file, generate, material } = table.get_ref();
+        let id = self.material(table.span(), material)?;
+        match (file, generate) {
+            (Some(file), None) => {
+                let material = self.scene.materials[id as usize].clone();
+                let path = self.folder.join(file);
+                self.particle_file(&path, &material, id, self.radii[id as usize])
+            }
+            (None, Some(generate)) => {
+                if generate.count() > Generate::MAX_COUNT {
+                    let message = format!("count is {}", generate.count());
+                    let help = format!("at most {}", Generate::MAX_COUNT);
+                    return Err(self.error(table.span(), message, &help));
+                }
+                if let Some((name, value, _)) = generate.numbers().into_iter().find(
+                    |&(_, value, positive)| {
+                        !value.is_finite() || value.abs() > 1e7 || (positive && value <= 0.0)
+                    },
+                ) {
+                    let message = format!("{name} is {value}");
+                    let help = "lengths are finite, up to 1e7 and above 0";
+                    return Err(self.error(table.span(), message, help));
+                }
+                let particles = generate.particles(id, self.next_id);
+                self.next_id = self.next_id.wrapping_add(particles.len() as u32);
+                self.scene.particles.extend(particles);
+                Ok(())
+            }
+            _ => {
+                let message = "particles need either a file or generate";
+                Err(self.error(table.span(), message, "give one of the two"))
+            }
+        }
+    }
+
+    fn particle_file(
+        &mut self,
+        path: &Path,
+        material: &Material,
+        material_id: u32,
+        radius: Option<f32>,
+    ) -> Result<(), SceneError> {
+        let file = particles::load(path, material, material_id, radius, self.next_id)?;
+        let rows = file.particles.len() as u64 + file.skipped.values().sum::<u64>();
+        self.next_id = self.next_id.wrapping_add(rows as u32);
+        self.scene.particles.extend(file.particles);
+        add_skipped(&mut self.scene.skipped, &file.skipped);
+        Ok(())
+    }
+
+    fn model(&mut self, path: &Path, transform: Mat4) -> Result<(), SceneError> {
+        let model = gltf::load(path, transform)?;
+        let first_material = self.scene.materials.len() as u32;
+        let first_texture = self.scene.textures.len() as u32;
+        self.scene.textures.extend(model.textures);
+        self.scene.materials.extend(model.materials.into_iter().map(|material| Material {
+            texture: material.texture.map(|index| index + first_texture),
+            ..material
+        }));
+        self.scene.triangles.extend(model.triangles.into_iter().map(|mut triangle| {
+            triangle.material += first_material;
+            triangle
+        }));
+        self.scene.lights.extend(model.lights);
+        self.model_camera = self.model_camera.take().or(model.camera);
+        add_skipped(&mut self.scene.skipped, &model.skipped);
+        Ok(())
+    }
+
+    /// Reads an image once; its index.
+    fn image(&mut self, file: &Path) -> Result<u32, SceneError> {
+        let path = self.folder.join(file);
+        let name = path.display().to_string();
+        if let Some(known) = self.scene.textures.iter().position(|t| t.name == name) {
+            return Ok(known as u32);
+        }
+        let image = image::ImageReader::open(&path)
+            .map_err(|source| SceneError::Read { path: path.clone(), source })?
+            .with_guessed_format()
+            .map_err(|source| SceneError::Read { path: path.clone(), source })?
+            .decode()
+            .map_err(|e| SceneError::invalid(&path, e.to_string(), "use a PNG or JPEG file"))?
+            .into_rgba8();
+        let (width, height) = image.dimensions();
+        if width > 8192 || height > 8192 {
+            let message = format!("the image is {width} x {height}");
+            return Err(SceneError::invalid(&path, message, "at most 8192 x 8192 texels"));
+        }
+        let rgba = image.into_raw();
+        self.scene.textures.push(crate::caster::Texture { name, width, height, rgba });
+        Ok(self.scene.textures.len() as u32 - 1)
+    }
+}
+
+fn add_skipped(sum: &mut Skipped, more: &Skipped) {
+    for (reason, count) in more {
+        *sum.entry(reason).or_default() += count;
+    }
+}

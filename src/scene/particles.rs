@@ -1,0 +1,229 @@
+//! Particle files: a row per particle, by named columns.
+use super::{SceneError, ply};
+use crate::{
+    caster::{Material, Particle},
+    counters::Skipped,
+};
+use glam::{DVec3, Vec3, Vec4};
+use std::path::Path;
+
+/// What one file holds.
+#[derive(Clone, Debug)]
+pub struct ParticleFile {
+    pub particles: Vec<Particle>,
+    /// Particles left out, by reason.
+    pub skipped: Skipped,
+}
+
+/// Columns of a row, in the order of [`NAMES`].
+pub(super) type Row = [f64; NAMES.len()];
+
+/// Names of the columns; the first three are needed.
+pub(super) const NAMES: [&str; 10] =
+    ["x", "y", "z", "radius", "red", "green", "blue", "alpha", "rotation", "id"];
+
+const RADIUS: usize = 3;
+const RED: usize = 4;
+const ALPHA: usize = 7;
+const ROTATION: usize = 8;
+const ID: usize = 9;
+
+/// What a row has where its file has no such column.
+pub(super) const BLANK: Row = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+
+/// How the file stores a column.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Storage {
+    #[default]
+    Absent,
+    /// A number as it is; colours are linear.
+    Plain,
+    /// 0..=255; colours are sRGB.
+    Byte,
+}
+
+/// Farthest coordinate [m]: past it neighbouring f32 are a metre apart.
+pub(super) const FARTHEST: f32 = 1e7;
+
+/// Radius of particles that all lie on one point [m].
+const LONE_RADIUS: f32 = 0.05;
+
+/// Turns rows into particles.
+pub(super) struct Rows<'a> {
+    material: &'a Material,
+    material_id: u32,
+    first_id: u32,
+    storage: [Storage; NAMES.len()],
+    count: u32,
+    particles: Vec<Particle>,
+    skipped: Skipped,
+}
+
+/// `material_id` goes into the particles; ids default to row number + `first_id`.
+/// `default_radius` [m] is for files without a radius column; where it is `None` too, half the mean
+/// spacing, estimated from bounds and count.
+pub(super) fn load(
+    path: &Path,
+    material: &Material,
+    material_id: u32,
+    default_radius: Option<f32>,
+    first_id: u32,
+) -> Result<ParticleFile, SceneError> {
+    let read_error = |source| SceneError::Read { path: path.to_owned(), source };
+    if !std::fs::metadata(path).map_err(read_error)?.is_file() {
+        return Err(SceneError::invalid(path, "is not a file", "name a .ply or .csv file"));
+    }
+    let bytes = std::fs::read(path).map_err(read_error)?;
+    let mut rows = Rows {
+        material,
+        material_id,
+        first_id,
+        storage: [Storage::Absent; NAMES.len()],
+        count: 0,
+        particles: Vec::new(),
+        skipped: Skipped::new(),
+    };
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("ply") => ply::read(path, &bytes, &mut rows)?,
+        Some("csv") => read_csv(path, &bytes, &mut rows)?,
+        _ => {
+            let message = "particles come from .ply and .csv files only";
+            return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
+        }
+    }
+    let Rows { storage, mut particles, skipped, .. } = rows;
+    if storage[RADIUS] == Storage::Absent {
+        let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
+        for particle in &mut particles {
+            particle.radius = radius;
+        }
+    }
+    Ok(ParticleFile { particles, skipped })
+}
+
+impl Rows<'_> {
+    /// Must come before the rows.
+    pub(super) fn begin(
+        &mut self,
+        path: &Path,
+        storage: [Storage; NAMES.len()],
+        capacity: usize,
+    ) -> Result<(), SceneError> {
+        if let Some(i) = (0..3).find(|&i| storage[i] == Storage::Absent) {
+            let message = format!("has no column `{}`", NAMES[i]);
+            return Err(SceneError::invalid(path, message, "particles need x, y and z"));
+        }
+        self.storage = storage;
+        self.particles.reserve_exact(capacity);
+        Ok(())
+    }
+
+    pub(super) fn push(&mut self, row: &Row) {
+        match self.particle(row) {
+            Ok(particle) => self.particles.push(particle),
+            Err(reason) => *self.skipped.entry(reason).or_default() += 1,
+        }
+        self.count = self.count.wrapping_add(1);
+    }
+
+    fn particle(&self, row: &Row) -> Result<Particle, &'static str> {
+        let number = |i: usize| row[i] as f32;
+        let color = |i: usize| match self.storage[i] {
+            Storage::Byte if i == ALPHA => number(i) / 255.0,
+            Storage::Byte => linear_from_srgb(number(i) / 255.0),
+            _ => number(i),
+        };
+        if !(0..NAMES.len()).all(|i| number(i).is_finite()) {
+            return Err("not finite");
+        }
+        let center = Vec3::from_array(std::array::from_fn(number));
+        let radius = number(RADIUS);
+        if center.abs().max_element() > FARTHEST || radius > FARTHEST {
+            return Err("too far");
+        }
+        if radius <= 0.0 {
+            return Err("radius not positive");
+        }
+        let rgba = Vec4::from_array(std::array::from_fn(|i| color(RED + i)));
+        let range = 0.0..=self.material.transfer.max_color();
+        if !rgba.truncate().to_array().iter().all(|c| range.contains(c)) {
+            return Err("colour out of range");
+        }
+        if !(0.0..=1.0).contains(&rgba.w) {
+            return Err("alpha out of range");
+        }
+        let id = match self.storage[ID] {
+            Storage::Absent => self.first_id.wrapping_add(self.count),
+            _ => row[ID] as i64 as u32,
+        };
+        let (rotation, material) = (number(ROTATION), self.material_id);
+        Ok(Particle { center, radius, color: rgba, rotation, material, id })
+    }
+}
+
+pub(super) fn linear_from_srgb(c: f32) -> f32 {
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Half the side of the cube (square, line) that each particle would have for itself [m]. Axes
+/// along which the particles hardly differ do not count.
+fn half_spacing(particles: &[Particle]) -> f32 {
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for particle in particles {
+        min = min.min(particle.center.as_dvec3());
+        max = max.max(particle.center.as_dvec3());
+    }
+    let extent = max - min;
+    let flat = extent.max_element() * 1e-4;
+    let sides: Vec<f64> = extent.to_array().into_iter().filter(|&side| side > flat).collect();
+    if sides.is_empty() {
+        return LONE_RADIUS;
+    }
+    let share = sides.iter().product::<f64>() / particles.len() as f64;
+    (0.5 * share.powf(1.0 / sides.len() as f64)) as f32
+}
+
+fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneError> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let csv_error = |error: csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        let problem = match error.kind() {
+            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                format!("{len} fields, but the header has {expected_len}")
+            }
+            csv::ErrorKind::Utf8 { .. } => "the text is not UTF-8".to_owned(),
+            _ => error.to_string(),
+        };
+        let help = "give every row as many fields as the header, in UTF-8";
+        SceneError::invalid(path, format!("line {line}: {problem}"), help)
+    };
+    let header = reader.headers().map_err(csv_error)?.clone();
+    let mut storage = [Storage::Absent; NAMES.len()];
+    let mut columns = Vec::new();
+    for (field, name) in header.iter().enumerate() {
+        let Some(column) = NAMES.iter().position(|n| *n == name) else { continue };
+        if storage[column] != Storage::Absent {
+            let message = format!("line 1: two columns are named `{name}`");
+            return Err(SceneError::invalid(path, message, "rename or remove one of them"));
+        }
+        storage[column] = Storage::Plain;
+        columns.push((field, column));
+    }
+    rows.begin(path, storage, 0)?;
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(csv_error)? {
+        let mut row = BLANK;
+        for &(field, column) in &columns {
+            let text = record.get(field).unwrap_or_default();
+            row[column] = text.parse().map_err(|_| {
+                let line = record.position().map_or(0, csv::Position::line);
+                let name = NAMES[column];
+                let message = format!("line {line}, column `{name}`: `{text}` is not a number");
+                SceneError::invalid(path, message, "write a number, or remove the row")
+            })?;
+        }
+        rows.push(&row);
+    }
+    Ok(())
+}

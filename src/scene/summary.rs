@@ -1,0 +1,53 @@
+//! What a scene holds, for people and scripts.
+use super::Scene;
+use crate::counters::Skipped;
+use std::fmt;
+
+/// Counts of a scene.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Summary {
+    pub particles: usize,
+    pub triangles: usize,
+    pub materials: usize,
+    pub textures: usize,
+    pub lights: usize,
+    /// Shadow views of all lights.
+    pub views: usize,
+    /// Corners of the box around all casters and receivers, world space [m].
+    pub bounds: Option<[[f32; 3]; 2]>,
+    /// Inputs left out, by reason.
+    pub skipped: Skipped,
+}
+
+impl Scene {
+    pub fn summary(&self) -> Summary {
+        let bounds = self.bounds();
+        Summary {
+            particles: self.particles.len(),
+            triangles: self.triangles.len(),
+            materials: self.materials.len(),
+            textures: self.textures.len(),
+            lights: self.lights.len(),
+            views: crate::view::shadow_views(self).len(),
+            bounds: (!bounds.is_empty()).then(|| [bounds.min.into(), bounds.max.into()]),
+            skipped: self.skipped.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { particles, triangles, materials, textures, lights, views, .. } = self;
+        writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
+        writeln!(f, "materials  {materials}, with {textures} textures")?;
+        writeln!(f, "lights     {lights}, with {views} shadow views")?;
+        match &self.bounds {
+            Some([min, max]) => write!(f, "bounds     {min:?} to {max:?} m")?,
+            None => write!(f, "bounds     none: there is nothing to see")?,
+        }
+        for (reason, count) in &self.skipped {
+            write!(f, "\nskipped    {count}: {reason}")?;
+        }
+        Ok(())
+    }
+}

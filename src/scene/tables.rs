@@ -1,0 +1,258 @@
+//! Tables of the scene file, checked and in the units of the library.
+use super::{
+    Bounds, Camera, SceneError, defaults,
+    document::{CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable},
+};
+use crate::{
+    caster::Material,
+    light::{Light, LightKind},
+    settings::{MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+};
+use glam::{UVec2, Vec3, Vec4};
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// A table whose values are being checked.
+struct Table<'a, T> {
+    path: &'a Path,
+    text: &'a str,
+    table: &'a Spanned<T>,
+}
+
+impl<T> Table<'_, T> {
+    fn fault(&self, message: impl Into<String>, help: &str) -> SceneError {
+        let help = Some(help.to_owned());
+        SceneError::document(self.path, self.text, self.table.span(), message, help)
+    }
+
+    /// A number that must be in a range; what the range is, in words.
+    fn number(
+        &self,
+        key: &str,
+        value: f32,
+        valid: impl Fn(f32) -> bool,
+        range: &str,
+    ) -> Result<f32, SceneError> {
+        if value.is_finite() && valid(value) {
+            return Ok(value);
+        }
+        Err(self.fault(format!("{key} is {value}"), &format!("{key} must be {range}")))
+    }
+
+    fn share(&self, key: &str, value: f32) -> Result<f32, SceneError> {
+        self.number(key, value, |v| (0.0..=1.0).contains(&v), "from 0 to 1")
+    }
+
+    fn vector(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
+        for v in value {
+            self.number(key, v, |v| v.abs() <= 1e7, "finite and within 1e7")?;
+        }
+        Ok(value.into())
+    }
+
+    fn direction(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
+        let vector = self.vector(key, value)?;
+        vector
+            .try_normalize()
+            .ok_or_else(|| self.fault(format!("{key} has no length"), "give it a direction"))
+    }
+
+    fn map_size(&self, value: u32) -> Result<u32, SceneError> {
+        if (MIN_MAP_SIZE..=MAX_MAP_SIZE).contains(&value) {
+            return Ok(value);
+        }
+        let help = format!("a map is {MIN_MAP_SIZE} to {MAX_MAP_SIZE} texels wide");
+        Err(self.fault(format!("size is {value}"), &help))
+    }
+}
+
+pub(super) fn shadow(
+    path: &Path,
+    text: &str,
+    table: &Spanned<ShadowTable>,
+) -> Result<ShadowSettings, SceneError> {
+    let check = Table { path, text, table };
+    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget } = table.get_ref();
+    let usual = ShadowSettings::default();
+    let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
+    let nodes = nodes.unwrap_or(usual.nodes);
+    if ![4, 8, 16].contains(&nodes) {
+        return Err(check.fault(format!("nodes is {nodes}"), "a curve has 4, 8 or 16 nodes"));
+    }
+    let pair_budget = pair_budget.unwrap_or(usual.pair_budget);
+    if pair_budget == 0 {
+        return Err(check.fault("pair_budget is 0", "at least 1"));
+    }
+    Ok(ShadowSettings {
+        size: check.map_size(size.unwrap_or(usual.size))?,
+        receiver: receiver.unwrap_or(usual.receiver),
+        nodes,
+        bias: not_negative("bias", bias.unwrap_or(usual.bias))?,
+        normal_bias: not_negative("normal_bias", normal_bias.unwrap_or(usual.normal_bias))?,
+        pair_budget,
+    })
+}
+
+pub(super) fn camera(
+    path: &Path,
+    text: &str,
+    table: &Spanned<CameraTable>,
+    bounds: &Bounds,
+) -> Result<Camera, SceneError> {
+    let check = Table { path, text, table };
+    let CameraTable { eye, target, up, fov_y, size } = table.get_ref();
+    let mut camera = defaults::camera(bounds);
+    if let Some(degrees) = *fov_y {
+        let valid = |v| v > 0.0 && v < 180.0;
+        camera.fov_y = check.number("fov_y", degrees, valid, "between 0 and 180")?.to_radians();
+    }
+    if let Some([width, height]) = *size {
+        if !(1..=MAX_MAP_SIZE).contains(&width) || !(1..=MAX_MAP_SIZE).contains(&height) {
+            let help = format!("a picture is 1 to {MAX_MAP_SIZE} pixels wide and high");
+            return Err(check.fault(format!("size is [{width}, {height}]"), &help));
+        }
+        camera.size = UVec2::new(width, height);
+    }
+    if let Some(target) = *target {
+        camera.target = check.vector("target", target)?;
+    }
+    if let Some(eye) = *eye {
+        camera.eye = check.vector("eye", eye)?;
+    }
+    if let Some(up) = *up {
+        camera.up = check.direction("up", up)?;
+    }
+    let forward = (camera.target - camera.eye).try_normalize();
+    let Some(forward) = forward else {
+        return Err(check.fault("eye and target are the same", "move one of them"));
+    };
+    if forward.cross(camera.up).length() < 1e-4 {
+        if up.is_some() {
+            return Err(check.fault("up is along the view", "turn one of them"));
+        }
+        camera.up = Vec3::Z;
+    }
+    Ok(camera)
+}
+
+pub(super) fn light(
+    path: &Path,
+    text: &str,
+    table: &Spanned<LightTable>,
+    index: usize,
+) -> Result<Light, SceneError> {
+    let check = Table { path, text, table };
+    let light = table.get_ref();
+    let missing = |key: &str, kind: &str| {
+        check.fault(format!("a {kind} light without {key}"), &format!("give it a {key}"))
+    };
+    let surplus = |key: &str, kind: &str| {
+        check.fault(format!("a {kind} light has no {key}"), &format!("remove {key}"))
+    };
+    let position = |kind| {
+        let value = light.position.ok_or_else(|| missing("position", kind))?;
+        check.vector("position", value)
+    };
+    let direction = |kind| {
+        let value = light.direction.ok_or_else(|| missing("direction", kind))?;
+        check.direction("direction", value)
+    };
+    let name_of_kind = match light.kind {
+        KindOfLight::Directional => "directional",
+        KindOfLight::Spot => "spot",
+        KindOfLight::Point => "point",
+    };
+    let has = [
+        ("position", light.position.is_some(), "directional"),
+        ("direction", light.direction.is_some(), "point"),
+        ("angle", light.angle.is_some(), "directional"),
+        ("angle", light.angle.is_some(), "point"),
+    ];
+    if let Some((key, ..)) = has.iter().find(|(_, has, kind)| *has && *kind == name_of_kind) {
+        return Err(surplus(key, name_of_kind));
+    }
+    let kind = match light.kind {
+        KindOfLight::Directional => LightKind::Directional { direction: direction(name_of_kind)? },
+        KindOfLight::Spot => {
+            let angle = light.angle.unwrap_or(45.0);
+            let valid = |v| v > 0.0 && v < 180.0;
+            LightKind::Spot {
+                position: position(name_of_kind)?,
+                direction: direction(name_of_kind)?,
+                angle: check.number("angle", angle, valid, "between 0 and 180")?.to_radians(),
+            }
+        }
+        KindOfLight::Point => LightKind::Point { position: position(name_of_kind)? },
+    };
+    let color = light.color.unwrap_or([1.0; 3]);
+    for v in color {
+        check.number("color", v, |v| v >= 0.0, "0 or more")?;
+    }
+    let intensity = light.intensity.unwrap_or(3.0);
+    let cascades = light.cascades.unwrap_or(1);
+    if !(1..=6).contains(&cascades) {
+        return Err(check.fault(format!("cascades is {cascades}"), "1 to 6 cascades"));
+    }
+    let depth = |key: &str, value: Option<f32>| {
+        let positive = !matches!(light.kind, KindOfLight::Directional);
+        let valid = |v: f32| v <= 1e7 && (v > 0.0 || !positive);
+        value.map(|v| check.number(key, v, valid, "a distance above 0")).transpose()
+    };
+    let (near, far) = (depth("near", light.near)?, depth("far", light.far)?);
+    if let (Some(near), Some(far)) = (near, far)
+        && near >= far
+    {
+        return Err(check.fault(format!("near {near} is not before far {far}"), "near < far"));
+    }
+    Ok(Light {
+        name: light.name.clone().unwrap_or_else(|| format!("light{index}")),
+        kind,
+        color: color.into(),
+        intensity: check.number("intensity", intensity, |v| v >= 0.0, "0 or more")?,
+        near,
+        far,
+        size: light.size.map(|size| check.map_size(size)).transpose()?,
+        casts: light.casts.unwrap_or(true),
+        cascades,
+    })
+}
+
+/// The material, and its texture's file.
+pub(super) fn material(
+    path: &Path,
+    text: &str,
+    table: &Spanned<MaterialTable>,
+) -> Result<(Material, Option<PathBuf>), SceneError> {
+    let check = Table { path, text, table };
+    let given = table.get_ref();
+    let usual = Material::default();
+    let transfer = given.transfer.unwrap_or_default();
+    let [r, g, b, a] = given.tint.unwrap_or([1.0; 4]);
+    let most = transfer.max_color();
+    for v in [r, g, b] {
+        let range = format!("from 0 to {most}");
+        check.number("tint", v, |v| (0.0..=most).contains(&v), &range)?;
+    }
+    if let Some(radius) = given.radius {
+        check.number("radius", radius, |v| v > 0.0 && v <= 1e7, "above 0")?;
+    }
+    let emission = given.emission.unwrap_or([0.0; 3]);
+    for v in emission {
+        check.number("emission", v, |v| v >= 0.0, "0 or more")?;
+    }
+    let share = |key, value: Option<f32>, usual| check.share(key, value.unwrap_or(usual));
+    let material = Material {
+        name: given.name.clone(),
+        transfer,
+        shape: given.shape.unwrap_or_default(),
+        profile: given.profile.unwrap_or_default(),
+        tint: Vec4::new(r, g, b, check.share("the alpha of tint", a)?),
+        texture: None,
+        reflectivity: share("reflectivity", given.reflectivity, usual.reflectivity)?,
+        cutoff: share("cutoff", given.cutoff, usual.cutoff)?,
+        emission: emission.into(),
+        transmission: share("transmission", given.transmission, usual.transmission)?,
+        roughness: share("roughness", given.roughness, usual.roughness)?,
+    };
+    Ok((material, given.texture.clone()))
+}
