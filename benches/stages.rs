@@ -112,9 +112,10 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
     }
 }
 
-/// Timestamps; of a software adapter, whose timestamps mean nothing, the wall clock.
+/// Timestamps; where there are none, or a software adapter's, which mean nothing, the wall clock.
 fn timeline(gpu: &Gpu) -> Timeline {
-    if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
+    let is_software = gpu.adapter.device_type == wgpu::DeviceType::Cpu;
+    if is_software || !gpu.has(wgpu::Features::TIMESTAMP_QUERY) {
         Timeline::stepped(&gpu.device, &gpu.queue)
     } else {
         Timeline::new(&gpu.device, &gpu.queue)

@@ -59,6 +59,8 @@ fn both_paths_are_measured_and_agree() {
         for stage in ["project", "sort", "bin", "accumulate", "resolve"] {
             assert!(row["stages"][stage].as_f64().unwrap() >= 0.0, "{stage}");
         }
+        let stages = row["stages"].as_object().unwrap().values();
+        assert!(stages.map(|ms| ms.as_f64().unwrap()).sum::<f64>() > 0.0);
         assert!(row["bytes"]["filters"].as_u64().unwrap() >= 2 * 128 * 128 * 8);
         let scattered = number("scattered");
         assert_eq!(scattered > 0.0, number("footprint") < 1.0, "{scattered} scattered");

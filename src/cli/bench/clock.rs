@@ -17,7 +17,7 @@ impl Clock {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let features =
             wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
-        let has = gpu.has(features) && !is_software(gpu);
+        let has = gpu.has(features) && gpu.adapter.device_type != wgpu::DeviceType::Cpu;
         let stamps = has.then(|| Stamps {
             set: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("frame"),
@@ -34,8 +34,12 @@ impl Clock {
         Self { stamps }
     }
 
+    pub(super) fn has_stamps(&self) -> bool {
+        self.stamps.is_some()
+    }
+
     pub(super) fn name(&self) -> &'static str {
-        if self.stamps.is_some() { "timestamps" } else { "wall" }
+        if self.has_stamps() { "timestamps" } else { "wall" }
     }
 
     /// Runs what `record` records. Recording itself is not timed: a host does it while the GPU is
@@ -67,8 +71,4 @@ impl Clock {
         let period = f64::from(gpu.queue.get_timestamp_period());
         Ok(ticks[1].saturating_sub(ticks[0]) as f64 * period * 1e-6)
     }
-}
-
-pub(super) fn is_software(gpu: &Gpu) -> bool {
-    gpu.adapter.device_type == wgpu::DeviceType::Cpu
 }

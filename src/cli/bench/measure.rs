@@ -2,7 +2,7 @@
 use super::{
     case::Case,
     check::check,
-    clock::{Clock, is_software},
+    clock::Clock,
     raster::{
         Geometry, Precision, Raster, Recipe,
         agree::{Difference, Map, Rounding, agree, layers},
@@ -108,6 +108,8 @@ pub(super) struct Bench {
 }
 
 const WARM_UP: usize = 2;
+/// Frames of each geometry, of which the quickest counts.
+const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
     pub(super) fn new(gpu: Gpu, runs: u32, pair_budget: Option<u32>) -> Self {
@@ -266,7 +268,7 @@ impl Bench {
         for geometry in [Geometry::Instances, Geometry::Indexed] {
             let raster = Raster::new(&self.gpu, geometry, Precision::Half, particles, views);
             let mut ms = f64::INFINITY;
-            for _ in 0..WARM_UP {
+            for _ in 0..GEOMETRY_TRIES {
                 let record = |encoder: &mut _| raster.record(encoder, Recipe::OnePass);
                 ms = ms.min(self.clock.time(&self.gpu, record)?);
             }
@@ -317,10 +319,10 @@ impl Bench {
     /// Of the second of two frames.
     fn stages(&mut self, prepared: &Prepared) -> Result<Vec<(&'static str, f64)>, Failure> {
         let Gpu { device, queue, .. } = &self.gpu;
-        let mut timeline = if is_software(&self.gpu) {
-            Timeline::stepped(device, queue)
-        } else {
+        let mut timeline = if self.clock.has_stamps() {
             Timeline::new(device, queue)
+        } else {
+            Timeline::stepped(device, queue)
         };
         let kernels = self.pipeline.kernels();
         for _ in 0..2 {
