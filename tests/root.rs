@@ -9,6 +9,7 @@ mod device;
 mod gltf;
 mod layout;
 mod particles;
+mod picture;
 mod pipeline;
 mod properties;
 mod shaders;
