@@ -9,6 +9,11 @@ pub(crate) enum Failure {
     Gpu(#[from] gobo::error::Error),
     #[error("{}: {source}", .path.display())]
     File { path: PathBuf, source: std::io::Error },
+    #[error("{0}")]
+    Usage(String),
+    /// A benchmark whose maps are wrong.
+    #[error("{0}")]
+    Wrong(String),
     #[error("standard output: {0}")]
     Output(std::io::Error),
 }
@@ -30,9 +35,9 @@ impl Failure {
     pub(crate) fn status(&self) -> u8 {
         use gobo::error::Error;
         match self {
-            Self::Scene(_) => 2,
+            Self::Scene(_) | Self::Usage(_) => 2,
             Self::Gpu(Error::Adapter { .. } | Error::Device { .. } | Error::Limit { .. }) => 3,
-            Self::Gpu(_) | Self::File { .. } | Self::Output(_) => 1,
+            Self::Gpu(_) | Self::File { .. } | Self::Wrong(_) | Self::Output(_) => 1,
         }
     }
 }
