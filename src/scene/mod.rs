@@ -6,8 +6,8 @@ pub mod generate;
 mod gltf;
 mod load;
 mod particles;
-mod set;
 mod shapes;
+mod source;
 mod summary;
 mod tables;
 
