@@ -211,11 +211,9 @@ pub(super) fn light(
     if let (Some(near), Some(far)) = (first, far)
         && near >= far
     {
-        return Err(check.fault(
-            "near",
-            format!("near {near} is not before far {far}"),
-            "near < far",
-        ));
+        let key = if light.near.is_some() { "near" } else { "far" };
+        let message = format!("near {near} is not before far {far}");
+        return Err(check.fault(key, message, "near < far"));
     }
     Ok(Light {
         name: light.name.clone().unwrap_or_else(|| format!("light{index}")),
