@@ -262,6 +262,10 @@ pub struct GpuMaterial {
     pub texture_size: Vec2,
     pub reflectivity: f32,
     pub cutoff: f32,
+    pub roughness: f32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+    pub pad_2: u32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -273,7 +277,11 @@ crate::gpu_layout!(GpuMaterial {
     texture,
     texture_size,
     reflectivity,
-    cutoff
+    cutoff,
+    roughness,
+    pad_0,
+    pad_1,
+    pad_2
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -296,6 +304,10 @@ impl GpuMaterial {
                 .map_or(Vec2::ONE, |(_, t)| Vec2::new(t.width as f32, t.height as f32)),
             reflectivity: material.reflectivity,
             cutoff: material.cutoff,
+            roughness: material.roughness,
+            pad_0: 0,
+            pad_1: 0,
+            pad_2: 0,
         }
     }
 }

@@ -95,33 +95,72 @@ impl GpuEngine {
         let casters =
             CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;
         let mut pairs = None;
-        let (prepared, opaque, translucent) = loop {
+        let (prepared, opaque, translucent, mut stages) = loop {
             let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, pairs)?;
-            timeline.reset();
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            prepared.record(pipeline.kernels(), &mut encoder, timeline);
-            timeline.finish(&mut encoder);
-            gpu.queue.submit([encoder.finish()]);
+            submit(gpu, timeline, |encoder, timeline| {
+                prepared.record(pipeline.kernels(), encoder, timeline);
+            });
             let (opaque, translucent) = prepared.read_counters(&gpu.device, &gpu.queue)?;
             gpu.check()?;
             let needed = opaque.pairs_needed.max(translucent.pairs_needed);
             let room = prepared.pair_capacity();
             if needed <= room || room >= scene.shadow.pair_budget {
-                break (prepared, opaque, translucent);
+                break (prepared, opaque, translucent, timeline.read(&gpu.device));
             }
             pairs = Some(needed);
         };
-        let stages = timeline.read(&gpu.device);
         let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
+        let mut memory = prepared.memory.clone();
+        let mut pairs = None;
+        let picture = loop {
+            let picture = pipeline.prepare_picture(
+                &gpu.device,
+                &gpu.queue,
+                &casters,
+                scene,
+                &views,
+                &prepared.maps,
+                pairs,
+            )?;
+            submit(gpu, timeline, |encoder, timeline| {
+                picture.record(pipeline.kernels(), encoder, timeline);
+            });
+            let lists = picture.read_counters(&gpu.device, &gpu.queue)?;
+            let needed = lists[0].pairs_needed.max(lists[1].pairs_needed);
+            let room = picture.pair_capacity();
+            if needed <= room || room >= scene.shadow.pair_budget {
+                break picture;
+            }
+            pairs = Some(needed);
+        };
+        let of_picture: f64 = timeline.read(&gpu.device).iter().map(|(_, ms)| ms).sum();
+        stages.push(("picture", of_picture));
+        for &(name, bytes) in &picture.memory.0 {
+            memory.add(name, bytes);
+        }
+        let picture = picture.read(gpu)?;
         gpu.check()?;
         Ok(Frame {
-            picture: blank(scene),
+            picture,
             maps,
             counters: counters(scene, &opaque, &translucent),
             stages,
-            memory: prepared.memory.0,
+            memory: memory.0,
         })
     }
+}
+
+/// Records, submits and starts the clock of the stages anew.
+fn submit(
+    gpu: &Gpu,
+    timeline: &mut Timeline,
+    record: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timeline),
+) {
+    timeline.reset();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    record(&mut encoder, timeline);
+    timeline.finish(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
 }
 
 fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) -> Counters {

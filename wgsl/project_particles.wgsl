@@ -108,7 +108,8 @@ fn project_particles(
     }
     let nearest = (distance - depth_reach - view.near) / range;
     let farthest = (distance + depth_reach - view.near) / range;
-    if material.transfer == TRANSFER_NONE || farthest < 0.0 || nearest > 1.0 {
+    let unseen = material.transfer == TRANSFER_NONE && params.unseen == 0u;
+    if unseen || farthest < 0.0 || nearest > 1.0 {
         put(index, INVISIBLE, vec2(0u));
         return;
     }

@@ -27,7 +27,7 @@ const MAX_TILES: u32 = 65536;
 /// What a batch will do, known on the CPU.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    views: Vec<GpuView>,
+    pub views: Vec<GpuView>,
     pub tile_count: u32,
     /// Opaque, translucent.
     pub lists: [ListPlan; 2],
@@ -41,7 +41,8 @@ pub(super) struct Context<'a, 'd> {
     pub config: &'a Config,
     pub casters: &'a CasterSet,
     pub scratch: &'a Arc<Scratch>,
-    pub maps: &'a Maps,
+    /// The lists are the camera's: all is seen, in order.
+    pub camera: bool,
 }
 
 impl Context<'_, '_> {
@@ -64,14 +65,15 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter = self.config.scatter_tiny && plan.class == Class::Translucent;
+        let scatter =
+            self.config.scatter_tiny && plan.class == Class::Translucent && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
                 chunk_count: chunks.len() as u32,
                 scatter: u32::from(scatter),
                 first_setup: plan.first_setup,
-                pad: 0,
+                unseen: u32::from(self.camera),
             },
         );
         let none = BufferUsages::empty();
@@ -124,47 +126,68 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
 impl Plan {
     fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
         let lists = [Class::Opaque, Class::Translucent].map(|class| {
-            let mut footprint_count = 0;
-            let mut list = |range: Range<u32>| {
-                let mut chunks = Vec::new();
-                for view in 0..views.len() as u32 {
-                    for first_caster in range.clone().step_by(CHUNK_SIZE as usize) {
-                        let count = (range.end - first_caster).min(CHUNK_SIZE);
-                        chunks.push(Chunk {
-                            view,
-                            first_caster,
-                            count,
-                            first_footprint: footprint_count,
-                        });
-                        footprint_count += count;
-                    }
-                }
-                chunks
-            };
-            let particle_chunks = list(casters.particles(class));
-            let triangle_chunks = list(casters.triangles(class));
-            let particles: u32 = particle_chunks.iter().map(|chunk| chunk.count).sum();
+            let ranges = [casters.particles(class), casters.triangles(class)];
+            let features =
+                casters.features(class).of_views(views[0].perspective > 0.0);
+            let mut plan = ListPlan::new(class, features, views.len() as u32, ranges);
             let extents = casters.extents(class);
             let first = casters.particles(class).start;
-            let tiny_chunks = particle_chunks
-                .iter()
-                .filter(|chunk| {
-                    let extent = &extents[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
-                    extent.may_be_tiny(&views[chunk.view as usize])
-                })
-                .copied()
-                .collect();
-            ListPlan {
-                class,
-                features: casters.features(class).of_views(views[0].perspective > 0.0),
-                particle_chunks,
-                tiny_chunks,
-                triangle_chunks,
-                footprint_count,
-                first_setup: particles,
-            }
+            let may_be_tiny = |chunk: &&Chunk| {
+                let extent = &extents[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
+                extent.may_be_tiny(&views[chunk.view as usize])
+            };
+            plan.tiny_chunks = plan.particle_chunks.iter().filter(may_be_tiny).copied().collect();
+            plan
         });
         Self { views, tile_count, lists }
+    }
+
+    /// Of the picture: what is solid, and all else that is seen.
+    pub(super) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
+        use Class::{Opaque, Translucent, Unseen};
+        let seen = |of: fn(&CasterSet, Class) -> Range<u32>| {
+            of(casters, Translucent).start..of(casters, Unseen).end
+        };
+        let solid = [casters.particles(Opaque), casters.triangles(Opaque)];
+        let clear = [seen(CasterSet::particles), seen(CasterSet::triangles)];
+        let features = casters.features(Translucent).or(casters.features(Unseen));
+        let lists = [
+            ListPlan::new(Opaque, casters.features(Opaque).of_views(false), 1, solid),
+            ListPlan::new(Translucent, Features { plain: false, ..features }, 1, clear),
+        ];
+        Self { views: vec![view], tile_count, lists }
+    }
+}
+
+impl ListPlan {
+    /// `ranges` of particles and of triangles, in every view.
+    fn new(class: Class, features: Features, view_count: u32, ranges: [Range<u32>; 2]) -> Self {
+        let mut footprint_count = 0;
+        let mut list = |range: Range<u32>| {
+            let mut chunks = Vec::new();
+            for view in 0..view_count {
+                for first_caster in range.clone().step_by(CHUNK_SIZE as usize) {
+                    let count = (range.end - first_caster).min(CHUNK_SIZE);
+                    let first_footprint = footprint_count;
+                    chunks.push(Chunk { view, first_caster, count, first_footprint });
+                    footprint_count += count;
+                }
+            }
+            chunks
+        };
+        let [particles, triangles] = ranges;
+        let particle_chunks = list(particles);
+        let triangle_chunks = list(triangles);
+        let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
+        Self {
+            class,
+            features,
+            particle_chunks,
+            tiny_chunks: Vec::new(),
+            triangle_chunks,
+            footprint_count,
+            first_setup,
+        }
     }
 }
 
@@ -191,7 +214,11 @@ struct ClassBatch {
 }
 
 impl Batch {
-    pub(super) fn new(context: &mut Context<'_, '_>, plan: &Plan) -> Result<Self, Error> {
+    pub(super) fn new(
+        context: &mut Context<'_, '_>,
+        plan: &Plan,
+        maps: &Maps,
+    ) -> Result<Self, Error> {
         let views = context.allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
         let array = view_array(&plan.views);
         context.queue.write_buffer(&views, 0, bytemuck::cast_slice(&array));
@@ -204,9 +231,10 @@ impl Batch {
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             tile_count: plan.tile_count,
-            opaque: ClassBatch::opaque(context, opaque, plan.lists[0].features, &views),
+            opaque: ClassBatch::opaque(context, maps, opaque, plan.lists[0].features, &views),
             translucent: ClassBatch::translucent(
                 context,
+                maps,
                 translucent,
                 plan.lists[1].features,
                 &views,
@@ -361,6 +389,7 @@ impl<'a> Shared<'a> {
 impl ClassBatch {
     fn opaque(
         context: &mut Context<'_, '_>,
+        maps: &Maps,
         list: List,
         features: Features,
         views: &Buffer,
@@ -373,7 +402,7 @@ impl ClassBatch {
         let shared = Shared::new(context, &list, views);
         let casters = view(&context.casters.casters);
         let images = array_view(&context.casters.images);
-        let opaques = array_view(&context.maps.opaques);
+        let opaques = array_view(&maps.opaques);
         let texture = BindingResource::TextureView;
         let hit = [texture(&casters), texture(&context.scratch.setups), texture(&images)];
         let bind = |variant, resources: Vec<BindingResource<'_>>| {
@@ -403,6 +432,7 @@ impl ClassBatch {
 
     fn translucent(
         context: &mut Context<'_, '_>,
+        maps: &Maps,
         list: List,
         features: Features,
         views: &Buffer,
@@ -422,9 +452,9 @@ impl ClassBatch {
         let shared = Shared::new(context, &list, views);
         let casters = view(&context.casters.casters);
         let images = array_view(&context.casters.images);
-        let opaques = array_view(&context.maps.opaques);
-        let filters = array_view(&context.maps.filters);
-        let nearests = array_view(&context.maps.nearests);
+        let opaques = array_view(&maps.opaques);
+        let filters = array_view(&maps.filters);
+        let nearests = array_view(&maps.nearests);
         let texture = BindingResource::TextureView;
         let hit = [
             texture(&casters),

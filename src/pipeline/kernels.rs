@@ -2,7 +2,7 @@
 use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
-    stage::{accumulate, bin, hits::Features, occlude, project, resolve, sort::Sort},
+    stage::{accumulate, bin, hits::Features, occlude, project, resolve, shade, sort::Sort},
 };
 use std::collections::HashMap;
 
@@ -18,6 +18,9 @@ pub(crate) enum Variant {
     AccumulateOverflow,
     ResolveTiles,
     ResolveOpaque,
+    ShadeSurfaces,
+    ShadeCasters,
+    ShadeComposite,
 }
 
 impl Variant {
@@ -38,6 +41,9 @@ impl Variant {
             Self::AccumulateOverflow => [&accumulate::OVERFLOW_CORE, &accumulate::OVERFLOW_NATIVE],
             Self::ResolveTiles => [&resolve::TILES_CORE, &resolve::TILES_NATIVE],
             Self::ResolveOpaque => [&resolve::OPAQUE_CORE, &resolve::OPAQUE_NATIVE],
+            Self::ShadeSurfaces => [&shade::SURFACES_CORE, &shade::SURFACES_NATIVE],
+            Self::ShadeCasters => [&shade::CASTERS_LIT; 2],
+            Self::ShadeComposite => [&shade::COMPOSITE_CORE, &shade::COMPOSITE_NATIVE],
         };
         if tier == Tier::Core { core } else { native }
     }

@@ -7,11 +7,13 @@ mod casters;
 mod kernels;
 mod list;
 mod maps;
+mod picture;
 
 pub use casters::{CasterSet, Class};
 pub use kernels::Kernels;
 pub use list::ListCounters;
 pub use maps::{MapPlace, Maps};
+pub use picture::PreparedPicture;
 
 use crate::{
     error::Error,
@@ -99,9 +101,9 @@ impl Pipeline {
                 config: &self.config,
                 casters,
                 scratch: &scratch,
-                maps: &maps,
+                camera: false,
             };
-            batches.push(Batch::new(&mut context, plan)?);
+            batches.push(Batch::new(&mut context, plan, &maps)?);
         }
         Ok(Prepared { maps, batches, pair_capacity: scratch.pair_capacity, memory })
     }

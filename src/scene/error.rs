@@ -37,9 +37,9 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    pub(super) fn invalid(path: &Path, message: impl Into<String>, help: &str) -> Self {
+    pub(super) fn invalid(path: impl AsRef<Path>, message: impl Into<String>, help: &str) -> Self {
         let help = (!help.is_empty()).then(|| help.to_owned());
-        Self::Invalid { path: path.to_owned(), message: message.into(), help }
+        Self::Invalid { path: path.as_ref().to_owned(), message: message.into(), help }
     }
 
     /// `span`: bytes of `text`, the whole scene file.

@@ -1,7 +1,151 @@
-use super::{Camera, SceneError};
-use crate::{caster::{Material, Texture, Triangle}, counters::Skipped, light::Light};
-use glam::Mat4;
+//! glTF 2.0: the nodes of a scene, flattened to world space.
+//!
+//! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones
+//! are taken as they are, as exporters write both.
+use super::{Camera, SceneError, gltf_file::File, gltf_material::Materials, gltf_mesh::Meshes};
+use crate::{
+    caster::{Material, Texture, Triangle},
+    counters::Skipped,
+    light::{Light, LightKind},
+};
+use ::gltf::khr_lights_punctual::Kind;
+use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;
-#[derive(Debug, Default)]
-pub(super) struct Model { pub materials: Vec<Material>, pub textures: Vec<Texture>, pub triangles: Vec<Triangle>, pub lights: Vec<Light>, pub camera: Option<Camera>, pub skipped: Skipped }
-pub(super) fn load(_path: &Path, _transform: Mat4) -> Result<Model, SceneError> { Ok(Model::default()) }
+
+/// What one file holds, in world space.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub triangles: Vec<Triangle>,
+    pub lights: Vec<Light>,
+    /// The first perspective camera.
+    pub camera: Option<Camera>,
+    /// Triangles left out and features ignored, by reason.
+    pub skipped: Skipped,
+}
+
+/// Intensities above this are photometric.
+const BRIGHTEST_RADIOMETRIC: f32 = 100.0;
+
+/// Luminous efficacy of green light, by definition of the candela [lm/W].
+const EFFICACY: f32 = 683.0;
+
+/// Rows of a picture whose camera tells its aspect only [pixels].
+const PICTURE_HEIGHT: f32 = 540.0;
+
+/// World space = `transform` * glTF space; material and texture indices start at 0.
+pub(super) fn load(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
+    let file = File::open(path)?;
+    let mut materials = Materials::new(&file);
+    let mut meshes = Meshes::default();
+    let mut lights = Vec::new();
+    let mut camera = None;
+    let mut skipped = Skipped::new();
+    let mut seen = vec![false; file.document.nodes().len()];
+    let mut waiting: Vec<(gltf::Node<'_>, Mat4)> =
+        roots(&file.document).into_iter().rev().map(|node| (node, transform)).collect();
+    while let Some((node, parent)) = waiting.pop() {
+        if std::mem::replace(&mut seen[node.index()], true) {
+            let message = format!("node {} has two parents, or is its own ancestor", node.index());
+            return Err(file.invalid(message, "export the file again"));
+        }
+        let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+        if let Some(mesh) = node.mesh() {
+            if node.skin().is_some() {
+                *skipped.entry("skins ignored").or_default() += 1;
+            }
+            for primitive in mesh.primitives() {
+                meshes.add(&file, &mut materials, &primitive, world)?;
+            }
+        }
+        if let Some(source) = node.light() {
+            match light(&source, world, lights.len()) {
+                Some(light) => lights.push(light),
+                None => *skipped.entry("light not valid").or_default() += 1,
+            }
+        }
+        if let (None, Some(source)) = (camera, node.camera()) {
+            match source.projection() {
+                gltf::camera::Projection::Perspective(lens) => camera = picture(&lens, world),
+                gltf::camera::Projection::Orthographic(_) => {
+                    *skipped.entry("orthographic cameras ignored").or_default() += 1;
+                }
+            }
+        }
+        let children: Vec<_> = node.children().map(|child| (child, world)).collect();
+        waiting.extend(children.into_iter().rev());
+    }
+    let (materials, textures, ignored) = materials.finish();
+    for (reason, count) in meshes.skipped.into_iter().chain(ignored) {
+        *skipped.entry(reason).or_default() += count;
+    }
+    Ok(Model { materials, textures, triangles: meshes.triangles, lights, camera, skipped })
+}
+
+/// Of the default scene, else of the first, else of the whole document.
+fn roots(document: &gltf::Document) -> Vec<gltf::Node<'_>> {
+    if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
+        return scene.nodes().collect();
+    }
+    let mut is_child = vec![false; document.nodes().len()];
+    for child in document.nodes().flat_map(|node| node.children()) {
+        is_child[child.index()] = true;
+    }
+    document.nodes().filter(|node| !is_child[node.index()]).collect()
+}
+
+fn light(
+    source: &gltf::khr_lights_punctual::Light<'_>,
+    world: Mat4,
+    number: usize,
+) -> Option<Light> {
+    let position = world.w_axis.truncate();
+    let direction = world.transform_vector3(Vec3::NEG_Z).try_normalize();
+    let kind = match source.kind() {
+        Kind::Directional => LightKind::Directional { direction: direction? },
+        Kind::Point => LightKind::Point { position },
+        Kind::Spot { outer_cone_angle, .. } => {
+            LightKind::Spot { position, direction: direction?, angle: 2.0 * outer_cone_angle }
+        }
+    };
+    let watts = match source.intensity() {
+        bright if bright > BRIGHTEST_RADIOMETRIC => bright / EFFICACY,
+        intensity => intensity,
+    };
+    let color = Vec3::from(source.color());
+    let is_valid = position.is_finite()
+        && (color.is_finite() && color.min_element() >= 0.0)
+        && (watts.is_finite() && watts >= 0.0)
+        && match kind {
+            LightKind::Spot { angle, .. } => angle > 0.0 && angle <= std::f32::consts::PI,
+            _ => true,
+        };
+    is_valid.then(|| Light {
+        name: source.name().map_or_else(|| format!("light {number}"), str::to_owned),
+        kind,
+        color,
+        intensity: watts,
+        near: None,
+        far: None,
+        size: None,
+        casts: true,
+        cascades: 1,
+    })
+}
+
+fn picture(lens: &gltf::camera::Perspective<'_>, world: Mat4) -> Option<Camera> {
+    let eye = world.w_axis.truncate();
+    let forward = world.transform_vector3(Vec3::NEG_Z).try_normalize()?;
+    let up = world.transform_vector3(Vec3::Y).try_normalize()?;
+    let aspect = lens.aspect_ratio().filter(|a| (0.1..=10.0).contains(a)).unwrap_or(16.0 / 9.0);
+    let fov_y = lens.yfov();
+    let is_valid = eye.is_finite() && fov_y > 0.0 && fov_y < std::f32::consts::PI;
+    is_valid.then(|| Camera {
+        eye,
+        target: eye + forward,
+        up,
+        fov_y,
+        size: UVec2::new((PICTURE_HEIGHT * aspect).round() as u32, PICTURE_HEIGHT as u32),
+    })
+}

@@ -4,15 +4,22 @@ mod document;
 mod error;
 pub mod generate;
 mod gltf;
+mod gltf_file;
+mod gltf_material;
+mod gltf_mesh;
+mod gltf_texture;
 mod load;
 mod particles;
+mod ply;
 mod shapes;
 mod source;
 mod summary;
 mod tables;
 
 pub use error::SceneError;
+pub use gltf::Model;
 pub use load::{load, load_with};
+pub use particles::ParticleFile;
 pub use summary::Summary;
 
 use crate::{
@@ -21,7 +28,8 @@ use crate::{
     light::Light,
     settings::ShadowSettings,
 };
-use glam::{UVec2, Vec3};
+use glam::{Mat4, UVec2, Vec3};
+use std::path::Path;
 
 /// The eye of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,4 +113,22 @@ impl Scene {
             .flat_map(|t| t.positions)
             .fold(particles, |b, p| b.with_sphere(p, 0.0))
     }
+}
+
+/// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to
+/// material `material_id` of the host's list; ids default to row number + `first_id`;
+/// `default_radius` [m] is for files without one.
+pub fn load_particles(
+    path: &Path,
+    material: &Material,
+    material_id: u32,
+    default_radius: Option<f32>,
+    first_id: u32,
+) -> Result<ParticleFile, SceneError> {
+    particles::load(path, material, material_id, default_radius, first_id)
+}
+
+/// Reads a `.glb` or `.gltf` file alone. World space = `transform` * glTF space.
+pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
+    gltf::load(path, transform)
 }

@@ -1,125 +1,67 @@
-//! Particle files: PLY and CSV.
-use super::SceneError;
+//! Particle files: a row per particle, by named columns.
+use super::{SceneError, ply};
 use crate::{
     caster::{Material, Particle},
     counters::Skipped,
 };
-use glam::{Vec3, Vec4};
-use ply_rs_bw::{
-    parser::{Parser, Reader},
-    ply::{Property, PropertyAccess, PropertyAccessResult},
-};
-use std::{fs::File, io::BufReader, path::Path};
+use glam::{DVec3, Vec3, Vec4};
+use std::path::Path;
 
-/// What a file holds, and what of it was left out.
-#[derive(Debug)]
-pub(super) struct ParticleFile {
+/// What one file holds.
+#[derive(Clone, Debug)]
+pub struct ParticleFile {
     pub particles: Vec<Particle>,
+    /// Particles left out, by reason.
     pub skipped: Skipped,
 }
 
-/// A coordinate beyond it is no place in a scene [m].
-const FARTHEST: f32 = 1e7;
+/// Columns of a row, in the order of [`NAMES`].
+pub(super) type Row = [f64; NAMES.len()];
 
-/// One particle as the file gives it.
-#[derive(Clone, Copy, Debug)]
-struct Row {
-    center: Vec3,
-    radius: Option<f32>,
-    color: Vec4,
-    rotation: f32,
-    id: Option<u32>,
-}
-
-/// Columns that mean something here; others are left alone.
-const COLUMNS: [&str; 10] =
+/// Names of the columns; the first three are needed.
+pub(super) const NAMES: [&str; 10] =
     ["x", "y", "z", "radius", "red", "green", "blue", "alpha", "rotation", "id"];
 
-impl Row {
-    const EMPTY: Self =
-        Self { center: Vec3::ZERO, radius: None, color: Vec4::ONE, rotation: 0.0, id: None };
+const RADIUS: usize = 3;
+const RED: usize = 4;
+const ALPHA: usize = 7;
+const ROTATION: usize = 8;
+const ID: usize = 9;
 
-    /// Whether the name is one of [`COLUMNS`].
-    fn set(&mut self, name: &str, value: f64) -> bool {
-        let number = value as f32;
-        match name {
-            "x" => self.center.x = number,
-            "y" => self.center.y = number,
-            "z" => self.center.z = number,
-            "radius" => self.radius = Some(number),
-            "red" => self.color.x = number,
-            "green" => self.color.y = number,
-            "blue" => self.color.z = number,
-            "alpha" => self.color.w = number,
-            "rotation" => self.rotation = number,
-            // Beyond 32 bits an id keeps its low bits: it only has to tell particles apart.
-            "id" => self.id = Some(value as i64 as u32),
-            _ => return false,
-        }
-        true
-    }
+/// What a row has where its file has no such column.
+pub(super) const BLANK: Row = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
 
-    /// Why the particle must be left out.
-    fn fault(&self, max_color: f32) -> Option<&'static str> {
-        let numbers = [self.radius.unwrap_or(1.0), self.rotation];
-        if !(self.center.is_finite()
-            && self.color.is_finite()
-            && numbers.iter().all(|n| n.is_finite()))
-        {
-            return Some("not finite");
-        }
-        let color = self.color.truncate();
-        if self.center.abs().max_element() > FARTHEST {
-            Some("too far")
-        } else if self.radius.is_some_and(|radius| radius <= 0.0 || radius > FARTHEST) {
-            Some("radius out of range")
-        } else if color.min_element() < 0.0 || color.max_element() > max_color {
-            Some("colour out of range")
-        } else if !(0.0..=1.0).contains(&self.color.w) {
-            Some("alpha out of range")
-        } else {
-            None
-        }
-    }
+/// How the file stores a column.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Storage {
+    #[default]
+    Absent,
+    /// A number as it is; colours are linear.
+    Plain,
+    /// 0..=255; colours are sRGB.
+    Byte,
 }
 
-impl PropertyAccess for Row {
-    fn new() -> Self {
-        Self::EMPTY
-    }
+/// Farthest coordinate [m]: past it neighbouring f32 are a metre apart.
+pub(super) const FARTHEST: f32 = 1e7;
 
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let value = match property {
-            Property::Char(v) => f64::from(v),
-            Property::UChar(v) => match name {
-                "red" | "green" | "blue" => f64::from(linear(v)),
-                "alpha" => f64::from(v) / 255.0,
-                _ => f64::from(v),
-            },
-            Property::Short(v) => f64::from(v),
-            Property::UShort(v) => f64::from(v),
-            Property::Int(v) => f64::from(v),
-            Property::UInt(v) => f64::from(v),
-            Property::Float(v) => f64::from(v),
-            Property::Double(v) => v,
-            _ => return PropertyAccessResult::Ignored,
-        };
-        if self.set(name, value) {
-            PropertyAccessResult::Set
-        } else {
-            PropertyAccessResult::Ignored
-        }
-    }
+/// Radius of particles that all lie on one point [m].
+const LONE_RADIUS: f32 = 0.05;
+
+/// Turns rows into particles.
+pub(super) struct Rows<'a> {
+    material: &'a Material,
+    material_id: u32,
+    first_id: u32,
+    storage: [Storage; NAMES.len()],
+    count: u32,
+    particles: Vec<Particle>,
+    skipped: Skipped,
 }
 
-/// An sRGB byte as linear light (IEC 61966-2-1).
-fn linear(byte: u8) -> f32 {
-    let v = f32::from(byte) / 255.0;
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Reads a file's particles. Ids that the file lacks are row numbers from `first_id`; radii are
-/// `default_radius` [m], or half the mean spacing.
+/// `material_id` goes into the particles; ids default to row number + `first_id`.
+/// `default_radius` [m] is for files without a radius column; where it is `None` too, half the mean
+/// spacing, estimated from bounds and count.
 pub(super) fn load(
     path: &Path,
     material: &Material,
@@ -127,107 +69,161 @@ pub(super) fn load(
     default_radius: Option<f32>,
     first_id: u32,
 ) -> Result<ParticleFile, SceneError> {
-    let is_ply = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"));
-    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    let rows = match (is_ply, is_csv) {
-        (true, _) => read_ply(path)?,
-        (_, true) => read_csv(path)?,
-        _ => {
-            let message = "particles come from .ply or .csv files";
-            return Err(SceneError::invalid(path, message, "convert the file to one of them"));
-        }
+    let read_error = |source| SceneError::Read { path: path.to_owned(), source };
+    if !std::fs::metadata(path).map_err(read_error)?.is_file() {
+        return Err(SceneError::invalid(path, "is not a file", "name a .ply or .csv file"));
+    }
+    let bytes = std::fs::read(path).map_err(read_error)?;
+    let mut rows = Rows {
+        material,
+        material_id,
+        first_id,
+        storage: [Storage::Absent; NAMES.len()],
+        count: 0,
+        particles: Vec::new(),
+        skipped: Skipped::new(),
     };
-    let mut skipped = Skipped::new();
-    let max_color = material.transfer.max_color();
-    let kept: Vec<_> = (0u32..)
-        .zip(rows)
-        .filter(|(_, row)| match row.fault(max_color) {
-            Some(fault) => {
-                *skipped.entry(fault).or_default() += 1;
-                false
-            }
-            None => true,
-        })
-        .collect();
-    let radius = default_radius.unwrap_or_else(|| half_spacing(&kept));
-    let particles = kept
-        .into_iter()
-        .map(|(number, row)| Particle {
-            center: row.center,
-            radius: row.radius.unwrap_or(radius),
-            color: row.color,
-            rotation: row.rotation,
-            material: material_id,
-            id: row.id.unwrap_or_else(|| first_id.wrapping_add(number)),
-        })
-        .collect();
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("ply") => ply::read(path, &bytes, &mut rows)?,
+        Some("csv") => read_csv(path, &bytes, &mut rows)?,
+        _ => {
+            let message = "particles come from .ply and .csv files only";
+            return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
+        }
+    }
+    let Rows { storage, mut particles, skipped, .. } = rows;
+    if storage[RADIUS] == Storage::Absent {
+        let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
+        for particle in &mut particles {
+            particle.radius = radius;
+        }
+    }
     Ok(ParticleFile { particles, skipped })
 }
 
-/// Half the edge of the cube that a particle has for itself in the bounds [m].
-fn half_spacing(rows: &[(u32, Row)]) -> f32 {
-    let min = rows.iter().fold(Vec3::INFINITY, |a, (_, row)| a.min(row.center));
-    let max = rows.iter().fold(Vec3::NEG_INFINITY, |a, (_, row)| a.max(row.center));
-    let extent = (max - min).max(Vec3::ZERO);
-    let thick = extent.max(Vec3::splat(extent.max_element() * 1e-2));
-    let spacing = (thick.element_product() / rows.len().max(1) as f32).cbrt();
-    if spacing.is_finite() && spacing > 0.0 { spacing * 0.5 } else { 0.05 }
+impl Rows<'_> {
+    /// Must come before the rows.
+    pub(super) fn begin(
+        &mut self,
+        path: &Path,
+        storage: [Storage; NAMES.len()],
+        capacity: usize,
+    ) -> Result<(), SceneError> {
+        if let Some(i) = (0..3).find(|&i| storage[i] == Storage::Absent) {
+            let message = format!("has no column `{}`", NAMES[i]);
+            return Err(SceneError::invalid(path, message, "particles need x, y and z"));
+        }
+        self.storage = storage;
+        self.particles.reserve_exact(capacity);
+        Ok(())
+    }
+
+    pub(super) fn push(&mut self, row: &Row) {
+        match self.particle(row) {
+            Ok(particle) => self.particles.push(particle),
+            Err(reason) => *self.skipped.entry(reason).or_default() += 1,
+        }
+        self.count = self.count.wrapping_add(1);
+    }
+
+    fn particle(&self, row: &Row) -> Result<Particle, &'static str> {
+        let number = |i: usize| row[i] as f32;
+        let color = |i: usize| match self.storage[i] {
+            Storage::Byte if i == ALPHA => number(i) / 255.0,
+            Storage::Byte => linear_from_srgb(number(i) / 255.0),
+            _ => number(i),
+        };
+        if !(0..NAMES.len()).all(|i| number(i).is_finite()) {
+            return Err("not finite");
+        }
+        let center = Vec3::from_array(std::array::from_fn(number));
+        let radius = number(RADIUS);
+        if center.abs().max_element() > FARTHEST || radius > FARTHEST {
+            return Err("too far");
+        }
+        if radius <= 0.0 {
+            return Err("radius not positive");
+        }
+        let rgba = Vec4::from_array(std::array::from_fn(|i| color(RED + i)));
+        let range = 0.0..=self.material.transfer.max_color();
+        if !rgba.truncate().to_array().iter().all(|c| range.contains(c)) {
+            return Err("colour out of range");
+        }
+        if !(0.0..=1.0).contains(&rgba.w) {
+            return Err("alpha out of range");
+        }
+        let id = match self.storage[ID] {
+            Storage::Absent => self.first_id.wrapping_add(self.count),
+            _ => row[ID] as i64 as u32,
+        };
+        let (rotation, material) = (number(ROTATION), self.material_id);
+        Ok(Particle { center, radius, color: rgba, rotation, material, id })
+    }
 }
 
-fn read_ply(path: &Path) -> Result<Vec<Row>, SceneError> {
-    let file = File::open(path)
-        .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-    let broken = |error: &dyn std::fmt::Display| {
-        let help = "export it again as ascii or binary PLY 1.0 with a vertex element";
-        SceneError::invalid(path, format!("no readable PLY: {error}"), help)
-    };
-    let mut reader = Reader::new(BufReader::new(file));
-    let parser = Parser::<Row>::new();
-    let header = parser.read_header(&mut reader).map_err(|error| broken(&error))?;
-    let mut rows = None;
-    for (name, element) in &header.elements {
-        let elements = parser
-            .read_payload_for_element(&mut reader, element, &header)
-            .map_err(|error| broken(&error))?;
-        if name == "vertex" || name == "particle" {
-            if let Some(missing) =
-                COLUMNS[..3].iter().find(|axis| !element.properties.contains_key(**axis))
-            {
-                return Err(broken(&format!("its {name} element has no property {missing}")));
-            }
-            rows = Some(elements);
-            break;
-        }
-    }
-    rows.ok_or_else(|| broken(&"it has no element named vertex"))
+pub(super) fn linear_from_srgb(c: f32) -> f32 {
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
-fn read_csv(path: &Path) -> Result<Vec<Row>, SceneError> {
-    let broken = |message: String| {
-        let help = "a CSV needs a header line with x,y,z and one number in each field";
-        SceneError::invalid(path, message, help)
-    };
-    let file = File::open(path)
-        .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(file);
-    let header = reader.headers().map_err(|error| broken(error.to_string()))?.clone();
-    if let Some(missing) = COLUMNS[..3].iter().find(|axis| !header.iter().any(|h| h == **axis)) {
-        return Err(broken(format!("no column named {missing}")));
+/// Half the side of the cube (square, line) that each particle would have for itself [m]. Axes
+/// along which the particles hardly differ do not count.
+fn half_spacing(particles: &[Particle]) -> f32 {
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for particle in particles {
+        min = min.min(particle.center.as_dvec3());
+        max = max.max(particle.center.as_dvec3());
     }
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| broken(error.to_string()))?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let mut row = Row::EMPTY;
-        for (name, field) in header.iter().zip(&record) {
-            if COLUMNS.contains(&name) {
-                let value = field.parse().map_err(|_| {
-                    broken(format!("line {line}: {name} is {field:?}, which is no number"))
-                })?;
-                row.set(name, value);
+    let extent = max - min;
+    let flat = extent.max_element() * 1e-4;
+    let sides: Vec<f64> = extent.to_array().into_iter().filter(|&side| side > flat).collect();
+    if sides.is_empty() {
+        return LONE_RADIUS;
+    }
+    let share = sides.iter().product::<f64>() / particles.len() as f64;
+    (0.5 * share.powf(1.0 / sides.len() as f64)) as f32
+}
+
+fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneError> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let csv_error = |error: csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        let problem = match error.kind() {
+            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                format!("{len} fields, but the header has {expected_len}")
             }
+            csv::ErrorKind::Utf8 { .. } => "the text is not UTF-8".to_owned(),
+            _ => error.to_string(),
+        };
+        let help = "give every row as many fields as the header, in UTF-8";
+        SceneError::invalid(path, format!("line {line}: {problem}"), help)
+    };
+    let header = reader.headers().map_err(csv_error)?.clone();
+    let mut storage = [Storage::Absent; NAMES.len()];
+    let mut columns = Vec::new();
+    for (field, name) in header.iter().enumerate() {
+        let Some(column) = NAMES.iter().position(|n| *n == name) else { continue };
+        if storage[column] != Storage::Absent {
+            let message = format!("line 1: two columns are named `{name}`");
+            return Err(SceneError::invalid(path, message, "rename or remove one of them"));
         }
-        rows.push(row);
+        storage[column] = Storage::Plain;
+        columns.push((field, column));
     }
-    Ok(rows)
+    rows.begin(path, storage, 0)?;
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(csv_error)? {
+        let mut row = BLANK;
+        for &(field, column) in &columns {
+            let text = record.get(field).unwrap_or_default();
+            row[column] = text.parse().map_err(|_| {
+                let line = record.position().map_or(0, csv::Position::line);
+                let name = NAMES[column];
+                let message = format!("line {line}, column `{name}`: `{text}` is not a number");
+                SceneError::invalid(path, message, "write a number, or remove the row")
+            })?;
+        }
+        rows.push(&row);
+    }
+    Ok(())
 }

@@ -45,6 +45,21 @@ impl Features {
         perspective: false,
     };
 
+    /// Of two sets of casters together.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            particles: self.particles || other.particles,
+            triangles: self.triangles || other.triangles,
+            textures: self.textures || other.textures,
+            puffs: self.puffs || other.puffs,
+            quads: self.quads || other.quads,
+            gain: self.gain || other.gain,
+            plain: self.plain && other.plain,
+            perspective: false,
+        }
+    }
+
     /// Of a batch whose views are all perspective ones, or none is.
     #[must_use]
     pub fn of_views(self, perspective: bool) -> Self {

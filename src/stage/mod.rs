@@ -5,6 +5,7 @@ pub mod hits;
 pub mod occlude;
 pub mod project;
 pub mod resolve;
+pub mod shade;
 pub mod sort;
 
 /// Every kernel: what the layout and shader tests and the export walk.
@@ -23,6 +24,11 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &bin::RANGES,
     &bin::SEGMENTS,
     &bin::DISPATCH,
+    &shade::SURFACES_CORE,
+    &shade::SURFACES_NATIVE,
+    &shade::CASTERS_LIT,
+    &shade::COMPOSITE_CORE,
+    &shade::COMPOSITE_NATIVE,
     &occlude::TILES_CORE,
     &occlude::SEGMENTS_CORE,
     &occlude::OVERFLOW_CORE,

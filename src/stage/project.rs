@@ -86,9 +86,10 @@ pub struct ProjectParams {
     pub scatter: u32,
     /// Footprint of the first triangle, whose setup is number 0.
     pub first_setup: u32,
-    pub pad: u32,
+    /// 1: the camera sees what casts nothing.
+    pub unseen: u32,
 }
-crate::gpu_layout!(ProjectParams { chunk_count, scatter, first_setup, pad });
+crate::gpu_layout!(ProjectParams { chunk_count, scatter, first_setup, unseen });
 
 /// Workgroups for `count` chunks or tiles: rows of a length that every adapter allows.
 pub fn grid(count: u32) -> [u32; 3] {

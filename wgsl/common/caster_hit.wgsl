@@ -10,12 +10,13 @@ override HAS_PUFFS: bool;
 
 struct Hit {
     light: vec3<f32>, // that passes
+    color: vec3<f32>,
     opacity: f32,
     depth: f32,       // light depth; -1 for a miss
     material: u32,
 }
 
-const MISS: Hit = Hit(vec3(1.0), 0.0, -1.0, 0u);
+const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, 0u);
 
 fn caster_hit(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
@@ -54,7 +55,7 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     let opacity = min(base + slope * alpha, 1.0);
     let inside = max(abs(met.x), abs(met.y)) <= 1.0 && covered > 0.0;
     let depth = select(-1.0, met.z, inside);
-    return Hit(transmittance(material.transfer, opacity, color), opacity, depth, material_id);
+    return Hit(transmittance(material.transfer, opacity, color), color, opacity, depth, material_id);
 }
 
 // Absorbs along the chord that the ray takes through the sphere before the opaque surface.
@@ -101,24 +102,27 @@ fn puff_hit(
     let per_diameter = max(1.0 - alpha * (1.0 - color), vec3(1e-9));
     let opacity = 1.0 - pow(max(1.0 - alpha, 1e-9), share);
     let entered = (first - view.near) / range;
-    return Hit(pow(per_diameter, vec3(share)), opacity, select(-1.0, entered, share > 0.0), material_id);
+    return Hit(pow(per_diameter, vec3(share)), color, opacity, select(-1.0, entered, share > 0.0), material_id);
 }
 
 fn setup_texel(setup: u32, texel: u32) -> vec4<u32> {
     return textureLoad(setups, record_texel(setup * SETUP_TEXELS + texel), 0);
 }
 
+fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
+    let line = bitcast<vec4<f32>>(setup_texel(setup, i));
+    return line.z * (texel.y - line.y) - line.w * (texel.x - line.x);
+}
+
 // Weights of the corners, and light depth; depth -1 outside.
 fn triangle_weights(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let weights_ties = setup_texel(setup, 3u);
-    var e: vec3<f32>;
-    var inside = true;
-    for (var i = 0u; i < 3u; i += 1u) {
-        let line = bitcast<vec4<f32>>(setup_texel(setup, i));
-        e[i] = line.z * (texel.y - line.y) - line.w * (texel.x - line.x);
-        let tie = ((weights_ties.w >> i) & 1u) == 1u;
-        inside = inside && (e[i] > 0.0 || (e[i] == 0.0 && tie));
-    }
+    let a = edge(setup, 0u, texel);
+    let b = edge(setup, 1u, texel);
+    let c = edge(setup, 2u, texel);
+    let e = vec3(a, b, c);
+    let tie = (vec3(weights_ties.w) & vec3(1u, 2u, 4u)) != vec3(0u);
+    let inside = all(e > vec3(0.0) | (e == vec3(0.0) & tie));
     let weighted = e * bitcast<vec3<f32>>(weights_ties.xyz);
     let sum = weighted.x + weighted.y + weighted.z;
     let barycentric = weighted / sum;
@@ -143,5 +147,5 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
     }
     let opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
     let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
-    return Hit(transmittance(material.transfer, opacity, color), opacity, met.w, material_id);
+    return Hit(transmittance(material.transfer, opacity, color), color, opacity, met.w, material_id);
 }

@@ -13,5 +13,6 @@ struct ProjectParams {
     scatter: u32,
     // Footprint of the first triangle, whose setup is number 0.
     first_setup: u32,
-    pad: u32,
+    // 1: the camera sees what casts nothing.
+    unseen: u32,
 }

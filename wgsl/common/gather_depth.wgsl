@@ -13,7 +13,7 @@ fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
     nearest[i] = select(nearest[i], min(nearest[i], hit.depth), is_solid(hit));
 }
 
-fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
+fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
     visit_texel(view, place, look, 0u);
     visit_texel(view, place, look, 1u);
     visit_texel(view, place, look, 2u);

@@ -11,6 +11,10 @@ struct GpuMaterial {
     texture_size: vec2<f32>, // [texels]
     reflectivity: f32,
     cutoff: f32,
+    roughness: f32,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
 }
 
 const MAX_MATERIALS: u32 = 512u;

@@ -27,11 +27,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
                 j = 32u + firstTrailingBit(high);
                 high &= high - 1u;
             }
-            let visited = subgroupShuffle(footprint, j) * FOOTPRINT_TEXELS;
+            let visited = subgroupShuffle(footprint, j);
+            let first_texel = visited * FOOTPRINT_TEXELS;
             visit(
                 view,
-                textureLoad(footprints, record_texel(visited)),
-                textureLoad(footprints, record_texel(visited + 1u)),
+                visited,
+                textureLoad(footprints, record_texel(first_texel)),
+                textureLoad(footprints, record_texel(first_texel + 1u)),
             );
         }
         // What follows is no nearer than this stretch's first pair.

@@ -3,9 +3,10 @@
 // Needs common/record.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`.
 fn walk(view: GpuView, first: u32, end: u32) {
     for (var pair = first; pair < end; pair += 1u) {
-        let at = textureLoad(pairs, record_texel(pair)).g * FOOTPRINT_TEXELS;
+        let footprint = textureLoad(pairs, record_texel(pair)).g;
+        let at = footprint * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));
-        visit(view, textureLoad(footprints, record_texel(at)), look);
+        visit(view, footprint, textureLoad(footprints, record_texel(at)), look);
         if settled(front_depth(look)) {
             break;
         }

@@ -1,0 +1,276 @@
+//! The picture: the camera is one more view, whose lists are shaded instead of summed.
+use super::{
+    CasterSet, Maps, Pipeline,
+    batch::{Context, Plan},
+    kernels::{Kernels, Variant},
+    list::{List, ListCounters, Scratch, view_array},
+};
+use crate::{
+    error::Error,
+    frame::Picture,
+    gpu::{Allocator, Gpu, Memory, Timeline, array_view, view},
+    scene::Scene,
+    stage::{
+        hits::Features,
+        shade::{CASTER_LANES, GpuLight, MAX_LIGHTS, MAX_SHADOW_VIEWS, PictureParams},
+    },
+    view::{GpuView, MAX_VIEWS, TILE_SIZE, View},
+};
+use glam::UVec2;
+use std::sync::Arc;
+use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, TextureUsages};
+
+/// A picture, bound and ready to be recorded after the maps it is lit through.
+#[derive(Debug)]
+pub struct PreparedPicture {
+    scratch: Arc<Scratch>,
+    size: UVec2,
+    tile_count: u32,
+    solid: List,
+    clear: List,
+    solid_features: Features,
+    clear_features: Features,
+    surfaces: BindGroup,
+    casters: BindGroup,
+    composite: BindGroup,
+    clear_count: u32,
+    pixels: Buffer,
+    /// Bytes by buffer and texture.
+    pub memory: Memory,
+}
+
+impl Pipeline {
+    /// `views` and `maps`: the shadow views of the scene's lights. `pairs` as in
+    /// [`Pipeline::prepare`].
+    #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
+    pub fn prepare_picture(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        scene: &Scene,
+        views: &[View],
+        maps: &Maps,
+        pairs: Option<u32>,
+    ) -> Result<PreparedPicture, Error> {
+        let limit = |limit, have: usize, need: usize| {
+            let remedy = "use fewer lights";
+            if need > have {
+                return Err(Error::Limit { limit, have: have as u64, need: need as u64, remedy });
+            }
+            Ok(())
+        };
+        limit("lights of a picture", MAX_LIGHTS, scene.lights.len())?;
+        limit("shadow views of a picture", MAX_SHADOW_VIEWS, views.len())?;
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let camera = View::from_camera(&scene.camera, &scene.bounds());
+        let tile_count = camera.tiles().element_product();
+        let plan = Plan::of_camera(camera.to_gpu(0, UVec2::ZERO, 0), tile_count, casters);
+        let plans = std::slice::from_ref(&plan);
+        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, plans, pairs)?);
+        let mut context = Context {
+            allocator: &mut allocator,
+            queue,
+            kernels: &mut self.kernels,
+            config: &self.config,
+            casters,
+            scratch: &scratch,
+            camera: true,
+        };
+        let camera_views = context.allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
+        queue.write_buffer(&camera_views, 0, bytemuck::cast_slice(&view_array(&plan.views)));
+        let [solid_plan, clear_plan] = &plan.lists;
+        let solid = List::new(&mut context, solid_plan, &camera_views, 1, tile_count)?;
+        let clear = List::new(&mut context, clear_plan, &camera_views, 1, tile_count)?;
+
+        let mut lights: Vec<_> = (0..)
+            .zip(&scene.lights)
+            .map(|(index, light)| GpuLight::new(light, index, views))
+            .collect();
+        let light_count = lights.len() as u32;
+        lights.resize(MAX_LIGHTS, bytemuck::Zeroable::zeroed());
+        let light_buffer = context.allocator.uniform::<[GpuLight; MAX_LIGHTS]>("lights");
+        queue.write_buffer(&light_buffer, 0, bytemuck::cast_slice(&lights));
+        let mut shadow_views: Vec<_> = views
+            .iter()
+            .zip(&maps.places)
+            .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
+            .collect();
+        shadow_views.resize(MAX_SHADOW_VIEWS, bytemuck::Zeroable::zeroed());
+        let view_buffer = context.allocator.uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
+        queue.write_buffer(&view_buffer, 0, bytemuck::cast_slice(&shadow_views));
+        let params = context.uniform(
+            "picture_params",
+            &PictureParams {
+                world_from_view: camera.view_from_world.inverse(),
+                ambient: scene.ambient,
+                light_count,
+                background: scene.background,
+                footprint_count: clear_plan.footprint_count,
+                bias: scene.shadow.bias,
+                normal_bias: scene.shadow.normal_bias,
+                pad_0: 0,
+                pad_1: 0,
+            },
+        );
+        let padded = (camera.tiles() * TILE_SIZE).as_u64vec2();
+        let size = [padded.x, padded.y, 1];
+        let storage = TextureUsages::STORAGE_BINDING;
+        let surfaces =
+            context.allocator.texture("surfaces", TextureFormat::Rgba32Float, size, storage)?;
+        let lit_count = u64::from(clear_plan.footprint_count);
+        let lit =
+            context.allocator.records("lit", TextureFormat::Rgba16Float, lit_count, storage)?;
+        let pixel_count = u64::from(camera.size.element_product());
+        let pixels =
+            context.allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
+
+        let (solid_features, clear_features) = (solid_plan.features, clear_plan.features);
+        let kernels = context.kernels;
+        kernels.make(device, Variant::ShadeSurfaces, solid_features);
+        kernels.make(device, Variant::ShadeCasters, clear_features);
+        kernels.make(device, Variant::ShadeComposite, clear_features);
+        let texture = BindingResource::TextureView;
+        let [caster_view, triangle_view] = [view(&casters.casters), view(&casters.triangles)];
+        let images = array_view(&casters.images);
+        let [filters, nearests, opaques] =
+            [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
+        let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
+        let whole = Buffer::as_entire_binding;
+        let surfaces = kernels.get(Variant::ShadeSurfaces, solid_features).bind(
+            device,
+            &[
+                whole(&camera_views),
+                whole(&casters.materials),
+                whole(&params),
+                whole(&light_buffer),
+                whole(&view_buffer),
+                whole(&scratch.tiles),
+                texture(&scratch.pairs[solid.sorted_pairs]),
+                texture(&scratch.footprints),
+                texture(&caster_view),
+                texture(&scratch.setups),
+                texture(&images),
+                texture(&triangle_view),
+                texture(&filters),
+                texture(&nearests),
+                texture(&opaques),
+                texture(&surface_view),
+            ],
+        );
+        let lit_casters = kernels.get(Variant::ShadeCasters, clear_features).bind(
+            device,
+            &[
+                whole(&params),
+                whole(&light_buffer),
+                whole(&view_buffer),
+                texture(&scratch.footprints),
+                texture(&scratch.rects),
+                texture(&caster_view),
+                texture(&triangle_view),
+                texture(&filters),
+                texture(&nearests),
+                texture(&opaques),
+                texture(&lit_view),
+            ],
+        );
+        let composite = kernels.get(Variant::ShadeComposite, clear_features).bind(
+            device,
+            &[
+                whole(&camera_views),
+                whole(&casters.materials),
+                whole(&params),
+                whole(&light_buffer),
+                whole(&scratch.tiles),
+                whole(&pixels),
+                texture(&scratch.pairs[clear.sorted_pairs]),
+                texture(&scratch.footprints),
+                texture(&caster_view),
+                texture(&scratch.setups),
+                texture(&images),
+                texture(&triangle_view),
+                texture(&surface_view),
+                texture(&lit_view),
+            ],
+        );
+        Ok(PreparedPicture {
+            scratch,
+            size: camera.size,
+            tile_count,
+            solid,
+            clear,
+            solid_features,
+            clear_features,
+            surfaces,
+            casters: lit_casters,
+            composite,
+            clear_count: clear_plan.footprint_count,
+            pixels,
+            memory,
+        })
+    }
+}
+
+impl PreparedPicture {
+    /// Records the picture; the maps must have been recorded before.
+    pub fn record(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let tiles = [self.tile_count, 1, 1];
+        self.record_list(&self.solid, kernels, encoder, timeline);
+        let surfaces = kernels.get(Variant::ShadeSurfaces, self.solid_features);
+        surfaces.record(&mut timeline.pass(encoder, "shade"), &self.surfaces, tiles);
+        self.record_list(&self.clear, kernels, encoder, timeline);
+        let mut pass = timeline.pass(encoder, "shade");
+        if self.clear_count > 0 {
+            const ROW: u32 = 32768;
+            let groups = self.clear_count.div_ceil(CASTER_LANES);
+            let grid = [groups.min(ROW), groups.div_ceil(ROW), 1];
+            let casters = kernels.get(Variant::ShadeCasters, self.clear_features);
+            casters.record(&mut pass, &self.casters, grid);
+        }
+        let composite = kernels.get(Variant::ShadeComposite, self.clear_features);
+        composite.record(&mut pass, &self.composite, tiles);
+    }
+
+    fn record_list(
+        &self,
+        list: &List,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        self.scratch.clear(list, encoder);
+        list.record_project(kernels, encoder, timeline);
+        list.record_emit(kernels, encoder, timeline);
+        list.record_tiles(kernels, encoder, timeline);
+    }
+
+    /// Pairs that a list has room for; what is past it is missing from the picture.
+    pub fn pair_capacity(&self) -> u32 {
+        self.scratch.pair_capacity
+    }
+
+    /// Of what is solid and of what is not; blocks.
+    pub fn read_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<[ListCounters; 2], Error> {
+        Ok([
+            self.solid.read_counters(device, queue)?,
+            self.clear.read_counters(device, queue)?,
+        ])
+    }
+
+    /// Blocks.
+    pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
+        let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
+        let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        Ok(Picture { size: self.size, rgb })
+    }
+}

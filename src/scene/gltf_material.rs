@@ -1,0 +1,177 @@
+//! glTF materials as casters.
+//!
+//! Transmission `t` filters: `T = baseColor * t`. With `KHR_materials_volume` the body is closed and
+//! a ray crosses a front and a back face, so each face takes the square root of
+//! `baseColor * t * attenuationColor^(thickness / attenuationDistance)`: the two together give the
+//! whole. Thickness is in the mesh's own units, so the node's scale goes into the material.
+use super::{SceneError, gltf_file::File, gltf_texture::Textures};
+use crate::{
+    caster::{Material, Texture, Transfer},
+    counters::Skipped,
+};
+use ::gltf::material::{AlphaMode, Volume};
+use glam::{Mat4, Vec2, Vec3};
+use std::collections::HashMap;
+
+/// The brightest emission that is kept; beyond it pictures are white anyway.
+const MAX_EMISSION: f32 = 1e4;
+
+#[derive(Debug)]
+pub(super) struct Materials<'a> {
+    materials: Vec<Material>,
+    textures: Textures<'a>,
+    skipped: Skipped,
+    known: HashMap<(Option<usize>, i32), Uses>,
+}
+
+/// How a primitive uses its material.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Uses {
+    /// Index into the model's materials.
+    pub(super) material: u32,
+    pub(super) uv_set: u32,
+    offset: Vec2,
+    rotation: f32,
+    scale: Vec2,
+}
+
+impl Uses {
+    /// `KHR_texture_transform`: scale, then rotation (counterclockwise, v points down), then offset.
+    pub(super) fn transform_uv(&self, uv: Vec2) -> Vec2 {
+        let (uv, (sin, cos)) = (uv * self.scale, self.rotation.sin_cos());
+        self.offset + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
+    }
+
+    fn new(material: u32, info: Option<&gltf::texture::Info<'_>>) -> Self {
+        let mut uses =
+            Self { material, uv_set: 0, offset: Vec2::ZERO, rotation: 0.0, scale: Vec2::ONE };
+        let Some(info) = info else { return uses };
+        uses.uv_set = info.tex_coord();
+        if let Some(transform) = info.texture_transform() {
+            uses.uv_set = transform.tex_coord().unwrap_or(uses.uv_set);
+            uses.offset = transform.offset().into();
+            uses.rotation = transform.rotation();
+            uses.scale = transform.scale().into();
+        }
+        uses
+    }
+
+    fn has_same_uvs(&self, other: &Self) -> bool {
+        self.uv_set == other.uv_set
+            && self.offset == other.offset
+            && self.rotation == other.rotation
+            && self.scale == other.scale
+    }
+}
+
+impl<'a> Materials<'a> {
+    pub(super) fn new(file: &'a File) -> Self {
+        Self {
+            materials: Vec::new(),
+            textures: Textures::new(file),
+            skipped: Skipped::new(),
+            known: HashMap::new(),
+        }
+    }
+
+    pub(super) fn finish(self) -> (Vec<Material>, Vec<Texture>, Skipped) {
+        (self.materials, self.textures.textures, self.skipped)
+    }
+
+    pub(super) fn add(
+        &mut self,
+        source: &gltf::Material<'_>,
+        world: Mat4,
+    ) -> Result<Uses, SceneError> {
+        let scale = match source.volume() {
+            Some(_) => world.determinant().abs().cbrt(),
+            None => 1.0,
+        };
+        // Steps of 0.1%: nodes that differ by rounding share a material.
+        let key = (source.index(), (scale.max(f32::MIN_POSITIVE).ln() * 1000.0).round() as i32);
+        if let Some(uses) = self.known.get(&key) {
+            return Ok(*uses);
+        }
+        let uses = self.convert(source, scale)?;
+        self.known.insert(key, uses);
+        Ok(uses)
+    }
+
+    fn convert(&mut self, source: &gltf::Material<'_>, scale: f32) -> Result<Uses, SceneError> {
+        let surface = source.pbr_metallic_roughness();
+        let base = surface.base_color_factor().map(|c| c.clamp(0.0, 1.0));
+        let base_texture = surface.base_color_texture();
+        let id = self.materials.len() as u32;
+        let transmission =
+            source.transmission().map_or(0.0, |t| t.transmission_factor().clamp(0.0, 1.0));
+        let is_clear = transmission > 0.0;
+        let transmission_texture =
+            source.transmission().filter(|_| is_clear).and_then(|t| t.transmission_texture());
+        let attenuation = match source.volume().filter(|_| is_clear) {
+            Some(volume) => self.attenuation(&volume, scale)?,
+            None => None,
+        };
+        let uses = Uses::new(id, base_texture.as_ref().or(transmission_texture.as_ref()));
+        if let Some(info) = &transmission_texture
+            && !Uses::new(id, Some(info)).has_same_uvs(&uses)
+        {
+            self.ignore("texture coordinates of transmission textures ignored");
+        }
+        if source.emissive_texture().is_some() {
+            self.ignore("emissive textures ignored");
+        }
+        let mut color = Vec3::new(base[0], base[1], base[2]);
+        if is_clear {
+            color *= transmission;
+        }
+        if let Some(attenuation) = attenuation {
+            color = (color * attenuation).map(f32::sqrt);
+        }
+        let is_opaque = source.alpha_mode() == AlphaMode::Opaque;
+        let texture = self.textures.add(
+            base_texture.map(|info| info.texture().source()),
+            transmission_texture.map(|info| info.texture().source()),
+            is_opaque,
+            attenuation.is_some(),
+        )?;
+        let emission =
+            Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0);
+        let number = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
+        self.materials.push(Material {
+            name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
+            transfer: match source.alpha_mode() {
+                _ if is_clear => Transfer::Filter,
+                AlphaMode::Opaque => Transfer::Opaque,
+                AlphaMode::Mask => Transfer::Cutout,
+                AlphaMode::Blend => Transfer::Filter,
+            },
+            tint: color.extend(if is_opaque { 1.0 } else { base[3] }),
+            texture,
+            cutoff: number(source.alpha_cutoff().unwrap_or(0.5)),
+            emission: emission.map(|e| if e > 0.0 { e.min(MAX_EMISSION) } else { 0.0 }),
+            transmission,
+            roughness: number(surface.roughness_factor()),
+            ..Material::default()
+        });
+        Ok(uses)
+    }
+
+    /// What the whole body lets pass, or `None` where it is but a thin wall.
+    fn attenuation(&mut self, volume: &Volume<'_>, scale: f32) -> Result<Option<Vec3>, SceneError> {
+        let distance = volume.attenuation_distance();
+        let mut thickness = volume.thickness_factor() * scale;
+        if let Some(info) = volume.thickness_texture() {
+            thickness *= self.textures.mean_green(&info.texture().source())?;
+        }
+        let is_body = thickness > 0.0 && thickness.is_finite();
+        if !(is_body && distance > 0.0 && distance.is_finite()) {
+            return Ok(None);
+        }
+        let color = Vec3::from(volume.attenuation_color()).map(|c| c.clamp(0.0, 1.0));
+        Ok(Some(color.map(|c| c.powf(thickness / distance))))
+    }
+
+    fn ignore(&mut self, reason: &'static str) {
+        *self.skipped.entry(reason).or_default() += 1;
+    }
+}
