@@ -261,7 +261,8 @@ fn mutated_files_do_not_panic() {
                 read += 1;
                 assert!(scene.camera.eye.is_finite());
                 let particles = scene.particles.iter().all(|p| p.center.is_finite());
-                let normals = scene.triangles.iter().flat_map(|t| t.normals).all(|n| n.is_finite());
+                let normals =
+                    scene.triangles.iter().flat_map(|t| t.normals).all(gobo::glam::Vec3::is_finite);
                 assert!(particles && normals, "{}", String::from_utf8_lossy(&bytes));
                 assert_eq!(scene.summary().lights, scene.lights.len());
             }

@@ -376,3 +376,21 @@ fn own_scenes_load() {
     }
     assert!(count >= 4, "{count} scenes");
 }
+
+/// One plane given, the other chosen: the order holds even where the scene ends before `near`.
+#[test]
+fn a_chosen_far_plane_is_behind_the_given_near() {
+    let shape = "[[material]]\nname = \"m\"\n[[shape]]\nkind = \"box\"\nmaterial = \"m\"\n";
+    for light in [
+        "kind = \"directional\"\ndirection = [0, -1, 0]",
+        "kind = \"point\"\nposition = [0, 2, 0]",
+        "kind = \"spot\"\nposition = [0, 2, 0]\ndirection = [0, 1, 0]",
+    ] {
+        for planes in ["", "near = 500", "far = 1e-4", "near = 1e7"] {
+            let scene = read(&format!("{shape}[[light]]\n{light}\n{planes}\n")).unwrap();
+            for view in view::shadow_views(&scene) {
+                assert!(view.near < view.far, "{light}, {planes}: {} to {}", view.near, view.far);
+            }
+        }
+    }
+}

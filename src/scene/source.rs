@@ -198,7 +198,7 @@ fn put_parts<'a>(
             };
             let index = items.iter().position(named);
             let index = index.or_else(|| which.parse().ok().filter(|&i: &usize| i < items.len()));
-            let item = index.and_then(|index| items.iter_mut().nth(index));
+            let item = index.and_then(|index| items.get_mut(index));
             match item.map(Spanned::get_mut) {
                 Some(DeValue::Table(inner)) => put_parts(inner, rest, value),
                 Some(_) => Err(format!("{first} {which} is no table")),
