@@ -244,7 +244,9 @@ fn directional(index: usize, light: &Light, size: UVec2, direction: Vec3, box_: 
     let window = (max - min).truncate().max_element() + 2.0 * margin;
     let middle = (min + max) * 0.5;
     let near = light.near.unwrap_or(0.0);
-    let far = light.far.unwrap_or_else(|| (max.z - min.z + 2.0 * margin).max(near + margin));
+    let far = light.far.unwrap_or_else(|| {
+        (max.z - min.z + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3))
+    });
     let shift = Mat4::from_translation(-Vec3::new(middle.x, middle.y, max.z + margin));
     View {
         light: Some(index),

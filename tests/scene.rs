@@ -215,21 +215,26 @@ fn the_top_of_a_pane_is_the_top_of_its_image() {
     }
 }
 
-/// Euler xyz: a turn about x first applies last, and normals follow a lopsided scale.
+/// The turn about z comes first, then y, then x; normals follow a lopsided scale.
 #[test]
 fn shapes_are_turned_and_scaled() {
-    let shape = |keys: &str| {
-        let head = "[[material]]\nname = \"m\"\n[[shape]]\nkind = \"plane\"\nmaterial = \"m\"\n";
-        read(&format!("{head}{keys}")).unwrap().triangles[0]
+    let shape = |kind: &str, keys: &str| {
+        let head = format!("[[material]]\nname = \"m\"\n[[shape]]\nkind = \"{kind}\"\n");
+        read(&format!("{head}material = \"m\"\n{keys}")).unwrap().triangles
     };
-    let upright = shape("rotation = [90, 0, 0]");
-    assert!(upright.normals[0].abs_diff_eq(Vec3::Z, 1e-6), "{upright:?}");
-    let turned = shape("rotation = [90, 90, 0]\nscale = [2, 3, 4]");
-    assert!(turned.normals[0].dot(upright.normals[0]).abs() < 1.0 + 1e-6);
-    let slanted = shape("rotation = [0, 0, 45]\nscale = [4, 1, 1]");
-    let [a, b, c] = slanted.positions;
-    let face = (b - a).cross(c - a).normalize();
-    assert!(slanted.normals[0].abs_diff_eq(face, 1e-5), "{slanted:?}");
+    let normal = |keys| shape("plane", keys)[0].normals[0];
+    let assert_near = |a: Vec3, b: Vec3| assert!(a.abs_diff_eq(b, 1e-6), "{a} is not {b}");
+    assert_near(normal("rotation = [90, 0, 0]"), Vec3::Z);
+    assert_near(normal("rotation = [0, 0, 90]"), Vec3::NEG_X);
+    assert_near(normal("rotation = [90, 90, 0]\nscale = [2, 3, 4]"), Vec3::Z);
+    assert_near(normal("rotation = [0, 90, 90]"), Vec3::Z);
+    for t in shape("sphere", "rotation = [10, 20, 30]\nscale = [1, 4, 1]") {
+        let [a, b, c] = t.positions;
+        let face = (b - a).cross(c - a).normalize();
+        for n in t.normals {
+            assert!(n.dot(face) > 0.9, "{n} of a face that looks along {face}");
+        }
+    }
 }
 
 #[test]
