@@ -3,7 +3,10 @@ use crate::{
     common::scenes::Chance,
     scene::{Folder, read, read_with},
 };
-use gobo::scene::{self, SceneError};
+use gobo::{
+    glam::Vec3,
+    scene::{self, SceneError},
+};
 use std::path::Path;
 
 /// Line, column, message and help.
@@ -261,8 +264,7 @@ fn mutated_files_do_not_panic() {
                 read += 1;
                 assert!(scene.camera.eye.is_finite());
                 let particles = scene.particles.iter().all(|p| p.center.is_finite());
-                let normals =
-                    scene.triangles.iter().flat_map(|t| t.normals).all(gobo::glam::Vec3::is_finite);
+                let normals = scene.triangles.iter().flat_map(|t| t.normals).all(Vec3::is_finite);
                 assert!(particles && normals, "{}", String::from_utf8_lossy(&bytes));
                 assert_eq!(scene.summary().lights, scene.lights.len());
             }
