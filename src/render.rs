@@ -3,7 +3,7 @@ use crate::{
     counters::Counters,
     cpu,
     error::Error,
-    frame::{Frame, Picture, ViewMaps},
+    frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
     pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
@@ -69,21 +69,18 @@ impl Renderer {
 
 fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
     let views = shadow_views(scene);
-    let started = std::time::Instant::now();
+    let clock = std::time::Instant::now();
     let (view_maps, counters) = cpu::render_maps(scene, &views);
-    let maps_ms = started.elapsed().as_secs_f64() * 1e3;
+    let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
+    let picture = cpu::render_picture(scene, &views, &view_maps);
+    let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
     Frame {
-        picture: blank(scene),
+        picture,
         maps: if maps { view_maps } else { Vec::new() },
         counters,
-        stages: vec![("maps", maps_ms)],
+        stages: vec![("maps", maps_ms), ("picture", picture_ms)],
         memory: Vec::new(),
     }
-}
-
-fn blank(scene: &Scene) -> Picture {
-    let size = scene.camera.size;
-    Picture { size, rgb: vec![[128; 3]; (size.x * size.y) as usize] }
 }
 
 impl GpuEngine {

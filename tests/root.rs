@@ -9,6 +9,7 @@ mod gltf;
 mod hostile;
 mod layout;
 mod particles;
+mod picture;
 mod pipeline;
 mod properties;
 mod scene;

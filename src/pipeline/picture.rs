@@ -261,10 +261,7 @@ impl PreparedPicture {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
     ) -> Result<[ListCounters; 2], Error> {
-        Ok([
-            self.solid.read_counters(device, queue)?,
-            self.clear.read_counters(device, queue)?,
-        ])
+        Ok([self.solid.read_counters(device, queue)?, self.clear.read_counters(device, queue)?])
     }
 
     /// Blocks.

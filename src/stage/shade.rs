@@ -34,7 +34,25 @@ const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
 
 pub const SURFACES_CORE: KernelDesc = KernelDesc {
     name: "shade_surfaces",
-    sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/solid.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/receive.wgsl", "common/surface.wgsl", "common/walk_uniform.wgsl", "shade_surfaces.wgsl"],
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/solid.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/light.wgsl",
+        "common/octahedral.wgsl",
+        "common/receive.wgsl",
+        "common/surface.wgsl",
+        "common/walk_uniform.wgsl",
+        "shade_surfaces.wgsl"
+    ],
     bindings: &[
         VIEWS,
         MATERIALS,
@@ -65,7 +83,25 @@ pub const SURFACES_CORE: KernelDesc = KernelDesc {
 
 pub const SURFACES_NATIVE: KernelDesc = KernelDesc {
     name: "shade_surfaces",
-    sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/solid.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/receive.wgsl", "common/surface.wgsl", "common/walk_subgroup.wgsl", "shade_surfaces.wgsl"],
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/solid.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/light.wgsl",
+        "common/octahedral.wgsl",
+        "common/receive.wgsl",
+        "common/surface.wgsl",
+        "common/walk_subgroup.wgsl",
+        "shade_surfaces.wgsl"
+    ],
     bindings: &[
         VIEWS,
         MATERIALS,
@@ -96,7 +132,13 @@ pub const SURFACES_NATIVE: KernelDesc = KernelDesc {
 
 pub const CASTERS_LIT: KernelDesc = KernelDesc {
     name: "shade_casters",
-    sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/light.wgsl", "common/receive.wgsl", "shade_casters.wgsl"],
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/light.wgsl",
+        "common/receive.wgsl",
+        "shade_casters.wgsl"
+    ],
     bindings: &[
         PARAMS,
         LIGHTS,
@@ -116,7 +158,23 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
 
 pub const COMPOSITE_CORE: KernelDesc = KernelDesc {
     name: "shade_composite",
-    sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/surface.wgsl", "common/walk_uniform.wgsl", "shade_composite.wgsl"],
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/light.wgsl",
+        "common/octahedral.wgsl",
+        "common/surface.wgsl",
+        "common/walk_uniform.wgsl",
+        "shade_composite.wgsl"
+    ],
     bindings: &[
         VIEWS,
         MATERIALS,
@@ -145,7 +203,23 @@ pub const COMPOSITE_CORE: KernelDesc = KernelDesc {
 
 pub const COMPOSITE_NATIVE: KernelDesc = KernelDesc {
     name: "shade_composite",
-    sources: crate::sources!["common/record.wgsl", "common/view.wgsl", "common/material.wgsl", "common/tile_rect.wgsl", "common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl", "common/reach.wgsl", "common/lane.wgsl", "common/tile.wgsl", "common/light.wgsl", "common/octahedral.wgsl", "common/surface.wgsl", "common/walk_subgroup.wgsl", "shade_composite.wgsl"],
+    sources: crate::sources![
+        "common/record.wgsl",
+        "common/view.wgsl",
+        "common/material.wgsl",
+        "common/tile_rect.wgsl",
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/reach.wgsl",
+        "common/lane.wgsl",
+        "common/tile.wgsl",
+        "common/light.wgsl",
+        "common/octahedral.wgsl",
+        "common/surface.wgsl",
+        "common/walk_subgroup.wgsl",
+        "shade_composite.wgsl"
+    ],
     bindings: &[
         VIEWS,
         MATERIALS,
@@ -193,7 +267,16 @@ pub struct GpuLight {
     pub pad_1: u32,
 }
 crate::gpu_layout!(GpuLight {
-    position, kind, direction, first_view, color, view_count, cone_outer, cone_inner, pad_0, pad_1
+    position,
+    kind,
+    direction,
+    first_view,
+    color,
+    view_count,
+    cone_outer,
+    cone_inner,
+    pad_0,
+    pad_1
 });
 
 impl GpuLight {
@@ -238,6 +321,13 @@ pub struct PictureParams {
     pub pad_1: u32,
 }
 crate::gpu_layout!(PictureParams {
-    world_from_view, ambient, light_count, background, footprint_count, bias, normal_bias, pad_0,
+    world_from_view,
+    ambient,
+    light_count,
+    background,
+    footprint_count,
+    bias,
+    normal_bias,
+    pad_0,
     pad_1
 });
