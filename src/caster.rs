@@ -1,4 +1,5 @@
 //! What filters light: materials, particles and triangles.
+use crate::dither::Pattern;
 use glam::{Vec2, Vec3, Vec4};
 
 /// How one hit of opacity `a` and colour `c` changes the light that passes, per channel.
@@ -80,6 +81,10 @@ pub struct Material {
     pub reflectivity: f32,
     /// Opacity from which a `cutout` is solid.
     pub cutoff: f32,
+    /// Of `dither`.
+    pub pattern: Pattern,
+    /// Edge of a cell of the pattern, 1..=64 [texels].
+    pub pattern_scale: u32,
     /// What shines by itself (additive fire) in the picture: linear rgb.
     pub emission: Vec3,
     /// 0: a surface that scatters light where it covers. 1: clear glass, which only filters.
@@ -99,6 +104,8 @@ impl Default for Material {
             texture: None,
             reflectivity: 0.0,
             cutoff: 0.5,
+            pattern: Pattern::default(),
+            pattern_scale: 1,
             emission: Vec3::ZERO,
             transmission: 0.0,
             roughness: 0.6,
@@ -134,6 +141,8 @@ pub struct Triangle {
     pub uvs: [Vec2; 3],
     /// Index into [`crate::scene::Scene::materials`].
     pub material: u32,
+    /// Decorrelates dither patterns: one per object.
+    pub id: u32,
 }
 
 /// An image that materials sample, bilinear and repeating.

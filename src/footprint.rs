@@ -197,7 +197,7 @@ pub struct TriangleRecord {
     pub material: u32,
     /// Octahedral normals, snorm16 pairs.
     pub normals: [u32; 3],
-    pub pad: u32,
+    pub id: u32,
 }
 
 impl TriangleRecord {
@@ -208,7 +208,7 @@ impl TriangleRecord {
             v: Vec3::new(a.y, b.y, c.y),
             material: triangle.material,
             normals: triangle.normals.map(octahedral),
-            pad: 0,
+            id: triangle.id,
         }
     }
 }
@@ -242,7 +242,8 @@ pub struct TriangleSetup {
     pub uvs: [Vec2; 3],
     /// World-space face normal, octahedral.
     pub normal: u32,
-    pub pad: [u32; 5],
+    pub id: u32,
+    pub pad: [u32; 4],
 }
 
 /// A material as kernels read it. WGSL: `wgsl/common/material.wgsl`.
@@ -263,9 +264,11 @@ pub struct GpuMaterial {
     pub reflectivity: f32,
     pub cutoff: f32,
     pub roughness: f32,
-    pub pad_0: u32,
-    pub pad_1: u32,
-    pub pad_2: u32,
+    pub pattern: u32,
+    /// Edge of a cell of the pattern [texels].
+    pub pattern_scale: u32,
+    /// Texel of the particles' records where the ranks of the blue noise start.
+    pub blue_first: u32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -279,9 +282,9 @@ crate::gpu_layout!(GpuMaterial {
     reflectivity,
     cutoff,
     roughness,
-    pad_0,
-    pad_1,
-    pad_2
+    pattern,
+    pattern_scale,
+    blue_first
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -305,9 +308,9 @@ impl GpuMaterial {
             reflectivity: material.reflectivity,
             cutoff: material.cutoff,
             roughness: material.roughness,
-            pad_0: 0,
-            pad_1: 0,
-            pad_2: 0,
+            pattern: material.pattern as u32,
+            pattern_scale: material.pattern_scale,
+            blue_first: 0,
         }
     }
 }

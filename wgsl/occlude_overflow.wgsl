@@ -38,10 +38,11 @@ fn occlude_overflow(
     for (var k = workgroup.z; k < tile_count; k += OVERFLOW_SLICES) {
         let tile_place = first + vec2(k % width, k / width);
         let texel = tile_place * TILE_SIZE + in_tile;
-        let hit = caster_hit(view, place, look, vec2<f32>(texel) + 0.5, 1.0);
-        if is_solid(hit) {
+        let middle = vec2<f32>(texel) + 0.5;
+        let hit = caster_hit(view, place, look, middle, 1.0);
+        if is_solid(view, place, look, middle, hit) {
             let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
-            raise_nearness(sum_index(tile, in_tile), depth_to_nearness(hit.depth));
+            raise_nearness(sum_index(tile, in_tile), depth_to_nearness(stored_depth(hit)));
             scattered_tiles[tile] = 1u;
         }
     }

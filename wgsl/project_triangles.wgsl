@@ -155,10 +155,11 @@ fn project_triangles(
         put_setup(setup_index, i, bitcast<vec4<u32>>(edges[i]));
     }
     let v = bitcast<vec3<f32>>(v_material.xyz);
+    let id = textureLoad(triangles, record_texel(first + 4u), 0).w;
     let normal = cross(world[1] - world[0], world[2] - world[0]);
     let unit = normal / max(length(normal), 1e-30);
     put_setup(setup_index, 3u, vec4(bitcast<vec3<u32>>(weights), ties));
     put_setup(setup_index, 4u, vec4(bitcast<vec3<u32>>(depths), v_material.w));
     put_setup(setup_index, 5u, bitcast<vec4<u32>>(vec4(us.x, v.x, us.y, v.y)));
-    put_setup(setup_index, 6u, vec4(bitcast<vec2<u32>>(vec2(us.z, v.z)), octahedral(unit), 0u));
+    put_setup(setup_index, 6u, vec4(bitcast<vec2<u32>>(vec2(us.z, v.z)), octahedral(unit), id));
 }

@@ -32,8 +32,9 @@ fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
 }
 
 fn visit_pixel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), 1.0);
-    if is_solid(hit) && hit.depth < nearest[i] {
+    let pixel = corner + vec2(0.5, f32(i) + 0.5);
+    let hit = caster_hit(view, place, look, pixel, 1.0);
+    if is_solid(view, place, look, pixel, hit) && hit.depth < nearest[i] {
         nearest[i] = hit.depth;
         seen[i] = look.w;
         setup_of[i] = look.x;

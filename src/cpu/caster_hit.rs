@@ -5,6 +5,7 @@ use super::{
 };
 use crate::{
     caster::{MAX_GAIN, Material, Shape, Transfer},
+    dither::{Pattern, Place, cell, threshold},
     footprint::{Caster, Footprint, TRIANGLE_BIT, TriangleSetup},
     view::GpuView,
 };
@@ -48,7 +49,7 @@ pub struct Target<'a> {
 #[derive(Clone, Copy, Debug)]
 enum Form<'a> {
     Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
-    Puff { center: Vec2, radius: f32, distance: f32, color: Vec3, alpha: f32 },
+    Puff { facing: Facing, radius: f32, color: Vec3, alpha: f32 },
     Triangle(&'a TriangleSetup),
 }
 
@@ -57,7 +58,7 @@ impl<'a> Target<'a> {
         if footprint.caster & TRIANGLE_BIT != 0 {
             let setup = &records.setups[footprint.red_green as usize];
             let material = &records.materials[setup.material as usize];
-            return Self { records, material, id: footprint.caster, form: Form::Triangle(setup) };
+            return Self { records, material, id: setup.id, form: Form::Triangle(setup) };
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
@@ -66,7 +67,7 @@ impl<'a> Target<'a> {
         let (color, (base, slope)) = (footprint.color(), footprint.opacity());
         let form = if material.shape == Shape::Puff {
             let alpha = (base + slope).min(1.0);
-            Form::Puff { center, radius, distance: facing.distance, color, alpha }
+            Form::Puff { facing, radius, color, alpha }
         } else {
             Form::Facing { facing, color, base, slope }
         };
@@ -84,13 +85,31 @@ impl<'a> Target<'a> {
             Form::Facing { facing, color, base, slope } => {
                 self.facing_hit(&facing, color, base, slope, texel)
             }
-            Form::Puff { center, radius, distance, color, alpha } => {
+            Form::Puff { facing, radius, color, alpha } => {
+                let Facing { center, distance, .. } = facing;
                 let chord = chord(self.records.view, center, radius, distance, texel, opaque_depth);
                 chord.map(|chord| puff_hit(chord, color, alpha))
             }
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
         hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
+    }
+
+    /// Opacity that a hit at `texel` must exceed to block the light, of a `dither` material.
+    pub fn threshold(&self, texel: Vec2) -> f32 {
+        let (pattern, scale) = (self.material.pattern, self.material.pattern_scale);
+        let (own, step) = match self.form {
+            _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
+            Form::Triangle(setup) => setup.own(texel),
+            Form::Facing { facing, .. } | Form::Puff { facing, .. } => {
+                let met = facing.hit(self.records.view, texel);
+                let step = |axis: Vec2| axis.abs().max_element();
+                let step = Vec2::new(step(facing.frame_x), step(facing.frame_y));
+                (met.map_or(Vec2::splat(2.0), |met| met.q), step)
+            }
+        };
+        let place = Place { cell: cell(self.records.view, scale, texel), own, step };
+        threshold(pattern, scale, &place, self.id)
     }
 
     fn facing_hit(

@@ -121,12 +121,24 @@ pub struct TriangleHit {
 }
 
 impl TriangleSetup {
+    fn edge(&self, i: usize, texel: Vec2) -> f32 {
+        let line = self.edges[i];
+        line.z * (texel.y - line.y) - line.w * (texel.x - line.x)
+    }
+
+    /// Weights of two corners, and how far they move from a texel to the next.
+    pub fn own(&self, texel: Vec2) -> (Vec2, Vec2) {
+        let weighted = |i: usize| self.edge(i, texel) * self.weights[i];
+        let step = |i: usize| Vec2::new(-self.edges[i].w, self.edges[i].z) * self.weights[i];
+        let sum = weighted(0) + weighted(1) + weighted(2);
+        let step_of_sum = step(0) + step(1) + step(2);
+        let own = Vec2::new(weighted(0), weighted(1)) / sum;
+        let along = |i: usize| ((step(i) - own[i] * step_of_sum).abs() / sum).max_element();
+        (own, Vec2::new(along(0), along(1)))
+    }
+
     pub fn hit(&self, texel: Vec2) -> Option<TriangleHit> {
-        let edge = |i: usize| {
-            let line = self.edges[i];
-            line.z * (texel.y - line.y) - line.w * (texel.x - line.x)
-        };
-        let e = Vec3::new(edge(0), edge(1), edge(2));
+        let e = Vec3::new(self.edge(0, texel), self.edge(1, texel), self.edge(2, texel));
         let inside = (0..3).all(|i| e[i] > 0.0 || (e[i] == 0.0 && self.ties >> i & 1 == 1));
         let weighted = e * self.weights;
         let sum = weighted.x + weighted.y + weighted.z;

@@ -3,23 +3,29 @@ use super::{
     caster_hit::{Hit, Records, Target},
     tile::{Tile, TileTexels},
 };
-use crate::{
-    caster::{Material, Transfer},
-    footprint::Footprint,
-};
+use crate::{caster::Transfer, footprint::Footprint};
+use glam::Vec2;
 
-/// Opacity that a `dither` hit must exceed to block the light.
-fn dither_threshold() -> f32 {
-    0.5
-}
-
-pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
-    match material.transfer {
+/// Whether a hit of an opaque material at `texel` blocks the light.
+pub(super) fn is_solid(target: &Target<'_>, texel: Vec2, hit: &Hit) -> bool {
+    match target.material.transfer {
         Transfer::Opaque => true,
-        Transfer::Cutout => hit.opacity >= material.cutoff,
-        Transfer::Dither => hit.opacity > dither_threshold(),
+        Transfer::Cutout => hit.opacity >= target.material.cutoff,
+        Transfer::Dither => hit.opacity > target.threshold(texel),
         _ => false,
     }
+}
+
+/// The last bit of an opaque depth tells a dithered surface from a whole one: `filter` fills holes
+/// of the former only.
+fn stored_depth(target: &Target<'_>, hit: &Hit) -> f32 {
+    let dithered = target.material.transfer == Transfer::Dither;
+    f32::from_bits(hit.depth.to_bits() & !1 | u32::from(dithered))
+}
+
+/// Whether a stored opaque depth is a dithered surface's.
+pub fn is_dithered(depth: f32) -> bool {
+    depth.to_bits() & 1 == 1
 }
 
 /// The least depth of the solid hits of a tile's texels, 1 where there is none.
@@ -36,9 +42,9 @@ pub fn occlude<'a>(
         }
         for (place, texel) in tile.texels() {
             if let Some(hit) = target.hit(texel, 1.0)
-                && is_solid(target.material, &hit)
+                && is_solid(&target, texel, &hit)
             {
-                nearest[place] = nearest[place].min(hit.depth);
+                nearest[place] = nearest[place].min(stored_depth(&target, &hit));
             }
         }
     }

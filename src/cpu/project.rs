@@ -229,6 +229,7 @@ pub fn project_triangle(
         material: record.material,
         uvs: std::array::from_fn(|i| Vec2::new(record.positions_u[i].w, record.v[i])),
         normal: face_normal(record),
+        id: record.id,
         ..TriangleSetup::default()
     };
     let bounds;

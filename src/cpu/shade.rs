@@ -122,7 +122,7 @@ impl Eye<'_> {
             }
             for (place, pixel) in tile.texels() {
                 if let Some(hit) = target.hit(pixel, 1.0)
-                    && is_solid(target.material, &hit)
+                    && is_solid(&target, pixel, &hit)
                     && hit.depth < found[place].0
                 {
                     found[place] = (hit.depth, i);

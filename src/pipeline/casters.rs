@@ -1,6 +1,7 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 use crate::{
     caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
+    dither::{Pattern, blue_ranks},
     error::Error,
     footprint::{
         CASTER_TEXELS, Caster, GpuMaterial, MAX_MATERIALS, ROW, TRIANGLE_TEXELS, TriangleRecord,
@@ -110,7 +111,7 @@ impl CasterSet {
             by_class(&particles.iter().map(|p| classes[p.material as usize]));
         let (triangle_order, triangle_ranges) =
             by_class(&triangles.iter().map(|t| classes[t.material as usize]));
-        let casters: Vec<_> = particle_order
+        let mut casters: Vec<_> = particle_order
             .iter()
             .map(|&i| &particles[i as usize])
             .map(|p| Caster::new(p, &materials[p.material as usize]))
@@ -124,15 +125,21 @@ impl CasterSet {
         for triangle in triangles {
             add_features(&mut features, &materials[triangle.material as usize], false);
         }
+        let particle_extents = particle_ranges.clone().map(|range| {
+            let class = &casters[range.start as usize..range.end as usize];
+            class.chunks(CHUNK_SIZE as usize).map(Extent::of).collect()
+        });
+        let blue_first = casters.len() as u32 * CASTER_TEXELS;
+        if materials.iter().any(|m| m.transfer == Transfer::Dither && m.pattern == Pattern::Blue) {
+            // Behind the particles, because every kernel that dithers reads these already.
+            casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
+        }
         Ok(Self {
             casters: upload(&mut allocator, queue, "casters", &casters, CASTER_TEXELS)?,
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
             images: upload_images(&mut allocator, queue, textures)?,
-            materials: upload_materials(&mut allocator, queue, materials, textures),
-            particle_extents: particle_ranges.clone().map(|range| {
-                let class = &casters[range.start as usize..range.end as usize];
-                class.chunks(CHUNK_SIZE as usize).map(Extent::of).collect()
-            }),
+            materials: upload_materials(&mut allocator, queue, materials, textures, blue_first),
+            particle_extents,
             particle_ranges,
             triangle_ranges,
             features,
@@ -180,6 +187,7 @@ fn add_features(features: &mut [Features; 3], material: &Material, is_particle: 
     features.textures |= material.texture.is_some();
     features.puffs |= is_particle && material.shape == Shape::Puff;
     features.quads |= is_particle && material.shape == Shape::Quad;
+    features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
     features.plain &= is_particle
         && material.shape == Shape::Disc
@@ -267,9 +275,11 @@ fn upload_materials(
     queue: &wgpu::Queue,
     materials: &[Material],
     textures: &[Texture],
+    blue_first: u32,
 ) -> wgpu::Buffer {
     let buffer = allocator.uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
-    let mut records: Vec<_> = materials.iter().map(|m| GpuMaterial::new(m, textures)).collect();
+    let record = |m| GpuMaterial { blue_first, ..GpuMaterial::new(m, textures) };
+    let mut records: Vec<_> = materials.iter().map(record).collect();
     records.resize(MAX_MATERIALS, GpuMaterial::zeroed());
     queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
     buffer

@@ -1,6 +1,7 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
     caster::{Profile, Shape, Transfer},
+    dither::Pattern,
     scene::generate::Generate,
     settings::Receiver,
 };
@@ -128,6 +129,9 @@ pub(super) struct MaterialTable {
     pub reflectivity: Option<f32>,
     pub texture: Option<PathBuf>,
     pub cutoff: Option<f32>,
+    pub pattern: Option<Pattern>,
+    /// Of a pattern's cells [texels].
+    pub scale: Option<u32>,
     #[serde(default, deserialize_with = "exactly")]
     pub emission: Option<[f32; 3]>,
     pub transmission: Option<f32>,

@@ -19,6 +19,8 @@ const MAX_TRIANGLES: usize = 1 << 24;
 #[derive(Debug, Default)]
 pub(super) struct Meshes {
     pub(super) triangles: Vec<Triangle>,
+    /// Primitives so far: ids of their triangles.
+    objects: u32,
     pub(super) skipped: Skipped,
 }
 
@@ -70,11 +72,12 @@ impl Meshes {
         }
         self.triangles.reserve(corners.len());
         for corner in corners {
-            match triangle(&vertices, corner, uses.material) {
+            match triangle(&vertices, corner, uses.material, self.objects) {
                 Ok(triangle) => self.triangles.push(triangle),
                 Err(reason) => self.skip(reason),
             }
         }
+        self.objects += 1;
         Ok(())
     }
 
@@ -87,6 +90,7 @@ fn triangle(
     vertices: &Vertices,
     corner: [usize; 3],
     material: u32,
+    id: u32,
 ) -> Result<Triangle, &'static str> {
     let positions = corner.map(|i| vertices.positions[i]);
     let uvs = vertices.uvs.as_ref().map_or([Vec2::ZERO; 3], |uvs| corner.map(|i| uvs[i]));
@@ -100,7 +104,7 @@ fn triangle(
         Some(normals) => corner.map(|i| normals[i].try_normalize().unwrap_or(face)),
         None => [face; 3],
     };
-    Ok(Triangle { positions, normals, uvs, material })
+    Ok(Triangle { positions, normals, uvs, material, id })
 }
 
 fn read_vertices(

@@ -162,7 +162,8 @@ impl Loader<'_> {
             let ShapeTable { kind, material, translation, rotation, scale } = table.get_ref();
             let material = self.material(&table.span(), material)?;
             let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
-            self.scene.triangles.extend(shapes::shape(*kind, transform, material));
+            self.scene.triangles.extend(shapes::shape(*kind, transform, material, self.next_id));
+            self.next_id = self.next_id.wrapping_add(1);
         }
         for table in &document.mesh {
             let MeshTable { file, translation, rotation, scale } = table.get_ref();
@@ -263,6 +264,8 @@ impl Loader<'_> {
     fn model(&mut self, path: &Path, transform: Mat4) -> Result<(), SceneError> {
         let model = gltf::load(path, transform)?;
         let first_material = self.scene.materials.len() as u32;
+        let first_id = self.next_id;
+        let objects = model.triangles.iter().map(|t| t.id + 1).max().unwrap_or(0);
         let first_texture = self.scene.textures.len() as u32;
         self.scene.textures.extend(model.textures);
         self.scene.materials.extend(model.materials.into_iter().map(|material| Material {
@@ -271,8 +274,10 @@ impl Loader<'_> {
         }));
         self.scene.triangles.extend(model.triangles.into_iter().map(|mut triangle| {
             triangle.material += first_material;
+            triangle.id = triangle.id.wrapping_add(first_id);
             triangle
         }));
+        self.next_id = self.next_id.wrapping_add(objects);
         self.scene.lights.extend(model.lights);
         self.model_camera = self.model_camera.take().or(model.camera);
         add_skipped(&mut self.scene.skipped, &model.skipped);

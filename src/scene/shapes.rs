@@ -8,7 +8,7 @@ const SPHERE_LEVEL: u32 = 3;
 
 /// A shape in world space. The plane is 1x1 in xz and faces +y; the pane is 1x1 in xy and faces +z;
 /// box and sphere are one across; all are centred.
-pub(super) fn shape(kind: KindOfShape, transform: Mat4, material: u32) -> Vec<Triangle> {
+pub(super) fn shape(kind: KindOfShape, transform: Mat4, material: u32, id: u32) -> Vec<Triangle> {
     let mut triangles = match kind {
         KindOfShape::Plane => square(Vec3::ZERO, Vec3::X, Vec3::NEG_Z),
         KindOfShape::Pane => square(Vec3::ZERO, Vec3::X, Vec3::Y),
@@ -27,6 +27,7 @@ pub(super) fn shape(kind: KindOfShape, transform: Mat4, material: u32) -> Vec<Tr
         triangle.positions = triangle.positions.map(|p| transform.transform_point3(p));
         triangle.normals = triangle.normals.map(|n| (normals * n).normalize_or(Vec3::Y));
         triangle.material = material;
+        triangle.id = id;
     }
     triangles
 }
@@ -41,6 +42,7 @@ fn square(center: Vec3, right: Vec3, up: Vec3) -> Vec<Triangle> {
             normals: [normal; 3],
             uvs: corners.map(|(_, uv)| uv),
             material: 0,
+            id: 0,
         })
         .to_vec()
 }
@@ -67,6 +69,7 @@ fn sphere() -> Vec<Triangle> {
             normals: corners,
             uvs: corners.map(uv),
             material: 0,
+            id: 0,
         })
         .collect()
 }

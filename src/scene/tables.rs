@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     caster::Material,
+    dither::MAX_SCALE,
     light::{Light, LightKind},
     settings::{MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
 };
@@ -250,6 +251,11 @@ pub(super) fn material(
     for v in emission {
         check.number("emission", v, |v| v >= 0.0, "0 or more")?;
     }
+    let pattern_scale = given.scale.unwrap_or(usual.pattern_scale);
+    if !(1..=MAX_SCALE).contains(&pattern_scale) {
+        let help = format!("a cell of a pattern is 1 to {MAX_SCALE} texels");
+        return Err(check.fault("scale", format!("scale is {pattern_scale}"), &help));
+    }
     let share = |key, value: Option<f32>, usual| check.share(key, value.unwrap_or(usual));
     let material = Material {
         name: given.name.clone(),
@@ -260,6 +266,8 @@ pub(super) fn material(
         texture: None,
         reflectivity: share("reflectivity", given.reflectivity, usual.reflectivity)?,
         cutoff: share("cutoff", given.cutoff, usual.cutoff)?,
+        pattern: given.pattern.unwrap_or_default(),
+        pattern_scale,
         emission: emission.into(),
         transmission: share("transmission", given.transmission, usual.transmission)?,
         roughness: share("roughness", given.roughness, usual.roughness)?,

@@ -15,6 +15,7 @@ pub struct Features {
     pub puffs: bool,
     pub quads: bool,
     pub gain: bool,
+    pub dither: bool,
     /// Soft discs of the `filter` transfer and nothing else.
     pub plain: bool,
     /// The views are perspective ones; of plain casters only.
@@ -30,6 +31,7 @@ impl Features {
         puffs: false,
         quads: false,
         gain: false,
+        dither: false,
         plain: true,
         perspective: false,
     };
@@ -41,6 +43,7 @@ impl Features {
         puffs: true,
         quads: true,
         gain: true,
+        dither: true,
         plain: false,
         perspective: false,
     };
@@ -55,6 +58,7 @@ impl Features {
             puffs: self.puffs || other.puffs,
             quads: self.quads || other.quads,
             gain: self.gain || other.gain,
+            dither: self.dither || other.dither,
             plain: self.plain && other.plain,
             perspective: false,
         }
@@ -75,6 +79,7 @@ impl Features {
             "HAS_PUFFS" => Some(self.puffs),
             "HAS_QUADS" => Some(self.quads),
             "HAS_GAIN" => Some(self.gain),
+            "HAS_DITHER" => Some(self.dither),
             "PERSPECTIVE" => Some(self.perspective),
             _ => None,
         };

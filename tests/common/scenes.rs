@@ -112,7 +112,8 @@ pub(crate) fn pane(depth: f32, half: f32, material: u32) -> [Triangle; 2] {
 }
 
 pub(crate) fn triangle(positions: [Vec3; 3], material: u32) -> Triangle {
-    Triangle { positions, normals: [Vec3::Z; 3], uvs: [Vec2::ZERO, Vec2::X, Vec2::ONE], material }
+    let uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE];
+    Triangle { positions, normals: [Vec3::Z; 3], uvs, material, id: 0 }
 }
 
 /// Discs of one material with radii from far below a texel to a large part of a map, in a ball

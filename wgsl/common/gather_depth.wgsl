@@ -9,8 +9,11 @@ fn start(view: GpuView, texel: vec2<u32>) {
 }
 
 fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), 1.0);
-    nearest[i] = select(nearest[i], min(nearest[i], hit.depth), is_solid(hit));
+    let texel = corner + vec2(0.5, f32(i) + 0.5);
+    let hit = caster_hit(view, place, look, texel, 1.0);
+    if is_solid(view, place, look, texel, hit) {
+        nearest[i] = min(nearest[i], stored_depth(hit));
+    }
 }
 
 fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {

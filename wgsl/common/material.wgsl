@@ -12,9 +12,9 @@ struct GpuMaterial {
     reflectivity: f32,
     cutoff: f32,
     roughness: f32,
-    pad_0: u32,
-    pad_1: u32,
-    pad_2: u32,
+    pattern: u32,
+    pattern_scale: u32, // [texels of a cell]
+    blue_first: u32,    // texel of `casters` where the blue noise starts
 }
 
 const MAX_MATERIALS: u32 = 512u;

@@ -1,0 +1,286 @@
+//! Dither patterns: honest, independent, still, and the same on every device.
+use crate::common::{
+    TIERS, render,
+    scenes::{Chance, empty, flat_view, light, material, pane, particle, random_discs, triangle},
+};
+use gobo::{
+    caster::{Material, Profile, Shape, Texture, Transfer},
+    cpu,
+    dither::{self, BLUE_SIZE, Pattern, Place, blue_ranks, threshold},
+    frame::ViewMaps,
+    glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
+    light::LightKind,
+    scene::Scene,
+    view::{View, shadow_views},
+};
+
+/// Cells along an edge of the area that is counted: a whole number of every pattern's tiles.
+const EDGE: u32 = 64;
+
+/// The cells of an area, seen by a caster whose own space moves by `step` a texel.
+fn places(first: UVec2, edge: u32, step: Vec2) -> impl Iterator<Item = Place> {
+    (0..edge * edge).map(move |i| {
+        let cell = first + UVec2::new(i % edge, i / edge);
+        Place { cell, own: cell.as_vec2() * step, step }
+    })
+}
+
+/// Share of an area that a caster of opacity `a` blocks.
+fn covered(pattern: Pattern, a: f32, id: u32) -> f32 {
+    let step = Vec2::new(0.031, 0.017);
+    let blocks = |place: &Place| a > threshold(pattern, 1, place, id);
+    let count = places(UVec2::splat(EDGE * 1000), EDGE, step).filter(blocks).count();
+    count as f32 / (EDGE * EDGE) as f32
+}
+
+/// Independent draws in an area: the coarser cells of `hashed` are up to 2.83 texels wide.
+fn draws(pattern: Pattern) -> f32 {
+    let texels = (EDGE * EDGE) as f32;
+    if pattern == Pattern::Hashed { texels / 8.0 } else { texels }
+}
+
+const IDS: [u32; 8] = [0, 1, 2, 63, 64, 1000, 77_777, u32::MAX];
+
+#[test]
+fn the_covered_share_is_the_opacity() {
+    for pattern in Pattern::ALL {
+        let (mut sum, mut far, mut count) = (0.0, 0, 0);
+        for step in 0..=40 {
+            let a = step as f32 / 40.0;
+            for id in IDS {
+                let error = covered(pattern, a, id) - a;
+                if let Some(levels) = pattern.levels() {
+                    assert!(error.abs() <= 1.0 / levels as f32, "{pattern:?} {a} {id}: {error}");
+                }
+                let sigma = (a * (1.0 - a) / draws(pattern)).sqrt();
+                far += usize::from(pattern.levels().is_none() && error.abs() > 3.0 * sigma);
+                sum += error;
+                count += 1;
+            }
+        }
+        // Of a normal distribution 0.27% are further than 3 sigma.
+        assert!(far as f32 <= 0.01 * count as f32, "{pattern:?}: {far} of {count}");
+        assert!((sum / count as f32).abs() < 0.01, "{pattern:?}: {}", sum / count as f32);
+    }
+}
+
+#[test]
+fn nothing_and_everything_are_exact() {
+    for pattern in Pattern::ALL {
+        for id in IDS {
+            assert_eq!(covered(pattern, 0.0, id), 0.0, "{pattern:?}");
+            assert_eq!(covered(pattern, 1.0, id), 1.0, "{pattern:?}");
+        }
+    }
+}
+
+/// Over many casters, because one of `checkerboard` picks a level.
+#[test]
+fn a_fading_caster_vanishes_without_a_step() {
+    for pattern in Pattern::ALL {
+        let mean = |a: f32| (0..64).map(|id| covered(pattern, a, id * 97)).sum::<f32>() / 64.0;
+        for a in [0.1, 0.03, 0.01, 0.003, 0.001] {
+            let share = mean(a);
+            assert!((share - a).abs() <= 0.35 * a + 0.0005, "{pattern:?} {a}: {share}");
+        }
+    }
+}
+
+/// Share that two layers let through.
+fn through(pattern: Pattern, a: [f32; 2], ids: [u32; 2], edge: u32) -> f32 {
+    let step = Vec2::new(0.031, 0.017);
+    let open = |place: &Place| (0..2).all(|i| a[i] <= threshold(pattern, 1, place, ids[i]));
+    let count = places(UVec2::splat(1 << 20), edge, step).filter(open).count();
+    count as f32 / (edge * edge) as f32
+}
+
+#[test]
+fn two_layers_of_a_half_let_a_quarter_through() {
+    let mut chance = Chance::new(5);
+    let mut pairs = vec![[0, 1], [0, 63], [0, 64], [3, 67], [5, 5 + 64 * 9], [1 << 20, 1 << 21]];
+    pairs.extend((0..60).map(|_| [0; 2].map(|_| chance.below(1 << 30) as u32)));
+    for pattern in Pattern::ALL {
+        for &ids in &pairs {
+            let share = through(pattern, [0.5; 2], ids, 256);
+            assert!((share - 0.25).abs() < 0.05, "{pattern:?} {ids:?}: {share}");
+            // Different Walsh functions: exact over every 16x16 cells.
+            if pattern.levels().is_some() && ids[0] % 64 != ids[1] % 64 {
+                assert_eq!(through(pattern, [0.5; 2], ids, 16), 0.25, "{pattern:?} {ids:?}");
+            }
+            let share = through(pattern, [0.3, 0.8], ids, 256);
+            assert!((share - 0.7 * 0.2).abs() < 0.05, "{pattern:?} {ids:?}: {share}");
+        }
+        // One caster with itself: the check can fail.
+        assert!(through(pattern, [0.5; 2], [9, 9], 256) > 0.45);
+    }
+}
+
+#[test]
+fn blue_noise_has_each_rank_once_and_no_clusters() {
+    let ranks = blue_ranks();
+    let mut sorted = ranks.to_vec();
+    sorted.sort_unstable();
+    assert!(sorted.iter().copied().eq(0..(BLUE_SIZE * BLUE_SIZE) as u16));
+    // At 10% no two neighbours are both set; by chance a third of them would be.
+    let set = |x: u32, y: u32| {
+        ranks[(y % BLUE_SIZE * BLUE_SIZE + x % BLUE_SIZE) as usize] < ranks.len() as u16 / 10
+    };
+    let cells = || (0..BLUE_SIZE * BLUE_SIZE).map(|i| (i % BLUE_SIZE, i / BLUE_SIZE));
+    let crowded = cells().filter(|&(x, y)| set(x, y) && (set(x + 1, y) || set(x, y + 1))).count();
+    assert_eq!(crowded, 0);
+}
+
+fn dithered(pattern: Pattern, scale: u32) -> Material {
+    Material { pattern, pattern_scale: scale, ..material(Transfer::Dither) }
+}
+
+/// Discs, textured quads, puffs and triangles under a directional light and a spot.
+fn mixture(pattern: Pattern, scale: u32) -> Scene {
+    let like =
+        |shape, profile, texture| Material { shape, profile, texture, ..dithered(pattern, scale) };
+    let mut scene = empty(vec![
+        like(Shape::Disc, Profile::Soft, None),
+        like(Shape::Quad, Profile::Flat, Some(0)),
+        like(Shape::Puff, Profile::Soft, None),
+        Material { tint: Vec4::new(1.0, 1.0, 1.0, 0.4), ..dithered(pattern, scale) },
+        Material { reflectivity: 0.3, ..like(Shape::Disc, Profile::Flat, None) },
+        Material { cutoff: 0.4, ..material(Transfer::Cutout) },
+    ]);
+    let ramp = (0..16u8).flat_map(|i| [255, 255, 255, i * 17]).collect();
+    scene.textures = vec![Texture { name: "ramp".into(), width: 4, height: 4, rgba: ramp }];
+    let position = Vec3::new(3.0, 4.0, 2.5);
+    scene.lights = vec![
+        light(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
+        light(LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 }),
+    ];
+    scene.shadow.size = 128;
+    scene.particles = random_discs(400, 11);
+    let mut chance = Chance::new(4);
+    for particle in &mut scene.particles {
+        particle.material = [0, 1, 2, 4, 5][chance.below(5)];
+        particle.color.w = chance.unit();
+    }
+    for id in 0..6 {
+        let mut face = triangle([0; 3].map(|_| chance.vec3(-2.0, 2.0)), 3);
+        face.id = id;
+        scene.triangles.push(face);
+    }
+    scene
+}
+
+fn twin(scene: &Scene) -> Vec<ViewMaps> {
+    cpu::render_maps(scene, &shadow_views(scene)).0
+}
+
+fn opaques(maps: &[ViewMaps]) -> Vec<f32> {
+    maps.iter().flat_map(|view| view.opaque.iter().copied()).collect()
+}
+
+/// Where a ray grazes an edge, or an opacity is a threshold to the last bit, rounding decides.
+const GRAZED: f64 = 1e-4;
+
+fn share_apart(a: &[f32], b: &[f32]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let apart = a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 2e-6).count();
+    apart as f64 / a.len() as f64
+}
+
+#[test]
+fn gpu_matches_twin() {
+    for pattern in Pattern::ALL {
+        let scene = mixture(pattern, if pattern == Pattern::Bayer4 { 3 } else { 1 });
+        let expected = opaques(&twin(&scene));
+        let open = expected.iter().filter(|z| **z == 1.0).count() as f64 / expected.len() as f64;
+        assert!((0.2..0.8).contains(&open), "{open}");
+        for tier in TIERS {
+            let apart = share_apart(&opaques(&render(tier, &scene).maps), &expected);
+            assert!(apart <= GRAZED, "{pattern:?} {tier:?}: {apart}");
+        }
+    }
+    let other = opaques(&twin(&mixture(Pattern::Bayer8, 1)));
+    assert!(share_apart(&opaques(&twin(&mixture(Pattern::Bayer4, 1))), &other) > GRAZED);
+}
+
+/// Panes across the light's axis: no edge is grazed and no depth is rounded.
+#[test]
+fn gpu_matches_twin_bit_for_bit() {
+    for pattern in Pattern::ALL {
+        let mut scene =
+            empty(vec![Material { tint: Vec4::new(1.0, 1.0, 1.0, 0.37), ..dithered(pattern, 1) }]);
+        scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+        for id in 0..3 {
+            scene.triangles.extend(pane(0.2 + 0.1 * id as f32, 1.5, 0));
+        }
+        for (i, face) in scene.triangles.iter_mut().enumerate() {
+            face.id = i as u32 / 2;
+        }
+        let expected = opaques(&twin(&scene));
+        for tier in TIERS {
+            let maps = opaques(&render(tier, &scene).maps);
+            let bits = |maps: &[f32]| maps.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
+            assert!(bits(&maps) == bits(&expected), "{pattern:?} {tier:?}");
+        }
+    }
+}
+
+#[test]
+fn the_camera_changes_no_texel() {
+    for pattern in Pattern::ALL {
+        let scene = mixture(pattern, 1);
+        let mut moved = scene.clone();
+        moved.camera.eye += Vec3::new(0.3, -0.1, 0.7);
+        moved.camera.fov_y *= 0.5;
+        let (a, b) = (render(TIERS[1], &scene).maps, render(TIERS[1], &moved).maps);
+        assert!(opaques(&a) == opaques(&b), "{pattern:?}");
+    }
+}
+
+/// One disc, seen from above through 64x64 texels of 1/8 m.
+fn disc_map(pattern: Pattern, center: Vec3, view: &View) -> Vec<f32> {
+    let flat = Material { profile: Profile::Flat, ..dithered(pattern, 1) };
+    let mut scene = empty(vec![flat]);
+    scene.particles = vec![particle(center, 3.0, Vec4::new(1.0, 1.0, 1.0, 0.5))];
+    cpu::render_maps(&scene, std::slice::from_ref(view)).0.remove(0).opaque
+}
+
+#[test]
+fn the_pattern_lies_still_when_the_view_snaps() {
+    for pattern in Pattern::ALL {
+        let view = flat_view(64, 8.0);
+        let center = Vec3::new(0.3, -0.2, -5.0);
+        let snapped = View {
+            view_from_world: Mat4::from_translation(Vec3::new(3.0 / 8.0, -2.0 / 8.0, 0.0)),
+            ..view.clone()
+        };
+        let (a, b) = (disc_map(pattern, center, &view), disc_map(pattern, center, &snapped));
+        for y in 0..62 {
+            for x in 0..61 {
+                let same = a[y * 64 + x] == b[(y + 2) * 64 + x + 3];
+                assert!(same || pattern == Pattern::Hashed, "{pattern:?} {x} {y}");
+            }
+        }
+    }
+}
+
+/// Largest share of its texels that change when a caster of 50% moves by a fraction of a texel:
+/// `hashed` moves with it, so a texel changes only where a cell's border passes over it.
+#[test]
+fn a_moving_hashed_caster_changes_few_texels() {
+    let view = flat_view(64, 8.0);
+    let center = Vec3::new(0.01, 0.02, -5.0);
+    let still = disc_map(Pattern::Hashed, center, &view);
+    let inside = std::f32::consts::PI * 24.0 * 24.0;
+    for (fraction, most) in [(1.0 / 16.0, 0.06), (1.0 / 8.0, 0.1), (1.0 / 4.0, 0.18)] {
+        let moved = disc_map(Pattern::Hashed, center + Vec3::X * (fraction / 8.0), &view);
+        let changed = still.iter().zip(&moved).filter(|(a, b)| a != b).count() as f32 / inside;
+        assert!(changed <= most && changed > 0.0, "{fraction}: {changed}");
+    }
+}
+
+#[test]
+fn cells_are_as_large_as_asked() {
+    let view = flat_view(64, 8.0).to_gpu(0, UVec2::ZERO, 0);
+    let at = |x: f32| dither::cell(&view, 4, Vec2::new(x + 0.5, 0.5)).x;
+    assert_eq!(at(0.0), at(3.0));
+    assert_eq!(at(4.0), at(0.0) + 1);
+}
