@@ -88,6 +88,7 @@ impl GpuEngine {
         let Self { gpu, pipeline, timeline } = self;
         let views = shadow_views(scene);
         pipeline.set_pair_budget(scene.shadow.pair_budget);
+        pipeline.set_soften(scene.shadow.soften);
         let Scene { particles, triangles, materials, textures, .. } = scene;
         let casters =
             CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;

@@ -25,6 +25,8 @@ pub struct ShadowSettings {
     pub normal_bias: f32,
     /// Pairs that one batch of views may hold; casters past it take the scatter path.
     pub pair_budget: u32,
+    /// Whether dithered surfaces become a grey filter, blurred over a window of their pattern.
+    pub soften: bool,
 }
 
 impl Default for ShadowSettings {
@@ -36,6 +38,7 @@ impl Default for ShadowSettings {
             bias: 0.01,
             normal_bias: 1.5,
             pair_budget: 1 << 24,
+            soften: false,
         }
     }
 }

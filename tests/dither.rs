@@ -26,11 +26,11 @@ fn places(first: UVec2, edge: u32, step: Vec2) -> impl Iterator<Item = Place> {
 }
 
 /// Share of an area that a caster of opacity `a` blocks.
-fn covered(pattern: Pattern, a: f32, id: u32) -> f32 {
+fn covered(pattern: Pattern, a: f32, id: u32, edge: u32) -> f32 {
     let step = Vec2::new(0.031, 0.017);
     let blocks = |place: &Place| a > threshold(pattern, 1, place, id);
-    let count = places(UVec2::splat(EDGE * 1000), EDGE, step).filter(blocks).count();
-    count as f32 / (EDGE * EDGE) as f32
+    let count = places(UVec2::splat(EDGE * 1000), edge, step).filter(blocks).count();
+    count as f32 / (edge * edge) as f32
 }
 
 /// Independent draws in an area: the coarser cells of `hashed` are up to 2.83 texels wide.
@@ -48,7 +48,7 @@ fn the_covered_share_is_the_opacity() {
         for step in 0..=40 {
             let a = step as f32 / 40.0;
             for id in IDS {
-                let error = covered(pattern, a, id) - a;
+                let error = covered(pattern, a, id, EDGE) - a;
                 if let Some(levels) = pattern.levels() {
                     assert!(error.abs() <= 1.0 / levels as f32, "{pattern:?} {a} {id}: {error}");
                 }
@@ -68,8 +68,8 @@ fn the_covered_share_is_the_opacity() {
 fn nothing_and_everything_are_exact() {
     for pattern in Pattern::ALL {
         for id in IDS {
-            assert_eq!(covered(pattern, 0.0, id), 0.0, "{pattern:?}");
-            assert_eq!(covered(pattern, 1.0, id), 1.0, "{pattern:?}");
+            assert_eq!(covered(pattern, 0.0, id, EDGE), 0.0, "{pattern:?}");
+            assert_eq!(covered(pattern, 1.0, id, EDGE), 1.0, "{pattern:?}");
         }
     }
 }
@@ -78,7 +78,8 @@ fn nothing_and_everything_are_exact() {
 #[test]
 fn a_fading_caster_vanishes_without_a_step() {
     for pattern in Pattern::ALL {
-        let mean = |a: f32| (0..64).map(|id| covered(pattern, a, id * 97)).sum::<f32>() / 64.0;
+        let mean =
+            |a: f32| (0..1024).map(|id| covered(pattern, a, id * 97, 16)).sum::<f32>() / 1024.0;
         for a in [0.1, 0.03, 0.01, 0.003, 0.001] {
             let share = mean(a);
             assert!((share - a).abs() <= 0.35 * a + 0.0005, "{pattern:?} {a}: {share}");
@@ -283,4 +284,32 @@ fn cells_are_as_large_as_asked() {
     let at = |x: f32| dither::cell(&view, 4, Vec2::new(x + 0.5, 0.5)).x;
     assert_eq!(at(0.0), at(3.0));
     assert_eq!(at(4.0), at(0.0) + 1);
+}
+
+/// Shadows are dithered, pictures are not: glass stays smooth and keeps its highlights.
+#[test]
+fn the_picture_blends_dithered_glass() {
+    let with = |transfer| {
+        let glass = Material {
+            transfer,
+            tint: Vec4::new(0.3, 0.8, 0.5, 0.6),
+            transmission: 1.0,
+            roughness: 0.1,
+            ..Material::default()
+        };
+        let mut scene = empty(vec![glass]);
+        scene.background = Vec3::new(0.5, 0.6, 0.7);
+        scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+        scene.lights[0].casts = false;
+        scene.triangles = pane(0.1, 1.5, 0).to_vec();
+        scene
+    };
+    let (dithered, filtering) = (with(Transfer::Dither), with(Transfer::Filter));
+    for tier in TIERS {
+        let picture = render(tier, &dithered).picture;
+        assert!(picture.rgb == render(tier, &filtering).picture.rgb);
+        assert!(picture.rgb != render(tier, &empty(Vec::new())).picture.rgb);
+    }
+    let on_cpu = |scene: &Scene| cpu::render_picture(scene, &[], &[]).rgb;
+    assert!(on_cpu(&dithered) == on_cpu(&filtering));
 }

@@ -6,6 +6,7 @@ use gobo::{
     stage::{
         KERNELS,
         bin::{BatchCounters, BinParams, Segment, Tile},
+        filter::FilterParams,
         project::{Chunk, ProjectParams},
         shade::{GpuLight, PictureParams},
         sort::{SERIAL_SCATTER, SortPass},
@@ -29,6 +30,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<BatchCounters>,
     struct_agrees::<Tile>,
     struct_agrees::<Segment>,
+    struct_agrees::<FilterParams>,
     struct_agrees::<GpuLight>,
     struct_agrees::<PictureParams>,
 ];

@@ -7,6 +7,7 @@ mod closed_forms;
 mod common;
 mod device;
 mod dither;
+mod filter;
 mod gltf;
 mod hostile;
 mod layout;

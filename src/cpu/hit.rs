@@ -101,12 +101,13 @@ pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
 /// Light that passes a hit of opacity `a` and colour `c` (of `gain`: over 16), per channel.
 pub fn transmittance(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
     match transfer {
-        Transfer::Filter => Vec3::ONE - a * (Vec3::ONE - c),
+        // In the picture; shadows are dithered.
+        Transfer::Filter | Transfer::Dither => Vec3::ONE - a * (Vec3::ONE - c),
         Transfer::Stain => c * (1.0 - a),
         Transfer::Smoke => (1.0 - a) * (Vec3::ONE - a * (Vec3::ONE - c)),
         Transfer::Gain => c * MAX_GAIN,
         Transfer::Over => Vec3::splat(1.0 - a),
-        Transfer::None | Transfer::Opaque | Transfer::Cutout | Transfer::Dither => Vec3::ONE,
+        Transfer::None | Transfer::Opaque | Transfer::Cutout => Vec3::ONE,
     }
 }
 

@@ -4,6 +4,7 @@ use super::{
     accumulate::{Accumulated, Modes, ScatterSums, accumulate},
     bin::{Bins, bin},
     caster_hit::{Records, Target},
+    filter::filter,
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
     resolve::resolve,
@@ -15,6 +16,7 @@ use super::{
 use crate::{
     caster::{Material, Transfer},
     counters::Counters,
+    dither::window,
     footprint::{
         Caster, DEPTH_BITS, Footprint, GpuMaterial, INVISIBLE, TileRect, TriangleRecord,
         TriangleSetup,
@@ -37,6 +39,8 @@ pub(super) struct SceneRecords<'a> {
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
     pair_budget: u32,
+    /// 0 where dithered surfaces stay as they are [texels].
+    soften_window: u32,
 }
 
 /// One view's casters.
@@ -78,6 +82,7 @@ impl<'a> SceneRecords<'a> {
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
             modes: Modes { gain: uses(Transfer::Gain), ordered: uses(Transfer::Over) },
             pair_budget: scene.shadow.pair_budget,
+            soften_window: if scene.shadow.soften { window(materials) } else { 0 },
         }
     }
 
@@ -132,7 +137,9 @@ impl<'a> SceneRecords<'a> {
             accumulate(records, index as u32, &casters, opaque, sums, self.modes)
         });
         count(counters, &bins, sorted.len(), scattered.len());
-        self.store(view, &gpu_view, &accumulated, &opaque)
+        let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
+        filter(&mut maps, self.soften_window);
+        maps
     }
 
     /// Particles first, then triangles.

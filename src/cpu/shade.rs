@@ -117,7 +117,7 @@ impl Eye<'_> {
         let mut found = TileTexels::filled((1.0_f32, u32::MAX));
         for &i in casters {
             let target = Target::new(hits, &footprints[i as usize]);
-            if !target.material.transfer.is_opaque() {
+            if target.material.transfer.is_blended() {
                 continue;
             }
             for (place, pixel) in tile.texels() {
@@ -228,7 +228,7 @@ impl Eye<'_> {
             let footprint = &footprints[i as usize];
             let target = Target::new(hits, footprint);
             let material = target.material;
-            if material.transfer.is_opaque() {
+            if !material.transfer.is_blended() {
                 continue;
             }
             for (place, pixel) in tile.texels() {

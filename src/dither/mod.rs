@@ -8,7 +8,10 @@ mod blue;
 
 pub use blue::{BLUE_SIZE, blue_ranks};
 
-use crate::view::GpuView;
+use crate::{
+    caster::{Material, Transfer},
+    view::GpuView,
+};
 use glam::{IVec2, UVec2, Vec2};
 
 /// Cells along an edge of the blocks whose patterns are drawn anew for casters that share the
@@ -85,6 +88,17 @@ impl Pattern {
 
 /// Largest [`crate::caster::Material::pattern_scale`] [texels].
 pub const MAX_SCALE: u32 = 64;
+
+/// Widest [`window`] [texels].
+pub const MAX_WINDOW: u32 = 64;
+
+/// Edge of the window that shows every dithered material's opacity [texels]; 0 where there is
+/// none. Even.
+pub fn window(materials: &[Material]) -> u32 {
+    let dithered = materials.iter().filter(|material| material.transfer == Transfer::Dither);
+    let windows = dithered.map(|material| material.pattern.window() * material.pattern_scale);
+    windows.max().unwrap_or(0).min(MAX_WINDOW)
+}
 
 /// Where a caster is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! A batch: as many views as share the scratch memory at once, from casters to maps.
 use super::{
     Config,
-    casters::{CasterSet, Class},
+    casters::{CasterSet, Class, Span},
     kernels::{Kernels, Variant},
     list::{ChunkBuffers, Chunks, List, ListCounters, ListPlan, Scratch, view_array},
     maps::Maps,
@@ -18,7 +18,10 @@ use crate::{
     },
     view::{GpuView, MAX_VIEWS, View},
 };
-use std::{ops::Range, sync::Arc};
+use std::{
+    ops::{Range, RangeInclusive},
+    sync::Arc,
+};
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
 
 /// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
@@ -82,13 +85,14 @@ impl Context<'_, '_> {
     }
 }
 
+/// What a shadow view lists: what blocks light, and what filters it.
+const LISTS: [RangeInclusive<Class>; 2] =
+    [Class::Opaque..=Class::Dithered, Class::Translucent..=Class::Translucent];
+
 /// Cuts the views into batches and lists their casters.
 pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<Vec<Plan>, Error> {
-    let per_view = [Class::Opaque, Class::Translucent]
-        .map(|class| casters.particles(class).len() + casters.triangles(class).len())
-        .into_iter()
-        .max()
-        .unwrap_or(0) as u64;
+    let per_view =
+        LISTS.map(|list| casters.span(list).count()).into_iter().max().unwrap_or(0) as u64;
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
     if per_view > most_footprints {
         return Err(Error::Limit {
@@ -124,42 +128,38 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
 
 impl Plan {
     fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
-        let lists = [Class::Opaque, Class::Translucent].map(|class| {
-            let ranges = [casters.particles(class), casters.triangles(class)];
-            let features = casters.features(class).of_views(views[0].perspective > 0.0);
-            let mut plan = ListPlan::new(class, features, views.len() as u32, ranges);
-            let extents = casters.extents(class);
-            let first = casters.particles(class).start;
-            let may_be_tiny = |chunk: &&Chunk| {
-                let extent = &extents[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
-                extent.may_be_tiny(&views[chunk.view as usize])
-            };
-            plan.tiny_chunks = plan.particle_chunks.iter().filter(may_be_tiny).copied().collect();
-            plan
+        let perspective = views[0].perspective > 0.0;
+        let [blocking, filtering] = LISTS.map(|list| {
+            let span = casters.span(list.clone());
+            let features = span.features.of_views(perspective);
+            ListPlan::new(*list.start(), Span { features, ..span }, views.len() as u32)
         });
+        let first = casters.span(LISTS[1].clone()).particles.start;
+        let may_be_tiny = |chunk: &&Chunk| {
+            let extent = &casters.extents()[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
+            extent.may_be_tiny(&views[chunk.view as usize])
+        };
+        let tiny_chunks = filtering.particle_chunks.iter().filter(may_be_tiny).copied().collect();
+        let lists = [blocking, ListPlan { tiny_chunks, ..filtering }];
         Self { views, tile_count, lists }
     }
 
     /// Of the picture: what is solid, and all else that is seen.
     pub(super) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
-        use Class::{Opaque, Translucent, Unseen};
-        let seen = |of: fn(&CasterSet, Class) -> Range<u32>| {
-            of(casters, Translucent).start..of(casters, Unseen).end
-        };
-        let solid = [casters.particles(Opaque), casters.triangles(Opaque)];
-        let clear = [seen(CasterSet::particles), seen(CasterSet::triangles)];
-        let features = casters.features(Translucent).or(casters.features(Unseen));
+        let solid = casters.span(Class::Opaque..=Class::Opaque);
+        let clear = casters.span(Class::Dithered..=Class::Unseen);
+        let features = Features { plain: false, ..clear.features };
         let lists = [
-            ListPlan::new(Opaque, casters.features(Opaque).of_views(false), 1, solid),
-            ListPlan::new(Translucent, Features { plain: false, ..features }, 1, clear),
+            ListPlan::new(Class::Opaque, solid, 1),
+            ListPlan::new(Class::Translucent, Span { features, ..clear }, 1),
         ];
         Self { views: vec![view], tile_count, lists }
     }
 }
 
 impl ListPlan {
-    /// `ranges` of particles and of triangles, in every view.
-    fn new(class: Class, features: Features, view_count: u32, ranges: [Range<u32>; 2]) -> Self {
+    /// A span of casters, in every view.
+    fn new(class: Class, span: Span, view_count: u32) -> Self {
         let mut footprint_count = 0;
         let mut list = |range: Range<u32>| {
             let mut chunks = Vec::new();
@@ -173,7 +173,7 @@ impl ListPlan {
             }
             chunks
         };
-        let [particles, triangles] = ranges;
+        let Span { particles, triangles, features } = span;
         let particle_chunks = list(particles);
         let triangle_chunks = list(triangles);
         let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();

@@ -1,7 +1,7 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 use crate::{
     caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
-    dither::{Pattern, blue_ranks},
+    dither::{Pattern, blue_ranks, window},
     error::Error,
     footprint::{
         CASTER_TEXELS, Caster, GpuMaterial, MAX_MATERIALS, ROW, TRIANGLE_TEXELS, TriangleRecord,
@@ -12,7 +12,7 @@ use crate::{
     view::GpuView,
 };
 use bytemuck::Zeroable as _;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use wgpu::{
     TextureFormat::{Rgba8UnormSrgb, Rgba32Uint},
     TextureUsages,
@@ -23,6 +23,8 @@ use wgpu::{
 pub enum Class {
     /// To the opaque depth.
     Opaque,
+    /// To the opaque depth, but the picture blends it.
+    Dithered,
     /// To the filter.
     Translucent,
     /// Casts nothing, but is seen.
@@ -33,9 +35,27 @@ impl Class {
     pub fn of(material: &Material) -> Self {
         match material.transfer {
             Transfer::None => Self::Unseen,
+            Transfer::Dither => Self::Dithered,
             transfer if transfer.is_opaque() => Self::Opaque,
             _ => Self::Translucent,
         }
+    }
+}
+
+const CLASSES: usize = 4;
+
+/// The casters of neighbouring classes.
+#[derive(Clone, Debug)]
+pub struct Span {
+    /// In the order of the upload.
+    pub particles: Range<u32>,
+    pub triangles: Range<u32>,
+    pub features: Features,
+}
+
+impl Span {
+    pub fn count(&self) -> usize {
+        self.particles.len() + self.triangles.len()
     }
 }
 
@@ -78,11 +98,13 @@ pub struct CasterSet {
     pub triangles: wgpu::Texture,
     pub images: wgpu::Texture,
     pub materials: wgpu::Buffer,
-    particle_ranges: [Range<u32>; 3],
-    /// Of each class: what each [`CHUNK_SIZE`] particles are within.
-    particle_extents: [Vec<Extent>; 3],
-    triangle_ranges: [Range<u32>; 3],
-    features: [Features; 3],
+    particle_ranges: [Range<u32>; CLASSES],
+    /// Of translucent particles: what each [`CHUNK_SIZE`] of them are within.
+    extents: Vec<Extent>,
+    triangle_ranges: [Range<u32>; CLASSES],
+    features: [Features; CLASSES],
+    /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
+    pub dither_window: u32,
     /// Bytes by texture and buffer.
     pub memory: Memory,
 }
@@ -118,17 +140,16 @@ impl CasterSet {
             .collect();
         let records: Vec<_> =
             triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
-        let mut features = [Features::NONE; 3];
+        let mut features = [Features::NONE; CLASSES];
         for particle in particles {
             add_features(&mut features, &materials[particle.material as usize], true);
         }
         for triangle in triangles {
             add_features(&mut features, &materials[triangle.material as usize], false);
         }
-        let particle_extents = particle_ranges.clone().map(|range| {
-            let class = &casters[range.start as usize..range.end as usize];
-            class.chunks(CHUNK_SIZE as usize).map(Extent::of).collect()
-        });
+        let Range { start, end } = particle_ranges[Class::Translucent as usize];
+        let translucent = &casters[start as usize..end as usize];
+        let extents = translucent.chunks(CHUNK_SIZE as usize).map(Extent::of).collect();
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
         if materials.iter().any(|m| m.transfer == Transfer::Dither && m.pattern == Pattern::Blue) {
             // Behind the particles, because every kernel that dithers reads these already.
@@ -139,39 +160,39 @@ impl CasterSet {
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
             images: upload_images(&mut allocator, queue, textures)?,
             materials: upload_materials(&mut allocator, queue, materials, textures, blue_first),
-            particle_extents,
+            extents,
             particle_ranges,
             triangle_ranges,
             features,
+            dither_window: window(materials),
             memory,
         })
     }
 
-    /// Of the particles of a class, in the order of the upload.
-    pub fn particles(&self, class: Class) -> Range<u32> {
-        self.particle_ranges[class as usize].clone()
+    /// The casters of `classes`.
+    pub fn span(&self, classes: RangeInclusive<Class>) -> Span {
+        let (first, last) = (*classes.start() as usize, *classes.end() as usize);
+        let of = |ranges: &[Range<u32>; CLASSES]| ranges[first].start..ranges[last].end;
+        Span {
+            particles: of(&self.particle_ranges),
+            triangles: of(&self.triangle_ranges),
+            features: self.features[first..=last].iter().fold(Features::NONE, |a, &b| a.or(b)),
+        }
     }
 
-    /// Of the chunks of [`Self::particles`].
-    pub fn extents(&self, class: Class) -> &[Extent] {
-        &self.particle_extents[class as usize]
-    }
-
-    pub fn triangles(&self, class: Class) -> Range<u32> {
-        self.triangle_ranges[class as usize].clone()
-    }
-
-    pub fn features(&self, class: Class) -> Features {
-        self.features[class as usize]
+    /// Of the chunks of the translucent particles.
+    pub fn extents(&self) -> &[Extent] {
+        &self.extents
     }
 }
 
 /// Stable order by class, and each class's range in it.
-fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Range<u32>; 3]) {
+fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Range<u32>; CLASSES]) {
     let mut order = Vec::new();
-    let mut ranges = [0..0, 0..0, 0..0];
-    for (class, range) in
-        [Class::Opaque, Class::Translucent, Class::Unseen].into_iter().zip(&mut ranges)
+    let mut ranges = [const { 0..0 }; CLASSES];
+    for (class, range) in [Class::Opaque, Class::Dithered, Class::Translucent, Class::Unseen]
+        .into_iter()
+        .zip(&mut ranges)
     {
         let first = order.len() as u32;
         order.extend((0..).zip(classes.clone()).filter(|&(_, c)| c == class).map(|(i, _)| i));
@@ -180,7 +201,7 @@ fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Rang
     (order, ranges)
 }
 
-fn add_features(features: &mut [Features; 3], material: &Material, is_particle: bool) {
+fn add_features(features: &mut [Features; CLASSES], material: &Material, is_particle: bool) {
     let features = &mut features[Class::of(material) as usize];
     features.particles |= is_particle;
     features.triangles |= !is_particle;

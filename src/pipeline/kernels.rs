@@ -2,7 +2,9 @@
 use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
-    stage::{accumulate, bin, hits::Features, occlude, project, resolve, shade, sort::Sort},
+    stage::{
+        accumulate, bin, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
+    },
 };
 use std::collections::HashMap;
 
@@ -62,6 +64,8 @@ pub struct Kernels {
     pub(crate) bin_ranges: Kernel,
     pub(crate) bin_segments: Kernel,
     pub(crate) bin_dispatch: Kernel,
+    pub(crate) filter_rows: Kernel,
+    pub(crate) filter_columns: Kernel,
     variants: HashMap<(Variant, Features), Kernel>,
 }
 
@@ -79,6 +83,8 @@ impl Kernels {
             bin_ranges: kernel(&bin::RANGES),
             bin_segments: kernel(&bin::SEGMENTS),
             bin_dispatch: kernel(&bin::DISPATCH),
+            filter_rows: kernel(&filter::ROWS),
+            filter_columns: kernel(&filter::COLUMNS),
             variants: HashMap::new(),
         }
     }

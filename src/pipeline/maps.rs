@@ -57,6 +57,21 @@ impl Maps {
     }
 }
 
+impl Maps {
+    /// Of the same size and places, with nothing in them.
+    pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
+        let like = self.filters.size();
+        let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
+        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        Ok(Self {
+            filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
+            nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
+            opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
+            places: self.places.clone(),
+        })
+    }
+}
+
 /// Every texel of an r32float array.
 fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
     let size = texture.size();

@@ -4,12 +4,13 @@
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod batch;
 mod casters;
+mod filter;
 mod kernels;
 mod list;
 mod maps;
 mod picture;
 
-pub use casters::{CasterSet, Class};
+pub use casters::{CasterSet, Class, Span};
 pub use kernels::Kernels;
 pub use list::ListCounters;
 pub use maps::{MapPlace, Maps};
@@ -22,6 +23,7 @@ use crate::{
     view::View,
 };
 use batch::Batch;
+use filter::Filter;
 use list::Scratch;
 use std::sync::Arc;
 
@@ -34,11 +36,19 @@ pub struct Config {
     pub pair_budget: u32,
     /// Whether particles of at most 2x2 texels skip sort and bin.
     pub scatter_tiny: bool,
+    /// Whether dithered surfaces become a grey filter.
+    pub soften: bool,
 }
 
 impl Config {
     pub fn new(tier: Tier, adapter: &wgpu::AdapterInfo) -> Self {
-        Self { tier, sort: sort::Shape::of(adapter), pair_budget: 1 << 24, scatter_tiny: true }
+        Self {
+            tier,
+            sort: sort::Shape::of(adapter),
+            pair_budget: 1 << 24,
+            scatter_tiny: true,
+            soften: false,
+        }
     }
 }
 
@@ -54,6 +64,7 @@ pub struct Pipeline {
 pub struct Prepared {
     pub maps: Maps,
     batches: Vec<Batch>,
+    filter: Option<Filter>,
     pair_capacity: u32,
     /// Bytes by buffer and texture.
     pub memory: Memory,
@@ -71,6 +82,11 @@ impl Pipeline {
     /// For the next `prepare`.
     pub fn set_pair_budget(&mut self, pairs: u32) {
         self.config.pair_budget = pairs;
+    }
+
+    /// For the next `prepare`.
+    pub fn set_soften(&mut self, soften: bool) {
+        self.config.soften = soften;
     }
 
     pub fn kernels(&mut self) -> &mut Kernels {
@@ -105,7 +121,15 @@ impl Pipeline {
             };
             batches.push(Batch::new(&mut context, plan, &maps)?);
         }
-        Ok(Prepared { maps, batches, pair_capacity: scratch.pair_capacity, memory })
+        let window = if self.config.soften { casters.dither_window } else { 0 };
+        let (maps, filter) = if window > 0 {
+            let (maps, filter) =
+                Filter::new(&mut allocator, queue, &self.kernels, &plans, &maps, window)?;
+            (maps, Some(filter))
+        } else {
+            (maps, None)
+        };
+        Ok(Prepared { maps, batches, filter, pair_capacity: scratch.pair_capacity, memory })
     }
 }
 
@@ -124,6 +148,9 @@ impl Prepared {
     ) {
         for batch in &self.batches {
             batch.record(kernels, encoder, timeline);
+        }
+        if let Some(filter) = &self.filter {
+            filter.record(kernels, encoder, timeline);
         }
     }
 

@@ -75,6 +75,7 @@ pub(super) struct ShadowTable {
     pub bias: Option<f32>,
     pub normal_bias: Option<f32>,
     pub pair_budget: Option<u32>,
+    pub soften: Option<bool>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -78,7 +78,8 @@ pub(super) fn shadow(
     table: &Spanned<ShadowTable>,
 ) -> Result<ShadowSettings, SceneError> {
     let check = Table { source, table };
-    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget } = table.get_ref();
+    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget, soften } =
+        table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
     let nodes = nodes.unwrap_or(usual.nodes);
@@ -100,6 +101,7 @@ pub(super) fn shadow(
         bias: not_negative("bias", bias.unwrap_or(usual.bias))?,
         normal_bias: not_negative("normal_bias", normal_bias.unwrap_or(usual.normal_bias))?,
         pair_budget,
+        soften: soften.unwrap_or(usual.soften),
     })
 }
 

@@ -1,6 +1,7 @@
 //! The pipeline, stage by stage, in dispatch order.
 pub mod accumulate;
 pub mod bin;
+pub mod filter;
 pub mod hits;
 pub mod occlude;
 pub mod project;
@@ -24,6 +25,8 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &bin::RANGES,
     &bin::SEGMENTS,
     &bin::DISPATCH,
+    &filter::ROWS,
+    &filter::COLUMNS,
     &shade::SURFACES_CORE,
     &shade::SURFACES_NATIVE,
     &shade::CASTERS_LIT,

@@ -72,7 +72,8 @@ fn coverage(shape: u32, profile: u32, q: vec2<f32>) -> f32 {
 // Light that passes a hit of opacity a and colour c (of `gain`: over 16).
 fn transmittance(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
     switch transfer {
-        case TRANSFER_FILTER: { return 1.0 - a * (1.0 - c); }
+        // In the picture; shadows are dithered.
+        case TRANSFER_FILTER, TRANSFER_DITHER: { return 1.0 - a * (1.0 - c); }
         case TRANSFER_STAIN: { return c * (1.0 - a); }
         case TRANSFER_SMOKE: { return (1.0 - a) * (1.0 - a * (1.0 - c)); }
         case TRANSFER_GAIN: { return c * MAX_GAIN; }

@@ -1,0 +1,96 @@
+//! Maps with holes to maps with a grey filter, after all batches.
+use super::{batch::Plan, kernels::Kernels, list::view_array, maps::Maps};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Timeline, array_view},
+    stage::filter::{FilterParams, GROUP_SIZE},
+    view::{GpuView, MAX_VIEWS},
+};
+use glam::Vec2;
+use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages};
+
+/// Both passes, bound for each batch of views.
+#[derive(Debug)]
+pub(super) struct Filter {
+    passes: Vec<Pass>,
+}
+
+#[derive(Debug)]
+struct Pass {
+    rows: BindGroup,
+    columns: BindGroup,
+    groups: [u32; 3],
+}
+
+impl Filter {
+    /// And the maps that it fills from `maps`; `window` as in [`crate::dither::window`].
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        kernels: &Kernels,
+        plans: &[Plan],
+        maps: &Maps,
+        window: u32,
+    ) -> Result<(Maps, Self), Error> {
+        let device = allocator.device;
+        let soft = maps.softened(allocator)?;
+        let like = maps.filters.size();
+        let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
+        let rows =
+            allocator.texture("filter_rows", Rgba32Float, size, TextureUsages::STORAGE_BINDING)?;
+        let params = allocator.uniform::<FilterParams>("filter_params");
+        let value = FilterParams { radius: (window / 2) as i32, pad_0: 0, pad_1: 0, pad_2: 0 };
+        queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
+        let [filters, nearests, opaques] =
+            [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
+        let [soft_filters, soft_nearests, soft_opaques] =
+            [&soft.filters, &soft.nearests, &soft.opaques].map(array_view);
+        let rows = array_view(&rows);
+        let texture = BindingResource::TextureView;
+        let passes = plans
+            .iter()
+            .map(|plan| {
+                let views = allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
+                queue.write_buffer(&views, 0, bytemuck::cast_slice(&view_array(&plan.views)));
+                let (params, views) = (params.as_entire_binding(), views.as_entire_binding());
+                let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
+                let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));
+                Pass {
+                    rows: kernels.filter_rows.bind(
+                        device,
+                        &[params.clone(), views.clone(), texture(&opaques), texture(&rows)],
+                    ),
+                    columns: kernels.filter_columns.bind(
+                        device,
+                        &[
+                            params,
+                            views,
+                            texture(&rows),
+                            texture(&filters),
+                            texture(&nearests),
+                            texture(&opaques),
+                            texture(&soft_filters),
+                            texture(&soft_nearests),
+                            texture(&soft_opaques),
+                        ],
+                    ),
+                    groups: [groups.x, groups.y, plan.views.len() as u32],
+                }
+            })
+            .collect();
+        Ok((soft, Self { passes }))
+    }
+
+    pub(super) fn record(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        for Pass { rows, columns, groups } in &self.passes {
+            let mut pass = timeline.pass(encoder, "filter");
+            kernels.filter_rows.record(&mut pass, rows, *groups);
+            kernels.filter_columns.record(&mut pass, columns, *groups);
+        }
+    }
+}

@@ -1,0 +1,24 @@
+// filter, rows: how much of each row's window dithered surfaces block, and what is behind them.
+// CPU twin: src/cpu/filter.rs. Host: src/stage/filter.rs. Needs common/view.wgsl, window.wgsl.
+@group(0) @binding(0) var<uniform> params: FilterParams;
+@group(0) @binding(1) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(2) var opaques: texture_2d_array<f32>;
+@group(0) @binding(3) var rows: texture_storage_2d_array<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn filter_rows(@builtin(global_invocation_id) id: vec3<u32>) {
+    let view = views[id.z];
+    let size = vec2<i32>(view.size);
+    let texel = vec2<i32>(id.xy);
+    if any(texel >= size) {
+        return;
+    }
+    var sum = EMPTY_RUN;
+    for (var i = -params.radius; i <= params.radius; i += 1) {
+        let at = vec2(clamp(texel.x + i, 0, size.x - 1), texel.y);
+        let depth = textureLoad(opaques, vec2<i32>(view.origin) + at, view.layer, 0).r;
+        let run = select(vec4(0.0, 1.0, depth, 0.0), vec4(1.0, depth, -1.0, 1e6), is_dithered(depth));
+        sum = add_run(sum, run, window_weight(i, params.radius), abs(i));
+    }
+    textureStore(rows, view.origin + id.xy, view.layer, sum);
+}
