@@ -4,7 +4,7 @@ use gobo::{
     counters::Counters,
     frame::{Frame, Picture},
     render::Renderer,
-    scene,
+    scene::{self, Scene},
 };
 use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -29,7 +29,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
-    let scene = scene::load_with(&arguments.scene, &arguments.set)?;
+    let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
@@ -38,6 +38,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let frames = arguments.frames();
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
+        scene.set_time(f64::from(index) / Scene::FRAME_RATE);
         let frame = renderer.render(&scene, arguments.maps)?;
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
         if arguments.maps {

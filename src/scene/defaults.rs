@@ -15,6 +15,7 @@ pub(super) fn empty_scene() -> Scene {
         lights: Vec::new(),
         materials: Vec::new(),
         textures: Vec::new(),
+        animated: Vec::new(),
         particles: Vec::new(),
         triangles: Vec::new(),
         ambient: Vec3::new(0.18, 0.20, 0.24),

@@ -2,10 +2,13 @@
 use crate::{
     caster::{Profile, Shape, Transfer},
     dither::Pattern,
-    scene::generate::Generate,
+    scene::{generate::Generate, noise::Noise},
     settings::Receiver,
 };
-use serde::{Deserialize, Deserializer, de::Error as _};
+use serde::{
+    Deserialize, Deserializer,
+    de::{Error as _, MapAccess, value::MapAccessDeserializer},
+};
 use std::path::PathBuf;
 use toml::Spanned;
 
@@ -116,6 +119,35 @@ pub(super) struct LightTable {
     pub casts: Option<bool>,
 }
 
+/// A file, or what to make.
+#[derive(Clone, Debug)]
+pub(super) enum TextureSource {
+    File(PathBuf),
+    Noise(Noise),
+}
+
+impl<'de> Deserialize<'de> for TextureSource {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = TextureSource;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the path of an image, or a table such as { generate = \"noise\" }")
+            }
+
+            fn visit_str<E>(self, path: &str) -> Result<TextureSource, E> {
+                Ok(TextureSource::File(path.into()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TextureSource, A::Error> {
+                Noise::deserialize(MapAccessDeserializer::new(map)).map(TextureSource::Noise)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MaterialTable {
@@ -128,7 +160,7 @@ pub(super) struct MaterialTable {
     /// Of particles whose file has none [m].
     pub radius: Option<f32>,
     pub reflectivity: Option<f32>,
-    pub texture: Option<PathBuf>,
+    pub texture: Option<TextureSource>,
     pub cutoff: Option<f32>,
     pub pattern: Option<Pattern>,
     /// Of a pattern's cells [texels].

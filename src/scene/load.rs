@@ -1,9 +1,11 @@
 //! Scene files to scenes: everything is checked here, and nothing unchecked gets past.
 use super::{
     Scene, SceneError, defaults,
-    document::{Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable},
+    document::{Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable, TextureSource},
     generate::Generate,
-    gltf, particles, shapes,
+    gltf,
+    noise::Animated,
+    particles, shapes,
     source::{self, Source},
     tables,
 };
@@ -150,7 +152,19 @@ impl Loader<'_> {
                     "give each material its own name",
                 ));
             }
-            let texture = image.map(|file| self.image(&file)).transpose()?;
+            let texture = match image {
+                None => None,
+                Some(TextureSource::File(file)) => Some(self.image(&file)?),
+                Some(TextureSource::Noise(noise)) => {
+                    let index = self.scene.textures.len() as u32;
+                    let name = format!("noise of {}", material.name);
+                    self.scene.textures.push(noise.texture(name, 0.0));
+                    if noise.moves() {
+                        self.scene.animated.push(Animated { texture: index, noise });
+                    }
+                    Some(index)
+                }
+            };
             self.names.push(material.name.clone());
             self.radii.push(table.get_ref().radius);
             self.scene.materials.push(Material { texture, ..material });

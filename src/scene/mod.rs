@@ -9,6 +9,7 @@ mod gltf_material;
 mod gltf_mesh;
 mod gltf_texture;
 mod load;
+pub mod noise;
 mod particles;
 mod ply;
 mod shapes;
@@ -54,6 +55,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
+    /// Textures that follow the time.
+    pub animated: Vec<noise::Animated>,
     pub particles: Vec<Particle>,
     pub triangles: Vec<Triangle>,
     /// Light that comes from everywhere: linear rgb.

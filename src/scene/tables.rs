@@ -1,7 +1,8 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable},
+    document::{CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable, TextureSource},
+    noise::Noise,
     source::Source,
 };
 use crate::{
@@ -11,7 +12,6 @@ use crate::{
     settings::{MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
 };
 use glam::{UVec2, Vec3, Vec4};
-use std::path::PathBuf;
 use toml::Spanned;
 
 /// A table whose values are being checked.
@@ -231,11 +231,11 @@ pub(super) fn light(
     })
 }
 
-/// The material, and its texture's file.
+/// The material, and where its texture is from.
 pub(super) fn material(
     source: &Source<'_>,
     table: &Spanned<MaterialTable>,
-) -> Result<(Material, Option<PathBuf>), SceneError> {
+) -> Result<(Material, Option<TextureSource>), SceneError> {
     let check = Table { source, table };
     let given = table.get_ref();
     let usual = Material::default();
@@ -258,6 +258,9 @@ pub(super) fn material(
         let help = format!("a cell of a pattern is 1 to {MAX_SCALE} texels");
         return Err(check.fault("scale", format!("scale is {pattern_scale}"), &help));
     }
+    if let Some(TextureSource::Noise(noise)) = &given.texture {
+        noise_values(&check, noise)?;
+    }
     let share = |key, value: Option<f32>, usual| check.share(key, value.unwrap_or(usual));
     let material = Material {
         name: given.name.clone(),
@@ -275,4 +278,22 @@ pub(super) fn material(
         roughness: share("roughness", given.roughness, usual.roughness)?,
     };
     Ok((material, given.texture.clone()))
+}
+
+fn noise_values(check: &Table<'_, MaterialTable>, noise: &Noise) -> Result<(), SceneError> {
+    let Noise { size, cells, scroll, evolve, .. } = *noise;
+    for (name, value, most) in [("size", size, Noise::MAX_SIZE), ("cells", cells, Noise::MAX_CELLS)]
+    {
+        if !(1..=most).contains(&value) {
+            let message = format!("{name} is {value}");
+            return Err(check.fault("texture", message, &format!("{name} is 1 to {most}")));
+        }
+    }
+    for (name, value) in [("scroll", scroll[0]), ("scroll", scroll[1]), ("evolve", evolve)] {
+        if !value.is_finite() || value.abs() > 1e3 {
+            let message = format!("{name} is {value}");
+            return Err(check.fault("texture", message, "speeds are finite, up to 1000"));
+        }
+    }
+    Ok(())
 }

@@ -60,6 +60,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         lights: Vec::new(),
         materials,
         textures: Vec::new(),
+        animated: Vec::new(),
         particles: Vec::new(),
         triangles: Vec::new(),
         ambient: Vec3::ZERO,
