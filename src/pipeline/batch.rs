@@ -65,8 +65,7 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter =
-            self.config.scatter_tiny && plan.class == Class::Translucent && !self.camera;
+        let scatter = self.config.scatter_tiny && plan.class == Class::Translucent && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
@@ -127,8 +126,7 @@ impl Plan {
     fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
         let lists = [Class::Opaque, Class::Translucent].map(|class| {
             let ranges = [casters.particles(class), casters.triangles(class)];
-            let features =
-                casters.features(class).of_views(views[0].perspective > 0.0);
+            let features = casters.features(class).of_views(views[0].perspective > 0.0);
             let mut plan = ListPlan::new(class, features, views.len() as u32, ranges);
             let extents = casters.extents(class);
             let first = casters.particles(class).start;

@@ -50,10 +50,8 @@ impl SceneError {
         message: impl Into<String>,
         help: Option<String>,
     ) -> Self {
-        let start = (0..=span.start.min(text.len()))
-            .rev()
-            .find(|&i| text.is_char_boundary(i))
-            .unwrap_or(0);
+        let start =
+            (0..=span.start.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
         let before = &text[..start];
         Self::Document {
             path: path.to_owned(),

@@ -176,7 +176,8 @@ impl Generate {
             Self::Cloud { center, extent, radius, .. } => {
                 // Seven heaps around the middle.
                 let heap = (chance.bits() % 7) as f32;
-                let middle = Vec3::new((heap * 2.4).cos(), (heap * 1.7).sin() * 0.4, (heap * 2.4).sin());
+                let middle =
+                    Vec3::new((heap * 2.4).cos(), (heap * 1.7).sin() * 0.4, (heap * 2.4).sin());
                 let at = middle * 0.27 + chance.normal3() * 0.11;
                 let size = radius * chance.within(0.6, 1.4);
                 (Vec3::from(center) + at * Vec3::from(extent), size, chance.within(0.6, 1.0))

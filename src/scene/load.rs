@@ -217,11 +217,11 @@ impl Loader<'_> {
                     let help = format!("at most {}", Generate::MAX_COUNT);
                     return Err(self.error(table.span(), message, &help));
                 }
-                if let Some((name, value, _)) = generate.numbers().into_iter().find(
-                    |&(_, value, positive)| {
+                if let Some((name, value, _)) =
+                    generate.numbers().into_iter().find(|&(_, value, positive)| {
                         !value.is_finite() || value.abs() > 1e7 || (positive && value <= 0.0)
-                    },
-                ) {
+                    })
+                {
                     let message = format!("{name} is {value}");
                     let help = "lengths are finite, up to 1e7 and above 0";
                     return Err(self.error(table.span(), message, help));
