@@ -3,7 +3,7 @@ use crate::{
     counters::Counters,
     cpu,
     error::Error,
-    frame::{Frame, Picture, ViewMaps},
+    frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
     pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
@@ -72,18 +72,16 @@ fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
     let started = std::time::Instant::now();
     let (view_maps, counters) = cpu::render_maps(scene, &views);
     let maps_ms = started.elapsed().as_secs_f64() * 1e3;
+    let started = std::time::Instant::now();
+    let picture = cpu::render_picture(scene, &views, &view_maps);
+    let picture_ms = started.elapsed().as_secs_f64() * 1e3;
     Frame {
-        picture: blank(scene),
+        picture,
         maps: if maps { view_maps } else { Vec::new() },
         counters,
-        stages: vec![("maps", maps_ms)],
+        stages: vec![("maps", maps_ms), ("picture", picture_ms)],
         memory: Vec::new(),
     }
-}
-
-fn blank(scene: &Scene) -> Picture {
-    let size = scene.camera.size;
-    Picture { size, rgb: vec![[128; 3]; (size.x * size.y) as usize] }
 }
 
 impl GpuEngine {

@@ -7,6 +7,7 @@ use gobo::{
         KERNELS,
         bin::{BatchCounters, BinParams, Segment, Tile},
         project::{Chunk, ProjectParams},
+        shade::{GpuLight, PictureParams},
         sort::{SERIAL_SCATTER, SortPass},
     },
     view::GpuView,
@@ -28,6 +29,8 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<BatchCounters>,
     struct_agrees::<Tile>,
     struct_agrees::<Segment>,
+    struct_agrees::<GpuLight>,
+    struct_agrees::<PictureParams>,
 ];
 
 /// Every one is in the list: the sources are searched for `gpu_layout!`.

@@ -10,5 +10,6 @@ mod layout;
 mod particles;
 mod pipeline;
 mod properties;
+mod shade;
 mod shaders;
 mod sort;

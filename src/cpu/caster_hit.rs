@@ -27,6 +27,8 @@ pub struct Hit {
     pub light: Vec3,
     /// What `over` puts in, per channel.
     pub added: Vec3,
+    /// `c`; of `gain` over 16.
+    pub color: Vec3,
     /// `a`
     pub opacity: f32,
     /// Light depth, 0..=1.
@@ -131,7 +133,7 @@ impl<'a> Target<'a> {
     fn optics(&self, opacity: f32, color: Vec3, depth: f32) -> Hit {
         let transfer = self.material.transfer;
         let added = if transfer == Transfer::Over { color * opacity } else { Vec3::ZERO };
-        Hit { light: transmittance(transfer, opacity, color), added, opacity, depth }
+        Hit { light: transmittance(transfer, opacity, color), added, color, opacity, depth }
     }
 }
 
@@ -190,6 +192,7 @@ fn puff_hit(chord: Chord, color: Vec3, alpha: f32) -> Hit {
     Hit {
         light: per_diameter.powf(chord.share),
         added: Vec3::ZERO,
+        color,
         opacity: 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share),
         depth: chord.depth,
     }

@@ -29,22 +29,22 @@ use glam::UVec2;
 const CHUNK: usize = 4096;
 
 /// What all views share.
-struct SceneRecords<'a> {
-    materials: &'a [Material],
+pub(super) struct SceneRecords<'a> {
+    pub materials: &'a [Material],
     gpu_materials: Vec<GpuMaterial>,
-    images: Vec<Image>,
-    casters: Vec<Caster>,
-    triangles: Vec<TriangleRecord>,
+    pub images: Vec<Image>,
+    pub casters: Vec<Caster>,
+    pub triangles: Vec<TriangleRecord>,
     modes: Modes,
     pair_budget: u32,
 }
 
 /// One view's casters.
-struct ViewCasters {
-    footprints: Vec<Footprint>,
-    keys: Vec<u32>,
-    rects: Vec<TileRect>,
-    setups: Vec<TriangleSetup>,
+pub(super) struct ViewCasters {
+    pub footprints: Vec<Footprint>,
+    pub keys: Vec<u32>,
+    pub rects: Vec<TileRect>,
+    pub setups: Vec<TriangleSetup>,
 }
 
 /// The maps of all views, and what they counted. Each view is a batch of its own.
@@ -60,7 +60,7 @@ pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
 }
 
 impl<'a> SceneRecords<'a> {
-    fn new(scene: &'a Scene) -> Self {
+    pub(super) fn new(scene: &'a Scene) -> Self {
         let materials = &scene.materials[..];
         let uses = |transfer: Transfer| {
             let used = |material: u32| materials[material as usize].transfer == transfer;
@@ -85,7 +85,8 @@ impl<'a> SceneRecords<'a> {
         let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;
-        let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view);
+        let params = ProjectParams { scatter: !self.modes.ordered, unseen: false };
+        let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
         let sorted = depth_order(&keys);
         let bins = bin(&sorted, &rects, &[gpu_view], tile_count as u32, self.pair_budget);
         let mut overflowed = bins.overflowed.clone();
@@ -135,8 +136,7 @@ impl<'a> SceneRecords<'a> {
     }
 
     /// Particles first, then triangles.
-    fn project(&self, view: &GpuView) -> ViewCasters {
-        let params = ProjectParams { scatter: !self.modes.ordered };
+    pub(super) fn project(&self, view: &GpuView, params: ProjectParams) -> ViewCasters {
         let chunks = each(self.casters.len().div_ceil(CHUNK), |chunk| {
             let first = chunk * CHUNK;
             let casters = &self.casters[first..(first + CHUNK).min(self.casters.len())];
@@ -188,7 +188,7 @@ impl<'a> SceneRecords<'a> {
 }
 
 /// Visible footprints, front to back; equal keys in order of footprints.
-fn depth_order(keys: &[u32]) -> Vec<u32> {
+pub(super) fn depth_order(keys: &[u32]) -> Vec<u32> {
     let visible = keys.iter().zip(0..).filter(|&(&key, _)| key != INVISIBLE);
     let mut pairs: Vec<Pair> = visible.map(|(&key, value)| Pair { key, value }).collect();
     sort(&mut pairs, &mut Vec::new(), 0..DEPTH_BITS);

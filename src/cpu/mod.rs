@@ -8,6 +8,8 @@ pub mod occlude;
 pub mod project;
 pub mod receive;
 pub mod resolve;
+mod shade;
+pub mod shading;
 mod sort;
 pub mod texture;
 mod threads;
@@ -15,4 +17,5 @@ pub mod tile;
 
 pub use maps::render_maps;
 pub use receive::{MapTexel, receive};
+pub use shade::render_picture;
 pub use sort::{Pair, sort};

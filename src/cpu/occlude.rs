@@ -13,7 +13,7 @@ fn dither_threshold() -> f32 {
     0.5
 }
 
-fn is_solid(material: &Material, hit: &Hit) -> bool {
+pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
     match material.transfer {
         Transfer::Opaque => true,
         Transfer::Cutout => hit.opacity >= material.cutoff,

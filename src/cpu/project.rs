@@ -45,6 +45,8 @@ pub struct ProjectParams {
     /// Whether particles that touch at most 2x2 texels leave the sorted order. Off where the order
     /// counts.
     pub scatter: bool,
+    /// The camera sees what casts nothing.
+    pub unseen: bool,
 }
 
 /// The first of the 2x2 texels around `center` that a scattered caster may touch.
@@ -115,7 +117,8 @@ pub fn project_particle(
     }
     let nearest = (distance - depth_reach - view.near) / range;
     let farthest = (distance + depth_reach - view.near) / range;
-    if material.transfer == Transfer::None as u32 || farthest < 0.0 || nearest > 1.0 {
+    let unseen = material.transfer == Transfer::None as u32 && !params.unseen;
+    if unseen || farthest < 0.0 || nearest > 1.0 {
         return Projected::INVISIBLE;
     }
     let round = shape != Shape::Quad as u32 && view.perspective == 0.0;

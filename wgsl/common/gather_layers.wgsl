@@ -36,13 +36,15 @@ fn first_waiting(i: u32) -> u32 {
     return select(select(2u, 1u, d.y <= d.z), 0u, d.x <= min(d.y, d.z));
 }
 
+fn waits_before(i: u32, depth: f32) -> bool {
+    let d = waiting_depth[i];
+    return min(d.x, min(d.y, d.z)) < depth;
+}
+
 // The panes before light depth `depth`, nearest first.
 fn lay_waiting(i: u32, depth: f32) {
-    for (var n = 0u; n < 3u; n += 1u) {
+    while waits_before(i, depth) {
         let k = first_waiting(i);
-        if !(waiting_depth[i][k] < depth) {
-            break;
-        }
         lay(i, waiting_color[3u * i + k], waiting_passed[3u * i + k]);
         waiting_depth[i][k] = NOWHERE;
     }

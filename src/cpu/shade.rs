@@ -1,0 +1,343 @@
+//! Twin of `wgsl/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
+//! shaded instead of summed.
+use super::{
+    accumulate::SEGMENT,
+    bin::{Bins, bin},
+    caster_hit::{Hit, Records, Target},
+    maps::{SceneRecords, ViewCasters, depth_order},
+    occlude::is_solid,
+    project::ProjectParams,
+    shading::{Lighting, Surface, fresnel, to_screen, world_point},
+    threads::each,
+    tile::{TEXELS, Tile, TileTexels},
+};
+use crate::{
+    caster::{MAX_GAIN, Material, Transfer},
+    footprint::{Footprint, TRIANGLE_BIT, TriangleSetup, from_octahedral},
+    frame::{Picture, ViewMaps},
+    pipeline::Class,
+    scene::Scene,
+    view::{GpuView, View},
+};
+use glam::{Mat4, UVec2, Vec2, Vec3};
+
+/// What is behind less than this is not seen.
+const FAINT: f32 = 1.0 / 1024.0;
+/// Panes that wait for what may lie before them.
+const MAX_WAITING: usize = 3;
+
+/// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
+pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
+    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let view = camera.to_gpu(0, UVec2::ZERO, 0);
+    let eye = Eye {
+        view,
+        world_from_view: camera.view_from_world.inverse(),
+        lighting: Lighting::new(scene, views, maps),
+    };
+    let solid_scene = of_classes(scene, &[Class::Opaque]);
+    let clear_scene = of_classes(scene, &[Class::Translucent, Class::Unseen]);
+    let solid = Seen::new(&solid_scene, &view);
+    let clear = Seen::new(&clear_scene, &view);
+    let lit: Vec<Vec3> = each(clear.casters.footprints.len(), |i| eye.light_caster(&clear, i));
+    let tile_count = (view.tiles_x * camera.tiles().y) as usize;
+    let tiles = each(tile_count, |index| {
+        let tile = Tile::new(&view, index as u32);
+        let surfaces = eye.surfaces(&solid, index, &tile);
+        eye.composite(&clear, &lit, index, &tile, &surfaces)
+    });
+    let size = scene.camera.size;
+    let mut picture = Picture { size, rgb: vec![[0; 3]; (size.x * size.y) as usize] };
+    for (index, colors) in tiles.iter().enumerate() {
+        for (place, pixel) in Tile::new(&view, index as u32).texels() {
+            let at = pixel.as_uvec2();
+            picture.rgb[(at.y * size.x + at.x) as usize] = to_screen(colors[place]);
+        }
+    }
+    picture
+}
+
+/// Only casters of `classes`, in that order.
+fn of_classes(scene: &Scene, classes: &[Class]) -> Scene {
+    let mut part = Scene { particles: Vec::new(), triangles: Vec::new(), ..scene.clone() };
+    for &class in classes {
+        let is = |material: u32| Class::of(&scene.materials[material as usize]) == class;
+        part.particles.extend(scene.particles.iter().filter(|p| is(p.material)));
+        part.triangles.extend(scene.triangles.iter().filter(|t| is(t.material)));
+    }
+    part
+}
+
+/// Casters as the camera sees them.
+struct Seen<'a> {
+    records: SceneRecords<'a>,
+    casters: ViewCasters,
+    bins: Bins,
+    view: GpuView,
+}
+
+impl<'a> Seen<'a> {
+    fn new(scene: &'a Scene, view: &GpuView) -> Self {
+        let records = SceneRecords::new(scene);
+        let casters = records.project(view, ProjectParams { scatter: false, unseen: true });
+        let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(crate::view::TILE_SIZE);
+        let sorted = depth_order(&casters.keys);
+        let bins = bin(&sorted, &casters.rects, &[*view], tile_count, u32::MAX);
+        Self { records, casters, bins, view: *view }
+    }
+
+    fn records(&self) -> Records<'_> {
+        Records {
+            view: &self.view,
+            casters: &self.records.casters,
+            setups: &self.casters.setups,
+            materials: self.records.materials,
+            images: &self.records.images,
+        }
+    }
+
+    fn setup(&self, footprint: &Footprint) -> &TriangleSetup {
+        &self.casters.setups[footprint.red_green as usize]
+    }
+}
+
+/// The camera and its light.
+struct Eye<'a> {
+    view: GpuView,
+    world_from_view: Mat4,
+    lighting: Lighting<'a>,
+}
+
+/// Where a pane does to a pixel what it does.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    depth: f32,
+    own: Vec3,
+    passed: Vec3,
+}
+
+/// A pixel while layers are laid over it: light `L` behind becomes `color + passed * L`.
+#[derive(Clone, Debug)]
+struct Pixel {
+    color: Vec3,
+    passed: Vec3,
+    waiting: Vec<Layer>,
+}
+
+impl Pixel {
+    const CLEAR: Self = Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new() };
+
+    fn lay(&mut self, own: Vec3, passed: Vec3) {
+        self.color += self.passed * own;
+        self.passed *= passed;
+    }
+
+    /// The panes before `depth`, nearest first.
+    fn lay_waiting(&mut self, depth: f32) {
+        while self.waiting.first().is_some_and(|layer| layer.depth < depth) {
+            let layer = self.waiting.remove(0);
+            self.lay(layer.own, layer.passed);
+        }
+    }
+
+    fn wait(&mut self, layer: Layer) {
+        let place = self.waiting.partition_point(|other| other.depth < layer.depth);
+        self.waiting.insert(place, layer);
+        if self.waiting.len() > MAX_WAITING {
+            let nearest = self.waiting.remove(0);
+            self.lay(nearest.own, nearest.passed);
+        }
+    }
+}
+
+impl Eye<'_> {
+    fn point(&self, pixel: Vec2, depth: f32) -> Vec3 {
+        world_point(&self.view, &self.world_from_view, pixel, depth)
+    }
+
+    fn position(&self) -> Vec3 {
+        self.world_from_view.w_axis.truncate()
+    }
+
+    fn light_caster(&self, clear: &Seen<'_>, footprint: usize) -> Vec3 {
+        let caster = clear.casters.footprints[footprint].caster;
+        if clear.casters.rects[footprint].tiles().next().is_none() || caster & TRIANGLE_BIT != 0 {
+            return Vec3::ZERO;
+        }
+        let caster = &clear.records.casters[caster as usize];
+        self.lighting.light_particle(caster.center, caster.radius)
+    }
+
+    /// Colour and light depth of the solid casters, or of the sky.
+    fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<(Vec3, f32)> {
+        let mut nearest = TileTexels::filled((1.0_f32, None));
+        for pair in solid.bins.tile(index) {
+            let footprint = &solid.casters.footprints[pair.footprint as usize];
+            let target = Target::new(solid.records(), footprint);
+            for (place, pixel) in tile.texels() {
+                if let Some(hit) = target.hit(pixel, 1.0)
+                    && is_solid(target.material, &hit)
+                    && hit.depth < nearest[place].0
+                {
+                    nearest[place] = (hit.depth, Some((footprint, target.material, hit)));
+                }
+            }
+        }
+        let mut surfaces = TileTexels::filled((Vec3::ZERO, 1.0));
+        for (place, pixel) in tile.texels() {
+            let (depth, seen) = nearest[place];
+            let color = match seen {
+                Some((footprint, material, hit)) => {
+                    self.shade(solid, footprint, material, &hit, pixel)
+                }
+                None => {
+                    let away = self.point(pixel, 1.0) - self.position();
+                    self.lighting.sky(away.normalize())
+                }
+            };
+            surfaces[place] = (color, depth);
+        }
+        surfaces
+    }
+
+    fn shade(
+        &self,
+        solid: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Vec3 {
+        let surface = if footprint.caster & TRIANGLE_BIT != 0 {
+            self.triangle(solid, footprint, material, hit, pixel)
+        } else {
+            let caster = &solid.records.casters[footprint.caster as usize];
+            let point = self.point(pixel, hit.depth);
+            let to_eye = (self.position() - point).normalize();
+            // Round, whatever way the disc faces.
+            let aside = (point - caster.center) / caster.radius;
+            let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
+            let normal = (aside + to_eye * out).normalize();
+            let albedo = (caster.color() * material.tint).truncate();
+            let reach = caster.radius;
+            let roughness = material.roughness;
+            Surface { point, normal, face: normal, to_eye, albedo, roughness, reach }
+        };
+        self.lighting.shade_solid(&surface) + material.emission
+    }
+
+    fn triangle(
+        &self,
+        seen: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Surface {
+        let setup = seen.setup(footprint);
+        let point = self.point(pixel, hit.depth);
+        let to_eye = (self.position() - point).normalize();
+        let record = &seen.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize];
+        let weights = setup.hit(pixel).map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
+        let [a, b, c] = record.normals.map(from_octahedral);
+        let normal = a * weights.x + b * weights.y + c * weights.z;
+        let normal = normal / normal.length().max(1e-6);
+        let toward = |n: Vec3| if n.dot(to_eye) >= 0.0 { n } else { -n };
+        Surface {
+            point,
+            normal: toward(normal),
+            face: toward(from_octahedral(setup.normal)),
+            to_eye,
+            albedo: seen_color(hit, material),
+            roughness: material.roughness,
+            reach: 0.0,
+        }
+    }
+
+    /// What is not solid over what is.
+    fn composite(
+        &self,
+        clear: &Seen<'_>,
+        lit: &[Vec3],
+        index: usize,
+        tile: &Tile,
+        surfaces: &TileTexels<(Vec3, f32)>,
+    ) -> TileTexels<Vec3> {
+        let mut pixels = TileTexels::filled(Pixel::CLEAR);
+        for segment in clear.bins.tile(index).chunks(SEGMENT) {
+            let mut part = TileTexels::filled(Pixel::CLEAR);
+            for pair in segment {
+                let footprint = &clear.casters.footprints[pair.footprint as usize];
+                let target = Target::new(clear.records(), footprint);
+                let material = target.material;
+                for (place, at) in tile.texels() {
+                    let (_, opaque) = surfaces[place];
+                    let pixel = &mut part[place];
+                    if pixel.passed.max_element() < FAINT {
+                        continue;
+                    }
+                    let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {
+                        continue;
+                    };
+                    if footprint.caster & TRIANGLE_BIT != 0 {
+                        pixel.wait(self.pane(clear, footprint, material, &hit, at));
+                        continue;
+                    }
+                    pixel.lay_waiting(hit.depth);
+                    let adds = material.transfer == Transfer::None;
+                    let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
+                    let own = seen_color(&hit, material) * light + material.emission;
+                    let passed = if adds { 1.0 } else { 1.0 - hit.opacity };
+                    pixel.lay(hit.opacity * own, Vec3::splat(passed));
+                }
+            }
+            for place in 0..TEXELS {
+                part[place].lay_waiting(f32::INFINITY);
+                pixels[place].lay(part[place].color, part[place].passed);
+            }
+        }
+        let mut colors = TileTexels::filled(Vec3::ZERO);
+        for place in 0..TEXELS {
+            colors[place] = pixels[place].color + pixels[place].passed * surfaces[place].0;
+        }
+        colors
+    }
+
+    fn pane(
+        &self,
+        clear: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Layer {
+        let (depth, opacity) = (hit.depth, hit.opacity);
+        let emitted = opacity * material.emission;
+        let albedo = seen_color(hit, material);
+        if material.transfer == Transfer::None {
+            return Layer { depth, own: emitted + opacity * albedo, passed: Vec3::ONE };
+        }
+        let surface = self.triangle(clear, footprint, material, hit, pixel);
+        let lit = self.lighting.light_sheet(&surface);
+        // A sheet that is not clear scatters half of what it covers and filters the rest.
+        let covers = material.transfer == Transfer::Over;
+        let share = opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) };
+        let mirrored = opacity * fresnel(surface.normal.dot(surface.to_eye));
+        let reflected = (-surface.to_eye).reflect(surface.normal);
+        let own = emitted
+            + share * albedo * lit.diffuse
+            + opacity * lit.shine
+            + mirrored * self.lighting.sky(reflected);
+        let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
+        Layer { depth, own, passed: hit.light * behind }
+    }
+}
+
+/// Colour that scatters; what gathers light scatters all of it.
+fn seen_color(hit: &Hit, material: &Material) -> Vec3 {
+    if material.transfer == Transfer::Gain {
+        (hit.color * MAX_GAIN).min(Vec3::ONE)
+    } else {
+        hit.color
+    }
+}
