@@ -3,7 +3,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 
 DEMOS := smoke glass
 
-.PHONY: demo test setup
+.PHONY: demo test bench setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -14,6 +14,11 @@ demo: setup
 
 test: setup
 	cargo test
+
+# Shadow maps beside the raster pipeline: a quick table, and a page with plots.
+bench: setup
+	cargo run --release --quiet -- bench --casters 10k,100k --vs raster --html bench.html
+	@echo "The plots are in bench.html."
 
 # Installs a Vulkan driver and a C++ compiler where they are missing.
 setup:

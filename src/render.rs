@@ -69,12 +69,11 @@ impl Renderer {
 
 fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
     let views = shadow_views(scene);
-    let started = std::time::Instant::now();
+    let clock = std::time::Instant::now();
     let (view_maps, counters) = cpu::render_maps(scene, &views);
-    let maps_ms = started.elapsed().as_secs_f64() * 1e3;
-    let started = std::time::Instant::now();
+    let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = cpu::render_picture(scene, &views, &view_maps);
-    let picture_ms = started.elapsed().as_secs_f64() * 1e3;
+    let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
     Frame {
         picture,
         maps: if maps { view_maps } else { Vec::new() },

@@ -244,7 +244,9 @@ fn directional(index: usize, light: &Light, size: UVec2, direction: Vec3, box_: 
     let window = (max - min).truncate().max_element() + 2.0 * margin;
     let middle = (min + max) * 0.5;
     let near = light.near.unwrap_or(0.0);
-    let far = light.far.unwrap_or(max.z - min.z + 2.0 * margin);
+    let far = light.far.unwrap_or_else(|| {
+        (max.z - min.z + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3))
+    });
     let shift = Mat4::from_translation(-Vec3::new(middle.x, middle.y, max.z + margin));
     View {
         light: Some(index),
@@ -269,7 +271,8 @@ fn perspective(
 ) -> View {
     let (_, deepest) = depth_range(&view_from_world, bounds);
     let margin = (bounds.radius() * 0.01).max(1e-4);
-    let far = light.far.unwrap_or_else(|| (deepest + margin).max(margin));
+    let beyond = light.near.map_or(margin, |near| near * 2.0);
+    let far = light.far.unwrap_or_else(|| (deepest + margin).max(beyond));
     let near = light.near.unwrap_or(far * 1e-4);
     View {
         light: Some(index),

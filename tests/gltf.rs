@@ -236,6 +236,8 @@ fn errors_name_what_is_wrong() {
         error("\"perspective\": {", "\"orthographic\": {\"xmag\":1,\"ymag\":1,\"zfar\":9,")
             .contains("camera 0")
     );
+    let uvs = "5126, \"count\": 3, \"type\": \"VEC2\"";
+    assert!(error(uvs, &uvs.replace("5126", "5125")).contains("holds no uvs"));
     let missing = document(r#","uri":"%ff%zz.bin""#);
     assert!(matches!(load("missing.gltf", missing), Err(SceneError::Read { .. })));
     let far = document(r#","uri":"https://example.com/a.bin""#);

@@ -1,4 +1,5 @@
 //! What can be asked for.
+use super::bench::BenchArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use gobo::gpu::Backend;
 use std::{ops::Range, path::PathBuf, str::FromStr};
@@ -15,6 +16,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render a scene's frames, and its shadow maps
     Render(RenderArguments),
+    /// Measure the shadow maps, also against the raster pipeline
+    Bench(BenchArguments),
     /// Read and validate a scene; no GPU is touched
     Check {
         /// A .toml, .glb, .gltf or .ply file
@@ -72,14 +75,7 @@ pub(crate) struct RenderArguments {
 
 impl RenderArguments {
     pub(crate) fn backend(&self) -> Backend {
-        match self.backend {
-            BackendName::Auto => Backend::Auto,
-            BackendName::Vulkan => Backend::Vulkan,
-            BackendName::Metal => Backend::Metal,
-            BackendName::Dx12 => Backend::Dx12,
-            BackendName::Gl => Backend::Gl,
-            BackendName::Cpu => Backend::Cpu,
-        }
+        self.backend.into()
     }
 
     /// The frames of this shard, ascending; frame 0 where none are named.
@@ -99,13 +95,26 @@ impl RenderArguments {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum BackendName {
+pub(crate) enum BackendName {
     Auto,
     Vulkan,
     Metal,
     Dx12,
     Gl,
     Cpu,
+}
+
+impl From<BackendName> for Backend {
+    fn from(name: BackendName) -> Self {
+        match name {
+            BackendName::Auto => Self::Auto,
+            BackendName::Vulkan => Self::Vulkan,
+            BackendName::Metal => Self::Metal,
+            BackendName::Dx12 => Self::Dx12,
+            BackendName::Gl => Self::Gl,
+            BackendName::Cpu => Self::Cpu,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -1,14 +1,21 @@
 //! Why a command ended early, and its exit status.
+use gobo::scene::SceneError;
+use miette::Diagnostic as _;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
     #[error(transparent)]
-    Scene(#[from] gobo::scene::SceneError),
+    Scene(#[from] SceneError),
     #[error(transparent)]
     Gpu(#[from] gobo::error::Error),
     #[error("{}: {source}", .path.display())]
     File { path: PathBuf, source: std::io::Error },
+    #[error("{0}")]
+    Usage(String),
+    /// A benchmark whose maps are wrong.
+    #[error("{0}")]
+    Wrong(String),
     #[error("standard output: {0}")]
     Output(std::io::Error),
 }
@@ -18,11 +25,14 @@ impl Failure {
         Self::File { path: path.to_owned(), source }
     }
 
-    /// On stderr; of a scene file with the line and what to do.
+    /// On stderr; of a scene file with the lines around the place and what to do.
     pub(crate) fn print(self) {
         eprintln!("gobo: {self}");
-        if let Self::Scene(error) = self {
-            eprintln!("{:?}", miette::Report::new(error));
+        let Self::Scene(error) = self else { return };
+        match (&error, error.help().map(|help| help.to_string())) {
+            (SceneError::Document { .. }, _) => eprintln!("{:?}", miette::Report::new(error)),
+            (_, Some(help)) => eprintln!("  help: {help}"),
+            (_, None) => {}
         }
     }
 
@@ -30,9 +40,9 @@ impl Failure {
     pub(crate) fn status(&self) -> u8 {
         use gobo::error::Error;
         match self {
-            Self::Scene(_) => 2,
+            Self::Scene(_) | Self::Usage(_) => 2,
             Self::Gpu(Error::Adapter { .. } | Error::Device { .. } | Error::Limit { .. }) => 3,
-            Self::Gpu(_) | Self::File { .. } | Self::Output(_) => 1,
+            Self::Gpu(_) | Self::File { .. } | Self::Wrong(_) | Self::Output(_) => 1,
         }
     }
 }

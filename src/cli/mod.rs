@@ -1,6 +1,7 @@
 //! Commands: each is a file with one `run`. Results go to standard output, messages to standard
 //! error.
 mod arguments;
+mod bench;
 mod check;
 mod export;
 mod failure;
@@ -18,6 +19,7 @@ use failure::Failure;
 pub(crate) fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Check { scene } => check::run(&scene),
         Command::Info { json } => info::run(json),
         Command::Export { target, out } => export::run(target, &out),

@@ -1,4 +1,4 @@
-//! NumPy's array file, format 1.0: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+//! `NumPy`'s array file, format 1.0: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 
 /// Little-endian `f32`s in C order.
 pub(crate) fn encode(shape: &[usize], values: impl ExactSizeIterator<Item = f32>) -> Vec<u8> {

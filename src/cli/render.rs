@@ -89,7 +89,7 @@ fn json(index: u32, picture: &Path, frame: &Frame) -> String {
 }
 
 /// In order; a name that comes again is added to the first.
-fn as_map<T, S>(entries: &[(&'static str, T)], serializer: S) -> Result<S::Ok, S::Error>
+pub(super) fn as_map<T, S>(entries: &[(&'static str, T)], serializer: S) -> Result<S::Ok, S::Error>
 where
     T: Copy + Serialize + std::ops::AddAssign,
     S: Serializer,

@@ -45,7 +45,7 @@ pub struct ProjectParams {
     /// Whether particles that touch at most 2x2 texels leave the sorted order. Off where the order
     /// counts.
     pub scatter: bool,
-    /// The camera sees what casts nothing.
+    /// Whether what casts nothing is projected too: the camera sees it.
     pub unseen: bool,
 }
 

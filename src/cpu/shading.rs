@@ -227,8 +227,8 @@ pub fn world_point(view: &GpuView, world_from_view: &Mat4, pixel: Vec2, depth: f
 /// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn tone_mapped(light: Vec3) -> Vec3 {
     const START: f32 = 0.76;
-    /// A fifth of the original: fire stays orange.
-    const DESATURATION: f32 = 0.03;
+    /// Far less than the original: fire stays orange.
+    const DESATURATION: f32 = 0.01;
     let least = light.min_element();
     let toe = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
     let color = light - toe;

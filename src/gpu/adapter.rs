@@ -30,10 +30,11 @@ pub struct Selection {
 /// What kernels of [`Tier::Native`] use: an adapter must have all of them.
 pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
 
-/// Features that only measure.
-const TIMER_FEATURES: Features = Features::TIMESTAMP_QUERY
+/// Features that only measure: timers, and blending that the bench compares maps with.
+const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY
     .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
-    .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES);
+    .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES)
+    .union(Features::FLOAT32_BLENDABLE);
 
 /// A tier, why it was chosen, and what is asked of the adapter for it.
 #[derive(Clone, Debug)]
@@ -65,7 +66,7 @@ impl TierChoice {
         Self {
             tier: Tier::Native,
             reason: format!("native: {}", names(NATIVE_FEATURES)),
-            features: available & (NATIVE_FEATURES | TIMER_FEATURES),
+            features: available & (NATIVE_FEATURES | BENCH_FEATURES),
             limits: raised(limits),
         }
     }

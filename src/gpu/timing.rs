@@ -1,4 +1,5 @@
-//! Milliseconds per stage by GPU timestamps, where the device has them.
+//! Milliseconds per stage, by GPU timestamps or by the wall clock.
+use std::time::Instant;
 
 /// Timestamps that one frame may write.
 const MAX_STAMPS: u32 = 2048;
@@ -7,7 +8,41 @@ const MAX_STAMPS: u32 = 2048;
 #[derive(Debug)]
 pub struct Timeline {
     queries: Option<Queries>,
+    steps: Option<Box<Steps>>,
     stages: Vec<&'static str>,
+}
+
+/// One submit per stage, timed by the wall clock.
+#[derive(Debug)]
+struct Steps {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    times: Vec<(&'static str, f64)>,
+    open: Option<&'static str>,
+}
+
+impl Steps {
+    /// Runs what was recorded so far.
+    fn run(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let empty = self.device.create_command_encoder(&Default::default());
+        let commands = std::mem::replace(encoder, empty).finish();
+        let started = Instant::now();
+        self.queue.submit([commands]);
+        // A lost device is the host's to notice.
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+        let ms = started.elapsed().as_secs_f64() * 1e3;
+        if let Some(stage) = self.open.take() {
+            add(&mut self.times, stage, ms);
+        }
+    }
+}
+
+/// To the stage of that name, or at the end.
+fn add(times: &mut Vec<(&'static str, f64)>, stage: &'static str, ms: f64) {
+    match times.iter_mut().find(|(known, _)| *known == stage) {
+        Some((_, sum)) => *sum += ms,
+        None => times.push((stage, ms)),
+    }
 }
 
 #[derive(Debug)]
@@ -44,11 +79,35 @@ impl Timeline {
                 period: queue.get_timestamp_period(),
             }
         });
-        Self { queries, stages: Vec::new() }
+        Self { queries, steps: None, stages: Vec::new() }
+    }
+
+    /// Measures nothing.
+    pub fn untimed() -> Self {
+        Self { queries: None, steps: None, stages: Vec::new() }
+    }
+
+    /// For benches on adapters whose timestamps mean nothing: submits and waits between the
+    /// stages, so `record` is no longer a mere recording.
+    pub fn stepped(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let (device, queue) = (device.clone(), queue.clone());
+        let steps = Steps { device, queue, times: Vec::new(), open: None };
+        Self { queries: None, steps: Some(Box::new(steps)), stages: Vec::new() }
     }
 
     pub fn reset(&mut self) {
         self.stages.clear();
+        if let Some(steps) = &mut self.steps {
+            steps.times.clear();
+        }
+    }
+
+    /// What is recorded next, outside a pass, belongs to `stage`. Only a stepped timeline knows.
+    pub fn step(&mut self, encoder: &mut wgpu::CommandEncoder, stage: &'static str) {
+        if let Some(steps) = &mut self.steps {
+            steps.run(encoder);
+            steps.open = Some(stage);
+        }
     }
 
     pub fn pass<'e>(
@@ -56,6 +115,7 @@ impl Timeline {
         encoder: &'e mut wgpu::CommandEncoder,
         stage: &'static str,
     ) -> wgpu::ComputePass<'e> {
+        self.step(encoder, stage);
         let first = 2 * self.stages.len() as u32;
         let queries = self.queries.as_ref().filter(|_| first + 2 <= MAX_STAMPS);
         if queries.is_some() {
@@ -72,7 +132,10 @@ impl Timeline {
     }
 
     /// After the last pass: makes the stamps readable.
-    pub fn finish(&self, encoder: &mut wgpu::CommandEncoder) {
+    pub fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(steps) = &mut self.steps {
+            steps.run(encoder);
+        }
         let count = 2 * self.stages.len() as u32;
         if let Some(queries) = self.queries.as_ref().filter(|_| count > 0) {
             encoder.resolve_query_set(&queries.set, 0..count, &queries.resolved, 0);
@@ -83,6 +146,9 @@ impl Timeline {
 
     /// Stages in order of first appearance and their times [ms]. Blocks until the frame is done.
     pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
+        if let Some(steps) = &self.steps {
+            return steps.times.clone();
+        }
         let Some(queries) = self.queries.as_ref().filter(|_| !self.stages.is_empty()) else {
             return Vec::new();
         };
@@ -97,10 +163,7 @@ impl Timeline {
             for (stage, stamps) in self.stages.iter().zip(ticks.chunks_exact(2)) {
                 let ticks = stamps[1].saturating_sub(stamps[0]) as f64;
                 let ms = ticks * f64::from(queries.period) * 1e-6;
-                match times.iter_mut().find(|(known, _)| known == stage) {
-                    Some((_, sum)) => *sum += ms,
-                    None => times.push((stage, ms)),
-                }
+                add(&mut times, stage, ms);
             }
         }
         queries.readback.unmap();

@@ -299,6 +299,7 @@ impl Batch {
         tiny: Option<Variant>,
         overflow: Variant,
     ) {
+        timeline.step(encoder, "clear");
         self.scratch.clear(&class.list, encoder);
         class.list.record_project(kernels, encoder, timeline);
         if let (Some(variant), Some(chunks)) = (tiny, &class.tiny) {

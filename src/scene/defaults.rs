@@ -24,13 +24,20 @@ pub(super) fn empty_scene() -> Scene {
 }
 
 /// Of a particle file on its own.
-pub(super) fn particle_material() -> Material {
-    Material {
-        name: "particles".to_owned(),
-        tint: Vec4::new(0.35, 0.6, 0.9, 0.35),
-        ..Material::default()
-    }
-}
+pub(super) const PARTICLE_MATERIAL: &str = r#"
+[[material]]
+name = "particles"
+tint = [0.35, 0.6, 0.9, 0.35]
+"#;
+
+/// [`sun`] as a scene file says it.
+pub(super) const SUN: &str = r#"
+[[light]]
+name = "sun"
+kind = "directional"
+direction = [-0.4, -1, -0.3]
+intensity = 3
+"#;
 
 pub(super) fn sun() -> Light {
     Light {
@@ -48,17 +55,24 @@ pub(super) fn sun() -> Light {
 
 /// A three-quarter view from slightly above that holds the whole box.
 pub(super) fn camera(bounds: &Bounds) -> Camera {
-    let (center, radius) =
-        if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius()) };
-    let fov_y = 45f32.to_radians();
-    let distance = radius.max(1e-3) / (fov_y * 0.5).sin();
-    Camera {
-        eye: center + Vec3::new(0.55, 0.45, 0.8).normalize() * distance,
-        target: center,
+    let mut camera = Camera {
+        eye: Vec3::ONE,
+        target: if bounds.is_empty() { Vec3::ZERO } else { bounds.center() },
         up: Vec3::Y,
-        fov_y,
+        fov_y: 45f32.to_radians(),
         size: UVec2::new(960, 540),
-    }
+    };
+    camera.eye = eye(&camera, bounds);
+    camera
+}
+
+/// From where the sphere around the box fits into the picture.
+pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
+    let radius = if bounds.is_empty() { 1.0 } else { bounds.radius().max(1e-3) };
+    let aspect = camera.size.x as f32 / camera.size.y as f32;
+    let half = (camera.fov_y * 0.5).tan() * aspect.min(1.0);
+    let distance = radius * (1.0 + half * half).sqrt() / half;
+    camera.target + Vec3::new(0.55, 0.45, 0.8).normalize() * distance
 }
 
 /// A light-grey floor just under what a bare model or particle file holds, to receive its shadow.

@@ -4,9 +4,30 @@ use crate::{
     scene::generate::Generate,
     settings::Receiver,
 };
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, de::Error as _};
 use std::path::PathBuf;
 use toml::Spanned;
+
+/// An array of N: serde's own takes the first N of a longer one.
+pub(super) fn array<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    let values = Vec::<T>::deserialize(deserializer)?;
+    let count = values.len();
+    values.try_into().map_err(|_| {
+        D::Error::custom(format!("expected an array of {N} numbers, found one of {count}"))
+    })
+}
+
+fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<Option<[T; N]>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    array(deserializer).map(Some)
+}
 
 /// The whole file.
 #[derive(Debug, Default, Deserialize)]
@@ -31,12 +52,16 @@ pub(super) struct Document {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CameraTable {
+    #[serde(default, deserialize_with = "exactly")]
     pub eye: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub target: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub up: Option<[f32; 3]>,
     /// [degrees]
     pub fov_y: Option<f32>,
     /// [pixels]
+    #[serde(default, deserialize_with = "exactly")]
     pub size: Option<[u32; 2]>,
 }
 
@@ -54,7 +79,9 @@ pub(super) struct ShadowTable {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EnvironmentTable {
+    #[serde(default, deserialize_with = "exactly")]
     pub ambient: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub background: Option<[f32; 3]>,
 }
 
@@ -71,10 +98,13 @@ pub(super) enum KindOfLight {
 pub(super) struct LightTable {
     pub name: Option<String>,
     pub kind: KindOfLight,
+    #[serde(default, deserialize_with = "exactly")]
     pub position: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub direction: Option<[f32; 3]>,
     /// Of the whole cone [degrees].
     pub angle: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
     pub color: Option<[f32; 3]>,
     pub intensity: Option<f32>,
     pub cascades: Option<u32>,
@@ -91,12 +121,14 @@ pub(super) struct MaterialTable {
     pub transfer: Option<Transfer>,
     pub shape: Option<Shape>,
     pub profile: Option<Profile>,
+    #[serde(default, deserialize_with = "exactly")]
     pub tint: Option<[f32; 4]>,
     /// Of particles whose file has none [m].
     pub radius: Option<f32>,
     pub reflectivity: Option<f32>,
     pub texture: Option<PathBuf>,
     pub cutoff: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
     pub emission: Option<[f32; 3]>,
     pub transmission: Option<f32>,
     pub roughness: Option<f32>,
@@ -124,9 +156,12 @@ pub(super) enum KindOfShape {
 pub(super) struct ShapeTable {
     pub kind: KindOfShape,
     pub material: String,
+    #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
     /// Euler xyz [degrees].
+    #[serde(default, deserialize_with = "exactly")]
     pub rotation: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub scale: Option<[f32; 3]>,
 }
 
@@ -134,8 +169,11 @@ pub(super) struct ShapeTable {
 #[serde(deny_unknown_fields)]
 pub(super) struct MeshTable {
     pub file: PathBuf,
+    #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
     /// Euler xyz [degrees].
+    #[serde(default, deserialize_with = "exactly")]
     pub rotation: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub scale: Option<[f32; 3]>,
 }

@@ -1,4 +1,5 @@
 //! Seeded particles: the same on every machine.
+use super::{Bounds, document::array};
 use crate::caster::Particle;
 use glam::{Vec3, Vec4};
 
@@ -12,7 +13,7 @@ pub enum Generate {
         #[serde(default)]
         seed: u64,
         /// World space [m].
-        #[serde(default)]
+        #[serde(default, deserialize_with = "array")]
         base: [f32; 3],
         /// [m]
         #[serde(default = "two")]
@@ -30,7 +31,9 @@ pub enum Generate {
         #[serde(default)]
         seed: u64,
         /// Corners, world space [m].
+        #[serde(deserialize_with = "array")]
         min: [f32; 3],
+        #[serde(deserialize_with = "array")]
         max: [f32; 3],
         #[serde(default = "small")]
         radius: f32,
@@ -41,10 +44,10 @@ pub enum Generate {
         #[serde(default)]
         seed: u64,
         /// World space [m].
-        #[serde(default)]
+        #[serde(default, deserialize_with = "array")]
         center: [f32; 3],
         /// Of the whole cloud along x, y and z [m].
-        #[serde(default = "ones")]
+        #[serde(default = "ones", deserialize_with = "array")]
         extent: [f32; 3],
         #[serde(default = "small")]
         radius: f32,
@@ -64,7 +67,7 @@ fn ones() -> [f32; 3] {
     [1.0; 3]
 }
 
-/// Seeded numbers (Steele et al. 2014, SplitMix64).
+/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
 #[derive(Clone, Debug)]
 pub struct Chance(u64);
 
@@ -184,4 +187,30 @@ impl Generate {
             }
         }
     }
+}
+
+/// Discs evenly spread over a box, of random colour and turn, with ids from 0; radii [m] are
+/// evenly spread too.
+pub fn uniform_discs(
+    count: u32,
+    bounds: Bounds,
+    radii: std::ops::Range<f32>,
+    alpha: f32,
+    seed: u64,
+) -> Vec<Particle> {
+    let mut chance = Chance::new(seed);
+    let mut vector = || Vec3::new(chance.unit(), chance.unit(), chance.unit());
+    (0..count)
+        .map(|id| {
+            let (at, color, more) = (vector(), vector(), vector());
+            Particle {
+                center: bounds.min + (bounds.max - bounds.min) * at,
+                radius: radii.start + (radii.end - radii.start) * more.x,
+                color: color.extend(alpha),
+                rotation: more.y * std::f32::consts::TAU,
+                material: 0,
+                id,
+            }
+        })
+        .collect()
 }

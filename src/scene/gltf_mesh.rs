@@ -94,7 +94,7 @@ fn triangle(
     if !positions.iter().all(near) || !uvs.iter().all(|uv| uv.is_finite()) {
         return Err("triangle not finite");
     }
-    let [a, b, c] = positions.map(|p| p.as_dvec3());
+    let [a, b, c] = positions.map(Vec3::as_dvec3);
     let face = (b - a).cross(c - a).try_normalize().ok_or("triangle without area")?.as_vec3();
     let normals = match &vertices.normals {
         Some(normals) => corner.map(|i| normals[i].try_normalize().unwrap_or(face)),
@@ -149,7 +149,11 @@ fn read_vertices(
             let size = match accessor.data_type() {
                 DataType::F32 => 8,
                 DataType::U16 => 4,
-                _ => 2,
+                DataType::U8 => 2,
+                _ => {
+                    let message = format!("accessor {} holds no uvs", accessor.index());
+                    return Err(file.invalid(message, "export the file again"));
+                }
             };
             file.check(&accessor, size)?;
             let uvs = reader.read_tex_coords(uses.uv_set).into_iter();

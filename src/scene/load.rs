@@ -3,7 +3,9 @@ use super::{
     Scene, SceneError, defaults,
     document::{Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable},
     generate::Generate,
-    gltf, particles, shapes, tables,
+    gltf, particles, shapes,
+    source::{self, Source},
+    tables,
 };
 use crate::{caster::Material, counters::Skipped, settings::ShadowSettings};
 use glam::{EulerRot, Mat4, Quat, Vec3};
@@ -22,7 +24,7 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 /// as `shadow.size`, `light.sun.intensity` or `material.0.tint`, and TOML values.
 pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let text = match extension.as_str() {
+    let file = match extension.as_str() {
         "toml" => std::fs::read_to_string(path)
             .map_err(|source| SceneError::Read { path: path.to_owned(), source })?,
         "glb" | "gltf" | "ply" | "csv" => String::new(),
@@ -32,12 +34,20 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
             return Err(SceneError::invalid(path, message, help));
         }
     };
-    let text = super::set::apply(path, text, set)?;
-    let document: Document =
-        toml::from_str(&text).map_err(|error| syntax_error(path, &text, &error))?;
+    let file = match extension.as_str() {
+        "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
+        _ => file,
+    };
+    // So that `light.sun.size` can be set where the file leaves the light out.
+    let file = match file.parse::<toml::Table>() {
+        Ok(table) if !table.contains_key("light") && sets_light(set) => file + defaults::SUN,
+        _ => file,
+    };
+    let text = source::joined(&file, set);
+    let source = Source::parse(path, &text, file.len(), set)?;
+    let document = source.document()?;
     let mut loader = Loader {
-        path,
-        text: &text,
+        source: &source,
         folder: path.parent().map(Path::to_owned).unwrap_or_default(),
         scene: defaults::empty_scene(),
         names: Vec::new(),
@@ -49,49 +59,33 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
     match extension.as_str() {
         "glb" | "gltf" => loader.model(path, Mat4::IDENTITY)?,
         "ply" | "csv" => {
-            let smoke = defaults::particle_material();
-            loader.scene.materials.push(smoke.clone());
-            let id = loader.scene.materials.len() as u32 - 1;
-            loader.particle_file(path, &smoke, id, None)?;
+            let material = loader.scene.materials[0].clone();
+            loader.particle_file(path, &material, 0, loader.radii[0])?;
         }
         _ => {}
     }
-    let bare = extension != "toml";
     let Loader { mut scene, model_camera, .. } = loader;
-    if bare {
+    // Before the ground is added: the camera looks at what the file holds.
+    let bounds = scene.bounds();
+    scene.camera = match &document.camera {
+        Some(table) => tables::camera(&source, table, model_camera, &bounds)?,
+        None => model_camera.unwrap_or_else(|| defaults::camera(&bounds)),
+    };
+    if extension != "toml" {
         defaults::add_ground(&mut scene);
     }
-    scene.camera = match &document.camera {
-        Some(table) => tables::camera(path, &text, table, &scene.bounds())?,
-        None => model_camera.unwrap_or_else(|| defaults::camera(&scene.bounds())),
-    };
     if scene.lights.is_empty() {
         scene.lights.push(defaults::sun());
     }
     Ok(scene)
 }
 
-/// What toml says, with the name that was probably meant.
-fn syntax_error(path: &Path, text: &str, error: &toml::de::Error) -> SceneError {
-    let message = error.message();
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    let unknown = message.starts_with("unknown").then(|| quoted.next()).flatten();
-    let help = unknown.and_then(|unknown| {
-        let known: Vec<&str> = quoted.collect();
-        let close = |name: &&&str| strsim::jaro_winkler(unknown, name);
-        let best = known.iter().max_by(|a, b| close(a).total_cmp(&close(b)))?;
-        Some(if close(&best) > 0.7 {
-            format!("did you mean `{best}`?")
-        } else {
-            format!("known here: {}", known.join(", "))
-        })
-    });
-    SceneError::document(path, text, error.span().unwrap_or(0..0), message, help)
+fn sets_light(set: &[(String, String)]) -> bool {
+    set.iter().any(|(key, _)| key.starts_with("light."))
 }
 
 struct Loader<'a> {
-    path: &'a Path,
-    text: &'a str,
+    source: &'a Source<'a>,
     folder: PathBuf,
     scene: Scene,
     /// Of the file's materials, which come first.
@@ -103,15 +97,14 @@ struct Loader<'a> {
 }
 
 impl Loader<'_> {
-    fn error(&self, span: Range<usize>, message: impl Into<String>, help: &str) -> SceneError {
-        let help = (!help.is_empty()).then(|| help.to_owned());
-        SceneError::document(self.path, self.text, span, message, help)
+    fn error(&self, table: &Range<usize>, key: &str, message: &str, help: &str) -> SceneError {
+        self.source.error_at(table, key, message, help)
     }
 
     fn document(&mut self, document: &Document) -> Result<(), SceneError> {
-        let (path, text) = (self.path, self.text);
+        let source = self.source;
         self.scene.shadow = match &document.shadow {
-            Some(table) => tables::shadow(path, text, table)?,
+            Some(table) => tables::shadow(source, table)?,
             None => ShadowSettings::default(),
         };
         if let Some(table) = &document.environment {
@@ -121,7 +114,12 @@ impl Loader<'_> {
                 Some(rgb) if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) => Ok((*rgb).into()),
                 Some(rgb) => {
                     let message = format!("{key} is {rgb:?}");
-                    Err(self.error(table.span(), message, "light is finite and not negative"))
+                    Err(self.error(
+                        &table.span(),
+                        key,
+                        &message,
+                        "light is finite and not negative",
+                    ))
                 }
             };
             let ambient = color("ambient", ambient, self.scene.ambient)?;
@@ -129,18 +127,28 @@ impl Loader<'_> {
             (self.scene.ambient, self.scene.background) = (ambient, background);
         }
         for (index, table) in document.light.iter().enumerate() {
-            let light = tables::light(path, text, table, index)?;
+            let light = tables::light(source, table, index)?;
             if self.scene.lights.iter().any(|known| known.name == light.name) {
                 let message = format!("a second light named {:?}", light.name);
-                return Err(self.error(table.span(), message, "give each light its own name"));
+                return Err(self.error(
+                    &table.span(),
+                    "name",
+                    &message,
+                    "give each light its own name",
+                ));
             }
             self.scene.lights.push(light);
         }
         for table in &document.material {
-            let (material, image) = tables::material(path, text, table)?;
+            let (material, image) = tables::material(source, table)?;
             if self.names.contains(&material.name) {
                 let message = format!("a second material named {:?}", material.name);
-                return Err(self.error(table.span(), message, "give each material its own name"));
+                return Err(self.error(
+                    &table.span(),
+                    "name",
+                    &message,
+                    "give each material its own name",
+                ));
             }
             let texture = image.map(|file| self.image(&file)).transpose()?;
             self.names.push(material.name.clone());
@@ -152,36 +160,31 @@ impl Loader<'_> {
         }
         for table in &document.shape {
             let ShapeTable { kind, material, translation, rotation, scale } = table.get_ref();
-            let material = self.material(table.span(), material)?;
-            let transform = self.transform(table.span(), *translation, *rotation, *scale)?;
+            let material = self.material(&table.span(), material)?;
+            let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
             self.scene.triangles.extend(shapes::shape(*kind, transform, material));
         }
         for table in &document.mesh {
             let MeshTable { file, translation, rotation, scale } = table.get_ref();
-            let transform = self.transform(table.span(), *translation, *rotation, *scale)?;
+            let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
             self.model(&self.folder.join(file), transform)?;
         }
         Ok(())
     }
 
     /// Index of a material by its name.
-    fn material(&self, span: Range<usize>, name: &str) -> Result<u32, SceneError> {
+    fn material(&self, span: &Range<usize>, name: &str) -> Result<u32, SceneError> {
         if let Some(index) = self.names.iter().position(|known| known == name) {
             return Ok(index as u32);
         }
-        let close = |known: &&String| strsim::jaro_winkler(name, known);
-        let best = self.names.iter().max_by(|a, b| close(a).total_cmp(&close(b)));
-        let help = match best {
-            Some(best) if close(&best) > 0.7 => format!("did you mean {best:?}?"),
-            Some(_) => format!("known materials: {}", self.names.join(", ")),
-            None => "add a [[material]] with this name".to_owned(),
-        };
-        Err(self.error(span, format!("no material is named {name:?}"), &help))
+        let help = source::nearest(name, self.names.iter().map(String::as_str))
+            .unwrap_or_else(|| "add a [[material]] with this name".to_owned());
+        Err(self.error(span, "material", &format!("no material is named {name:?}"), &help))
     }
 
     fn transform(
         &self,
-        span: Range<usize>,
+        span: &Range<usize>,
         translation: Option<[f32; 3]>,
         rotation: Option<[f32; 3]>,
         scale: Option<[f32; 3]>,
@@ -189,13 +192,17 @@ impl Loader<'_> {
         let translation = translation.unwrap_or([0.0; 3]);
         let rotation = rotation.unwrap_or([0.0; 3]);
         let scale = scale.unwrap_or([1.0; 3]);
-        let finite = |values: [f32; 3]| values.iter().all(|v| v.is_finite() && v.abs() <= 1e7);
-        if !(finite(translation) && finite(rotation) && finite(scale)) {
-            let message = "translation, rotation or scale is not finite or beyond 1e7";
-            return Err(self.error(span, message, "use finite numbers up to 1e7"));
+        for (key, values) in
+            [("translation", translation), ("rotation", rotation), ("scale", scale)]
+        {
+            if !values.iter().all(|v| v.is_finite() && v.abs() <= 1e7) {
+                let message = format!("{key} is {values:?}");
+                return Err(self.error(span, key, &message, "use finite numbers up to 1e7"));
+            }
         }
         if scale.contains(&0.0) {
-            return Err(self.error(span, "scale has a 0", "use a small number to flatten a shape"));
+            let help = "use a small number to flatten a shape";
+            return Err(self.error(span, "scale", "scale has a 0", help));
         }
         let [x, y, z] = rotation.map(f32::to_radians);
         let turn = Quat::from_euler(EulerRot::XYZ, x, y, z);
@@ -204,7 +211,7 @@ impl Loader<'_> {
 
     fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
         let ParticlesTable { file, generate, material } = table.get_ref();
-        let id = self.material(table.span(), material)?;
+        let id = self.material(&table.span(), material)?;
         match (file, generate) {
             (Some(file), None) => {
                 let material = self.scene.materials[id as usize].clone();
@@ -215,7 +222,7 @@ impl Loader<'_> {
                 if generate.count() > Generate::MAX_COUNT {
                     let message = format!("count is {}", generate.count());
                     let help = format!("at most {}", Generate::MAX_COUNT);
-                    return Err(self.error(table.span(), message, &help));
+                    return Err(self.error(&table.span(), "generate", &message, &help));
                 }
                 if let Some((name, value, _)) =
                     generate.numbers().into_iter().find(|&(_, value, positive)| {
@@ -224,7 +231,7 @@ impl Loader<'_> {
                 {
                     let message = format!("{name} is {value}");
                     let help = "lengths are finite, up to 1e7 and above 0";
-                    return Err(self.error(table.span(), message, help));
+                    return Err(self.error(&table.span(), "generate", &message, help));
                 }
                 let particles = generate.particles(id, self.next_id);
                 self.next_id = self.next_id.wrapping_add(particles.len() as u32);
@@ -233,7 +240,7 @@ impl Loader<'_> {
             }
             _ => {
                 let message = "particles need either a file or generate";
-                Err(self.error(table.span(), message, "give one of the two"))
+                Err(self.error(&table.span(), "file", message, "give one of the two"))
             }
         }
     }

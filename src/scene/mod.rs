@@ -11,8 +11,8 @@ mod gltf_texture;
 mod load;
 mod particles;
 mod ply;
-mod set;
 mod shapes;
+mod source;
 mod summary;
 mod tables;
 

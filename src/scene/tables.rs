@@ -2,6 +2,7 @@
 use super::{
     Bounds, Camera, SceneError, defaults,
     document::{CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable},
+    source::Source,
 };
 use crate::{
     caster::Material,
@@ -9,20 +10,19 @@ use crate::{
     settings::{MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
 };
 use glam::{UVec2, Vec3, Vec4};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use toml::Spanned;
 
 /// A table whose values are being checked.
 struct Table<'a, T> {
-    path: &'a Path,
-    text: &'a str,
+    source: &'a Source<'a>,
     table: &'a Spanned<T>,
 }
 
 impl<T> Table<'_, T> {
-    fn fault(&self, message: impl Into<String>, help: &str) -> SceneError {
-        let help = Some(help.to_owned());
-        SceneError::document(self.path, self.text, self.table.span(), message, help)
+    /// At the value of `key`, or at the table where it has none.
+    fn fault(&self, key: &str, message: impl Into<String>, help: &str) -> SceneError {
+        self.source.error_at(&self.table.span(), key, message, help)
     }
 
     /// A number that must be in a range; what the range is, in words.
@@ -36,7 +36,7 @@ impl<T> Table<'_, T> {
         if value.is_finite() && valid(value) {
             return Ok(value);
         }
-        Err(self.fault(format!("{key} is {value}"), &format!("{key} must be {range}")))
+        Err(self.fault(key, format!("{key} is {value}"), &format!("{key} must be {range}")))
     }
 
     fn share(&self, key: &str, value: f32) -> Result<f32, SceneError> {
@@ -54,7 +54,13 @@ impl<T> Table<'_, T> {
         let vector = self.vector(key, value)?;
         vector
             .try_normalize()
-            .ok_or_else(|| self.fault(format!("{key} has no length"), "give it a direction"))
+            .ok_or_else(|| self.fault(key, format!("{key} has no length"), "give it a direction"))
+    }
+
+    /// [degrees] to [radians]; the ends leave room for a tangent in 32 bits.
+    fn angle(&self, key: &str, degrees: f32) -> Result<f32, SceneError> {
+        let valid = |v| (0.01..=179.9).contains(&v);
+        Ok(self.number(key, degrees, valid, "between 0 and 180 (0.01 to 179.9)")?.to_radians())
     }
 
     fn map_size(&self, value: u32) -> Result<u32, SceneError> {
@@ -62,26 +68,29 @@ impl<T> Table<'_, T> {
             return Ok(value);
         }
         let help = format!("a map is {MIN_MAP_SIZE} to {MAX_MAP_SIZE} texels wide");
-        Err(self.fault(format!("size is {value}"), &help))
+        Err(self.fault("size", format!("size is {value}"), &help))
     }
 }
 
 pub(super) fn shadow(
-    path: &Path,
-    text: &str,
+    source: &Source<'_>,
     table: &Spanned<ShadowTable>,
 ) -> Result<ShadowSettings, SceneError> {
-    let check = Table { path, text, table };
+    let check = Table { source, table };
     let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget } = table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
     let nodes = nodes.unwrap_or(usual.nodes);
     if ![4, 8, 16].contains(&nodes) {
-        return Err(check.fault(format!("nodes is {nodes}"), "a curve has 4, 8 or 16 nodes"));
+        return Err(check.fault(
+            "nodes",
+            format!("nodes is {nodes}"),
+            "a curve has 4, 8 or 16 nodes",
+        ));
     }
     let pair_budget = pair_budget.unwrap_or(usual.pair_budget);
     if pair_budget == 0 {
-        return Err(check.fault("pair_budget is 0", "at least 1"));
+        return Err(check.fault("pair_budget", "pair_budget is 0", "at least 1"));
     }
     Ok(ShadowSettings {
         size: check.map_size(size.unwrap_or(usual.size))?,
@@ -93,23 +102,23 @@ pub(super) fn shadow(
     })
 }
 
+/// `base` fills what the table leaves out; without it the eye is where `bounds` fill the picture.
 pub(super) fn camera(
-    path: &Path,
-    text: &str,
+    source: &Source<'_>,
     table: &Spanned<CameraTable>,
+    base: Option<Camera>,
     bounds: &Bounds,
 ) -> Result<Camera, SceneError> {
-    let check = Table { path, text, table };
+    let check = Table { source, table };
     let CameraTable { eye, target, up, fov_y, size } = table.get_ref();
-    let mut camera = defaults::camera(bounds);
+    let mut camera = base.unwrap_or_else(|| defaults::camera(bounds));
     if let Some(degrees) = *fov_y {
-        let valid = |v| v > 0.0 && v < 180.0;
-        camera.fov_y = check.number("fov_y", degrees, valid, "between 0 and 180")?.to_radians();
+        camera.fov_y = check.angle("fov_y", degrees)?;
     }
     if let Some([width, height]) = *size {
         if !(1..=MAX_MAP_SIZE).contains(&width) || !(1..=MAX_MAP_SIZE).contains(&height) {
             let help = format!("a picture is 1 to {MAX_MAP_SIZE} pixels wide and high");
-            return Err(check.fault(format!("size is [{width}, {height}]"), &help));
+            return Err(check.fault("size", format!("size is [{width}, {height}]"), &help));
         }
         camera.size = UVec2::new(width, height);
     }
@@ -118,17 +127,18 @@ pub(super) fn camera(
     }
     if let Some(eye) = *eye {
         camera.eye = check.vector("eye", eye)?;
+    } else if base.is_none() {
+        camera.eye = defaults::eye(&camera, bounds);
     }
     if let Some(up) = *up {
         camera.up = check.direction("up", up)?;
     }
-    let forward = (camera.target - camera.eye).try_normalize();
-    let Some(forward) = forward else {
-        return Err(check.fault("eye and target are the same", "move one of them"));
+    let Some(forward) = (camera.target - camera.eye).try_normalize() else {
+        return Err(check.fault("eye", "eye and target are the same", "move one of them"));
     };
     if forward.cross(camera.up).length() < 1e-4 {
         if up.is_some() {
-            return Err(check.fault("up is along the view", "turn one of them"));
+            return Err(check.fault("up", "up is along the view", "turn one of them"));
         }
         camera.up = Vec3::Z;
     }
@@ -136,18 +146,17 @@ pub(super) fn camera(
 }
 
 pub(super) fn light(
-    path: &Path,
-    text: &str,
+    source: &Source<'_>,
     table: &Spanned<LightTable>,
     index: usize,
 ) -> Result<Light, SceneError> {
-    let check = Table { path, text, table };
+    let check = Table { source, table };
     let light = table.get_ref();
     let missing = |key: &str, kind: &str| {
-        check.fault(format!("a {kind} light without {key}"), &format!("give it a {key}"))
+        check.fault(key, format!("a {kind} light without {key}"), &format!("give it a {key}"))
     };
     let surplus = |key: &str, kind: &str| {
-        check.fault(format!("a {kind} light has no {key}"), &format!("remove {key}"))
+        check.fault(key, format!("a {kind} light has no {key}"), &format!("remove {key}"))
     };
     let position = |kind| {
         let value = light.position.ok_or_else(|| missing("position", kind))?;
@@ -175,11 +184,10 @@ pub(super) fn light(
         KindOfLight::Directional => LightKind::Directional { direction: direction(name_of_kind)? },
         KindOfLight::Spot => {
             let angle = light.angle.unwrap_or(45.0);
-            let valid = |v| v > 0.0 && v < 180.0;
             LightKind::Spot {
                 position: position(name_of_kind)?,
                 direction: direction(name_of_kind)?,
-                angle: check.number("angle", angle, valid, "between 0 and 180")?.to_radians(),
+                angle: check.angle("angle", angle)?,
             }
         }
         KindOfLight::Point => LightKind::Point { position: position(name_of_kind)? },
@@ -191,7 +199,7 @@ pub(super) fn light(
     let intensity = light.intensity.unwrap_or(3.0);
     let cascades = light.cascades.unwrap_or(1);
     if !(1..=6).contains(&cascades) {
-        return Err(check.fault(format!("cascades is {cascades}"), "1 to 6 cascades"));
+        return Err(check.fault("cascades", format!("cascades is {cascades}"), "1 to 6 cascades"));
     }
     let depth = |key: &str, value: Option<f32>| {
         let positive = !matches!(light.kind, KindOfLight::Directional);
@@ -199,10 +207,13 @@ pub(super) fn light(
         value.map(|v| check.number(key, v, valid, "a distance above 0")).transpose()
     };
     let (near, far) = (depth("near", light.near)?, depth("far", light.far)?);
-    if let (Some(near), Some(far)) = (near, far)
+    let first = near.or(matches!(light.kind, KindOfLight::Directional).then_some(0.0));
+    if let (Some(near), Some(far)) = (first, far)
         && near >= far
     {
-        return Err(check.fault(format!("near {near} is not before far {far}"), "near < far"));
+        let key = if light.near.is_some() { "near" } else { "far" };
+        let message = format!("near {near} is not before far {far}");
+        return Err(check.fault(key, message, "near < far"));
     }
     Ok(Light {
         name: light.name.clone().unwrap_or_else(|| format!("light{index}")),
@@ -219,11 +230,10 @@ pub(super) fn light(
 
 /// The material, and its texture's file.
 pub(super) fn material(
-    path: &Path,
-    text: &str,
+    source: &Source<'_>,
     table: &Spanned<MaterialTable>,
 ) -> Result<(Material, Option<PathBuf>), SceneError> {
-    let check = Table { path, text, table };
+    let check = Table { source, table };
     let given = table.get_ref();
     let usual = Material::default();
     let transfer = given.transfer.unwrap_or_default();
@@ -246,7 +256,7 @@ pub(super) fn material(
         transfer,
         shape: given.shape.unwrap_or_default(),
         profile: given.profile.unwrap_or_default(),
-        tint: Vec4::new(r, g, b, check.share("the alpha of tint", a)?),
+        tint: Vec4::new(r, g, b, check.share("tint", a)?),
         texture: None,
         reflectivity: share("reflectivity", given.reflectivity, usual.reflectivity)?,
         cutoff: share("cutoff", given.cutoff, usual.cutoff)?,

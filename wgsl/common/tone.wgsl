@@ -3,7 +3,7 @@
 // Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
     const START: f32 = 0.76;
-    const DESATURATION: f32 = 0.03; // a fifth of the original: fire stays orange
+    const DESATURATION: f32 = 0.01; // far less than the original: fire stays orange
     let least = min(light.r, min(light.g, light.b));
     let toe = select(0.04, least - 6.25 * least * least, least < 0.08);
     let color = light - toe;

@@ -1,0 +1,220 @@
+//! Stages alone: the twins on the CPU; sort, bin and accumulate on the device.
+//!
+//! `cargo bench --bench stages`, or `cargo bench --bench stages -- gpu/sort` for some of them.
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
+use gobo::{
+    caster::{Material, Particle},
+    cpu::{self, Pair, project::ProjectParams},
+    footprint::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    glam::{Mat4, UVec2, Vec3, Vec4},
+    gpu::{Gpu, Timeline},
+    pipeline::{CasterSet, Config, Pipeline},
+    stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
+    view::{Projection, View},
+    wgpu,
+};
+use std::{hint::black_box, time::Duration};
+
+const SIZE: u32 = 1024;
+const COUNTS: [u32; 2] = [100_000, 1_000_000];
+/// Mean diameters [texels].
+const FOOTPRINTS: [f32; 2] = [6.0, 16.0];
+
+/// Steele et al. 2014, `SplitMix64`.
+fn mix(seed: u64) -> u64 {
+    let z = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ z >> 31
+}
+
+/// Soft discs, evenly over the map of [`view`].
+fn particles(count: u32, footprint: f32) -> Vec<Particle> {
+    let one = |id| {
+        let unit = |salt: u64| (mix(u64::from(id) * 8 + salt) >> 40) as f32 / (1 << 24) as f32;
+        let part = Vec3::new(unit(1), unit(2), unit(3));
+        Particle {
+            center: Vec3::new(-1.0, -1.0, -1.9) + part * Vec3::new(2.0, 2.0, 1.8),
+            radius: footprint * (0.75 + 0.5 * unit(4)) / SIZE as f32,
+            color: Vec4::new(unit(5), unit(6), unit(7), 0.02),
+            rotation: 0.0,
+            material: 0,
+            id,
+        }
+    };
+    (1..=count).map(one).collect()
+}
+
+fn view() -> View {
+    View {
+        light: Some(0),
+        name: "0",
+        projection: Projection::Orthographic,
+        size: UVec2::splat(SIZE),
+        near: 0.0,
+        far: 2.0,
+        view_from_world: Mat4::IDENTITY,
+        scale: SIZE as f32 * 0.5,
+    }
+}
+
+fn pairs(count: u32) -> Vec<Pair> {
+    (0..count).map(|value| Pair { key: (mix(u64::from(value)) >> 32) as u32, value }).collect()
+}
+
+fn cpu_sort(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("cpu/sort");
+    for count in COUNTS {
+        let unsorted = pairs(count);
+        let mut scratch = Vec::new();
+        group.throughput(Throughput::Elements(count.into()));
+        for bits in [DEPTH_BITS, 32] {
+            group.bench_function(BenchmarkId::new(format!("{bits} bits"), count), |bencher| {
+                let sort = |mut pairs: Vec<Pair>| {
+                    cpu::sort(&mut pairs, &mut scratch, 0..bits);
+                    pairs
+                };
+                bencher.iter_batched(|| unsorted.clone(), sort, BatchSize::LargeInput);
+            });
+        }
+    }
+    group.finish();
+}
+
+fn cpu_project_and_bin(criterion: &mut Criterion) {
+    let (material, view) = (Material::default(), view());
+    let gpu_material = GpuMaterial::new(&material, &[]);
+    let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
+    let params = ProjectParams { scatter: false, unseen: false };
+    let count = COUNTS[0];
+    for footprint in FOOTPRINTS {
+        let casters: Vec<_> =
+            particles(count, footprint).iter().map(|p| Caster::new(p, &material)).collect();
+        let project = |(caster, id): (&Caster, u32)| {
+            cpu::project::project_particle(&gpu_view, 0, caster, id, &gpu_material, params)
+        };
+        let mut group = criterion.benchmark_group("cpu");
+        group.throughput(Throughput::Elements(count.into()));
+        group.bench_function(BenchmarkId::new("project", footprint), |bencher| {
+            bencher.iter(|| black_box(casters.iter().zip(0..).map(project).collect::<Vec<_>>()));
+        });
+        let projected: Vec<_> = casters.iter().zip(0..).map(project).collect();
+        let rects: Vec<TileRect> = projected.iter().map(|projected| projected.rect).collect();
+        let mut sorted: Vec<Pair> =
+            projected.iter().zip(0..).map(|(p, value)| Pair { key: p.key, value }).collect();
+        cpu::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
+        let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
+        let tile_count = view.tiles().element_product();
+        group.bench_function(BenchmarkId::new("bin", footprint), |bencher| {
+            bencher.iter(|| cpu::bin::bin(&sorted, &rects, &[gpu_view], tile_count, u32::MAX));
+        });
+        group.finish();
+    }
+}
+
+/// Timestamps; where there are none, or a software adapter's, which mean nothing, the wall clock.
+fn timeline(gpu: &Gpu) -> Timeline {
+    let is_software = gpu.adapter.device_type == wgpu::DeviceType::Cpu;
+    if is_software || !gpu.has(wgpu::Features::TIMESTAMP_QUERY) {
+        Timeline::stepped(&gpu.device, &gpu.queue)
+    } else {
+        Timeline::new(&gpu.device, &gpu.queue)
+    }
+}
+
+/// Time of one stage in `frames` frames.
+fn stage_time(
+    gpu: &Gpu,
+    timeline: &mut Timeline,
+    stage: &str,
+    frames: u64,
+    mut record: impl FnMut(&mut wgpu::CommandEncoder, &mut Timeline),
+) -> Duration {
+    let mut ms = 0.0;
+    for _ in 0..frames {
+        timeline.reset();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        record(&mut encoder, timeline);
+        timeline.finish(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let times = timeline.read(&gpu.device);
+        gpu.check().expect("the device works");
+        ms += times.iter().find(|(name, _)| *name == stage).expect("the stage is timed").1;
+    }
+    Duration::from_secs_f64(ms * 1e-3)
+}
+
+fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
+    let mut group = criterion.benchmark_group("gpu/sort");
+    let mut timeline = timeline(gpu);
+    let sort = Sort::new(&gpu.device, Shape::of(&gpu.adapter));
+    for count in COUNTS {
+        let textures = ["unsorted", "pairs", "sorted_pairs"]
+            .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));
+        let [width, height] = pair_texture_size(count);
+        let mut texels = pairs(count);
+        texels.resize((width * height) as usize, Pair::default());
+        gpu.write_texture(&textures[0], &texels);
+        let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
+        group.throughput(Throughput::Elements(count.into()));
+        for bits in [DEPTH_BITS, 32] {
+            let bindings = sort
+                .bind(&gpu.device, [&views[1], &views[2]], SortCount::Known(count), 0..bits)
+                .expect("the pairs fit");
+            group.bench_function(BenchmarkId::new(format!("{bits} bits"), count), |bencher| {
+                bencher.iter_custom(|frames| {
+                    stage_time(gpu, &mut timeline, "sort", frames, |encoder, timeline| {
+                        timeline.step(encoder, "copy");
+                        let [from, to] = [&textures[0], &textures[1]].map(|t| t.as_image_copy());
+                        encoder.copy_texture_to_texture(from, to, textures[0].size());
+                        sort.record(&mut timeline.pass(encoder, "sort"), &bindings);
+                    })
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
+    let mut timeline = timeline(gpu);
+    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    let Gpu { device, queue, .. } = gpu;
+    for footprint in FOOTPRINTS {
+        for count in COUNTS {
+            let particles = particles(count, footprint);
+            let materials = [Material::default()];
+            let casters = CasterSet::new(device, queue, &particles, &[], &materials, &[])
+                .expect("the casters fit");
+            let prepared = pipeline
+                .prepare(device, queue, &casters, &[view()], None)
+                .expect("the device has room");
+            for stage in ["project", "bin", "accumulate"] {
+                let mut group = criterion.benchmark_group(format!("gpu/{stage}"));
+                group.throughput(Throughput::Elements(count.into()));
+                group.bench_function(BenchmarkId::new(footprint.to_string(), count), |bencher| {
+                    bencher.iter_custom(|frames| {
+                        stage_time(gpu, &mut timeline, stage, frames, |encoder, timeline| {
+                            prepared.record(pipeline.kernels(), encoder, timeline);
+                        })
+                    });
+                });
+                group.finish();
+            }
+        }
+    }
+}
+
+fn main() {
+    let gpu = Gpu::headless().unwrap_or_else(|error| panic!("{error}"));
+    let mut criterion = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2))
+        .configure_from_args();
+    cpu_sort(&mut criterion);
+    cpu_project_and_bin(&mut criterion);
+    gpu_sort(&mut criterion, &gpu);
+    gpu_stages(&mut criterion, &gpu);
+    criterion.final_summary();
+}

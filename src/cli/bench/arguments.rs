@@ -1,0 +1,144 @@
+//! What `gobo bench` can be asked for.
+use crate::cli::arguments::BackendName;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchArguments {
+    /// Casters: 10k, 2m
+    #[arg(long, value_delimiter = ',', value_parser = count, default_value = "10k,100k,1m")]
+    pub(super) casters: Vec<u32>,
+    /// Mean diameter of the casters in the map [texels]; 6,16 where not given
+    #[arg(long, value_delimiter = ',', value_parser = footprint)]
+    pub(super) footprint: Vec<f32>,
+    /// Opacity of the casters
+    #[arg(long, value_delimiter = ',', value_parser = opacity, default_value = "0.02")]
+    pub(super) opacity: Vec<f32>,
+    /// Where the casters are in the map
+    #[arg(long, value_delimiter = ',', default_value = "spread")]
+    pub(super) layout: Vec<Layout>,
+    /// Directional lights, each with a map of its own
+    #[arg(long, value_delimiter = ',', value_parser = lights, default_value = "1")]
+    pub(super) lights: Vec<u32>,
+    /// Edge of a map [texels]
+    #[arg(long, value_delimiter = ',', value_parser = size, default_value = "1024")]
+    pub(super) size: Vec<u32>,
+    /// Measure the raster pipeline too, and hold the maps against its maps
+    #[arg(long)]
+    pub(super) vs: Option<Opponent>,
+    /// Opaque triangles instead, beside a depth-only raster pass; their bounding squares are 1.5,
+    /// 4 and 12 texels wide where --footprint is not given
+    #[arg(long, conflicts_with_all = ["opacity", "layout", "lights"])]
+    pub(super) occlude: bool,
+    /// Measured frames of each path, after two to warm up; times are their median
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5)]
+    pub(super) runs: u32,
+    /// Pairs that a batch may hold at most
+    #[arg(long, value_parser = count, value_name = "PAIRS")]
+    pub(super) pair_budget: Option<u32>,
+    /// The interface to the hardware
+    #[arg(long, default_value = "auto")]
+    pub(super) backend: BackendName,
+    /// Part of the adapter's name, as `gobo info` prints it
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+    /// Write the results as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Write the results as a page with plots
+    #[arg(long, value_name = "FILE")]
+    pub(super) html: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Opponent {
+    Raster,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Layout {
+    /// Evenly over the map
+    Spread,
+    /// In one corner: a sixteenth of the map
+    Corner,
+    /// All centred in one tile
+    Tile,
+}
+
+impl Layout {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Spread => "spread",
+            Self::Corner => "corner",
+            Self::Tile => "tile",
+        }
+    }
+}
+
+/// `500`, `10k`, `1.5m`
+fn count(text: &str) -> Result<u32, String> {
+    let expected = || format!("{text:?} is not a count such as 500, 10k or 1.5m");
+    let lower = text.trim().to_ascii_lowercase();
+    let (digits, factor) = match lower.strip_suffix('k') {
+        Some(digits) => (digits, 1e3),
+        None => lower.strip_suffix('m').map_or((&lower[..], 1.0), |digits| (digits, 1e6)),
+    };
+    let value = digits.parse::<f64>().map_err(|_| expected())? * factor;
+    // The most casters that a list holds.
+    if !(1.0..=f64::from(1 << 24)).contains(&value) {
+        return Err(format!("{text} is not in 1..=16m"));
+    }
+    if (value - value.round()).abs() > 1e-6 {
+        return Err(expected());
+    }
+    Ok(value.round() as u32)
+}
+
+fn within(text: &str, low: f32, high: f32) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ => Err(format!("{text:?} is not a number in {low}..={high}")),
+    }
+}
+
+fn footprint(text: &str) -> Result<f32, String> {
+    within(text, 0.05, 1024.0)
+}
+
+fn opacity(text: &str) -> Result<f32, String> {
+    // Below, the raster path's fp16 products would not change at all.
+    within(text, 0.005, 1.0)
+}
+
+fn whole(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {
+    match text.trim().parse() {
+        Ok(value) if range.contains(&value) => Ok(value),
+        _ => Err(format!("{text:?} is not in {}..={}", range.start(), range.end())),
+    }
+}
+
+fn lights(text: &str) -> Result<u32, String> {
+    whole(text, 1..=64)
+}
+
+fn size(text: &str) -> Result<u32, String> {
+    whole(text, gobo::settings::MIN_MAP_SIZE..=gobo::settings::MAX_MAP_SIZE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_have_suffixes() {
+        for (text, value) in
+            [("500", 500), ("10k", 10_000), ("1.5M", 1_500_000), ("16m", 16_000_000)]
+        {
+            assert_eq!(count(text), Ok(value));
+        }
+        for bad in ["", "k", "0", "-1", "1.5", "17m", "1g", "nan", "infk"] {
+            assert!(count(bad).is_err(), "{bad}");
+        }
+    }
+}

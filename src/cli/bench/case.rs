@@ -1,0 +1,146 @@
+//! The scenes of the benchmark: soft discs in a cube, seen along its axes.
+use super::arguments::{BenchArguments, Layout};
+use gobo::{
+    caster::{Material, Particle, Triangle},
+    glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4},
+    view::{Projection, TILE_SIZE, View},
+};
+
+/// One row of the results.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(super) struct Case {
+    pub(super) casters: u32,
+    /// Mean diameter [texels].
+    pub(super) footprint: f32,
+    pub(super) opacity: f32,
+    pub(super) layout: Layout,
+    pub(super) lights: u32,
+    /// Edge of a map [texels].
+    pub(super) size: u32,
+}
+
+/// Every combination of what was asked for.
+pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
+    let usual: &[f32] = if arguments.occlude { &[1.5, 4.0, 12.0] } else { &[6.0, 16.0] };
+    let footprints = if arguments.footprint.is_empty() { usual } else { &arguments.footprint };
+    let opacities = if arguments.occlude { &[1.0][..] } else { &arguments.opacity };
+    let mut cases = Vec::new();
+    for &size in &arguments.size {
+        for &lights in &arguments.lights {
+            for &layout in &arguments.layout {
+                for &opacity in opacities {
+                    for &footprint in footprints {
+                        for &casters in &arguments.casters {
+                            cases.push(Case { casters, footprint, opacity, layout, lights, size });
+                        }
+                    }
+                }
+            }
+        }
+    }
+    cases
+}
+
+/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
+pub(super) struct Chance(u64);
+
+impl Chance {
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    /// In 0..1.
+    pub(super) fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    pub(super) fn within(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    pub(super) fn below(&mut self, end: usize) -> usize {
+        (self.bits() % end as u64) as usize
+    }
+}
+
+impl Case {
+    /// All share the default material: soft discs under the `filter` transfer.
+    pub(super) fn particles(&self) -> Vec<Particle> {
+        let mut chance = Chance::new(7);
+        let texel = 2.0 / self.size as f32; // [m]
+        let tile = TILE_SIZE as f32 * texel;
+        let (low, high) = match self.layout {
+            Layout::Spread => (Vec3::NEG_ONE, Vec3::ONE),
+            Layout::Corner => (Vec3::NEG_ONE, Vec3::splat(-0.5)),
+            Layout::Tile => {
+                let first = (self.size / TILE_SIZE / 2) as f32 * tile - 1.0;
+                (Vec3::new(first, -first - tile, -1.0), Vec3::new(first + tile, -first, 1.0))
+            }
+        };
+        let one = |id| {
+            let part = Vec3::new(chance.unit(), chance.unit(), chance.unit());
+            let radius = self.footprint * 0.5 * chance.within(0.75, 1.25) * texel;
+            let color = Vec4::new(chance.unit(), chance.unit(), chance.unit(), self.opacity);
+            let center = low + part * (high - low);
+            Particle { center, radius, color, rotation: 0.0, material: 0, id }
+        };
+        (0..self.casters).map(one).collect()
+    }
+
+    /// About equilateral, turned and tilted at random; `footprint` is the side of the bounding
+    /// square, evenly over the map. Of material 0.
+    pub(super) fn triangles(&self) -> Vec<Triangle> {
+        let mut chance = Chance::new(7);
+        // The bounding square of an equilateral triangle has 1.5 to 1.93 times its circumradius.
+        let radius = self.footprint / 1.7 * 2.0 / self.size as f32; // [m]
+        let one = |_| {
+            let center = Vec3::from_array(std::array::from_fn(|_| chance.within(-1.0, 1.0)));
+            let turn = chance.within(0.0, std::f32::consts::TAU);
+            let positions = [0.0, 1.0, 2.0].map(|corner| {
+                let angle = turn + corner * std::f32::consts::TAU / 3.0;
+                let tilt = chance.within(-0.01, 0.01);
+                center * Vec3::new(1.0, 1.0, 0.98) + (Vec2::from_angle(angle) * radius).extend(tilt)
+            });
+            Triangle { positions, normals: [Vec3::Z; 3], uvs: [Vec2::ZERO; 3], material: 0 }
+        };
+        (0..self.casters).map(one).collect()
+    }
+
+    pub(super) fn material() -> Material {
+        Material::default()
+    }
+
+    /// Along the axes of the cube in turn; along the first one only where the casters are in one
+    /// tile, which is one in no other view.
+    pub(super) fn views(&self) -> Vec<View> {
+        const DIRECTIONS: [Vec3; 6] =
+            [Vec3::NEG_Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::Z, Vec3::X, Vec3::Y];
+        let light = |light: usize| {
+            let turn = if self.layout == Layout::Tile { 0 } else { light % DIRECTIONS.len() };
+            let forward = DIRECTIONS[turn];
+            let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::Z };
+            let right = forward.cross(up);
+            let axes = Mat3::from_cols(right, right.cross(forward), -forward).transpose();
+            View {
+                light: Some(light),
+                name: "0",
+                projection: Projection::Orthographic,
+                size: UVec2::splat(self.size),
+                near: 0.0,
+                far: 2.1,
+                // The cube from 0.05 m behind the near plane.
+                view_from_world: Mat4::from_translation(Vec3::new(0.0, 0.0, -1.05))
+                    * Mat4::from_mat3(axes),
+                scale: self.size as f32 * 0.5,
+            }
+        };
+        (0..self.lights as usize).map(light).collect()
+    }
+}

@@ -1,0 +1,339 @@
+//! One case: both paths, the maps first, then the times, taken in turns.
+use super::{
+    case::Case,
+    check::check,
+    clock::Clock,
+    raster::{
+        Geometry, Precision, Raster, Recipe,
+        agree::{Difference, Map, Rounding, agree, layers},
+    },
+};
+use crate::cli::{failure::Failure, render::as_map};
+use gobo::{
+    caster::Particle,
+    gpu::{Gpu, Timeline},
+    pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
+    view::View,
+    wgpu,
+};
+use half::f16;
+use serde::Serialize;
+
+/// Median, least and largest [ms].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Times {
+    pub(super) median: f64,
+    pub(super) min: f64,
+    pub(super) max: f64,
+}
+
+impl Times {
+    pub(super) fn new(mut times: Vec<f64>) -> Self {
+        times.sort_by(f64::total_cmp);
+        let middle = times.len() / 2;
+        let median = if times.len() % 2 == 1 {
+            times[middle]
+        } else {
+            (times[middle - 1] + times[middle]) * 0.5
+        };
+        Self { median, min: times[0], max: times[times.len() - 1] }
+    }
+}
+
+/// What a case gave.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Row {
+    #[serde(flatten)]
+    pub(super) case: Case,
+    pub(super) runs: u32,
+    pub(super) compute_ms: f64,
+    pub(super) compute_min: f64,
+    pub(super) compute_max: f64,
+    #[serde(flatten)]
+    pub(super) raster: Option<RasterRow>,
+    /// Stage and its time [ms]; each was waited for, so their sum is more than a frame's.
+    #[serde(serialize_with = "as_map")]
+    pub(super) stages: Vec<(&'static str, f64)>,
+    /// Buffer or texture and its size [bytes].
+    #[serde(serialize_with = "as_map")]
+    pub(super) bytes: Vec<(&'static str, u64)>,
+    pub(super) pairs: u32,
+    pub(super) pairs_needed: u32,
+    pub(super) segments: u32,
+    pub(super) scattered: u32,
+    pub(super) overflowed: u32,
+}
+
+/// The opponent's part.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct RasterRow {
+    /// Of the faster recipe.
+    pub(super) raster_ms: f64,
+    pub(super) raster_min: f64,
+    pub(super) raster_max: f64,
+    /// `raster_ms / compute_ms`: above 1 where compute is faster.
+    pub(super) ratio: f64,
+    /// Colour and nearest depth in one pass.
+    pub(super) raster_one_pass_ms: f64,
+    /// First depth, then colour.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) raster_two_pass_ms: Option<f64>,
+    /// The faster way to feed the quads.
+    pub(super) raster_geometry: &'static str,
+    #[serde(flatten)]
+    pub(super) held: Held,
+}
+
+/// How far the maps are apart: the largest of all views.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Held {
+    /// From both recipes.
+    pub(super) difference: Difference,
+    /// From a raster pass whose product is 32-bit, where the device blends it.
+    pub(super) difference_float: Option<Difference>,
+}
+
+/// What both paths draw.
+struct Scene<'a> {
+    case: Case,
+    particles: &'a [Particle],
+    views: &'a [View],
+}
+
+pub(super) struct Bench {
+    pub(super) gpu: Gpu,
+    pub(super) clock: Clock,
+    pipeline: Pipeline,
+    runs: u32,
+}
+
+const WARM_UP: usize = 2;
+/// Frames of each geometry, of which the quickest counts.
+const GEOMETRY_TRIES: usize = 4;
+
+impl Bench {
+    pub(super) fn new(gpu: Gpu, runs: u32, pair_budget: Option<u32>) -> Self {
+        let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+        if let Some(pairs) = pair_budget {
+            pipeline.set_pair_budget(pairs);
+        }
+        Self { clock: Clock::new(&gpu), gpu, pipeline, runs }
+    }
+
+    pub(super) fn run(&mut self, case: Case, with_raster: bool) -> Result<Row, Failure> {
+        let (particles, views) = (case.particles(), case.views());
+        let device = &self.gpu.device;
+        let materials = [Case::material()];
+        let casters = CasterSet::new(device, &self.gpu.queue, &particles, &[], &materials, &[])?;
+        let prepared = self.prepare(&casters, &views)?;
+        let maps = self.read(&prepared, &case)?;
+        for (light, (map, view)) in maps.iter().zip(&views).enumerate() {
+            check(map, &particles, view).map_err(|wrong| {
+                Failure::Wrong(format!(
+                    "{case}: the compute map of light {light} is wrong: {wrong}"
+                ))
+            })?;
+        }
+        let scene = Scene { case, particles: &particles, views: &views };
+        let raster = with_raster.then(|| self.raster(&particles, &views)).transpose()?;
+        let held = raster.as_ref().map(|raster| self.hold(&scene, raster, &maps)).transpose()?;
+        drop(maps);
+
+        let Some((raster, held)) = raster.zip(held) else {
+            let times = self.times(&prepared, &[])?;
+            return self.row(case, &prepared, times[0], None);
+        };
+        let one_pass = |encoder: &mut _| raster.record(encoder, Recipe::OnePass);
+        let two_pass = |encoder: &mut _| raster.record(encoder, Recipe::TwoPass);
+        let times = self.times(&prepared, &[&one_pass, &two_pass])?;
+        let best = if times[1].median <= times[2].median { times[1] } else { times[2] };
+        let row = RasterRow {
+            raster_ms: best.median,
+            raster_min: best.min,
+            raster_max: best.max,
+            ratio: best.median / times[0].median,
+            raster_one_pass_ms: times[1].median,
+            raster_two_pass_ms: Some(times[2].median),
+            raster_geometry: match raster.geometry() {
+                Geometry::Instances => "instances",
+                Geometry::Indexed => "indexed",
+            },
+            held,
+        };
+        self.row(case, &prepared, times[0], Some(row))
+    }
+
+    /// Of compute first, then of the opponents, taken in turns.
+    pub(super) fn times(
+        &mut self,
+        prepared: &Prepared,
+        opponents: &[&dyn Fn(&mut wgpu::CommandEncoder)],
+    ) -> Result<Vec<Times>, Failure> {
+        let mut times = vec![Vec::new(); 1 + opponents.len()];
+        for run in 0..WARM_UP + self.runs as usize {
+            let mut frame = vec![self.compute(prepared)?];
+            for opponent in opponents {
+                frame.push(self.clock.time(&self.gpu, |encoder| opponent(encoder))?);
+            }
+            if run >= WARM_UP {
+                for (times, ms) in times.iter_mut().zip(frame) {
+                    times.push(ms);
+                }
+            }
+        }
+        Ok(times.into_iter().map(Times::new).collect())
+    }
+
+    pub(super) fn row(
+        &mut self,
+        case: Case,
+        prepared: &Prepared,
+        compute: Times,
+        raster: Option<RasterRow>,
+    ) -> Result<Row, Failure> {
+        let stages = self.stages(prepared)?;
+        let (opaque, translucent) = prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
+        let sum = |of: fn(&ListCounters) -> u32| of(&opaque) + of(&translucent);
+        Ok(Row {
+            case,
+            runs: self.runs,
+            compute_ms: compute.median,
+            compute_min: compute.min,
+            compute_max: compute.max,
+            raster,
+            stages,
+            bytes: prepared.memory.0.clone(),
+            pairs: sum(|c| c.pair_count),
+            pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
+            segments: sum(|c| c.segment_count),
+            scattered: sum(|c| c.scattered + c.overflowed),
+            overflowed: sum(|c| c.overflowed),
+        })
+    }
+
+    /// With room for all pairs, as far as the budget allows. Has run once.
+    pub(super) fn prepare(
+        &mut self,
+        casters: &CasterSet,
+        views: &[View],
+    ) -> Result<Prepared, Failure> {
+        let mut pairs = None;
+        loop {
+            let Gpu { device, queue, .. } = &self.gpu;
+            let prepared = self.pipeline.prepare(device, queue, casters, views, pairs)?;
+            self.compute(&prepared)?;
+            let (opaque, translucent) =
+                prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
+            let needed = opaque.pairs_needed.max(translucent.pairs_needed);
+            let room = prepared.pair_capacity();
+            let full = room >= self.pipeline.config().pair_budget || pairs.is_some();
+            if needed <= room || full {
+                return Ok(prepared);
+            }
+            pairs = Some(needed);
+        }
+    }
+
+    /// The whole translucent pass, from casters to maps [ms].
+    fn compute(&mut self, prepared: &Prepared) -> Result<f64, Failure> {
+        let kernels = self.pipeline.kernels();
+        let mut untimed = Timeline::untimed();
+        self.clock.time(&self.gpu, |encoder| prepared.record(kernels, encoder, &mut untimed))
+    }
+
+    fn read(&self, prepared: &Prepared, case: &Case) -> Result<Vec<Map>, Failure> {
+        let maps = &prepared.maps;
+        let filters: Vec<[u16; 4]> = self.gpu.try_read_texture(&maps.filters)?;
+        let nearests: Vec<f32> = self.gpu.try_read_texture(&maps.nearests)?;
+        let atlas = maps.filters.size();
+        let views = maps.places.iter().map(|place| {
+            let first = |y| {
+                let row = place.layer * atlas.height + place.origin.y + y;
+                (row * atlas.width + place.origin.x) as usize
+            };
+            let texels = || (0..case.size).flat_map(|y| first(y)..first(y) + case.size as usize);
+            let rgb = |at: usize| [0, 1, 2].map(|i| f16::from_bits(filters[at][i]).to_f32());
+            Map {
+                width: case.size,
+                filter: texels().map(rgb).collect(),
+                nearest: texels().map(|at| nearests[at]).collect(),
+            }
+        });
+        Ok(views.collect())
+    }
+
+    /// The faster geometry.
+    fn raster(&self, particles: &[Particle], views: &[View]) -> Result<Raster, Failure> {
+        let mut best: Option<(f64, Raster)> = None;
+        for geometry in [Geometry::Instances, Geometry::Indexed] {
+            let raster = Raster::new(&self.gpu, geometry, Precision::Half, particles, views);
+            let mut ms = f64::INFINITY;
+            for _ in 0..GEOMETRY_TRIES {
+                let record = |encoder: &mut _| raster.record(encoder, Recipe::OnePass);
+                ms = ms.min(self.clock.time(&self.gpu, record)?);
+            }
+            if best.as_ref().is_none_or(|(least, _)| ms < *least) {
+                best = Some((ms, raster));
+            }
+        }
+        Ok(best.expect("there is a geometry").1)
+    }
+
+    /// Holds our maps against those of both recipes, and closely against a product of full
+    /// precision where the device blends one.
+    fn hold(&self, scene: &Scene<'_>, raster: &Raster, maps: &[Map]) -> Result<Held, Failure> {
+        let differs = |light: usize, path: &str, wrong: &str| {
+            let case = scene.case;
+            Failure::Wrong(format!(
+                "{case}: the maps of light {light} differ from {path}, no time is given: {wrong}"
+            ))
+        };
+        let mut held = Held { difference: Difference::default(), difference_float: None };
+        if self.gpu.has(wgpu::Features::FLOAT32_BLENDABLE) {
+            let Scene { particles, views, .. } = scene;
+            let geometry = raster.geometry();
+            let exact = Raster::new(&self.gpu, geometry, Precision::Float, particles, views);
+            self.clock.time(&self.gpu, |encoder| exact.record(encoder, Recipe::OnePass))?;
+            let mut largest = Difference::default();
+            let theirs = exact.read(&self.gpu, Recipe::OnePass)?;
+            for (light, (ours, theirs)) in maps.iter().zip(&theirs).enumerate() {
+                let difference = agree(ours, theirs, Rounding::Float)
+                    .map_err(|wrong| differs(light, "raster at full precision", &wrong))?;
+                largest = largest.max(difference);
+            }
+            held.difference_float = Some(largest);
+        }
+        let layers: Vec<_> = scene.views.iter().map(|view| layers(scene.particles, view)).collect();
+        for recipe in [Recipe::OnePass, Recipe::TwoPass] {
+            self.clock.time(&self.gpu, |encoder| raster.record(encoder, recipe))?;
+            let theirs = raster.read(&self.gpu, recipe)?;
+            for (light, (ours, theirs)) in maps.iter().zip(&theirs).enumerate() {
+                let difference = agree(ours, theirs, Rounding::Half(&layers[light]))
+                    .map_err(|wrong| differs(light, "raster", &wrong))?;
+                held.difference = held.difference.max(difference);
+            }
+        }
+        Ok(held)
+    }
+
+    /// Of the second of two frames.
+    fn stages(&mut self, prepared: &Prepared) -> Result<Vec<(&'static str, f64)>, Failure> {
+        let Gpu { device, queue, .. } = &self.gpu;
+        let mut timeline = if self.clock.has_stamps() {
+            Timeline::new(device, queue)
+        } else {
+            Timeline::stepped(device, queue)
+        };
+        let kernels = self.pipeline.kernels();
+        for _ in 0..2 {
+            timeline.reset();
+            let mut encoder = device.create_command_encoder(&Default::default());
+            prepared.record(kernels, &mut encoder, &mut timeline);
+            timeline.finish(&mut encoder);
+            queue.submit([encoder.finish()]);
+        }
+        let stages = timeline.read(device);
+        self.gpu.check()?;
+        Ok(stages)
+    }
+}

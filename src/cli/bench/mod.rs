@@ -1,0 +1,50 @@
+//! `gobo bench`: what shadow maps cost, beside the raster pipeline.
+mod arguments;
+mod case;
+mod check;
+mod clock;
+mod measure;
+mod occlude;
+mod page;
+mod report;
+
+#[path = "../../../benches/raster/mod.rs"]
+mod raster;
+
+pub(crate) use arguments::BenchArguments;
+
+use super::{failure::Failure, files};
+use gobo::gpu::{Backend, Gpu, Selection};
+use measure::Bench;
+use report::Report;
+
+pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
+    let backend = Backend::from(arguments.backend);
+    if backend == Backend::Cpu {
+        return Err(Failure::Usage(
+            "gobo bench measures kernels; a software adapter such as lavapipe runs them on the CPU: \
+             use --backend vulkan"
+                .to_owned(),
+        ));
+    }
+    let selection = Selection { backend, adapter: arguments.adapter.clone(), tier: None };
+    let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget);
+    let mut report = Report::new(&bench, arguments.occlude);
+    files::print(&report.heading())?;
+    for case in case::cases(arguments) {
+        let row = if arguments.occlude {
+            bench.run_occlude(case)?
+        } else {
+            bench.run(case, arguments.vs.is_some())?
+        };
+        files::print(&report::line(&row))?;
+        report.rows.push(row);
+    }
+    if let Some(path) = &arguments.json {
+        files::write(path, report.json().as_bytes())?;
+    }
+    if let Some(path) = &arguments.html {
+        files::write(path, page::page(&report).as_bytes())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,247 @@
+//! Results as one self-contained page: plots as inline SVG, and the numbers.
+use super::{
+    measure::Row,
+    report::{Report, short},
+};
+use std::fmt::Write as _;
+
+const COLORS: [&str; 10] = [
+    "#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#e377c2",
+    "#7f7f7f", "#bcbd22",
+];
+const WIDTH: f64 = 900.0;
+/// Of a character of the labels, about [px].
+const CHARACTER: f64 = 6.5;
+
+pub(super) fn page(report: &Report) -> String {
+    let Report { adapter, driver, tier, clock, rows, .. } = report;
+    let heading = escape(&format!("{adapter}, {driver}, tier {tier}, {clock} clock"));
+    let shares = |row: &Row| row.stages.clone();
+    let memory = |row: &Row| {
+        row.bytes.iter().map(|&(name, bytes)| (name, bytes as f64 / f64::from(1 << 20))).collect()
+    };
+    let mut page = format!(
+        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>gobo bench</title>\n\
+         <style>body{{font:14px sans-serif;max-width:{WIDTH}px;margin:2em auto}}\
+         text{{font:11px sans-serif}}td,th{{padding:2px 8px;text-align:right}}</style>\n\
+         <h1>gobo bench</h1><p>{heading}</p>\n"
+    );
+    page += "<h2>Time of a frame's translucent pass</h2>\n";
+    page += &times(rows);
+    page += "<h2>Share of each stage</h2>\n";
+    page += &bars(rows, shares, true, "%");
+    page += "<h2>Memory [MiB]</h2>\n";
+    page += &bars(rows, memory, false, "MiB");
+    page += "<h2>Numbers</h2>\n";
+    page += &table(rows);
+    page + "</html>\n"
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// What is the same along a line of the first plot.
+fn series(row: &Row) -> String {
+    let case = &row.case;
+    let mut name = format!("{} px, a {}, {}", case.footprint, case.opacity, case.layout.name());
+    if case.lights > 1 {
+        let _ = write!(name, ", {} lights", case.lights);
+    }
+    let _ = write!(name, ", {}", case.size);
+    name
+}
+
+fn text(svg: &mut String, x: f64, y: f64, anchor: &str, content: &str) {
+    let content = escape(content);
+    let _ = writeln!(svg, r#"<text x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">{content}</text>"#);
+}
+
+fn line(svg: &mut String, from: (f64, f64), to: (f64, f64), color: &str) {
+    let ((x1, y1), (x2, y2)) = (from, to);
+    let _ = writeln!(
+        svg,
+        r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" stroke="{color}"/>"#
+    );
+}
+
+/// Powers of ten that enclose the values.
+fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
+    let (low, high) = values
+        .filter(|value| *value > 0.0)
+        .map(f64::log10)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    if low > high {
+        return (0, 1);
+    }
+    let low = low.floor() as i32;
+    (low, (high.ceil() as i32).max(low + 1))
+}
+
+/// Milliseconds over casters, both logarithmic: compute as full lines, raster as dashed ones.
+fn times(rows: &[Row]) -> String {
+    let (left, top, width, height) = (60.0, 10.0, 560.0, 380.0);
+    let (x_low, x_high) = decades(rows.iter().map(|row| f64::from(row.case.casters)));
+    let ms = |row: &Row| [Some(row.compute_ms), row.raster.as_ref().map(|raster| raster.raster_ms)];
+    let (y_low, y_high) = decades(rows.iter().flat_map(ms).flatten());
+    let x_of = |casters: f64| {
+        left + width * (casters.log10() - f64::from(x_low)) / f64::from(x_high - x_low)
+    };
+    let y_of = |ms: f64| {
+        let part = (ms.max(1e-9).log10() - f64::from(y_low)) / f64::from(y_high - y_low);
+        top + height * (1.0 - part)
+    };
+    let mut svg = format!("<svg width=\"{WIDTH}\" height=\"440\">\n");
+    for decade in x_low..=x_high {
+        let x = x_of(10f64.powi(decade));
+        line(&mut svg, (x, top), (x, top + height), "#ddd");
+        text(
+            &mut svg,
+            x,
+            top + height + 15.0,
+            "middle",
+            &short(10u32.saturating_pow(decade.max(0) as u32)),
+        );
+    }
+    for decade in y_low..=y_high {
+        let value = 10f64.powi(decade);
+        line(&mut svg, (left, y_of(value)), (left + width, y_of(value)), "#ddd");
+        text(&mut svg, left - 5.0, y_of(value) + 4.0, "end", &value.to_string());
+    }
+    text(&mut svg, left + width / 2.0, top + height + 35.0, "middle", "casters");
+    text(&mut svg, left, top + height + 35.0, "end", "[ms]");
+    let mut names: Vec<String> = Vec::new();
+    for row in rows {
+        let name = series(row);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    for (index, name) in names.iter().enumerate() {
+        let color = COLORS[index % COLORS.len()];
+        let mut of_series: Vec<&Row> = rows.iter().filter(|row| series(row) == *name).collect();
+        of_series.sort_by_key(|row| row.case.casters);
+        for (path, dash) in [(0, ""), (1, r#" stroke-dasharray="5 4""#)] {
+            let points: Vec<(f64, f64)> = of_series
+                .iter()
+                .filter_map(|row| {
+                    ms(row)[path].map(|ms| (x_of(f64::from(row.case.casters)), y_of(ms)))
+                })
+                .collect();
+            let list: Vec<_> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+            let list = list.join(" ");
+            let _ = writeln!(
+                svg,
+                r#"<polyline points="{list}" fill="none" stroke="{color}" stroke-width="2"{dash}/>"#
+            );
+            for (x, y) in points {
+                let _ = writeln!(svg, r#"<circle cx="{x:.1}" cy="{y:.1}" r="3" fill="{color}"/>"#);
+            }
+        }
+        let y = top + 15.0 * (index + 1) as f64;
+        line(&mut svg, (left + width + 15.0, y - 4.0), (left + width + 35.0, y - 4.0), color);
+        text(&mut svg, left + width + 40.0, y, "start", name);
+    }
+    let y = top + 15.0 * (names.len() + 2) as f64;
+    text(&mut svg, left + width + 15.0, y, "start", "full: compute; dashed: raster");
+    svg + "</svg>\n"
+}
+
+/// Parts that have a colour of their own.
+const PARTS: usize = COLORS.len() - 1;
+
+/// One bar per row, in parts. `relative`: each bar is a whole.
+fn bars(
+    rows: &[Row],
+    parts: impl Fn(&Row) -> Vec<(&'static str, f64)>,
+    relative: bool,
+    unit: &str,
+) -> String {
+    let mut sums: Vec<(&'static str, f64)> = Vec::new();
+    let mut most: f64 = 0.0;
+    for row in rows {
+        let parts = parts(row);
+        most = most.max(parts.iter().map(|(_, value)| value).sum());
+        for (name, value) in parts {
+            match sums.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, sum)) => *sum += value,
+                None => sums.push((name, value)),
+            }
+        }
+    }
+    sums.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let color_of =
+        |name: &str| sums.iter().take(PARTS).position(|(known, _)| *known == name).unwrap_or(PARTS);
+    let label = |row: &Row| format!("{} x {}", short(row.case.casters), series(row));
+    let longest = rows.iter().map(|row| label(row).len()).max().unwrap_or(0);
+    let left = (longest as f64 * CHARACTER).min(WIDTH / 2.0);
+    let width = WIDTH - left - 60.0;
+    let height = 20.0 * rows.len() as f64 + 50.0;
+    let mut svg = format!("<svg width=\"{WIDTH}\" height=\"{height}\">\n");
+    for (index, row) in rows.iter().enumerate() {
+        let parts = parts(row);
+        let total: f64 = parts.iter().map(|(_, value)| value).sum();
+        let whole = if relative { total } else { most };
+        let y = 20.0 * index as f64;
+        text(&mut svg, left - 5.0, y + 13.0, "end", &label(row));
+        let mut widths = [0.0; COLORS.len()];
+        for (name, value) in parts {
+            widths[color_of(name)] += value / whole.max(1e-9) * width;
+        }
+        let mut x = left;
+        for (part, color) in widths.into_iter().zip(COLORS) {
+            let _ = writeln!(
+                svg,
+                r#"<rect x="{x:.1}" y="{y:.1}" width="{part:.1}" height="16" fill="{color}"/>"#
+            );
+            x += part;
+        }
+        if !relative {
+            text(&mut svg, x + 4.0, y + 13.0, "start", &format!("{total:.0} {unit}"));
+        }
+    }
+    let mut names: Vec<&str> = sums.iter().take(PARTS).map(|(name, _)| *name).collect();
+    if sums.len() > PARTS {
+        names.push("others");
+    }
+    let (mut x, mut y) = (10.0, height - 30.0);
+    for (name, color) in names.into_iter().zip(COLORS) {
+        let wide = name.len() as f64 * CHARACTER + 30.0;
+        if x + wide > WIDTH {
+            (x, y) = (10.0, y + 18.0);
+        }
+        let _ = writeln!(
+            svg,
+            r#"<rect x="{x:.1}" y="{:.1}" width="11" height="11" fill="{color}"/>"#,
+            y - 10.0
+        );
+        text(&mut svg, x + 15.0, y, "start", name);
+        x += wide;
+    }
+    svg + "</svg>\n"
+}
+
+fn table(rows: &[Row]) -> String {
+    let mut table = String::from(
+        "<table><tr><th>casters</th><th>case</th><th>compute [ms]</th><th>raster [ms]</th>\
+         <th>ratio</th><th>pairs</th><th>scattered</th><th>overflowed</th></tr>\n",
+    );
+    for row in rows {
+        let (raster, ratio) = match &row.raster {
+            Some(raster) => (format!("{:.3}", raster.raster_ms), format!("{:.2}", raster.ratio)),
+            None => (String::new(), String::new()),
+        };
+        let _ = writeln!(
+            table,
+            "<tr><td>{}</td><td>{}</td><td>{:.3}</td><td>{raster}</td><td>{ratio}</td><td>{}</td>\
+             <td>{}</td><td>{}</td></tr>",
+            row.case.casters,
+            escape(&series(row)),
+            row.compute_ms,
+            row.pairs,
+            row.scattered,
+            row.overflowed,
+        );
+    }
+    table + "</table>\n"
+}

@@ -1,0 +1,118 @@
+//! Results as a table for people and as JSON for scripts.
+use super::{
+    case::Case,
+    measure::{Bench, Row},
+};
+use gobo::gpu::Tier;
+use serde::Serialize;
+use std::fmt;
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Report {
+    version: &'static str,
+    pub(super) adapter: String,
+    pub(super) driver: String,
+    pub(super) tier: &'static str,
+    reason: String,
+    /// `wall` [submit to done] or `timestamps`.
+    pub(super) clock: &'static str,
+    /// What the casters are: `particles`, or opaque `triangles`.
+    casters: &'static str,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Report {
+    pub(super) fn new(bench: &Bench, occlude: bool) -> Self {
+        let gpu = &bench.gpu;
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            adapter: gpu.adapter.name.clone(),
+            driver: format!("{} {}", gpu.adapter.driver, gpu.adapter.driver_info).trim().to_owned(),
+            tier: match gpu.tier {
+                Tier::Core => "core",
+                Tier::Native => "native",
+            },
+            reason: gpu.tier_reason.clone(),
+            clock: bench.clock.name(),
+            casters: if occlude { "triangles" } else { "particles" },
+            rows: Vec::new(),
+        }
+    }
+
+    pub(super) fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain data is JSON") + "\n"
+    }
+
+    /// What ran, and the names of the columns.
+    pub(super) fn heading(&self) -> String {
+        let Self { adapter, driver, reason, clock, .. } = self;
+        format!(
+            "{adapter} ({driver}), {reason}, {clock} clock\n{:>8} {:>9} {:>7} {:>6} {:>6} {:>5} \
+             {:>25} {:>25} {:>9} {:>6}",
+            "casters",
+            "footprint",
+            "opacity",
+            "layout",
+            "lights",
+            "size",
+            "compute [ms] (min..max)",
+            "raster [ms] (min..max)",
+            "two-pass",
+            "ratio",
+        )
+    }
+}
+
+/// A row of the table, and below it the stages.
+pub(super) fn line(row: &Row) -> String {
+    let Case { casters, footprint, opacity, layout, lights, size } = row.case;
+    let times = |median: f64, min: f64, max: f64| format!("{median:.2} ({min:.2}..{max:.2})");
+    let compute = times(row.compute_ms, row.compute_min, row.compute_max);
+    let mut line = format!(
+        "{:>8} {footprint:>9} {opacity:>7} {:>6} {lights:>6} {size:>5} {compute:>25}",
+        short(casters),
+        layout.name(),
+    );
+    if let Some(raster) = &row.raster {
+        let times = times(raster.raster_ms, raster.raster_min, raster.raster_max);
+        let two_pass = raster.raster_two_pass_ms.map_or("-".to_owned(), |ms| format!("{ms:.2}"));
+        line += &format!(" {times:>25} {two_pass:>9} {:>6.2}", raster.ratio);
+    }
+    let stages: Vec<_> = row.stages.iter().map(|(name, ms)| format!("{name} {ms:.2}")).collect();
+    let bytes: u64 = row.bytes.iter().map(|(_, bytes)| bytes).sum();
+    line += &format!(
+        "\n{:>9}{}; {} pairs, {:.1} MiB",
+        "",
+        stages.join(", "),
+        row.pairs,
+        bytes as f64 / f64::from(1 << 20)
+    );
+    if row.scattered > 0 {
+        line += &format!("; {} scattered", row.scattered);
+    }
+    if row.overflowed > 0 {
+        line += &format!(", {} of them for lack of room", row.overflowed);
+    }
+    line
+}
+
+/// `10k`, `1.5m`
+pub(super) fn short(count: u32) -> String {
+    match count {
+        0..1_000 => count.to_string(),
+        1_000..1_000_000 => format!("{}k", f64::from(count) / 1e3),
+        _ => format!("{}m", f64::from(count) / 1e6),
+    }
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { casters, footprint, opacity, layout, lights, size } = self;
+        let (casters, layout) = (short(*casters), layout.name());
+        write!(
+            f,
+            "{casters} casters of {footprint} texels, opacity {opacity}, {layout}, {lights} lights, \
+             size {size}"
+        )
+    }
+}

@@ -1,0 +1,210 @@
+//! The text of a scene: what the file says, what the command line puts in its place, and where.
+use super::{SceneError, document::Document};
+use serde::Deserialize as _;
+use std::{borrow::Cow, ops::Range, path::Path};
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue, Deserializer, Error},
+};
+
+/// Most parts of a dotted key: more than any that exists.
+const MAX_KEY_PARTS: usize = 8;
+
+/// The text of a scene file, then the values of the command line, a line each.
+pub(super) struct Source<'a> {
+    path: &'a Path,
+    text: &'a str,
+    /// Of the scene file [bytes].
+    file_length: usize,
+    set: &'a [(String, String)],
+    tree: DeTable<'a>,
+}
+
+/// The text that [`Source::parse`] reads.
+pub(super) fn joined(file: &str, set: &[(String, String)]) -> String {
+    set.iter().fold(file.to_owned(), |text, (_, value)| text + "\n" + value)
+}
+
+impl<'a> Source<'a> {
+    /// `text` is what [`joined`] made of a file of `file_length` bytes and of `set`.
+    pub(super) fn parse(
+        path: &'a Path,
+        text: &'a str,
+        file_length: usize,
+        set: &'a [(String, String)],
+    ) -> Result<Self, SceneError> {
+        let mut source = Self { path, text, file_length, set, tree: DeTable::new() };
+        source.tree = DeTable::parse(&text[..file_length])
+            .map_err(|error| source.explain(&error))?
+            .into_inner();
+        let mut start = file_length;
+        for (key, value) in set {
+            start += 1;
+            let span = start..start + value.len();
+            // A bare word is a string.
+            let parsed = match DeValue::parse(&text[span.clone()]) {
+                Ok(parsed) => shifted(parsed, start),
+                Err(_) => {
+                    Spanned::new(span.clone(), DeValue::String(Cow::Borrowed(&text[span.clone()])))
+                }
+            };
+            put(&mut source.tree, key, parsed).map_err(|message| {
+                let help = "keys are like shadow.size, camera.size, light.NAME.intensity or \
+                            material.0.tint";
+                source.error(span.clone(), message, Some(help.to_owned()))
+            })?;
+            start = span.end;
+        }
+        Ok(source)
+    }
+
+    pub(super) fn document(&self) -> Result<Document, SceneError> {
+        let root = Spanned::new(0..self.file_length, self.tree.clone());
+        Document::deserialize(Deserializer::from(root)).map_err(|error| self.explain(&error))
+    }
+
+    /// `span`: bytes of the text.
+    pub(super) fn error(
+        &self,
+        span: Range<usize>,
+        message: impl Into<String>,
+        help: Option<String>,
+    ) -> SceneError {
+        if span.start <= self.file_length {
+            let text = &self.text[..self.file_length];
+            return SceneError::document(self.path, text, span, message, help);
+        }
+        let mut end = self.file_length;
+        let set = self.set.iter().find(|(_, value)| {
+            end += 1 + value.len();
+            span.start <= end
+        });
+        let (key, value) = set.map_or(("", ""), |(key, value)| (key, value));
+        let message = format!("--set {key}={value}: {}", message.into());
+        SceneError::invalid(self.path, message, help.as_deref().unwrap_or(""))
+    }
+
+    /// As [`Self::error`], at the value of `key` in the table at `table`.
+    pub(super) fn error_at(
+        &self,
+        table: &Range<usize>,
+        key: &str,
+        message: impl Into<String>,
+        help: &str,
+    ) -> SceneError {
+        let span = self.tree.values().find_map(|value| value_span(value, table, key));
+        let help = (!help.is_empty()).then(|| help.to_owned());
+        self.error(span.unwrap_or_else(|| table.clone()), message, help)
+    }
+
+    /// What TOML says, with the name that was probably meant.
+    fn explain(&self, error: &Error) -> SceneError {
+        let message = error.message();
+        let mut quoted = message.split('`').skip(1).step_by(2);
+        let unknown = message.starts_with("unknown").then(|| quoted.next()).flatten();
+        let help = unknown.and_then(|unknown| nearest(unknown, quoted));
+        self.error(error.span().unwrap_or(0..0), message.trim_end(), help)
+    }
+}
+
+/// The name that was probably meant, or all that are known.
+pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
+    let known: Vec<&str> = known.into_iter().collect();
+    let close = |other: &str| strsim::jaro_winkler(name, other);
+    let best = known.iter().max_by(|a, b| close(a).total_cmp(&close(b)))?;
+    Some(if close(best) > 0.7 {
+        format!("did you mean `{best}`?")
+    } else {
+        format!("known here: {}", known.join(", "))
+    })
+}
+
+fn value_span(
+    value: &Spanned<DeValue<'_>>,
+    table: &Range<usize>,
+    key: &str,
+) -> Option<Range<usize>> {
+    match value.get_ref() {
+        DeValue::Table(inner) if value.span() == *table && inner.contains_key(key) => {
+            inner.get(key).map(Spanned::span)
+        }
+        DeValue::Table(inner) => inner.values().find_map(|v| value_span(v, table, key)),
+        DeValue::Array(items) => items.iter().find_map(|v| value_span(v, table, key)),
+        _ => None,
+    }
+}
+
+/// The value as if `by` bytes stood before its text.
+fn shifted(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
+    let moved = |span: Range<usize>| span.start + by..span.end + by;
+    let span = moved(value.span());
+    let inner = match value.into_inner() {
+        DeValue::Array(items) => {
+            DeValue::Array(items.into_iter().map(|item| shifted(item, by)).collect())
+        }
+        DeValue::Table(table) => DeValue::Table(
+            table
+                .into_iter()
+                .map(|(key, item)| {
+                    (Spanned::new(moved(key.span()), key.into_inner()), shifted(item, by))
+                })
+                .collect(),
+        ),
+        plain => plain,
+    };
+    Spanned::new(span, inner)
+}
+
+/// Puts a value where a dotted key says; items of an array go by name or index.
+fn put<'a>(
+    table: &mut DeTable<'a>,
+    key: &'a str,
+    value: Spanned<DeValue<'a>>,
+) -> Result<(), String> {
+    let parts: Vec<&str> = key.split('.').collect();
+    if parts.len() > MAX_KEY_PARTS || parts.iter().any(|part| part.is_empty()) {
+        return Err("no such key".to_owned());
+    }
+    put_parts(table, &parts, value)
+}
+
+fn put_parts<'a>(
+    table: &mut DeTable<'a>,
+    parts: &[&'a str],
+    value: Spanned<DeValue<'a>>,
+) -> Result<(), String> {
+    let span = value.span();
+    let name = |part| Spanned::new(span.clone(), Cow::Borrowed(part));
+    let [first, rest @ ..] = parts else { return Ok(()) };
+    if rest.is_empty() {
+        // The key of the file goes too: an error about it must point at the command line.
+        table.remove(*first);
+        table.insert(name(*first), value);
+        return Ok(());
+    }
+    let inner = table
+        .entry(name(*first))
+        .or_insert_with(|| Spanned::new(span.clone(), DeValue::Table(DeTable::new())));
+    match inner.get_mut() {
+        DeValue::Table(inner) => put_parts(inner, rest, value),
+        DeValue::Array(items) => {
+            let [which, rest @ ..] = rest else { return Ok(()) };
+            if rest.is_empty() {
+                return Err(format!("which key of {first} {which}?"));
+            }
+            let named = |item: &Spanned<DeValue<'_>>| {
+                let name = item.get_ref().get("name").and_then(|name| name.get_ref().as_str());
+                name == Some(which)
+            };
+            let index = items.iter().position(named);
+            let index = index.or_else(|| which.parse().ok().filter(|&i: &usize| i < items.len()));
+            let item = index.and_then(|index| items.get_mut(index));
+            match item.map(Spanned::get_mut) {
+                Some(DeValue::Table(inner)) => put_parts(inner, rest, value),
+                Some(_) => Err(format!("{first} {which} is no table")),
+                None => Err(format!("there is no {first} {which:?} in the scene")),
+            }
+        }
+        _ => Err(format!("{first} is no table")),
+    }
+}

@@ -1,0 +1,111 @@
+//! `gobo bench` on a tiny case.
+use serde_json::Value;
+use std::{
+    path::PathBuf,
+    process::{Command, Output},
+};
+
+fn bench(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_gobo")).arg("bench").args(arguments).output().unwrap()
+}
+
+fn temporary(name: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("gobo-bench-{}-{name}", std::process::id()))
+}
+
+#[test]
+fn both_paths_are_measured_and_agree() {
+    let (json, html) = (temporary("results.json"), temporary("results.html"));
+    let output = bench(&[
+        "--casters",
+        "2k",
+        "--footprint",
+        "0.5,16",
+        "--layout",
+        "spread,tile",
+        "--lights",
+        "2",
+        "--size",
+        "128",
+        "--runs",
+        "2",
+        "--vs",
+        "raster",
+        "--json",
+        json.to_str().unwrap(),
+        "--html",
+        html.to_str().unwrap(),
+    ]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let page = std::fs::read_to_string(&html).unwrap();
+    for path in [json, html] {
+        std::fs::remove_file(path).unwrap();
+    }
+    for name in ["adapter", "driver", "tier"] {
+        assert!(!value[name].as_str().unwrap().is_empty(), "{name}");
+    }
+    let rows = value["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
+        assert_eq!((number("casters"), number("lights"), number("size")), (2000.0, 2.0, 128.0));
+        assert!(number("compute_min") > 0.0);
+        assert!(number("compute_min") <= number("compute_ms"));
+        assert!(number("compute_ms") <= number("compute_max"));
+        let ratio = number("raster_ms") / number("compute_ms");
+        assert!((number("ratio") / ratio - 1.0).abs() < 1e-9);
+        for stage in ["project", "sort", "bin", "accumulate", "resolve"] {
+            assert!(row["stages"][stage].as_f64().unwrap() >= 0.0, "{stage}");
+        }
+        let stages = row["stages"].as_object().unwrap().values();
+        assert!(stages.map(|ms| ms.as_f64().unwrap()).sum::<f64>() > 0.0);
+        assert!(row["bytes"]["filters"].as_u64().unwrap() >= 2 * 128 * 128 * 8);
+        let scattered = number("scattered");
+        assert_eq!(scattered > 0.0, number("footprint") < 1.0, "{scattered} scattered");
+    }
+    assert_eq!(page.matches("<svg").count(), 3);
+    assert!(!page.contains("http") && !page.contains("<script"));
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(table.matches("spread").count(), 2, "{table}");
+}
+
+#[test]
+fn opaque_triangles_agree_with_a_depth_pass() {
+    let json = temporary("occlude.json");
+    let size = ["--casters", "2k", "--size", "128", "--runs", "2"];
+    let output = bench(&[&["--occlude", "--json", json.to_str().unwrap()][..], &size].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    std::fs::remove_file(json).unwrap();
+    let rows = value["rows"].as_array().unwrap();
+    let footprints: Vec<_> = rows.iter().map(|row| row["footprint"].as_f64().unwrap()).collect();
+    assert_eq!(footprints, [1.5, 4.0, 12.0]);
+    assert!(rows.iter().all(|row| row["ratio"].as_f64().unwrap() > 0.0));
+}
+
+#[test]
+fn bad_usage_is_refused() {
+    for bad in [
+        &["--casters", "0"][..],
+        &["--casters", "many"],
+        &["--footprint", "nan"],
+        &["--opacity", "2"],
+        &["--size", "8"],
+        &["--vs", "magic"],
+        &["--backend", "cpu"],
+        &["--runs", "0"],
+        &["--occlude", "--lights", "2"],
+    ] {
+        assert_eq!(bench(bad).status.code(), Some(2), "{bad:?}");
+    }
+}
+
+#[test]
+fn a_closed_folder_keeps_its_exit_status() {
+    let json = temporary("missing").join("results.json");
+    let output = bench(&["--casters", "10", "--size", "16", "--json", json.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("results.json"));
+}
