@@ -36,7 +36,7 @@ fn shade_composite(
     start(view, pixel);
     if tile.merged == 0u {
         walk(view, tile.first, tile.end);
-        finish();
+        finish(view);
     } else {
         let count = segment_count(tile);
         for (var k = 0u; k < 4u * count; k += 1u) {

@@ -40,7 +40,7 @@ fn shade_layers(
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);
-    finish();
+    finish(view);
     for (var i = 0u; i < 4u; i += 1u) {
         let c = min(color[i], vec3(BRIGHTEST));
         let p = passed[i];

@@ -24,7 +24,7 @@ use glam::{Mat4, UVec2, Vec2, Vec3};
 /// What is behind less than this is not seen.
 const FAINT: f32 = 1.0 / 1024.0;
 /// Panes that wait for what may lie before them.
-const MAX_WAITING: usize = 3;
+const MAX_WAITING: usize = 2;
 
 /// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
@@ -108,11 +108,17 @@ struct Eye<'a> {
     lighting: Lighting<'a>,
 }
 
-/// Where a pane does to a pixel what it does.
+/// Panes of a segment whose scattered and mirrored light is seen; those behind only filter.
+const MAX_LIT: usize = 2;
+
+/// What a pane does to a pixel.
 #[derive(Clone, Copy, Debug)]
 struct Layer {
     depth: f32,
+    /// Light that it emits.
     own: Vec3,
+    /// Light that it scatters and mirrors.
+    shown: Option<Vec3>,
     passed: Vec3,
 }
 
@@ -122,21 +128,29 @@ struct Pixel {
     color: Vec3,
     passed: Vec3,
     waiting: Vec<Layer>,
+    /// Panes that were shown.
+    lit: usize,
 }
 
 impl Pixel {
-    const CLEAR: Self = Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new() };
+    const CLEAR: Self = Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new(), lit: 0 };
 
     fn lay(&mut self, own: Vec3, passed: Vec3) {
         self.color += self.passed * own;
         self.passed *= passed;
     }
 
+    fn lay_pane(&mut self, layer: &Layer) {
+        let shown = layer.shown.filter(|_| self.lit < MAX_LIT);
+        self.lit += usize::from(shown.is_some());
+        self.lay(layer.own + shown.unwrap_or(Vec3::ZERO), layer.passed);
+    }
+
     /// The panes before `depth`, nearest first.
     fn lay_waiting(&mut self, depth: f32) {
         while self.waiting.first().is_some_and(|layer| layer.depth < depth) {
             let layer = self.waiting.remove(0);
-            self.lay(layer.own, layer.passed);
+            self.lay_pane(&layer);
         }
     }
 
@@ -145,7 +159,7 @@ impl Pixel {
         self.waiting.insert(place, layer);
         if self.waiting.len() > MAX_WAITING {
             let nearest = self.waiting.remove(0);
-            self.lay(nearest.own, nearest.passed);
+            self.lay_pane(&nearest);
         }
     }
 }
@@ -315,21 +329,21 @@ impl Eye<'_> {
         let emitted = opacity * material.emission;
         let albedo = seen_color(hit, material);
         if material.transfer == Transfer::None {
-            return Layer { depth, own: emitted + opacity * albedo, passed: Vec3::ONE };
+            let own = emitted + opacity * albedo;
+            return Layer { depth, own, shown: None, passed: Vec3::ONE };
         }
         let surface = self.triangle(clear, footprint, material, hit, pixel);
         let lit = self.lighting.light_sheet(&surface);
         // A sheet that is not clear scatters half of what it covers and filters the rest.
         let covers = material.transfer == Transfer::Over;
         let share = opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) };
-        let mirrored = opacity * fresnel(surface.normal.dot(surface.to_eye));
+        let mirrored = opacity * fresnel(surface.face.dot(surface.to_eye).abs());
         let reflected = (-surface.to_eye).reflect(surface.normal);
-        let own = emitted
-            + share * albedo * lit.diffuse
+        let shown = share * albedo * lit.diffuse
             + opacity * lit.shine
             + mirrored * self.lighting.sky(reflected);
         let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
-        Layer { depth, own, passed: hit.light * behind }
+        Layer { depth, own: emitted, shown: Some(shown), passed: hit.light * behind }
     }
 }
 

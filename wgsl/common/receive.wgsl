@@ -24,7 +24,7 @@ fn spline(t: f32) -> vec3<f32> {
     return vec3(0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t));
 }
 
-// Nine texels, each asked for itself. No loop: walks that light panes have none to spare.
+// Nine texels, each asked for itself, weighted by the spline.
 fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let distance = -p.z;

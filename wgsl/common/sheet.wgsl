@@ -5,16 +5,9 @@ struct Lit {
     shine: vec3<f32>,
 }
 
-// Lights that one invocation adds up for panes: with the walk around them they stay below the
-// 65,535 iterations that llvmpipe allows.
-const MAX_SHEET_LIGHTS: u32 = 24576u;
-var<private> sheet_lights: u32;
-
 fn light_sheet(surface: Surface) -> Lit {
     var lit = Lit(ambient_light(surface.normal), vec3(0.0));
-    let count = select(0u, params.light_count, sheet_lights + params.light_count <= MAX_SHEET_LIGHTS);
-    sheet_lights += count;
-    for (var i = 0u; i < count; i += 1u) {
+    for (var i = 0u; i < params.light_count; i += 1u) {
         let light = lights[i];
         let arriving = incoming(light, surface.point);
         if any(arriving.color > vec3(0.0)) {
