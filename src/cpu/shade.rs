@@ -204,12 +204,16 @@ impl Eye<'_> {
         if light.view_count == 0 {
             return Vec3::ONE;
         }
+        // The views of a light share projection and scale.
+        let view = &self.views[light.first_view as usize];
         let away = point - light.position;
-        let face = if light.kind == 2 { cube_face(away) } else { 0 };
-        let index = (light.first_view + face) as usize;
-        let view = &self.views[index];
         let distance = if view.perspective > 0.0 { away.length() } else { 1.0 };
         let lifted = point + normal * (self.scene.shadow.normal_bias * distance / view.scale);
+        // By the lifted point: near a seam it may lie on the next face, and its own shows nothing
+        // there.
+        let face = if light.kind == 2 { cube_face(lifted - light.position) } else { 0 };
+        let index = (light.first_view + face) as usize;
+        let view = &self.views[index];
         filtered(view, &self.maps[index], lifted, bias)
     }
 

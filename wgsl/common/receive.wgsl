@@ -73,13 +73,16 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> ve
     if light.view_count == 0u {
         return vec3(1.0);
     }
+    // The views of a light share projection and scale.
+    let is_perspective = shadow_views[light.first_view].perspective > 0.0;
+    let distance = select(1.0, length(point - light.position), is_perspective);
+    let texel = distance / shadow_views[light.first_view].scale;
+    let lifted = point + normal * (params.normal_bias * texel);
+    // By the lifted point: near a seam it may lie on the next face, and its own shows nothing there.
     var face = 0u;
-    let away = point - light.position;
     if light.kind == LIGHT_POINT {
-        face = cube_face(away);
+        face = cube_face(lifted - light.position);
     }
     let view = shadow_views[light.first_view + face];
-    let distance = select(1.0, length(away), view.perspective > 0.0);
-    let lifted = point + normal * (params.normal_bias * distance / view.scale);
     return receive(view, lifted, bias);
 }
