@@ -202,7 +202,9 @@ pub fn shadow_views(scene: &Scene) -> Vec<View> {
         .collect()
 }
 
-fn light_views(index: usize, light: &Light, size: u32, bounds: &Bounds) -> Vec<View> {
+/// The shadow views of one light. `index` is the light's, `size` its maps' edge [texels] where it
+/// has none of its own, `bounds` holds all casters and receivers (world space [m]).
+pub fn light_views(index: usize, light: &Light, size: u32, bounds: &Bounds) -> Vec<View> {
     let size = UVec2::splat(light.size.unwrap_or(size));
     match light.kind {
         LightKind::Directional { direction } => {

@@ -5,10 +5,14 @@
 // `footprints`.
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
-    let size = subgroupAdd(1u);
-    // The block of texels that the subgroup holds, centre to centre.
-    let lo = subgroupMin(corner) + 0.5;
-    let hi = subgroupMax(corner) + vec2(0.5, 3.5);
+    let all_lanes = subgroupBallot(true);
+    let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
+    // The block of texels that the subgroup holds, centre to centre: lanes follow each other in
+    // rows of blocks, so that the first and the last are its corners. (As integers: LLVM 15 cannot
+    // broadcast a float.)
+    let texel = vec2<u32>(corner);
+    let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
+    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
     for (var base = first; base < end; base += size) {
         let at = textureLoad(pairs, record_texel(min(base + lane, end - 1u))).g * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));
