@@ -6,6 +6,7 @@ mod cli;
 mod closed_forms;
 mod common;
 mod device;
+mod extremes;
 mod gltf;
 mod hostile;
 mod layout;
