@@ -33,11 +33,6 @@ impl Transfer {
         matches!(self, Self::Opaque | Self::Cutout | Self::Dither)
     }
 
-    /// Whether the picture lays hits over what is behind them.
-    pub fn is_blended(self) -> bool {
-        !self.is_opaque() || self == Self::Dither
-    }
-
     /// The largest colour that is valid: light may be gathered by `gain` only.
     pub fn max_color(self) -> f32 {
         if self == Self::Gain { MAX_GAIN } else { 1.0 }

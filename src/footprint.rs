@@ -225,6 +225,17 @@ pub(crate) fn octahedral(n: Vec3) -> u32 {
     snorm(folded.x) | snorm(folded.y) << 16
 }
 
+/// The inverse of [`octahedral`].
+pub(crate) fn from_octahedral(bits: u32) -> Vec3 {
+    let snorm = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let e = Vec2::new(snorm(bits), snorm(bits >> 16));
+    let z = 1.0 - e.x.abs() - e.y.abs();
+    let folded =
+        (Vec2::ONE - Vec2::new(e.y, e.x).abs()) * Vec2::new(1f32.copysign(e.x), 1f32.copysign(e.y));
+    let xy = if z < 0.0 { folded } else { e };
+    xy.extend(z).normalize_or_zero()
+}
+
 /// A triangle prepared for a view: what its hit test needs. Texel space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

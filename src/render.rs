@@ -43,7 +43,12 @@ impl Renderer {
     /// On a device that is already open.
     pub fn on(gpu: Gpu) -> Self {
         let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
-        let timeline = Timeline::new(&gpu.device, &gpu.queue);
+        // A software adapter stamps when it records, not when the work is done.
+        let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
+            Timeline::stepped(&gpu.device, &gpu.queue)
+        } else {
+            Timeline::new(&gpu.device, &gpu.queue)
+        };
         Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline })) }
     }
 

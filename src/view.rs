@@ -124,7 +124,7 @@ impl View {
     pub fn from_camera(camera: &Camera, bounds: &Bounds) -> Self {
         let view_from_world =
             looking(camera.eye, (camera.target - camera.eye).normalize(), camera.up);
-        let (_, far) = depth_range(&view_from_world, bounds);
+        let (_, far) = depth_range(&view_from_world, &bounds.or_unit());
         let near = (far * 1e-4).max(1e-4);
         Self {
             light: None,
@@ -195,10 +195,7 @@ const CUBE: [(&str, Vec3); 6] = [
 
 /// The shadow views of all lights, in order of lights.
 pub fn shadow_views(scene: &Scene) -> Vec<View> {
-    let bounds = match scene.bounds() {
-        bounds if bounds.is_empty() => Bounds::EMPTY.with_sphere(Vec3::ZERO, 1.0),
-        bounds => bounds,
-    };
+    let bounds = scene.bounds().or_unit();
     let lights = scene.lights.iter().enumerate().filter(|(_, light)| light.casts);
     lights
         .flat_map(|(index, light)| light_views(index, light, scene.shadow.size, &bounds))

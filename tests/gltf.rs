@@ -199,6 +199,15 @@ fn lights_and_camera() {
 }
 
 #[test]
+fn half_spaces_of_light_get_a_map() {
+    let wide = document("").replace("\"outerConeAngle\": 0.4", "\"outerConeAngle\": 1.5707963");
+    assert_ne!(wide, document(""));
+    let model = load("wide.glb", glb_of(&wide)).unwrap();
+    let LightKind::Spot { angle, .. } = model.lights[1].kind else { panic!("{:?}", model.lights) };
+    assert!((angle * 0.5).tan() > 1.0 && angle < std::f32::consts::PI, "{angle}");
+}
+
+#[test]
 fn buffers_from_data_uris_and_files() {
     let embedded = load("embedded.glb", glb_of(&document(""))).unwrap();
     let data = format!(r#","uri":"data:application/octet-stream;base64,{}""#, base64(&buffer()));

@@ -1,5 +1,8 @@
 //! The lit picture: kernels against the twin, and both against pictures that were looked at.
-use crate::common::{TIERS, render};
+use crate::{
+    common::{TIERS, render},
+    scene::read,
+};
 use gobo::{
     cpu,
     frame::Picture,
@@ -79,6 +82,25 @@ fn pictures_look_as_they_did() {
     for name in SCENES {
         let error = flip(&render(TIERS[1], &small(name)).picture, &golden(name));
         assert!(error < LOOKS_THE_SAME, "{name}: FLIP {error}");
+    }
+}
+
+/// A lamp in a closed box: the faces of its cube meet without a gap.
+#[test]
+fn no_light_leaks_through_seams() {
+    let lamp = "[camera]\neye = [0.1, 9, 4]\ntarget = [0, 0, 0]\nsize = [240, 135]\n\
+        [shadow]\nsize = 64\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n\
+        [[light]]\nkind = 'point'\nposition = [0, 1, 0]\nintensity = 100\n\
+        [[material]]\nname = 'iron'\ntransfer = 'opaque'\n\
+        [[shape]]\nkind = 'plane'\nmaterial = 'iron'\nscale = [10, 1, 10]\n";
+    let closed =
+        format!("{lamp}[[shape]]\nkind = 'box'\nmaterial = 'iron'\ntranslation = [0, 1, 0]\n");
+    let brightest = |picture: &Picture| picture.rgb.iter().flatten().copied().max();
+    let (open, closed) = (read(lamp).unwrap(), read(&closed).unwrap());
+    assert!(brightest(&twin(&open)) > Some(99));
+    assert_eq!(brightest(&twin(&closed)), Some(0));
+    for tier in TIERS {
+        assert_eq!(brightest(&render(tier, &closed).picture), Some(0), "{tier:?}");
     }
 }
 

@@ -24,12 +24,13 @@ fn bin_segments(@builtin(global_invocation_id) id: vec3<u32>) {
     let needed = (count + params.segment_length - 1u) / params.segment_length;
     let merged = needed > 1u || scattered_tiles[tile] != 0u;
     tiles[tile].view = view;
-    tiles[tile].merged = u32(merged);
+    tiles[tile].merged = 0u;
     if !merged {
         return;
     }
     merged_tiles[atomicAdd(&counters.merged_count, 1u)] = tile;
     let slot = atomicAdd(&counters.segment_count, needed);
+    tiles[tile].merged = slot + 1u;
     for (var i = 0u; i < needed; i += 1u) {
         let first = tiles[tile].first + i * params.segment_length;
         let end = min(first + params.segment_length, tiles[tile].end);

@@ -1,6 +1,6 @@
 // occlude, overflow: footprints whose pairs did not fit, straight into the nearest opaque depths.
 // One workgroup per footprint and slice of its tiles.
-// CPU twin: src/cpu/occlude.rs. Host: src/stage/occlude.rs. Needs common/solid.wgsl and what it
+// CPU twin: src/cpu/occlude.rs. Host: src/stage/occlude.rs. Needs common/blocks.wgsl and what it
 // needs, dispatch.wgsl, tile.wgsl, sums_*.wgsl.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
@@ -40,7 +40,7 @@ fn occlude_overflow(
         let texel = tile_place * TILE_SIZE + in_tile;
         let middle = vec2<f32>(texel) + 0.5;
         let hit = caster_hit(view, place, look, middle, 1.0);
-        if is_solid(view, place, look, middle, hit) {
+        if blocks(view, place, look, middle, hit) {
             let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
             raise_nearness(sum_index(tile, in_tile), depth_to_nearness(stored_depth(hit)));
             scattered_tiles[tile] = 1u;

@@ -1,94 +1,49 @@
-// shade, surfaces: what the camera sees of opaque casters, lit through the shadow maps. One
+// shade, surfaces: what the camera sees of solid casters, lit through the shadow maps. One
 // workgroup per tile, four pixels per invocation.
-// CPU twin: src/cpu/shade.rs. Host: src/stage/shade.rs. Needs common/solid.wgsl, walk_uniform.wgsl,
-// receive.wgsl, surface.wgsl and what they need.
+// CPU twin: src/cpu/shade.rs. Host: src/stage/shade.rs. Needs common/gather_seen.wgsl,
+// walk_uniform.wgsl, shading.wgsl, surface.wgsl and what they need.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(2) var<uniform> params: PictureParams;
 @group(0) @binding(3) var<uniform> lights: array<GpuLight, MAX_LIGHTS>;
 @group(0) @binding(4) var<uniform> shadow_views: array<GpuView, MAX_SHADOW_VIEWS>;
 @group(0) @binding(5) var<storage, read> tiles: array<Tile>;
-@group(0) @binding(6) var pairs: texture_storage_2d<rg32uint, read>;
-@group(0) @binding(7) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(8) var casters: texture_2d<u32>;
-@group(0) @binding(9) var setups: texture_2d<u32>;
-@group(0) @binding(10) var images: texture_2d_array<f32>;
-@group(0) @binding(11) var triangles: texture_2d<u32>;
-@group(0) @binding(12) var filters: texture_2d_array<f32>;
-@group(0) @binding(13) var nearests: texture_2d_array<f32>;
-@group(0) @binding(14) var opaques: texture_2d_array<f32>;
-@group(0) @binding(15) var surfaces: texture_storage_2d<rgba32float, write>;
-
-var<private> corner: vec2<f32>; // first of the four pixels
-var<private> nearest: vec4<f32>;
-var<private> seen: vec4<u32>;   // caster
-var<private> setup_of: vec4<u32>;
-
-fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
-    visit_pixel(view, place, look, 0u);
-    visit_pixel(view, place, look, 1u);
-    visit_pixel(view, place, look, 2u);
-    visit_pixel(view, place, look, 3u);
-}
-
-fn visit_pixel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    let pixel = corner + vec2(0.5, f32(i) + 0.5);
-    let hit = caster_hit(view, place, look, pixel, 1.0);
-    if is_solid(view, place, look, pixel, hit) && hit.depth < nearest[i] {
-        nearest[i] = hit.depth;
-        seen[i] = look.w;
-        setup_of[i] = look.x;
-    }
-}
-
-fn settled(front: f32) -> bool {
-    return all(nearest <= vec4(front));
-}
-
-fn sky(view: GpuView, y: f32) -> vec3<f32> {
-    let up = 1.0 - y / view.size.y;
-    return params.background * mix(0.75, 1.15, up);
-}
+@group(0) @binding(6) var<storage, read> partials: array<vec4<u32>>;
+@group(0) @binding(7) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(8) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(9) var casters: texture_2d<u32>;
+@group(0) @binding(10) var setups: texture_2d<u32>;
+@group(0) @binding(11) var images: texture_2d_array<f32>;
+@group(0) @binding(12) var triangles: texture_2d<u32>;
+@group(0) @binding(13) var filters: texture_2d_array<f32>;
+@group(0) @binding(14) var nearests: texture_2d_array<f32>;
+@group(0) @binding(15) var opaques: texture_2d_array<f32>;
+@group(0) @binding(16) var surfaces: texture_storage_2d<rgba32float, write>;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
-    let point = world_point(view, pixel, depth);
-    let eye = params.world_from_view[3].xyz;
-    let toward_eye = normalize(eye - point);
-    var normal = toward_eye;
-    var material: GpuMaterial;
-    var albedo: vec3<f32>;
-    if (id & TRIANGLE_BIT) != 0u {
-        let met = triangle_weights(setup, pixel);
-        material = materials[setup_texel(setup, 4u).w];
-        normal = triangle_normal(id & ~TRIANGLE_BIT, met.xyz);
-        normal = select(-normal, normal, dot(normal, toward_eye) >= 0.0);
-        albedo = material.tint.rgb;
+    if HAS_TRIANGLES && (id & TRIANGLE_BIT) != 0u {
+        let material = materials[setup_texel(setup, 4u).w];
+        var albedo = material.tint.rgb;
         if HAS_TEXTURES && material.texture != NO_TEXTURE {
-            let uv = triangle_uv(setup, met.xyz);
+            let uv = triangle_uv(setup, triangle_weights(setup, pixel).xyz);
             albedo *= sample_texture(images, material.texture, material.texture_size, uv).rgb;
         }
-    } else {
-        let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
-        material = materials[look.z & 0xffffu];
-        albedo = material.tint.rgb * vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+        let triangle = id & ~TRIANGLE_BIT;
+        let surface =
+            triangle_surface(view, pixel, depth, triangle, setup, albedo, material.roughness);
+        return shade_solid(surface) + material.emission;
     }
-    let shine = 2.0 / max(material.roughness * material.roughness, 0.01);
-    let gloss = 0.04 * (shine + 8.0) / 8.0;
-    var light = params.ambient * mix(0.7, 1.0, normal.y * 0.5 + 0.5) * albedo + material.emission;
-    for (var i = 0u; i < params.light_count; i += 1u) {
-        let source = lights[i];
-        let arriving = incoming(source, point);
-        let facing = dot(normal, arriving.toward);
-        if facing > 0.0 && any(arriving.radiance > vec3(1e-4)) {
-            let half_way = normalize(arriving.toward + toward_eye);
-            let highlight = gloss * pow(max(dot(normal, half_way), 0.0), shine);
-            // Grazing light needs the point lifted more.
-            let lift = normal * min(1.0 / max(facing, 0.25), 4.0) * 0.5;
-            let passed = shadow(source, point, lift, params.bias);
-            light += (albedo / 3.14159265 + highlight) * facing * arriving.radiance * passed;
-        }
-    }
-    return light;
+    let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
+    let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
+    let material = materials[look.z & 0xffffu];
+    let albedo = material.tint.rgb * vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    let point = world_point(view, pixel, depth);
+    let to_eye = normalize(eye() - point);
+    // Round, whatever way the disc faces.
+    let aside = (point - place.xyz) / place.w;
+    let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
+    let surface = Surface(point, normal, normal, to_eye, albedo, material.roughness, place.w);
+    return shade_solid(surface) + material.emission;
 }
 
 @compute @workgroup_size(LANES)
@@ -100,18 +55,32 @@ fn shade_surfaces(
     let tile_id = interleaved(workgroup.x, workgroups.x);
     let tile = tiles[tile_id];
     let view = views[0];
-    let pixel = tile_texel(view, tile_id) + lane_texel(lane);
-    corner = vec2<f32>(pixel);
-    nearest = vec4(1.0);
-    seen = vec4(0u);
-    setup_of = vec4(0u);
-    walk(view, tile.first, min(tile.end, tile.first + MAX_WALK));
+    let place = lane_texel(lane);
+    let pixel = tile_texel(view, tile_id) + place;
+    start(view, pixel);
+    if tile.merged == 0u {
+        walk(view, tile.first, tile.end);
+    } else {
+        let count = segment_count(tile);
+        for (var k = 0u; k < 4u * count; k += 1u) {
+            let i = k % 4u;
+            let partial = partials[sum_index(tile.merged - 1u + k / 4u, place + vec2(0u, i))];
+            let depth = bitcast<f32>(partial.x);
+            if depth < nearest[i] {
+                nearest[i] = depth;
+                seen[i] = partial.y;
+                setup_of[i] = partial.z;
+            }
+        }
+    }
     for (var i = 0u; i < 4u; i += 1u) {
         let at = corner + vec2(0.5, f32(i) + 0.5);
-        var color = sky(view, at.y);
-        if nearest[i] < 1.0 && all(at < view.size) {
-            color = shade(view, at, nearest[i], seen[i], setup_of[i]);
+        if all(at < view.size) {
+            var color = sky(normalize(world_point(view, at, 1.0) - eye()));
+            if nearest[i] < 1.0 {
+                color = shade(view, at, nearest[i], seen[i], setup_of[i]);
+            }
+            textureStore(surfaces, pixel + vec2(0u, i), vec4(color, nearest[i]));
         }
-        textureStore(surfaces, pixel + vec2(0u, i), vec4(color, nearest[i]));
     }
 }

@@ -33,7 +33,7 @@ const CHUNK: usize = 4096;
 /// What all views share.
 pub(super) struct SceneRecords<'a> {
     pub materials: &'a [Material],
-    pub gpu_materials: Vec<GpuMaterial>,
+    gpu_materials: Vec<GpuMaterial>,
     pub images: Vec<Image>,
     pub casters: Vec<Caster>,
     pub triangles: Vec<TriangleRecord>,

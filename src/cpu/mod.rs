@@ -10,6 +10,7 @@ pub mod project;
 pub mod receive;
 pub mod resolve;
 mod shade;
+pub mod shading;
 mod sort;
 pub mod texture;
 mod threads;

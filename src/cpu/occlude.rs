@@ -3,16 +3,26 @@ use super::{
     caster_hit::{Hit, Records, Target},
     tile::{Tile, TileTexels},
 };
-use crate::{caster::Transfer, footprint::Footprint};
+use crate::{
+    caster::{Material, Transfer},
+    footprint::Footprint,
+};
 use glam::Vec2;
 
-/// Whether a hit of an opaque material at `texel` blocks the light.
-pub(super) fn is_solid(target: &Target<'_>, texel: Vec2, hit: &Hit) -> bool {
-    match target.material.transfer {
+/// Whether a hit of an opaque material is there at all; the picture has no dithered ones.
+pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
+    match material.transfer {
         Transfer::Opaque => true,
-        Transfer::Cutout => hit.opacity >= target.material.cutoff,
-        Transfer::Dither => hit.opacity > target.threshold(texel),
+        Transfer::Cutout => hit.opacity >= material.cutoff,
         _ => false,
+    }
+}
+
+/// Whether a hit of an opaque material blocks the light at `texel`.
+fn blocks(target: &Target<'_>, texel: Vec2, hit: &Hit) -> bool {
+    match target.material.transfer {
+        Transfer::Dither => hit.opacity > target.threshold(texel),
+        _ => is_solid(target.material, hit),
     }
 }
 
@@ -42,7 +52,7 @@ pub fn occlude<'a>(
         }
         for (place, texel) in tile.texels() {
             if let Some(hit) = target.hit(texel, 1.0)
-                && is_solid(&target, texel, &hit)
+                && blocks(&target, texel, &hit)
             {
                 nearest[place] = nearest[place].min(stored_depth(&target, &hit));
             }

@@ -87,8 +87,8 @@ impl Timeline {
         Self { queries: None, steps: None, stages: Vec::new() }
     }
 
-    /// For benches on adapters whose timestamps mean nothing: submits and waits between the
-    /// stages, so `record` is no longer a mere recording.
+    /// For adapters whose timestamps mean nothing, where frames may wait: submits and waits between
+    /// the stages, so `record` is no longer a mere recording.
     pub fn stepped(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let (device, queue) = (device.clone(), queue.clone());
         let steps = Steps { device, queue, times: Vec::new(), open: None };

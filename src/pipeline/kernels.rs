@@ -20,8 +20,10 @@ pub(crate) enum Variant {
     AccumulateOverflow,
     ResolveTiles,
     ResolveOpaque,
+    ShadeSeen,
     ShadeSurfaces,
     ShadeCasters,
+    ShadeLayers,
     ShadeComposite,
 }
 
@@ -43,8 +45,10 @@ impl Variant {
             Self::AccumulateOverflow => [&accumulate::OVERFLOW_CORE, &accumulate::OVERFLOW_NATIVE],
             Self::ResolveTiles => [&resolve::TILES_CORE, &resolve::TILES_NATIVE],
             Self::ResolveOpaque => [&resolve::OPAQUE_CORE, &resolve::OPAQUE_NATIVE],
+            Self::ShadeSeen => [&shade::SEEN_CORE, &shade::SEEN_NATIVE],
             Self::ShadeSurfaces => [&shade::SURFACES_CORE, &shade::SURFACES_NATIVE],
             Self::ShadeCasters => [&shade::CASTERS_LIT; 2],
+            Self::ShadeLayers => [&shade::LAYERS_CORE, &shade::LAYERS_NATIVE],
             Self::ShadeComposite => [&shade::COMPOSITE_CORE, &shade::COMPOSITE_NATIVE],
         };
         if tier == Tier::Core { core } else { native }

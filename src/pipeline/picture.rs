@@ -11,6 +11,7 @@ use crate::{
     gpu::{Allocator, Gpu, Memory, Timeline, array_view, view},
     scene::Scene,
     stage::{
+        bin::{Dispatch, SEGMENT_LENGTH},
         hits::Features,
         shade::{CASTER_LANES, GpuLight, MAX_LIGHTS, MAX_SHADOW_VIEWS, PictureParams},
     },
@@ -30,8 +31,10 @@ pub struct PreparedPicture {
     clear: List,
     solid_features: Features,
     clear_features: Features,
+    seen: BindGroup,
     surfaces: BindGroup,
     casters: BindGroup,
+    layers: BindGroup,
     composite: BindGroup,
     clear_count: u32,
     pixels: Buffer,
@@ -126,11 +129,20 @@ impl Pipeline {
         let pixels =
             context.allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
 
+        // Only tiles with more than one segment have any.
+        let segments = 2 * u64::from(scratch.pair_capacity / SEGMENT_LENGTH) + 1;
+        let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
+        let none = BufferUsages::empty();
+        let partials = context.allocator.storage::<[u32; 4]>("partials", texels, none)?;
+
         let (solid_features, clear_features) = (solid_plan.features, clear_plan.features);
         let kernels = context.kernels;
-        kernels.make(device, Variant::ShadeSurfaces, solid_features);
-        kernels.make(device, Variant::ShadeCasters, clear_features);
-        kernels.make(device, Variant::ShadeComposite, clear_features);
+        for variant in [Variant::ShadeSeen, Variant::ShadeSurfaces] {
+            kernels.make(device, variant, solid_features);
+        }
+        for variant in [Variant::ShadeCasters, Variant::ShadeLayers, Variant::ShadeComposite] {
+            kernels.make(device, variant, clear_features);
+        }
         let texture = BindingResource::TextureView;
         let [caster_view, triangle_view] = [view(&casters.casters), view(&casters.triangles)];
         let images = array_view(&casters.images);
@@ -138,60 +150,66 @@ impl Pipeline {
             [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
         let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
         let whole = Buffer::as_entire_binding;
-        let surfaces = kernels.get(Variant::ShadeSurfaces, solid_features).bind(
-            device,
-            &[
-                whole(&camera_views),
-                whole(&casters.materials),
-                whole(&params),
-                whole(&light_buffer),
-                whole(&view_buffer),
-                whole(&scratch.tiles),
-                texture(&scratch.pairs[solid.sorted_pairs]),
+        let uniforms = [
+            whole(&camera_views),
+            whole(&casters.materials),
+            whole(&params),
+            whole(&light_buffer),
+            whole(&view_buffer),
+        ];
+        let by_segment = [whole(&scratch.dispatches), whole(&scratch.segments), whole(&partials)];
+        let hits = |list: &List| {
+            [
+                texture(&scratch.pairs[list.sorted_pairs]),
                 texture(&scratch.footprints),
                 texture(&caster_view),
                 texture(&scratch.setups),
                 texture(&images),
-                texture(&triangle_view),
-                texture(&filters),
-                texture(&nearests),
-                texture(&opaques),
-                texture(&surface_view),
+            ]
+        };
+        let shadows = [texture(&filters), texture(&nearests), texture(&opaques)];
+        let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
+        let over = [texture(&surface_view), texture(&lit_view)];
+        let bind = |variant, features, resources: &[&[BindingResource<'_>]]| {
+            kernels.get(variant, features).bind(device, &resources.concat())
+        };
+        let seen =
+            bind(Variant::ShadeSeen, solid_features, &[&uniforms[..2], &by_segment, &hits(&solid)]);
+        let surfaces = bind(
+            Variant::ShadeSurfaces,
+            solid_features,
+            &[
+                &uniforms,
+                &[whole(&scratch.tiles), whole(&partials)],
+                &hits(&solid),
+                &lit_by,
+                &over[..1],
             ],
         );
-        let lit_casters = kernels.get(Variant::ShadeCasters, clear_features).bind(
-            device,
+        let lit_casters = bind(
+            Variant::ShadeCasters,
+            clear_features,
             &[
-                whole(&params),
-                whole(&light_buffer),
-                whole(&view_buffer),
-                texture(&scratch.footprints),
-                texture(&scratch.rects),
-                texture(&caster_view),
-                texture(&triangle_view),
-                texture(&filters),
-                texture(&nearests),
-                texture(&opaques),
-                texture(&lit_view),
+                &uniforms[2..],
+                &[texture(&scratch.footprints), texture(&scratch.rects), texture(&caster_view)],
+                &shadows,
+                &over[1..],
             ],
         );
-        let composite = kernels.get(Variant::ShadeComposite, clear_features).bind(
-            device,
+        let layers = bind(
+            Variant::ShadeLayers,
+            clear_features,
+            &[&uniforms, &by_segment, &hits(&clear), &lit_by, &over],
+        );
+        let composite = bind(
+            Variant::ShadeComposite,
+            clear_features,
             &[
-                whole(&camera_views),
-                whole(&casters.materials),
-                whole(&params),
-                whole(&light_buffer),
-                whole(&scratch.tiles),
-                whole(&pixels),
-                texture(&scratch.pairs[clear.sorted_pairs]),
-                texture(&scratch.footprints),
-                texture(&caster_view),
-                texture(&scratch.setups),
-                texture(&images),
-                texture(&triangle_view),
-                texture(&surface_view),
-                texture(&lit_view),
+                &uniforms,
+                &[whole(&scratch.tiles), whole(&partials), whole(&pixels)],
+                &hits(&clear),
+                &lit_by,
+                &over,
             ],
         );
         Ok(PreparedPicture {
@@ -202,8 +220,10 @@ impl Pipeline {
             clear,
             solid_features,
             clear_features,
+            seen,
             surfaces,
             casters: lit_casters,
+            layers,
             composite,
             clear_count: clear_plan.footprint_count,
             pixels,
@@ -221,20 +241,27 @@ impl PreparedPicture {
         timeline: &mut Timeline,
     ) {
         let tiles = [self.tile_count, 1, 1];
+        let dispatches = &self.scratch.dispatches;
+        let segments = Dispatch::Segment.offset();
+        let solid = |variant| kernels.get(variant, self.solid_features);
+        let clear = |variant| kernels.get(variant, self.clear_features);
         self.record_list(&self.solid, kernels, encoder, timeline);
-        let surfaces = kernels.get(Variant::ShadeSurfaces, self.solid_features);
-        surfaces.record(&mut timeline.pass(encoder, "shade"), &self.surfaces, tiles);
+        let mut pass = timeline.pass(encoder, "shade");
+        let seen = solid(Variant::ShadeSeen);
+        seen.record_indirect(&mut pass, &self.seen, dispatches, segments);
+        solid(Variant::ShadeSurfaces).record(&mut pass, &self.surfaces, tiles);
+        drop(pass);
         self.record_list(&self.clear, kernels, encoder, timeline);
         let mut pass = timeline.pass(encoder, "shade");
         if self.clear_count > 0 {
             const ROW: u32 = 32768;
             let groups = self.clear_count.div_ceil(CASTER_LANES);
             let grid = [groups.min(ROW), groups.div_ceil(ROW), 1];
-            let casters = kernels.get(Variant::ShadeCasters, self.clear_features);
-            casters.record(&mut pass, &self.casters, grid);
+            clear(Variant::ShadeCasters).record(&mut pass, &self.casters, grid);
         }
-        let composite = kernels.get(Variant::ShadeComposite, self.clear_features);
-        composite.record(&mut pass, &self.composite, tiles);
+        let layers = clear(Variant::ShadeLayers);
+        layers.record_indirect(&mut pass, &self.layers, dispatches, segments);
+        clear(Variant::ShadeComposite).record(&mut pass, &self.composite, tiles);
     }
 
     fn record_list(

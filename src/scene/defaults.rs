@@ -58,7 +58,7 @@ pub(super) fn sun() -> Light {
 pub(super) fn camera(bounds: &Bounds) -> Camera {
     let mut camera = Camera {
         eye: Vec3::ONE,
-        target: if bounds.is_empty() { Vec3::ZERO } else { bounds.center() },
+        target: bounds.or_unit().center(),
         up: Vec3::Y,
         fov_y: 45f32.to_radians(),
         size: UVec2::new(960, 540),
@@ -69,10 +69,12 @@ pub(super) fn camera(bounds: &Bounds) -> Camera {
 
 /// From where the sphere around the box fits into the picture.
 pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
-    let radius = if bounds.is_empty() { 1.0 } else { bounds.radius().max(1e-3) };
+    let radius = bounds.or_unit().radius().max(1e-3);
     let aspect = camera.size.x as f32 / camera.size.y as f32;
     let half = (camera.fov_y * 0.5).tan() * aspect.min(1.0);
     let distance = radius * (1.0 + half * half).sqrt() / half;
+    // Far from the origin a short way would be lost in rounding.
+    let distance = distance.max(camera.target.abs().max_element() * 1e-4);
     camera.target + Vec3::new(0.55, 0.45, 0.8).normalize() * distance
 }
 

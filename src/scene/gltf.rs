@@ -31,6 +31,10 @@ const BRIGHTEST_RADIOMETRIC: f32 = 100.0;
 /// Luminous efficacy of green light, by definition of the candela [lm/W].
 const EFFICACY: f32 = 683.0;
 
+/// A flat map cannot hold the half space that glTF allows; past this its texels are worthless
+/// [radians].
+const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
+
 /// Rows of a picture whose camera tells its aspect only [pixels].
 const PICTURE_HEIGHT: f32 = 540.0;
 
@@ -106,7 +110,8 @@ fn light(
         Kind::Directional => LightKind::Directional { direction: direction? },
         Kind::Point => LightKind::Point { position },
         Kind::Spot { outer_cone_angle, .. } => {
-            LightKind::Spot { position, direction: direction?, angle: 2.0 * outer_cone_angle }
+            let angle = (2.0 * outer_cone_angle).min(WIDEST_CONE);
+            LightKind::Spot { position, direction: direction?, angle }
         }
     };
     let watts = match source.intensity() {
@@ -118,7 +123,7 @@ fn light(
         && (color.is_finite() && color.min_element() >= 0.0)
         && (watts.is_finite() && watts >= 0.0)
         && match kind {
-            LightKind::Spot { angle, .. } => angle > 0.0 && angle <= std::f32::consts::PI,
+            LightKind::Spot { angle, .. } => angle > 0.0,
             _ => true,
         };
     is_valid.then(|| Light {

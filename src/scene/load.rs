@@ -5,7 +5,8 @@ use super::{
     generate::Generate,
     gltf,
     noise::Animated,
-    particles, shapes,
+    particles::{self, FARTHEST},
+    shapes,
     source::{self, Source},
     tables,
 };
@@ -16,6 +17,9 @@ use std::{
     path::{Path, PathBuf},
 };
 use toml::Spanned;
+
+/// Longest side of a texture [texels].
+const MAX_IMAGE: u32 = 8192;
 
 /// Reads a `.toml`, `.glb`, `.gltf`, `.ply` or `.csv` file.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
@@ -176,8 +180,15 @@ impl Loader<'_> {
             let ShapeTable { kind, material, translation, rotation, scale } = table.get_ref();
             let material = self.material(&table.span(), material)?;
             let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
-            self.scene.triangles.extend(shapes::shape(*kind, transform, material, self.next_id));
+            let triangles = shapes::shape(*kind, transform, material, self.next_id);
             self.next_id = self.next_id.wrapping_add(1);
+            let mut corners = triangles.iter().flat_map(|triangle| triangle.positions);
+            if corners.any(|corner| corner.abs().max_element() > FARTHEST) {
+                let help = "move it towards the origin or make it smaller";
+                let message = "the shape reaches beyond 1e7 m";
+                return Err(self.error(&table.span(), "translation", message, help));
+            }
+            self.scene.triangles.extend(triangles);
         }
         for table in &document.mesh {
             let MeshTable { file, translation, rotation, scale } = table.get_ref();
@@ -210,7 +221,7 @@ impl Loader<'_> {
         for (key, values) in
             [("translation", translation), ("rotation", rotation), ("scale", scale)]
         {
-            if !values.iter().all(|v| v.is_finite() && v.abs() <= 1e7) {
+            if !values.iter().all(|v| v.is_finite() && v.abs() <= FARTHEST) {
                 let message = format!("{key} is {values:?}");
                 return Err(self.error(span, key, &message, "use finite numbers up to 1e7"));
             }
@@ -241,7 +252,7 @@ impl Loader<'_> {
                 }
                 if let Some((name, value, _)) =
                     generate.numbers().into_iter().find(|&(_, value, positive)| {
-                        !value.is_finite() || value.abs() > 1e7 || (positive && value <= 0.0)
+                        !value.is_finite() || value.abs() > FARTHEST || (positive && value <= 0.0)
                     })
                 {
                     let message = format!("{name} is {value}");
@@ -250,7 +261,13 @@ impl Loader<'_> {
                 }
                 let particles = generate.particles(id, self.next_id);
                 self.next_id = self.next_id.wrapping_add(particles.len() as u32);
-                self.scene.particles.extend(particles);
+                for particle in particles {
+                    if particle.center.abs().max_element().max(particle.radius) <= FARTHEST {
+                        self.scene.particles.push(particle);
+                    } else {
+                        *self.scene.skipped.entry("too far").or_default() += 1;
+                    }
+                }
                 Ok(())
             }
             _ => {
@@ -305,18 +322,19 @@ impl Loader<'_> {
         if let Some(known) = self.scene.textures.iter().position(|t| t.name == name) {
             return Ok(known as u32);
         }
-        let image = image::ImageReader::open(&path)
-            .map_err(|source| SceneError::Read { path: path.clone(), source })?
-            .with_guessed_format()
-            .map_err(|source| SceneError::Read { path: path.clone(), source })?
-            .decode()
-            .map_err(|e| SceneError::invalid(&path, e.to_string(), "use a PNG or JPEG file"))?
-            .into_rgba8();
+        let read_error = |source| SceneError::Read { path: path.clone(), source };
+        let mut reader = image::ImageReader::open(&path)
+            .and_then(image::ImageReader::with_guessed_format)
+            .map_err(read_error)?;
+        // Before decoding: a few bytes may promise gigabytes.
+        let mut limits = image::Limits::default();
+        (limits.max_image_width, limits.max_image_height) = (Some(MAX_IMAGE), Some(MAX_IMAGE));
+        reader.limits(limits);
+        let help = format!("use a PNG or JPEG of at most {MAX_IMAGE} texels a side");
+        let image =
+            reader.decode().map_err(|e| SceneError::invalid(&path, e.to_string(), &help))?;
+        let image = image.into_rgba8();
         let (width, height) = image.dimensions();
-        if width > 8192 || height > 8192 {
-            let message = format!("the image is {width} x {height}");
-            return Err(SceneError::invalid(&path, message, "at most 8192 x 8192 texels"));
-        }
         let rgba = image.into_raw();
         self.scene.textures.push(crate::caster::Texture { name, width, height, rgba });
         Ok(self.scene.textures.len() as u32 - 1)

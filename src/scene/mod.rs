@@ -86,6 +86,12 @@ impl Bounds {
         !self.min.cmple(self.max).all()
     }
 
+    /// The box, or the one around the unit sphere where it is empty: views need some extent.
+    #[must_use]
+    pub fn or_unit(&self) -> Self {
+        if self.is_empty() { Self::EMPTY.with_sphere(Vec3::ZERO, 1.0) } else { *self }
+    }
+
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
     }

@@ -48,10 +48,10 @@ impl<'a> Source<'a> {
                     Spanned::new(span.clone(), DeValue::String(Cow::Borrowed(&text[span.clone()])))
                 }
             };
-            put(&mut source.tree, key, parsed).map_err(|message| {
-                let help = "keys are like shadow.size, camera.size, light.NAME.intensity or \
-                            material.0.tint";
-                source.error(span.clone(), message, Some(help.to_owned()))
+            put(&mut source.tree, key, parsed).map_err(|(message, help)| {
+                let usual = "keys are like shadow.size, camera.size, light.NAME.intensity or \
+                             material.0.tint";
+                source.error(span.clone(), message, help.or_else(|| Some(usual.to_owned())))
             })?;
             start = span.end;
         }
@@ -155,15 +155,18 @@ fn shifted(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     Spanned::new(span, inner)
 }
 
+/// What is wrong with a key, and the remedy where it is a special one.
+type KeyFault = (String, Option<String>);
+
 /// Puts a value where a dotted key says; items of an array go by name or index.
 fn put<'a>(
     table: &mut DeTable<'a>,
     key: &'a str,
     value: Spanned<DeValue<'a>>,
-) -> Result<(), String> {
+) -> Result<(), KeyFault> {
     let parts: Vec<&str> = key.split('.').collect();
     if parts.len() > MAX_KEY_PARTS || parts.iter().any(|part| part.is_empty()) {
-        return Err("no such key".to_owned());
+        return Err(("no such key".to_owned(), None));
     }
     put_parts(table, &parts, value)
 }
@@ -172,7 +175,7 @@ fn put_parts<'a>(
     table: &mut DeTable<'a>,
     parts: &[&'a str],
     value: Spanned<DeValue<'a>>,
-) -> Result<(), String> {
+) -> Result<(), KeyFault> {
     let span = value.span();
     let name = |part| Spanned::new(span.clone(), Cow::Borrowed(part));
     let [first, rest @ ..] = parts else { return Ok(()) };
@@ -190,21 +193,25 @@ fn put_parts<'a>(
         DeValue::Array(items) => {
             let [which, rest @ ..] = rest else { return Ok(()) };
             if rest.is_empty() {
-                return Err(format!("which key of {first} {which}?"));
+                return Err((format!("which key of {first} {which}?"), None));
             }
-            let named = |item: &Spanned<DeValue<'_>>| {
-                let name = item.get_ref().get("name").and_then(|name| name.get_ref().as_str());
-                name == Some(which)
+            let name = |item: &Spanned<DeValue<'_>>| -> Option<String> {
+                item.get_ref().get("name")?.get_ref().as_str().map(str::to_owned)
             };
-            let index = items.iter().position(named);
+            let names: Vec<Option<String>> = items.iter().map(name).collect();
+            let index = names.iter().position(|name| name.as_deref() == Some(*which));
             let index = index.or_else(|| which.parse().ok().filter(|&i: &usize| i < items.len()));
             let item = index.and_then(|index| items.get_mut(index));
             match item.map(Spanned::get_mut) {
                 Some(DeValue::Table(inner)) => put_parts(inner, rest, value),
-                Some(_) => Err(format!("{first} {which} is no table")),
-                None => Err(format!("there is no {first} {which:?} in the scene")),
+                Some(_) => Err((format!("{first} {which} is no table"), None)),
+                None => {
+                    let known = names.iter().flatten().map(String::as_str);
+                    let message = format!("there is no {first} {which:?} in the scene");
+                    Err((message, nearest(which, known)))
+                }
             }
         }
-        _ => Err(format!("{first} is no table")),
+        _ => Err((format!("{first} is no table"), None)),
     }
 }

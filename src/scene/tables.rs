@@ -53,7 +53,8 @@ impl<T> Table<'_, T> {
 
     fn direction(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
         let vector = self.vector(key, value)?;
-        vector
+        // Squares of short vectors would vanish.
+        (vector / vector.abs().max_element())
             .try_normalize()
             .ok_or_else(|| self.fault(key, format!("{key} has no length"), "give it a direction"))
     }

@@ -1,5 +1,5 @@
 // The state of four texels while the nearest opaque surface is sought. CPU twin:
-// src/cpu/occlude.rs. Needs common/solid.wgsl.
+// src/cpu/occlude.rs. Needs common/blocks.wgsl.
 var<private> corner: vec2<f32>; // first of the four texels, in the view's map
 var<private> nearest: vec4<f32>;
 
@@ -11,7 +11,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
 fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
     let hit = caster_hit(view, place, look, texel, 1.0);
-    if is_solid(view, place, look, texel, hit) {
+    if blocks(view, place, look, texel, hit) {
         nearest[i] = min(nearest[i], stored_depth(hit));
     }
 }

@@ -19,7 +19,3 @@ fn tile_texel(view: GpuView, tile: u32) -> vec2<u32> {
 fn sum_index(tile: u32, place: vec2<u32>) -> u32 {
     return (tile * TILE_SIZE + place.y) * TILE_SIZE + place.x;
 }
-
-// Pairs that one invocation of the picture walks: llvmpipe allows it 65,535 iterations.
-// What is behind so many casters is not seen.
-const MAX_WALK: u32 = 60000u;

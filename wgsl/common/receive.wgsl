@@ -2,9 +2,10 @@
 // Needs common/light.wgsl; the kernel binds `params`, `lights`, `shadow_views`, `filters`,
 // `nearests`, `opaques`.
 
-// What one texel lets through to light depth z: rules 1 and 2 of the receiver.
-fn receive_texel(view: GpuView, texel: vec2<i32>, z: f32, bias: f32) -> vec3<f32> {
-    let at = vec2<i32>(view.origin) + clamp(texel, vec2(0), vec2<i32>(view.size) - 1);
+// What one texel lets through to light depth z: rules 1 and 2 of the receiver. Texels beside the
+// view's map are those on its border.
+fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
+    let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
     let solid = textureLoad(opaques, at, view.layer, 0).r;
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0).rgb;
@@ -12,29 +13,37 @@ fn receive_texel(view: GpuView, texel: vec2<i32>, z: f32, bias: f32) -> vec3<f32
     return select(passed, vec3(0.0), z > solid + bias);
 }
 
-// Nine texels, each asked for itself, weighted by a quadratic B-spline.
+fn receive_row(view: GpuView, texel: vec2<f32>, w: vec3<f32>, z: f32, bias: f32) -> vec3<f32> {
+    return receive_texel(view, texel - vec2(1.0, 0.0), z, bias) * w.x
+        + receive_texel(view, texel, z, bias) * w.y
+        + receive_texel(view, texel + vec2(1.0, 0.0), z, bias) * w.z;
+}
+
+// Weights of a quadratic B-spline around t in -0.5..0.5.
+fn spline(t: f32) -> vec3<f32> {
+    return vec3(0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t));
+}
+
+// Nine texels, each asked for itself, weighted by the spline.
 fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
-    let p = view.view_from_world * vec4(point, 1.0);
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let distance = -p.z;
-    let spread = select(view.scale, view.scale / max(distance, 1e-6), view.perspective > 0.0);
-    let place = vec2(p.x, -p.y) * spread + view.size * 0.5;
+    let perspective = view.perspective > 0.0;
+    let place = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
     let range = view.far - view.near;
     let z = (distance - view.near) / range;
-    if !(z >= 0.0 && z <= 1.0 && all(place >= vec2(0.0)) && all(place <= view.size)) {
+    let inside = all(place >= vec2(0.0)) && all(place <= view.size);
+    // A cone or a cube's face ends where its map does.
+    if !(z >= 0.0 && (inside || perspective)) {
         return vec3(1.0);
     }
-    let middle = floor(place);
-    let t = place - middle - 0.5;
-    let low = 0.5 * (0.5 - t) * (0.5 - t);
-    let high = 0.5 * (0.5 + t) * (0.5 + t);
-    let mid = 0.75 - t * t;
-    var light = vec3(0.0);
-    for (var i = 0; i < 9; i += 1) {
-        let step = vec2(i % 3, i / 3) - 1;
-        let w = select(select(mid, low, step < vec2(0)), high, step > vec2(0));
-        light += receive_texel(view, vec2<i32>(middle) + step, z, bias / range) * (w.x * w.y);
-    }
-    return light;
+    let middle = clamp(floor(place), vec2(-1e6), vec2(1e6));
+    let t = clamp(place - middle - 0.5, vec2(-0.5), vec2(0.5));
+    let x = spline(t.x);
+    let y = spline(t.y);
+    return receive_row(view, middle - vec2(0.0, 1.0), x, z, bias / range) * y.x
+        + receive_row(view, middle, x, z, bias / range) * y.y
+        + receive_row(view, middle + vec2(0.0, 1.0), x, z, bias / range) * y.z;
 }
 
 // The view of a point light's cube that looks towards `away` from the light.
@@ -50,8 +59,8 @@ fn cube_face(away: vec3<f32>) -> u32 {
 }
 
 struct Incoming {
-    toward: vec3<f32>,   // the light, unit
-    radiance: vec3<f32>, // before shadows
+    toward: vec3<f32>, // the light, unit
+    color: vec3<f32>,  // irradiance of what faces the light, before shadows
 }
 
 fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
@@ -59,27 +68,26 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
         return Incoming(-light.direction, light.color);
     }
     let away = point - light.position;
-    let square = max(dot(away, away), 1e-8);
+    let square = max(dot(away, away), 1e-4);
     let ray = away * inverseSqrt(square);
-    var radiance = light.color / square;
+    var color = light.color / square;
     if light.kind == LIGHT_SPOT {
-        radiance *= smoothstep(light.cone_outer, light.cone_inner, dot(ray, light.direction));
+        color *= smoothstep(light.cone_outer, light.cone_inner, dot(ray, light.direction));
     }
-    return Incoming(-ray, radiance);
+    return Incoming(-ray, color);
 }
 
-// `normal` lifts the point off its own shadow; zero where there is none. `bias` [m].
-fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
+// `normal`, on the light's side, lifts the point off its own shadow by what the slope of the
+// surface hides within nine texels; zero where there is none. `bias` [m].
+fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
     if light.view_count == 0u {
         return vec3(1.0);
     }
-    var face = 0u;
-    let away = point - light.position;
-    if light.kind == LIGHT_POINT {
-        face = cube_face(away);
-    }
+    let face = select(0u, cube_face(point - light.position), light.kind == LIGHT_POINT);
     let view = shadow_views[light.first_view + face];
-    let distance = select(1.0, length(away), view.perspective > 0.0);
-    let lifted = point + normal * (params.normal_bias * distance / view.scale);
-    return receive(view, lifted, bias);
+    let along = -(view.view_from_world * vec4(point, 1.0)).z;
+    let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
+    let cosine = dot(normal, toward);
+    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    return receive(view, point + normal * ((params.normal_bias + 0.5) * sine * texel), bias);
 }

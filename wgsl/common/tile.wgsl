@@ -3,7 +3,7 @@ struct Tile {
     first: u32, // of its pairs
     end: u32,
     view: u32,
-    merged: u32, // 1: several workgroups add to it, `resolve` finishes it
+    merged: u32, // not 0: several workgroups share it; 1 + its first segment
 }
 
 struct Segment {
@@ -18,4 +18,10 @@ struct Segment {
 fn interleaved(i: u32, count: u32) -> u32 {
     let half_count = (count + 1u) / 2u;
     return select(2u * (i - half_count) + 1u, 2u * i, i < half_count);
+}
+
+const SEGMENT_LENGTH: u32 = 4096u; // pairs; Rust: src/stage/bin.rs
+
+fn segment_count(tile: Tile) -> u32 {
+    return (tile.end - tile.first + SEGMENT_LENGTH - 1u) / SEGMENT_LENGTH;
 }
