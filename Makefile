@@ -3,7 +3,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 
 DEMOS := smoke glass
 
-.PHONY: demo test bench setup
+.PHONY: demo test bench tables setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -19,6 +19,10 @@ test: setup
 bench: setup
 	cargo run --release --quiet -- bench --casters 10k,100k --vs raster --html bench.html
 	@echo "The plots are in bench.html."
+
+# The figures of docs/dither.md.
+tables: setup
+	cargo run --release --quiet --example dither_tables
 
 # Installs a Vulkan driver and a C++ compiler where they are missing.
 setup:

@@ -97,6 +97,15 @@ impl<'a> Target<'a> {
 
     /// Opacity that a hit at `texel` must exceed to block the light, of a `dither` material.
     pub fn threshold(&self, texel: Vec2) -> f32 {
+        self.threshold_of(texel, self.id)
+    }
+
+    /// As [`Self::threshold`], of one channel of coloured dithering.
+    pub fn channel_threshold(&self, texel: Vec2, channel: u32) -> f32 {
+        self.threshold_of(texel, self.id.wrapping_mul(3).wrapping_add(channel))
+    }
+
+    fn threshold_of(&self, texel: Vec2, id: u32) -> f32 {
         let (pattern, scale) = (self.material.pattern, self.material.pattern_scale);
         let (own, step) = match self.form {
             _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
@@ -109,7 +118,7 @@ impl<'a> Target<'a> {
             }
         };
         let place = Place { cell: cell(self.records.view, scale, texel), own, step };
-        threshold(pattern, scale, &place, self.id)
+        threshold(pattern, scale, &place, id)
     }
 
     fn facing_hit(

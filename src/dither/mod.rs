@@ -5,6 +5,7 @@
 //! independent: two layers of 50% let 25% through. Ranks and thresholds are integers, so that
 //! every device draws the same. WGSL: `wgsl/common/dither.wgsl`.
 mod blue;
+pub mod measure;
 
 pub use blue::{BLUE_SIZE, blue_ranks};
 

@@ -8,6 +8,13 @@ use crate::{
 };
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
+impl Scene {
+    /// No casters and no lights; all else as where a file says nothing.
+    pub fn empty() -> Self {
+        empty_scene()
+    }
+}
+
 pub(super) fn empty_scene() -> Scene {
     Scene {
         camera: camera(&Bounds::EMPTY),
