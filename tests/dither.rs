@@ -6,7 +6,7 @@ use crate::common::{
 use gobo::{
     caster::{Material, Profile, Shape, Texture, Transfer},
     cpu,
-    dither::{self, BLUE_SIZE, Pattern, Place, blue_ranks, threshold},
+    dither::{self, BLUE_SIZE, Pattern, Place, blue_ranks, measure, threshold},
     frame::ViewMaps,
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     light::LightKind,
@@ -284,6 +284,49 @@ fn cells_are_as_large_as_asked() {
     let at = |x: f32| dither::cell(&view, 4, Vec2::new(x + 0.5, 0.5)).x;
     assert_eq!(at(0.0), at(3.0));
     assert_eq!(at(4.0), at(0.0) + 1);
+}
+
+/// `make tables` writes them.
+#[test]
+fn stated_figures_are_measured() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/dither.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let row = |table: &str, pattern: Pattern| -> Vec<f32> {
+        let start = page.find(&format!("<!-- table {table} -->")).expect("the table is marked");
+        let name = format!("| `{}` |", pattern.name());
+        let row = page[start..].lines().find(|line| line.starts_with(&name)).expect("a row");
+        let cells = row[name.len()..].split('|').map(|cell| cell.trim().trim_end_matches('%'));
+        cells.filter_map(|cell| cell.parse().ok()).collect()
+    };
+    // Half a unit of the last digit, and what another sine rounds differently.
+    let same = |stated: f32, measured: f32| (stated - measured).abs() <= 0.002;
+    for pattern in Pattern::ALL {
+        let mut stated = row("quality", pattern);
+        if pattern.levels().is_some() {
+            stated.remove(0);
+        }
+        let coverage = measure::coverage_error(pattern);
+        let shadow = measure::shadow_error(pattern);
+        let colored = measure::colored_error(pattern);
+        let measured = [
+            coverage.rms,
+            coverage.max,
+            shadow.dithered,
+            shadow.softened,
+            colored.dithered,
+            colored.softened,
+        ];
+        assert!(stated.len() == 6 && stated.iter().zip(measured).all(|(&s, m)| same(s, m)));
+        assert!(shadow.softened < 0.3 * shadow.dithered, "{pattern:?} {shadow:?}");
+        assert!(colored.softened < 0.3 * colored.dithered, "{pattern:?} {colored:?}");
+        assert!(!same(stated[2], measured[3]), "the check can fail");
+    }
+    let flicker = measure::flicker(Some(Pattern::Hashed));
+    let stated = row("flicker", Pattern::Hashed);
+    assert!(same(stated[0], flicker.dithered) && same(stated[1], flicker.softened));
+    assert!(same(stated[2] / 100.0, flicker.changed) && flicker.changed <= 0.05);
+    let still = measure::flicker(Some(Pattern::Blue));
+    assert!(still.snapping == 0.0 && still.softened < 0.5 * flicker.softened);
 }
 
 /// Shadows are dithered, pictures are not: glass stays smooth and keeps its highlights.
