@@ -197,7 +197,7 @@ fn gradient_noise(cell: UVec2, id: u32) -> u32 {
     let turn = pcg(id);
     let shift = pcg_cell(cell >> BLOCK_BITS, id);
     let mut at = turned(cell, turn);
-    at.x = at.x.wrapping_add(at.y.wrapping_mul(turn >> 2 & 3));
+    at.x = at.x.wrapping_add(at.y.wrapping_mul(turn >> 1 & 2));
     let x = at.x.wrapping_add(shift & 0xffff);
     let y = at.y.wrapping_add(shift >> 16);
     // 0.06711056, 0.00583715 and 52.9829189.

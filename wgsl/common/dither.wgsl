@@ -81,7 +81,7 @@ fn gradient_noise(cell: vec2<u32>, id: u32) -> u32 {
     let turn = pcg(id);
     let shift = pcg_cell(cell >> vec2(BLOCK_BITS), id);
     let at = turned(cell, turn);
-    let x = at.x + at.y * ((turn >> 2u) & 3u) + (shift & 0xffffu);
+    let x = at.x + at.y * ((turn >> 1u) & 2u) + (shift & 0xffffu);
     let y = at.y + (shift >> 16u);
     let inner = x * 288237660u + y * 25070368u; // 0.06711056 and 0.00583715
     return (inner * 52u + (inner >> 16u) * 64417u) >> 16u; // 52.9829189
