@@ -124,9 +124,11 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
 
 impl Plan {
     fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
+        let has_opaque = !casters.particles(Class::Opaque).is_empty()
+            || !casters.triangles(Class::Opaque).is_empty();
         let lists = [Class::Opaque, Class::Translucent].map(|class| {
             let ranges = [casters.particles(class), casters.triangles(class)];
-            let features = casters.features(class).of_views(views[0].perspective > 0.0);
+            let features = casters.features(class).of_views(views[0].perspective > 0.0, has_opaque);
             let mut plan = ListPlan::new(class, features, views.len() as u32, ranges);
             let extents = casters.extents(class);
             let first = casters.particles(class).start;
@@ -150,7 +152,7 @@ impl Plan {
         let clear = [seen(CasterSet::particles), seen(CasterSet::triangles)];
         let features = casters.features(Translucent).or(casters.features(Unseen));
         let lists = [
-            ListPlan::new(Opaque, casters.features(Opaque).of_views(false), 1, solid),
+            ListPlan::new(Opaque, casters.features(Opaque).of_views(false, false), 1, solid),
             ListPlan::new(Translucent, Features { plain: false, ..features }, 1, clear),
         ];
         Self { views: vec![view], tile_count, lists }

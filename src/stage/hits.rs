@@ -19,6 +19,8 @@ pub struct Features {
     pub plain: bool,
     /// The views are perspective ones; of plain casters only.
     pub perspective: bool,
+    /// There are opaque casters as well; of plain casters only.
+    pub opaque: bool,
 }
 
 impl Features {
@@ -32,6 +34,7 @@ impl Features {
         gain: false,
         plain: true,
         perspective: false,
+        opaque: false,
     };
 
     pub const ALL: Self = Self {
@@ -43,6 +46,7 @@ impl Features {
         gain: true,
         plain: false,
         perspective: false,
+        opaque: false,
     };
 
     /// Of two sets of casters together.
@@ -57,13 +61,14 @@ impl Features {
             gain: self.gain || other.gain,
             plain: self.plain && other.plain,
             perspective: false,
+            opaque: false,
         }
     }
 
-    /// Of a batch whose views are all perspective ones, or none is.
+    /// Of a batch whose views are all perspective ones, or none is, with opaque casters or without.
     #[must_use]
-    pub fn of_views(self, perspective: bool) -> Self {
-        Self { perspective: self.plain && perspective, ..self }
+    pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
+        Self { perspective: self.plain && perspective, opaque: self.plain && opaque, ..self }
     }
 
     /// Values of the overrides of `constants`.
@@ -76,6 +81,7 @@ impl Features {
             "HAS_QUADS" => Some(self.quads),
             "HAS_GAIN" => Some(self.gain),
             "PERSPECTIVE" => Some(self.perspective),
+            "HAS_OPAQUE" => Some(self.opaque),
             _ => None,
         };
         constants
