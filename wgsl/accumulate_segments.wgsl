@@ -1,5 +1,5 @@
 // accumulate, segments: adds one segment of a long tile to the sums of its texels. One workgroup
-// per segment, four texels per invocation; atomics, because segments of a tile run side by side.
+// per segment, a column of texels per invocation; atomics, because segments of a tile run side by side.
 // CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
 // Needs common/gather.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl, sums_*.wgsl.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
@@ -29,11 +29,11 @@ fn accumulate_segments(
     let texel = tile_texel(view, segment.tile) + place;
     start(view, texel);
     walk(view, segment.first, segment.end);
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < ROWS; i += 1u) {
         let sum = sum_index(segment.tile, place + vec2(0u, i));
         merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed_texel(i)) * FIXED_ONE))));
-        if nearest[i] < 1.0 {
-            raise_nearness(sum, depth_to_nearness(nearest[i]));
+        if nearest_texel(i) < 1.0 {
+            raise_nearness(sum, depth_to_nearness(nearest_texel(i)));
         }
     }
 }

@@ -1,5 +1,5 @@
 // accumulate, tiles: filter and nearest depth of every tile that one workgroup finishes. One
-// workgroup per tile, four texels per invocation, no atomics.
+// workgroup per tile, a column of texels per invocation, no atomics.
 // CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
 // Needs common/gather.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
@@ -29,9 +29,9 @@ fn accumulate_tiles(
     let texel = tile_texel(view, tile_id) + lane_texel(lane);
     start(view, texel);
     walk(view, tile.first, tile.end);
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < ROWS; i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
         textureStore(filters, at, view.layer, vec4(blackened(passed_texel(i)), 1.0));
-        textureStore(nearests, at, view.layer, vec4(nearest[i]));
+        textureStore(nearests, at, view.layer, vec4(nearest_texel(i)));
     }
 }

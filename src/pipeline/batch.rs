@@ -129,9 +129,10 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
 impl Plan {
     fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
         let perspective = views[0].perspective > 0.0;
+        let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
         let [blocking, filtering] = LISTS.map(|list| {
             let span = casters.span(list.clone());
-            let features = span.features.of_views(perspective);
+            let features = span.features.of_views(perspective, has_opaque);
             ListPlan::new(*list.start(), Span { features, ..span }, views.len() as u32)
         });
         let first = casters.span(LISTS[1].clone()).particles.start;
@@ -150,7 +151,11 @@ impl Plan {
         let clear = casters.span(Class::Dithered..=Class::Unseen);
         let features = Features { plain: false, ..clear.features };
         let lists = [
-            ListPlan::new(Class::Opaque, solid, 1),
+            ListPlan::new(
+                Class::Opaque,
+                Span { features: solid.features.of_views(false, false), ..solid },
+                1,
+            ),
             ListPlan::new(Class::Translucent, Span { features, ..clear }, 1),
         ];
         Self { views: vec![view], tile_count, lists }

@@ -29,6 +29,7 @@ pub const TILES_CORE: KernelDesc = KernelDesc {
         "common/caster_hit.wgsl",
         "common/sums.wgsl",
         "common/reach.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather.wgsl",
@@ -74,6 +75,7 @@ pub const SEGMENTS_CORE: KernelDesc = KernelDesc {
         "common/merge.wgsl",
         "common/dispatch.wgsl",
         "common/reach.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather.wgsl",
@@ -120,6 +122,7 @@ pub const TINY_CORE: KernelDesc = KernelDesc {
         "common/bin.wgsl",
         "common/chunk.wgsl",
         "common/hash.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/scatter.wgsl",
         "accumulate_tiny.wgsl"
@@ -165,6 +168,7 @@ pub const OVERFLOW_CORE: KernelDesc = KernelDesc {
         "common/merge.wgsl",
         "common/dispatch.wgsl",
         "common/hash.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/scatter.wgsl",
         "accumulate_overflow.wgsl"
@@ -205,6 +209,7 @@ pub const TILES_NATIVE: KernelDesc = KernelDesc {
         "common/caster_hit.wgsl",
         "common/sums.wgsl",
         "common/reach.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather.wgsl",
@@ -250,6 +255,7 @@ pub const SEGMENTS_NATIVE: KernelDesc = KernelDesc {
         "common/merge.wgsl",
         "common/dispatch.wgsl",
         "common/reach.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather.wgsl",
@@ -296,6 +302,7 @@ pub const TINY_NATIVE: KernelDesc = KernelDesc {
         "common/bin.wgsl",
         "common/chunk.wgsl",
         "common/hash.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/scatter.wgsl",
         "accumulate_tiny.wgsl"
@@ -341,6 +348,7 @@ pub const OVERFLOW_NATIVE: KernelDesc = KernelDesc {
         "common/merge.wgsl",
         "common/dispatch.wgsl",
         "common/hash.wgsl",
+        "common/rows_4.wgsl",
         "common/lane.wgsl",
         "common/scatter.wgsl",
         "accumulate_overflow.wgsl"
@@ -377,6 +385,7 @@ pub const DISC_TILES_CORE: KernelDesc = KernelDesc {
         "common/material.wgsl",
         "common/tile_rect.wgsl",
         "common/sums.wgsl",
+        "common/rows_8.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather_discs.wgsl",
@@ -396,7 +405,7 @@ pub const DISC_TILES_CORE: KernelDesc = KernelDesc {
         Binding::texture_write("filters", Rgba16Float).array(),
         Binding::texture_write("nearests", R32Float).array(),
     ],
-    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)],
     tier: Tier::Core,
 };
 
@@ -411,6 +420,7 @@ pub const DISC_SEGMENTS_CORE: KernelDesc = KernelDesc {
         "common/sums_buffer.wgsl",
         "common/merge.wgsl",
         "common/dispatch.wgsl",
+        "common/rows_8.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather_discs.wgsl",
@@ -430,7 +440,7 @@ pub const DISC_SEGMENTS_CORE: KernelDesc = KernelDesc {
         IMAGES,
         OPAQUES
     ],
-    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)],
     tier: Tier::Core,
 };
 
@@ -442,6 +452,7 @@ pub const DISC_TILES_NATIVE: KernelDesc = KernelDesc {
         "common/material.wgsl",
         "common/tile_rect.wgsl",
         "common/sums.wgsl",
+        "common/rows_8.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather_discs.wgsl",
@@ -461,7 +472,7 @@ pub const DISC_TILES_NATIVE: KernelDesc = KernelDesc {
         Binding::texture_write("filters", Rgba16Float).array(),
         Binding::texture_write("nearests", R32Float).array(),
     ],
-    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)],
     tier: Tier::Native,
 };
 
@@ -476,6 +487,7 @@ pub const DISC_SEGMENTS_NATIVE: KernelDesc = KernelDesc {
         "common/sums_texture.wgsl",
         "common/merge.wgsl",
         "common/dispatch.wgsl",
+        "common/rows_8.wgsl",
         "common/lane.wgsl",
         "common/tile.wgsl",
         "common/gather_discs.wgsl",
@@ -495,6 +507,6 @@ pub const DISC_SEGMENTS_NATIVE: KernelDesc = KernelDesc {
         IMAGES,
         OPAQUES
     ],
-    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0)],
+    constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)],
     tier: Tier::Native,
 };

@@ -20,6 +20,8 @@ pub struct Features {
     pub plain: bool,
     /// The views are perspective ones; of plain casters only.
     pub perspective: bool,
+    /// There are opaque casters as well; of plain casters only.
+    pub opaque: bool,
 }
 
 impl Features {
@@ -34,6 +36,7 @@ impl Features {
         dither: false,
         plain: true,
         perspective: false,
+        opaque: false,
     };
 
     pub const ALL: Self = Self {
@@ -46,6 +49,7 @@ impl Features {
         dither: true,
         plain: false,
         perspective: false,
+        opaque: false,
     };
 
     /// Of two sets of casters together.
@@ -61,13 +65,14 @@ impl Features {
             dither: self.dither || other.dither,
             plain: self.plain && other.plain,
             perspective: false,
+            opaque: false,
         }
     }
 
-    /// Of a batch whose views are all perspective ones, or none is.
+    /// Of a batch whose views are all perspective ones, or none is, with opaque casters or without.
     #[must_use]
-    pub fn of_views(self, perspective: bool) -> Self {
-        Self { perspective: self.plain && perspective, ..self }
+    pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
+        Self { perspective: self.plain && perspective, opaque: self.plain && opaque, ..self }
     }
 
     /// Values of the overrides of `constants`.
@@ -81,6 +86,7 @@ impl Features {
             "HAS_GAIN" => Some(self.gain),
             "HAS_DITHER" => Some(self.dither),
             "PERSPECTIVE" => Some(self.perspective),
+            "HAS_OPAQUE" => Some(self.opaque),
             _ => None,
         };
         constants

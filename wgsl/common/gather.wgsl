@@ -29,6 +29,10 @@ fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
     visit_texel(view, place, look, 3u);
 }
 
+fn nearest_texel(i: u32) -> f32 {
+    return nearest[i];
+}
+
 fn passed_texel(i: u32) -> vec3<f32> {
     return passed[i];
 }

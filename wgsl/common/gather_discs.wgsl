@@ -1,9 +1,11 @@
-// Four texels in a column of an invocation, and soft discs of the `filter` transfer that multiply
-// them. CPU twin: src/cpu/accumulate.rs. Needs common/view.wgsl, sums.wgsl, tile_rect.wgsl; the
+// Eight texels in a column of an invocation, and soft discs of the `filter` transfer that multiply
+// them. CPU twin: src/cpu/accumulate.rs. Needs common/view.wgsl, sums.wgsl, tile_rect.wgsl, rows_8.wgsl; the
 // kernel binds `opaques`.
 
 // The batch's views are perspective ones.
 override PERSPECTIVE: bool;
+// The views have opaque casters.
+override HAS_OPAQUE: bool;
 
 struct Disc {
     center: vec2<f32>,   // [texels]
@@ -16,30 +18,38 @@ struct Disc {
     absorbed: vec3<f32>, // slope (1 - c)
 }
 
-var<private> corner: vec2<f32>; // first of the four texels, in the view's map
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> x: f32;            // texel centres
-var<private> ys: vec4<f32>;
-var<private> red: vec4<f32>;    // transmittance so far
-var<private> green: vec4<f32>;
-var<private> blue: vec4<f32>;
-var<private> nearest: vec4<f32>;
-var<private> opaque_depth: vec4<f32>;
+var<private> ys: array<vec4<f32>, 2>;
+var<private> red: array<vec4<f32>, 2>; // transmittance so far
+var<private> green: array<vec4<f32>, 2>;
+var<private> blue: array<vec4<f32>, 2>;
+var<private> nearest: array<vec4<f32>, 2>;
+var<private> opaque_depth: array<vec4<f32>, 2>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
     x = corner.x + 0.5;
-    ys = corner.y + vec4(0.5, 1.5, 2.5, 3.5);
-    red = vec4(1.0);
-    green = vec4(1.0);
-    blue = vec4(1.0);
-    nearest = vec4(1.0);
-    let at = view.origin + texel;
-    opaque_depth = vec4(
-        textureLoad(opaques, at, view.layer, 0).r,
-        textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
-        textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
-        textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
-    );
+    start_rows(view, texel, 0u);
+    start_rows(view, texel, 1u);
+}
+
+fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
+    ys[i] = corner.y + f32(4u * i) + vec4(0.5, 1.5, 2.5, 3.5);
+    red[i] = vec4(1.0);
+    green[i] = vec4(1.0);
+    blue[i] = vec4(1.0);
+    nearest[i] = vec4(1.0);
+    opaque_depth[i] = vec4(1.0);
+    if HAS_OPAQUE {
+        let at = view.origin + texel + vec2(0u, 4u * i);
+        opaque_depth[i] = vec4(
+            textureLoad(opaques, at, view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
+        );
+    }
 }
 
 fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
@@ -69,8 +79,13 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
 }
 
 fn visit_disc(view: GpuView, disc: Disc) {
+    visit_rows(view, disc, 0u);
+    visit_rows(view, disc, 1u);
+}
+
+fn visit_rows(view: GpuView, disc: Disc, i: u32) {
     let dx = x - disc.center.x;
-    let dy = ys - disc.center.y;
+    let dy = ys[i] - disc.center.y;
     var rest: vec4<f32>;
     var depth = vec4(disc.depth);
     if PERSPECTIVE {
@@ -83,21 +98,29 @@ fn visit_disc(view: GpuView, disc: Disc) {
     } else {
         rest = max(1.0 - (dx * dx + dy * dy) * disc.bend, vec4(0.0));
     }
-    let profile = select(vec4(0.0), rest * rest, depth < opaque_depth);
-    red *= 1.0 - profile * disc.absorbed.r;
-    green *= 1.0 - profile * disc.absorbed.g;
-    blue *= 1.0 - profile * disc.absorbed.b;
+    let profile = select(vec4(0.0), rest * rest, depth < opaque_depth[i]);
+    red[i] *= 1.0 - profile * disc.absorbed.r;
+    green[i] *= 1.0 - profile * disc.absorbed.g;
+    blue[i] *= 1.0 - profile * disc.absorbed.b;
     let seen = profile * disc.slope >= vec4(VISIBLE_OPACITY);
-    nearest = select(nearest, min(nearest, depth), seen);
+    nearest[i] = select(nearest[i], min(nearest[i], depth), seen);
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {
-    return vec3(red[i], green[i], blue[i]);
+    return vec3(red[i / 4u][i % 4u], green[i / 4u][i % 4u], blue[i / 4u][i % 4u]);
+}
+
+fn nearest_texel(i: u32) -> f32 {
+    return nearest[i / 4u][i % 4u];
 }
 
 // Nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
-    let light = max(max(red, green), blue);
-    let open = (light >= vec4(BLACK) | nearest > vec4(front)) & opaque_depth > vec4(front);
+    return settled_rows(front, 0u) && settled_rows(front, 1u);
+}
+
+fn settled_rows(front: f32, i: u32) -> bool {
+    let light = max(max(red[i], green[i]), blue[i]);
+    let open = (light >= vec4(BLACK) | nearest[i] > vec4(front)) & opaque_depth[i] > vec4(front);
     return !any(open);
 }

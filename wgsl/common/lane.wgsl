@@ -1,12 +1,12 @@
-// Which texels of a 16x16 tile an invocation of a workgroup of 64 keeps in registers: four
-// in a column. Eight consecutive invocations hold 8x4 texels: a subgroup is a compact block that
-// culls casters for itself, and its loads and stores are runs of a row. Needs common/view.wgsl.
-const LANES: u32 = 64u;
+// Which texels of a 16x16 tile an invocation keeps in registers: some in a column. Eight
+// consecutive invocations hold 8 x ROWS texels: a subgroup is a compact block that culls casters
+// for itself, and its loads and stores are runs of a row. Needs common/view.wgsl, rows_*.wgsl.
+const LANES: u32 = 256u / ROWS;
 
 fn lane_texel(lane: u32) -> vec2<u32> {
     let block = lane / 8u;
     let place = lane % 8u;
-    return vec2((block % 2u) * 8u + place, (block / 2u) * 4u);
+    return vec2((block % 2u) * 8u + place, (block / 2u) * ROWS);
 }
 
 // First texel of tile number `tile` of the batch, in its view's map.

@@ -1,6 +1,6 @@
 // Walks a tile's soft discs front to back, a subgroup at a time: what most smoke is made of, with
 // all else compiled away. Every lane prepares one disc and tests it against the subgroup's block
-// of texels; the discs that touch it are broadcast and multiplied into every lane's four texels.
+// of texels; the discs that touch it are broadcast and multiplied into every lane's texels.
 // CPU twin: src/cpu/accumulate.rs. Needs common/gather_discs.wgsl; the kernel binds `pairs` and
 // `footprints`.
 fn walk(view: GpuView, first: u32, end: u32) {
@@ -12,7 +12,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     // broadcast a float.)
     let texel = vec2<u32>(corner);
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
-    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
+    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5);
     for (var base = first; base < end; base += size) {
         let at = textureLoad(pairs, record_texel(min(base + lane, end - 1u))).g * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));

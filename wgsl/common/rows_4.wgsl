@@ -1,0 +1,1 @@
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
