@@ -356,3 +356,55 @@ fn the_picture_blends_dithered_glass() {
     let on_cpu = |scene: &Scene| cpu::render_picture(scene, &[], &[]).rgb;
     assert!(on_cpu(&dithered) == on_cpu(&filtering));
 }
+
+#[test]
+fn pictures_of_the_scenes_match_the_twin() {
+    for name in ["cutout", "reflectivity", "panes", "patterns"] {
+        let set = [("camera.size", "[160, 96]"), ("shadow.size", "256"), ("shadow.soften", "true")]
+            .map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let mut scene = gobo::scene::load_with(path.as_ref(), &set).unwrap();
+        scene.set_time(0.5);
+        let views = shadow_views(&scene);
+        let (maps, _) = cpu::render_maps(&scene, &views);
+        let expected = cpu::render_picture(&scene, &views, &maps).rgb;
+        let actual = render(TIERS[1], &scene).picture.rgb;
+        let apart = expected.iter().flatten().zip(actual.iter().flatten());
+        let apart = apart.filter(|(a, b)| a.abs_diff(**b) > 4).count();
+        assert!(apart as f64 <= 3e-3 * (3 * expected.len()) as f64, "{name}: {apart} channels");
+    }
+}
+
+/// Tiles, segments and the overflow path, in any order of the casters.
+#[test]
+fn every_path_draws_the_same() {
+    let scene = mixture(Pattern::Blue, 1);
+    let mut shuffled = scene.clone();
+    Chance::new(8).shuffle(&mut shuffled.particles);
+    let mut overflowing = scene.clone();
+    overflowing.shadow.pair_budget = 300;
+    for tier in TIERS {
+        let whole = opaques(&render(tier, &scene).maps);
+        assert!(opaques(&render(tier, &shuffled).maps) == whole, "{tier:?}");
+        let frame = render(tier, &overflowing);
+        assert!(frame.counters.overflowed > 0);
+        assert!(opaques(&frame.maps) == whole, "{tier:?}");
+    }
+    // Long lists in one tile: several segments of layers so thin that no tile is settled.
+    let mut stack =
+        empty(vec![Material { profile: Profile::Flat, ..dithered(Pattern::Bayer8, 1) }]);
+    stack.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+    stack.particles = (0..12_000)
+        .map(|id| {
+            let center = Vec3::new(0.0, 0.0, -(id as f32) * 1e-4);
+            let alpha = if id == 11_000 { 0.5 } else { 1e-5 };
+            gobo::caster::Particle { id, ..particle(center, 0.6, Vec4::new(1.0, 1.0, 1.0, alpha)) }
+        })
+        .collect();
+    let expected = opaques(&twin(&stack));
+    assert!(expected.iter().any(|z| *z < 1.0));
+    for tier in TIERS {
+        let frame = render(tier, &stack);
+        assert!(share_apart(&opaques(&frame.maps), &expected) <= GRAZED, "{tier:?}");
+    }
+}

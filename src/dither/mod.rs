@@ -172,7 +172,7 @@ fn ordered(cell: UVec2, order: u32, id: u32, chance: u32) -> u32 {
     let mut walsh = id & 63;
     let mut next = || {
         let mask = walsh;
-        walsh = (walsh << 1 & 63) ^ (walsh >> 5) * 3;
+        walsh = (walsh << 1 & 63) ^ ((walsh >> 5) * 3);
         mask
     };
     let mut rank = 0;
