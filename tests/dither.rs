@@ -390,14 +390,16 @@ fn every_path_draws_the_same() {
         assert!(frame.counters.overflowed > 0);
         assert!(opaques(&frame.maps) == whole, "{tier:?}");
     }
-    // Long lists in one tile: several segments of layers so thin that no tile is settled.
+    // Long lists in one tile: several segments of layers so thin that no tile is settled. llvmpipe
+    // stops all loops of an invocation after 65,535 iterations.
     let mut stack =
         empty(vec![Material { profile: Profile::Flat, ..dithered(Pattern::Bayer8, 1) }]);
     stack.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
     stack.particles = (0..12_000)
         .map(|id| {
             let center = Vec3::new(0.0, 0.0, -(id as f32) * 1e-4);
-            let alpha = if id == 11_000 { 0.5 } else { 1e-5 };
+            // No f16 below 6e-5 is the same everywhere.
+            let alpha = if id == 11_000 { 0.5 } else { 1e-4 };
             gobo::caster::Particle { id, ..particle(center, 0.6, Vec4::new(1.0, 1.0, 1.0, alpha)) }
         })
         .collect();
@@ -405,6 +407,7 @@ fn every_path_draws_the_same() {
     assert!(expected.iter().any(|z| *z < 1.0));
     for tier in TIERS {
         let frame = render(tier, &stack);
-        assert!(share_apart(&opaques(&frame.maps), &expected) <= GRAZED, "{tier:?}");
+        let apart = share_apart(&opaques(&frame.maps), &expected);
+        assert!(apart <= GRAZED, "{tier:?}: {apart} {:?}", frame.counters);
     }
 }

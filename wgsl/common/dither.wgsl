@@ -53,19 +53,26 @@ fn next_walsh(walsh: u32) -> u32 {
     return ((walsh << 1u) & 63u) ^ ((walsh >> 5u) * 3u);
 }
 
+// Digit `i` of the rank, and the Walsh function of the next one.
+fn digit(cell: vec2<u32>, i: u32, walsh: u32) -> vec2<u32> {
+    let at = (cell >> vec2(i)) & vec2(1u);
+    let higher = interleaved_bits(cell, i + 1u);
+    let second = next_walsh(walsh);
+    let high = at.x ^ at.y ^ parity(higher & walsh);
+    let low = at.y ^ parity(higher & second);
+    return vec2((high << 1u) | low, next_walsh(second));
+}
+
+// All four digits, whatever the order, and no loop: with one per texel a segment's walk would
+// exceed the iterations that llvmpipe allows an invocation.
 fn ordered(cell: vec2<u32>, order: u32, id: u32, chance: u32) -> u32 {
-    var walsh = id & 63u;
-    var rank = 0u;
-    for (var digit = 0u; digit < order; digit += 1u) {
-        let at = (cell >> vec2(digit)) & vec2(1u);
-        let higher = interleaved_bits(cell, digit + 1u);
-        let high = at.x ^ at.y ^ parity(higher & walsh);
-        walsh = next_walsh(walsh);
-        let low = at.y ^ parity(higher & walsh);
-        walsh = next_walsh(walsh);
-        rank = (rank << 2u) | (high << 1u) | low;
-    }
+    let first = digit(cell, 0u, id & 63u);
+    let second = digit(cell, 1u, first.y);
+    let third = digit(cell, 2u, second.y);
+    let fourth = digit(cell, 3u, third.y);
+    let whole = (first.x << 6u) | (second.x << 4u) | (third.x << 2u) | fourth.x;
     let level_bits = 2u * order;
+    var rank = whole >> (8u - level_bits);
     if id >= 64u {
         rank ^= pcg_cell(cell >> vec2(BLOCK_BITS), id >> 6u) & ((1u << level_bits) - 1u);
     }
