@@ -83,7 +83,12 @@ impl Pattern {
 
     /// Edge of the window over which the pattern shows its opacity [cells].
     pub fn window(self) -> u32 {
-        if self.order() > 0 { 1 << self.order() } else { 8 }
+        match self {
+            Self::Ign | Self::Blue => 8,
+            // Its own cells are up to 2.83 of these.
+            Self::Hashed => 16,
+            _ => 1 << self.order(),
+        }
     }
 }
 
