@@ -373,8 +373,9 @@ fn own_scenes_load() {
         if path.extension().is_some_and(|e| e == "toml") {
             let scene = scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
             let transfers = || scene.materials.iter().map(|m| m.transfer);
-            assert!(transfers().any(|t| t != Transfer::Opaque), "{}: no caster", path.display());
-            assert!(transfers().any(Transfer::is_opaque), "{}: no receiver", path.display());
+            let casts = transfers().any(|t| t != Transfer::Opaque);
+            assert!(casts, "{}: no caster", path.display());
+            assert!(transfers().any(|t| t == Transfer::Opaque), "{}: no receiver", path.display());
             assert!(scene.skipped.is_empty(), "{}", path.display());
             count += 1;
         }

@@ -15,7 +15,7 @@ use crate::{
 use glam::{IVec3, UVec2, Vec2, Vec3};
 
 /// Pairs that are multiplied up before their product goes to the sums.
-pub const SEGMENT: usize = 4096;
+pub const SEGMENT: usize = 2048;
 /// Of optical depth.
 pub const FIXED_ONE: f32 = 65536.0;
 /// What one addend adds at most: past ln 1024 a texel is black.

@@ -13,7 +13,7 @@ use wgpu::TextureFormat::Rg32Uint;
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
 /// stays below the 65,535 iterations that llvmpipe allows it.
-pub const SEGMENT_LENGTH: u32 = 4096;
+pub const SEGMENT_LENGTH: u32 = 2048;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups: a subgroup of llvmpipe.

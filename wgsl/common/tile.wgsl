@@ -20,7 +20,7 @@ fn interleaved(i: u32, count: u32) -> u32 {
     return select(2u * (i - half_count) + 1u, 2u * i, i < half_count);
 }
 
-const SEGMENT_LENGTH: u32 = 4096u; // pairs; Rust: src/stage/bin.rs
+const SEGMENT_LENGTH: u32 = 2048u; // pairs; Rust: src/stage/bin.rs
 
 fn segment_count(tile: Tile) -> u32 {
     return (tile.end - tile.first + SEGMENT_LENGTH - 1u) / SEGMENT_LENGTH;
