@@ -30,26 +30,22 @@ pub(crate) enum Variant {
 impl Variant {
     fn desc(self, tier: Tier, features: Features) -> &'static KernelDesc {
         let [core, native] = match self {
-            Self::AccumulateTiles if features.plain => {
-                [&accumulate::DISC_TILES_CORE, &accumulate::DISC_TILES_NATIVE]
-            }
-            Self::AccumulateSegments if features.plain => {
-                [&accumulate::DISC_SEGMENTS_CORE, &accumulate::DISC_SEGMENTS_NATIVE]
-            }
-            Self::OccludeTiles => [&occlude::TILES_CORE, &occlude::TILES_NATIVE],
-            Self::OccludeSegments => [&occlude::SEGMENTS_CORE, &occlude::SEGMENTS_NATIVE],
-            Self::OccludeOverflow => [&occlude::OVERFLOW_CORE, &occlude::OVERFLOW_NATIVE],
-            Self::AccumulateTiles => [&accumulate::TILES_CORE, &accumulate::TILES_NATIVE],
-            Self::AccumulateSegments => [&accumulate::SEGMENTS_CORE, &accumulate::SEGMENTS_NATIVE],
-            Self::AccumulateTiny => [&accumulate::TINY_CORE, &accumulate::TINY_NATIVE],
-            Self::AccumulateOverflow => [&accumulate::OVERFLOW_CORE, &accumulate::OVERFLOW_NATIVE],
-            Self::ResolveTiles => [&resolve::TILES_CORE, &resolve::TILES_NATIVE],
-            Self::ResolveOpaque => [&resolve::OPAQUE_CORE, &resolve::OPAQUE_NATIVE],
-            Self::ShadeSeen => [&shade::SEEN_CORE, &shade::SEEN_NATIVE],
-            Self::ShadeSurfaces => [&shade::SURFACES_CORE, &shade::SURFACES_NATIVE],
-            Self::ShadeCasters => [&shade::CASTERS_LIT; 2],
-            Self::ShadeLayers => [&shade::LAYERS_CORE, &shade::LAYERS_NATIVE],
-            Self::ShadeComposite => [&shade::COMPOSITE_CORE, &shade::COMPOSITE_NATIVE],
+            Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
+            Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
+            Self::OccludeTiles => &occlude::TILES,
+            Self::OccludeSegments => &occlude::SEGMENTS,
+            Self::OccludeOverflow => &occlude::OVERFLOW,
+            Self::AccumulateTiles => &accumulate::TILES,
+            Self::AccumulateSegments => &accumulate::SEGMENTS,
+            Self::AccumulateTiny => &accumulate::TINY,
+            Self::AccumulateOverflow => &accumulate::OVERFLOW,
+            Self::ResolveTiles => &resolve::TILES,
+            Self::ResolveOpaque => &resolve::OPAQUE,
+            Self::ShadeSeen => &shade::SEEN,
+            Self::ShadeSurfaces => &shade::SURFACES,
+            Self::ShadeCasters => return &shade::CASTERS_LIT,
+            Self::ShadeLayers => &shade::LAYERS,
+            Self::ShadeComposite => &shade::COMPOSITE,
         };
         if tier == Tier::Core { core } else { native }
     }
