@@ -5,7 +5,7 @@ use gobo::{
     cpu::project::{ProjectParams, project_particle, project_triangle},
     cull::{Frustum, GroupTree, order, widened},
     footprint::{Caster, GpuMaterial, TileRect, TriangleRecord},
-    glam::{Mat4, UVec2, Vec3, Vec4},
+    glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     light::{Light, LightKind},
     scene::Bounds,
     view::{GpuView, View, light_views},
@@ -115,6 +115,42 @@ fn no_visible_particle_is_culled() {
     // And what is kept is little more than what is seen.
     assert!(seen * 20 > all, "the views see something: {seen} of {all}");
     assert!(kept < seen + seen / 4 + all / 50, "{kept} kept, {seen} seen, {all} in all");
+}
+
+/// Small ones within two texels of the window's border or of the first and last depth.
+#[test]
+fn no_particle_on_the_border_is_culled() {
+    let mut chance = Chance::new(8);
+    let (mut seen, mut outside) = (0, 0);
+    for view in views(&mut chance, 1000) {
+        let frustum = Frustum::new(&view);
+        let world_from_view = view.view_from_world.inverse();
+        let borders = |chance: &mut Chance, size: f32| match chance.below(3) {
+            0 => chance.within(-2.0, 2.0),
+            1 => size + chance.within(-2.0, 2.0),
+            _ => chance.within(0.0, size),
+        };
+        for _ in 0..50 {
+            let texel =
+                Vec2::new(borders(&mut chance, view.size.x), borders(&mut chance, view.size.y));
+            let per_metre = |distance: f32| {
+                if view.perspective > 0.0 { view.scale / distance } else { view.scale }
+            };
+            let at = [view.near, view.far, chance.within(view.near, view.far)][chance.below(3)];
+            let distance = at + chance.within(-2.0, 2.0) / per_metre(at.max(view.near));
+            let plane = (texel - view.size * 0.5) / per_metre(distance);
+            let center = world_from_view.transform_point3(Vec3::new(plane.x, -plane.y, -distance));
+            let radius = [1e-6, 0.3, 0.7, 1.5][chance.below(4)] / per_metre(distance);
+            let particle = Particle { center, radius, ..particle(&mut chance) };
+            let sees = frustum.sees(&widened(&reach(&particle)).expect("it is finite"));
+            if touches(&view, &particle) {
+                assert!(sees, "{particle:?} in {view:?}");
+                seen += 1;
+            }
+            outside += usize::from(!sees);
+        }
+    }
+    assert!(seen > 10_000 && outside > 1_000, "{seen} seen, {outside} outside");
 }
 
 #[test]
