@@ -28,6 +28,9 @@ struct GpuEngine {
     gpu: Gpu,
     pipeline: Pipeline,
     timeline: Timeline,
+    keep: bool,
+    /// Of the frame before, where its maps are kept.
+    kept: Option<(CasterSet, Prepared)>,
 }
 
 impl Renderer {
@@ -49,7 +52,24 @@ impl Renderer {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline })) }
+        Self {
+            engine: Engine::Gpu(Box::new(GpuEngine {
+                gpu,
+                pipeline,
+                timeline,
+                keep: false,
+                kept: None,
+            })),
+        }
+    }
+
+    /// Whether the maps of a frame stay for the next one, which then renders only the views that
+    /// see a change. Off at first; the twin renders all views in any case.
+    pub fn keep_maps(&mut self, keep: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.keep = keep;
+            engine.kept = None;
+        }
     }
 
     /// What renders, for people.
@@ -98,16 +118,30 @@ fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
 
 impl GpuEngine {
     fn render(&mut self, scene: &Scene, with_maps: bool) -> Result<Frame, Error> {
-        let Self { gpu, pipeline, timeline } = self;
+        let Self { gpu, pipeline, timeline, keep, kept } = self;
         let views = shadow_views(scene);
         pipeline.set_pair_budget(scene.shadow.pair_budget);
         pipeline.set_soften(scene.shadow.soften);
         let Scene { particles, triangles, materials, textures, .. } = scene;
-        let casters =
-            CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;
+        let (casters, mut earlier) = kept.take().unzip();
+        let casters = casters.and_then(|mut casters| {
+            casters.update(&gpu.queue, particles, triangles, materials, textures).then_some(casters)
+        });
+        let casters = match casters {
+            Some(casters) => casters,
+            None => {
+                CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?
+            }
+        };
         let mut pairs = None;
         let (prepared, opaque, translucent, mut stages) = loop {
-            let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, pairs)?;
+            let (device, queue) = (&gpu.device, &gpu.queue);
+            let mut prepared = match earlier.take() {
+                Some(earlier) => {
+                    pipeline.prepare_again(device, queue, &casters, &views, pairs, earlier)?
+                }
+                None => pipeline.prepare(device, queue, &casters, &views, pairs)?,
+            };
             submit(gpu, timeline, |encoder, timeline| {
                 prepared.record(pipeline.kernels(), encoder, timeline);
             });
@@ -119,6 +153,8 @@ impl GpuEngine {
                 break (prepared, opaque, translucent, timeline.read(&gpu.device));
             }
             pairs = Some(needed);
+            prepared.forget();
+            earlier = Some(prepared);
         };
         let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
@@ -151,13 +187,16 @@ impl GpuEngine {
         }
         let picture = picture.read(gpu)?;
         gpu.check()?;
-        Ok(Frame {
-            picture,
-            maps,
-            counters: counters(scene, &opaque, &translucent),
-            stages,
-            memory: memory.0,
-        })
+        let counters = Counters {
+            views_rendered: prepared.rendered_count() as u64,
+            views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
+            culled: prepared.culled_count(),
+            ..counters(scene, &opaque, &translucent)
+        };
+        if *keep {
+            *kept = Some((casters, prepared));
+        }
+        Ok(Frame { picture, maps, counters, stages, memory: memory.0 })
     }
 }
 
@@ -184,6 +223,7 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
         skipped: scene.skipped.clone(),
+        ..Counters::default()
     }
 }
 

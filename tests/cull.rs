@@ -306,8 +306,9 @@ fn groups_lie_together() {
     points.extend([Vec3::splat(1e7), Vec3::splat(-1e7), Vec3::splat(f32::NAN), Vec3::INFINITY]);
     let order = order::morton(&points);
     assert_eq!(order.iter().collect::<BTreeSet<_>>().len(), points.len(), "a permutation");
-    let boxes = || order.iter().map(|&i| Bounds::EMPTY.with_sphere(points[i as usize], 0.01));
-    let groups = order::cut(boxes(), 32, 256);
+    let box_of =
+        |i: u32| (Bounds::EMPTY.with_sphere(points[order[i as usize] as usize], 0.01), false);
+    let groups = order::cut(order.len() as u32, box_of, 32, 256);
     let mut next = 0;
     for group in &groups {
         assert!(group.start == next && group.len() <= 256 && !group.is_empty());
@@ -325,9 +326,14 @@ fn groups_lie_together() {
     assert!(small * 10 > groups.len() * 9, "{small} of {}", groups.len());
     assert!(groups.len() < 3 * points.len() / 256, "{} groups", groups.len());
     let apart = [Vec3::ZERO, Vec3::ONE * 100.0].map(|p| Bounds::EMPTY.with_sphere(p, 1.0));
-    let two = apart.iter().flat_map(|&b| std::iter::repeat_n(b, 40));
-    assert_eq!(order::cut(two, 32, 256), [0..40, 40..80]);
-    assert_eq!(order::cut([], 32, 256), []);
+    for (count, first) in [(80, 40), (60, 9), (300, 250)] {
+        let box_of = |i: u32| (apart[usize::from(i >= first)], false);
+        assert_eq!(order::cut(count, box_of, 32, 256), [0..first, first..count]);
+    }
+    let starts = [true, false, true, true];
+    let objects = |i: u32| (apart[0], starts[i as usize]);
+    assert_eq!(order::cut(4, objects, 32, 256), [0..2, 2..3, 3..4]);
+    assert_eq!(order::cut(0, objects, 32, 256), []);
 }
 
 /// A scene as large as the bench's, with a bound that only a linear loop, or worse, breaks.

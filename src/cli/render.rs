@@ -31,6 +31,7 @@ struct Report<'a> {
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    renderer.keep_maps(true);
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
@@ -128,7 +129,16 @@ mod tests {
         assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
         assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
         assert_eq!(value["peak_bytes"], 64);
-        for name in ["casters", "visible", "segments", "scattered", "overflowed"] {
+        for name in [
+            "casters",
+            "views_rendered",
+            "views_kept",
+            "culled",
+            "visible",
+            "segments",
+            "scattered",
+            "overflowed",
+        ] {
             assert_eq!(value[name], 0, "{name}");
         }
     }

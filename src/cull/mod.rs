@@ -19,4 +19,4 @@ pub mod order;
 mod tree;
 
 pub use frustum::{Frustum, widened};
-pub use tree::GroupTree;
+pub use tree::{DOUBLED, GroupTree, typical_size};

@@ -52,31 +52,49 @@ fn spread(v: u32) -> u32 {
     (v | v << 2) & 0x0924_9249
 }
 
-/// Cuts a row of casters into groups of at most `most`. Where the next one would add more than half
-/// of the surface to a group that has `least` already, the next group starts.
-pub fn cut(boxes: impl IntoIterator<Item = Bounds>, least: u32, most: u32) -> Vec<Range<u32>> {
-    let half_area = |bounds: &Bounds| {
-        let edge = bounds.max - bounds.min;
-        edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
-    };
+/// Cuts a row of `count` boxes into groups of at most `most`. A box that starts an object starts a
+/// group; so does one that would add more than half of the surface to a group that has `least`
+/// already, and the first of some that lie far from a group of any size.
+pub fn cut(
+    count: u32,
+    box_of: impl Fn(u32) -> (Bounds, bool),
+    least: u32,
+    most: u32,
+) -> Vec<Range<u32>> {
+    /// Boxes that say where a place is; fewer by themselves are no group.
+    const PLACE: u32 = 8;
     let mut groups = Vec::new();
     let mut group = 0..0;
     let mut around = Bounds::EMPTY;
-    for bounds in boxes {
-        let with = Bounds { min: around.min.min(bounds.min), max: around.max.max(bounds.max) };
-        let full = group.len() as u32 >= most;
-        let far = group.len() as u32 >= least && half_area(&with) > 1.5 * half_area(&around);
-        if full || far && !group.is_empty() {
+    for index in 0..count {
+        let (bounds, starts) = box_of(index);
+        let with = union(around, bounds);
+        let len = group.len() as u32;
+        let more = with.half_area() / around.half_area();
+        let is_far = || {
+            let ahead = (index..count.min(index + PLACE)).map(|i| box_of(i).0);
+            let ahead = ahead.fold(Bounds::EMPTY, union);
+            union(around, ahead).half_area() > 8.0 * (around.half_area() + ahead.half_area())
+        };
+        let ends = starts
+            || len >= most
+            || len >= least && more > 1.5
+            || len >= PLACE && more > 4.0 && is_far();
+        if len > 0 && ends {
             groups.push(group.clone());
-            group = group.end..group.end;
+            group = index..index;
             around = bounds;
         } else {
             around = with;
         }
-        group.end += 1;
+        group.end = index + 1;
     }
     if !group.is_empty() {
         groups.push(group);
     }
     groups
+}
+
+fn union(a: Bounds, b: Bounds) -> Bounds {
+    Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }
 }

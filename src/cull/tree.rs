@@ -34,15 +34,9 @@ pub struct GroupTree {
     built_size: u64,
 }
 
-/// How much larger boxes may become before the tree is built anew, as a power of two: the typical
-/// box has twice the surface.
-const DEGRADED: u64 = 1 << 23;
-
-/// Half the surface [m²].
-fn half_area(min: Vec3, max: Vec3) -> f32 {
-    let edge = max - min;
-    edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
-}
+/// How much larger boxes may become before the tree is built anew, in units of
+/// [`typical_size`]: twice the surface.
+const DEGRADED: u64 = DOUBLED;
 
 impl GroupTree {
     /// Over the boxes of all groups. An empty box has nothing in it and is never seen.
@@ -142,13 +136,11 @@ impl GroupTree {
         true
     }
 
-    /// How large inner boxes typically are: the sum of the logarithms of their surfaces. The bits
-    /// of a positive `f32` are its logarithm, nearly, times 2^23. Unlike the surface area
-    /// heuristic, one group that flies off hides nothing.
+    /// Of the inner boxes.
     fn size(&self) -> u64 {
         let is_inner = |(i, node): &(usize, &Node)| node.end as usize != i + 1;
         let inner = self.nodes.iter().enumerate().filter(is_inner);
-        inner.map(|(_, node)| u64::from(half_area(node.min, node.max).max(0.0).to_bits())).sum()
+        typical_size(inner.map(|(_, &Node { min, max, .. })| Bounds { min, max }))
     }
 
     /// Appends the groups that a view may see, each once, in no useful order.
@@ -174,6 +166,16 @@ impl GroupTree {
         }
     }
 }
+
+/// How large boxes are on the whole: the sum of the logarithms of their surfaces, times 2^23.
+/// Unlike a sum of surfaces, one box that grows beyond all others hides nothing.
+pub fn typical_size(boxes: impl Iterator<Item = Bounds>) -> u64 {
+    // The bits of a positive f32 are its logarithm, nearly.
+    boxes.map(|bounds| u64::from(bounds.half_area().max(0.0).to_bits())).sum()
+}
+
+/// What a box of twice the surface adds to [`typical_size`].
+pub const DOUBLED: u64 = 1 << 23;
 
 enum Kind {
     Empty,

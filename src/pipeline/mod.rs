@@ -2,15 +2,18 @@
 //!
 //! A guest in its host's renderer: [`Pipeline::prepare`] uploads and allocates,
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
+mod bake;
 mod batch;
 mod casters;
 mod filter;
+mod groups;
 mod kernels;
 mod list;
 mod maps;
 mod picture;
 
 pub use casters::{CasterSet, Class, Span};
+pub use groups::{Extent, Group};
 pub use kernels::Kernels;
 pub use list::ListCounters;
 pub use maps::{MapPlace, Maps};
@@ -22,7 +25,8 @@ use crate::{
     stage::sort,
     view::View,
 };
-use batch::Batch;
+use bake::Bake;
+use batch::{Batch, LISTS, Seen};
 use filter::Filter;
 use list::Scratch;
 use std::sync::Arc;
@@ -66,7 +70,11 @@ pub struct Prepared {
     pub maps: Maps,
     batches: Vec<Batch>,
     filter: Option<Filter>,
-    pair_capacity: u32,
+    scratch: Arc<Scratch>,
+    bake: Bake,
+    culled: u64,
+    maps_memory: Memory,
+    scratch_memory: Memory,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -109,11 +117,83 @@ impl Pipeline {
         views: &[View],
         pairs: Option<u32>,
     ) -> Result<Prepared, Error> {
+        self.prepare_from(None, device, queue, casters, views, pairs)
+    }
+
+    /// As [`Self::prepare`], with the maps of an earlier frame: only those views are recorded
+    /// whose own numbers, visible groups or something within these have changed since it was
+    /// recorded; the texels of all others stay. A view that is rendered has the same bits as in a
+    /// whole frame, unless pairs go past the budget. Where the number of views or a map's size
+    /// differs, all are new.
+    pub fn prepare_again(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+        earlier: Prepared,
+    ) -> Result<Prepared, Error> {
+        self.prepare_from(Some(earlier), device, queue, casters, views, pairs)
+    }
+
+    fn prepare_from(
+        &mut self,
+        earlier: Option<Prepared>,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+    ) -> Result<Prepared, Error> {
+        let window = if self.config.soften { casters.dither_window } else { 0 };
+        let earlier = earlier.filter(|earlier| {
+            let same_window = earlier.filter.as_ref().map_or(0, |filter| filter.window) == window;
+            same_window && earlier.bake.fits(views)
+        });
+        let kept = earlier.is_some();
+        let (maps, mut filter, maps_memory, bake, scratch) = if let Some(earlier) = earlier {
+            let scratch = Some((earlier.scratch, earlier.scratch_memory));
+            (earlier.maps, earlier.filter, earlier.maps_memory, earlier.bake, scratch)
+        } else {
+            let mut memory = Memory::default();
+            let mut allocator = Allocator { device, memory: &mut memory };
+            let maps = Maps::new(&mut allocator, queue, views)?;
+            let (maps, filter) = if window > 0 {
+                let (soft, filter) = Filter::new(&mut allocator, queue, maps, window)?;
+                (soft, Some(filter))
+            } else {
+                (maps, None)
+            };
+            (maps, filter, memory, Bake::default(), None)
+        };
+        let bake = Bake::after(bake, casters, views);
+        let pending = bake.pending.iter().map(|&index| Seen {
+            view: &views[index],
+            place: maps.places[index],
+            groups: bake.groups(index),
+        });
+        let pending: Vec<_> = pending.collect();
+        let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
+        let plans = batch::plan(&pending, casters, kept)?;
+        let listed =
+            plans.iter().flat_map(|plan| &plan.lists).map(|l| u64::from(l.footprint_count));
+        let culled = (all * pending.len()) as u64 - listed.sum::<u64>();
+
+        let usable = scratch.filter(|(scratch, _)| scratch.fits(&self.config, &plans, pairs));
+        let (scratch, scratch_memory) = if let Some(usable) = usable {
+            usable
+        } else {
+            let mut memory = Memory::default();
+            let mut allocator = Allocator { device, memory: &mut memory };
+            (Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?), memory)
+        };
         let mut memory = casters.memory.clone();
+        for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
+            memory.add(name, bytes);
+        }
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, queue, views)?;
-        let plans = batch::plan(views, casters, &maps)?;
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
+        let raw = filter.as_ref().map_or(&maps, |filter| &filter.raw);
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
             let mut context = batch::Context {
@@ -125,27 +205,52 @@ impl Pipeline {
                 scratch: &scratch,
                 camera: false,
             };
-            batches.push(Batch::new(&mut context, plan, &maps)?);
+            batches.push(Batch::new(&mut context, plan, raw)?);
         }
-        let window = if self.config.soften { casters.dither_window } else { 0 };
-        let (maps, filter) = if window > 0 {
-            let (maps, filter) =
-                Filter::new(&mut allocator, queue, &self.kernels, &plans, &maps, window)?;
-            (maps, Some(filter))
-        } else {
-            (maps, None)
-        };
-        Ok(Prepared { maps, batches, filter, pair_capacity: scratch.pair_capacity, memory })
+        if let Some(filter) = &mut filter {
+            filter.bind(&mut allocator, queue, &self.kernels, &plans, &maps);
+        }
+        Ok(Prepared {
+            maps,
+            batches,
+            filter,
+            scratch,
+            bake,
+            culled,
+            maps_memory,
+            scratch_memory,
+            memory,
+        })
     }
 }
 
 impl Prepared {
     /// Pairs that a batch has room for.
     pub fn pair_capacity(&self) -> u32 {
-        self.pair_capacity
+        self.scratch.pair_capacity
     }
 
-    /// Records every stage of every view.
+    /// Views that [`Self::record`] renders; the others are as they were.
+    pub fn rendered_count(&self) -> usize {
+        self.bake.pending.len()
+    }
+
+    pub fn view_count(&self) -> usize {
+        self.bake.view_count()
+    }
+
+    /// (caster, view) that are not even projected: their groups are outside the view.
+    pub fn culled_count(&self) -> u64 {
+        self.culled
+    }
+
+    /// Has the next [`Pipeline::prepare_again`] render again what this one does, as when pairs
+    /// did not fit.
+    pub fn forget(&mut self) {
+        self.bake.forget();
+    }
+
+    /// Records every stage of every view that must be rendered.
     pub fn record(
         &self,
         kernels: &Kernels,
@@ -158,6 +263,7 @@ impl Prepared {
         if let Some(filter) = &self.filter {
             filter.record(kernels, encoder, timeline);
         }
+        self.bake.mark_recorded();
     }
 
     /// What the last frame counted; blocks. `(opaque, translucent)`, summed over the batches.
