@@ -78,9 +78,11 @@ crate::gpu_layout!(GpuView {
 });
 
 impl View {
-    /// Tiles per row and column.
+    /// Tiles per row and column. Rows have a multiple of four, so that a row of texels of 4 bytes is
+    /// a multiple of the 256 bytes that copies ask for.
     pub fn tiles(&self) -> UVec2 {
-        (self.size + TILE_SIZE - 1) / TILE_SIZE
+        let tiles = (self.size + TILE_SIZE - 1) / TILE_SIZE;
+        UVec2::new(tiles.x.next_multiple_of(4), tiles.y)
     }
 
     /// Where the light is; for an orthographic view the middle of its near plane.

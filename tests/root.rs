@@ -13,6 +13,7 @@ mod gltf;
 mod hostile;
 mod layout;
 mod noise;
+mod occlude;
 mod particles;
 mod picture;
 mod pipeline;
