@@ -10,10 +10,11 @@ mod list;
 mod maps;
 mod picture;
 
+pub use crate::atlas::MapPlace;
 pub use casters::{CasterSet, Class, Span};
 pub use kernels::Kernels;
 pub use list::ListCounters;
-pub use maps::{MapPlace, Maps};
+pub use maps::Maps;
 pub use picture::PreparedPicture;
 
 use crate::{

@@ -46,7 +46,7 @@ fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
         + receive_row(view, middle + vec2(0.0, 1.0), x, z, bias / range) * y.z;
 }
 
-// The view of a point light's cube that looks towards `away` from the light.
+// The face of a cube that looks towards `away` from its middle.
 fn cube_face(away: vec3<f32>) -> u32 {
     let size = abs(away);
     if size.x >= size.y && size.x >= size.z {
@@ -77,17 +77,82 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     return Incoming(-ray, color);
 }
 
-// `normal`, on the light's side, lifts the point off its own shadow by what the slope of the
-// surface hides within nine texels; zero where there is none. `bias` [m].
+// `normal` lifts the point off its own shadow by what the slope of the surface hides within nine
+// texels; `sine` of the angle between the normal and the way to the light.
+fn lifted(view: GpuView, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> vec3<f32> {
+    let along = -(view.view_from_world * vec4(point, 1.0)).z;
+    let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
+    return point + normal * ((params.normal_bias + 0.5) * sine * texel);
+}
+
+// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    let spread = view.scale / select(1.0, max(-p.z, 1e-6), view.perspective > 0.0);
+    let place = vec2(p.x, -p.y) * spread + view.size * 0.5;
+    let inner = min(place, view.size - place);
+    // All nine texels are the window's own.
+    let border = min(inner.x, inner.y) - 1.5;
+    if !(border > 0.0 && -p.z >= view.near && -p.z <= view.far) {
+        return 0.0;
+    }
+    return min(border / max(view.fade, 1e-3), 1.0);
+}
+
+// Light through one window, and its share.
+fn through_window(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32, bias: f32) -> vec4<f32> {
+    let view = shadow_views[index];
+    let at = lifted(view, point, normal, sine);
+    let share = window_share(view, at);
+    var passed = vec3(0.0);
+    if share > 0.0 {
+        passed = receive(view, at, bias);
+    }
+    return vec4(passed, share);
+}
+
+// The first window that holds the point, faded into the next.
+fn through_windows(first: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32, bias: f32) -> vec4<f32> {
+    let count = shadow_views[first].part_count;
+    var sum = vec3(0.0);
+    var rest = 1.0;
+    for (var i = 0u; i < count && rest > 0.0; i += 1u) {
+        let passed = through_window(first + i, point, normal, sine, bias);
+        sum += passed.rgb * (rest * passed.a);
+        rest *= 1.0 - passed.a;
+    }
+    return vec4(sum / max(1.0 - rest, 1e-6), 1.0 - rest);
+}
+
+// Through the shadow that starts at view `first`: the light that passes, and how much it counts.
+fn through_shadow(first: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32, bias: f32) -> vec4<f32> {
+    if shadow_views[first].part == PART_WINDOW {
+        return through_windows(first, point, normal, sine, bias);
+    }
+    var index = first;
+    if shadow_views[first].part == PART_FACE {
+        // The first face looks along x.
+        let p = (shadow_views[first].view_from_world * vec4(point, 1.0)).xyz;
+        index += cube_face(vec3(-p.z, p.y, p.x));
+    }
+    let view = shadow_views[index];
+    return vec4(receive(view, lifted(view, point, normal, sine), bias), 1.0);
+}
+
+// Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
+// where there is none; `bias` [m].
 fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
     if light.view_count == 0u {
         return vec3(1.0);
     }
-    let face = select(0u, cube_face(point - light.position), light.kind == LIGHT_POINT);
-    let view = shadow_views[light.first_view + face];
-    let along = -(view.view_from_world * vec4(point, 1.0)).z;
-    let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    return receive(view, point + normal * ((params.normal_bias + 0.5) * sine * texel), bias);
+    let own = through_shadow(light.first_view, point, normal, sine, bias);
+    var passed = mix(vec3(1.0), own.rgb, own.a);
+    let end = light.first_view + light.view_count;
+    for (var i = light.first_view + shadow_views[light.first_view].part_count; i < end; i += shadow_views[i].part_count) {
+        let further = through_shadow(i, point, normal, sine, bias);
+        passed = mix(passed, min(passed, further.rgb), further.a);
+    }
+    return passed;
 }
