@@ -246,15 +246,15 @@ fn walk() -> Vec<Vec3> {
 
 #[test]
 fn cascades_meet_without_a_seam() {
-    let mut scene = ground(Cascades { range: Some(60.0), ..Cascades::default() }, Vec3::NEG_Y);
+    let mut scene = ground(Cascades { range: Some(30.0), ..Cascades::default() }, Vec3::NEG_Y);
     scene.triangles.extend(roof(5.0, Vec3::splat(100.0), GLASS));
     let lights = light_at(&scene, &walk());
-    let seen = walk().iter().filter(|p| p.z > -59.0).count();
+    let seen = walk().iter().filter(|p| p.z > -29.0).count();
     for (point, light) in walk().iter().zip(&lights).take(seen) {
         let error = (*light - Vec3::new(1.0, 0.5, 0.25)).abs().max_element();
         assert!(error < 1e-3, "{light} at {point}");
     }
-    assert_eq!(light_at(&scene, &[Vec3::new(0.0, 0.0, -95.0)]), [Vec3::ONE], "beyond the range");
+    assert_eq!(light_at(&scene, &[Vec3::new(0.0, 0.0, -89.0)]), [Vec3::ONE], "beyond the range");
     // Where the last cascade ends, light comes back in small steps.
     let steps = lights.windows(2).map(|pair| (pair[1] - pair[0]).abs().max_element());
     assert!(steps.fold(0.0, f32::max) < 0.1);
@@ -398,7 +398,7 @@ fn maps_that_do_not_fit_are_smaller_and_counted() {
     scene.lights[0].size = None;
     scene.shadow.texel_budget = 30_000;
     let views = shadow_views(&scene);
-    assert_eq!(views.len(), 17 - 1);
+    assert_eq!(views.len(), 3 + 1 + 1 + 6 + 6);
     let limits = AtlasLimits { edge: 128, layers: 2, texels: u64::MAX };
     let (few, shrunk) = fitted_views(&crowd(), &limits);
     assert_eq!(few.len(), views.len());
@@ -436,7 +436,8 @@ fn the_scene_file_says_it() {
     assert_eq!(shadow_views(&scene).len(), 2 + 1 + 1 + 6);
 
     let fault = |text: &str, words: &[&str]| {
-        let error = read(text).unwrap_err().to_string();
+        let error = read(text).unwrap_err();
+        let error = format!("{error} {error:?}");
         assert!(words.iter().all(|word| error.contains(word)), "{error}");
     };
     fault(&format!("{sun}lambda = 0.5\n"), &["5:", "lambda without cascades", "cascades = 4"]);

@@ -67,6 +67,11 @@ fn frustum_sphere(camera: &Camera) -> (f64, f64) {
     }
 }
 
+/// Of the window that holds the whole scene [m].
+fn window_of(min: Vec3, max: Vec3, margin: f32) -> f32 {
+    (max - min).truncate().max_element() + 2.0 * margin
+}
+
 /// What all cascades of a light share.
 pub(super) struct Fit<'a> {
     pub light: usize,
@@ -84,7 +89,12 @@ pub(super) struct Fit<'a> {
 impl Fit<'_> {
     /// `size_of`: edge of each cascade's map [texels].
     pub(super) fn views(&self, cascades: &Cascades, size_of: &dyn Fn(usize) -> u32) -> Vec<View> {
+        // From where on a window would be as large as the scene, the last one holds all of it.
+        let (_, radius) = frustum_sphere(self.camera);
+        let (min, max, margin) = self.in_light_space();
+        let covering = f64::from(window_of(min, max, margin)) / (2.0 * radius);
         let range = cascades.range.unwrap_or_else(|| usual_range(self.camera, self.bounds));
+        let range = range.min(covering as f32);
         let splits = splits(cascades, range);
         let count = splits.len();
         let cascade = |(index, split): (usize, &f32)| {
@@ -94,13 +104,23 @@ impl Fit<'_> {
         splits.iter().enumerate().map(cascade).collect()
     }
 
-    fn view(&self, cascades: &Cascades, index: usize, split: f64, last: bool, size: u32) -> View {
-        let axes = looking(Vec3::ZERO, self.direction, light_up(self.direction));
+    /// World space to a space that looks along the light.
+    fn axes(&self) -> Mat4 {
+        looking(Vec3::ZERO, self.direction, light_up(self.direction))
+    }
+
+    /// The corners of the scene in [`Self::axes`], and what keeps it off a window's border [m].
+    fn in_light_space(&self) -> (Vec3, Vec3, f32) {
+        let axes = self.axes();
         let corners = self.bounds.corners().map(|corner| axes.transform_point3(corner));
         let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
         let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
-        let margin = (self.bounds.radius() * 0.01).max(1e-4);
+        (min, max, (self.bounds.radius() * 0.01).max(1e-4))
+    }
 
+    fn view(&self, cascades: &Cascades, index: usize, split: f64, last: bool, size: u32) -> View {
+        let axes = self.axes();
+        let (min, max, margin) = self.in_light_space();
         let (ahead, radius) = frustum_sphere(self.camera);
         let (forward, eye) = (self.camera.target - self.camera.eye, self.camera.eye);
         let center = eye.as_dvec3() + forward.as_dvec3().normalize() * (ahead * split);
@@ -108,7 +128,7 @@ impl Fit<'_> {
         let inner = if last { 1.0 - f64::from(cascades.fade) } else { 1.0 };
         let whole = f64::from(size);
         let texel = 2.0 * radius * split / (whole * inner - 2.0 * BORDER).max(1.0);
-        let of_scene = f64::from((max - min).truncate().max_element() + 2.0 * margin) / whole;
+        let of_scene = f64::from(window_of(min, max, margin)) / whole;
         let (texel, middle, fade) = if texel < of_scene {
             let texel = rounded_up(texel);
             let in_light = axes.as_dmat4().transform_point3(center);
