@@ -148,22 +148,29 @@ impl Atlas {
     }
 }
 
-/// Halves maps until all fit: always one of the largest, the last of them first, those of a fixed
-/// size only where nothing else is left. How many are smaller than wished; a map of one tile stays
-/// as it is, so that even then not all may fit.
+/// Halves maps until all fit: always the largest, the last of them first, those of a fixed size
+/// only where nothing else is left. How many are smaller than wished; a map of one tile stays as
+/// it is, so that even then not all may fit.
 pub fn shrink_to_fit(wishes: &mut [Wish], limits: &AtlasLimits) -> usize {
     let before = wishes.to_vec();
-    let fits = |wishes: &[Wish]| {
+    loop {
         let sizes: Vec<UVec2> = wishes.iter().map(|wish| wish.size).collect();
         let needed: u64 = sizes.iter().map(|&size| area(whole_tiles(size))).sum();
-        needed <= limits.texels && Atlas::pack(&sizes, limits).is_some()
-    };
-    while !fits(wishes) {
-        let shrinkable = wishes.iter_mut().filter(|wish| wish.size.max_element() > TILE_SIZE);
-        let Some(largest) = shrinkable.max_by_key(|wish| (!wish.fixed, area(wish.size))) else {
+        if needed <= limits.texels && Atlas::pack(&sizes, limits).is_some() {
+            break;
+        }
+        let key = |wish: &Wish| (!wish.fixed, area(wish.size));
+        let shrinkable = |wish: &&mut Wish| wish.size.max_element() > TILE_SIZE;
+        let Some(largest) = wishes.iter_mut().filter(shrinkable).map(|wish| key(wish)).max() else {
             break;
         };
-        largest.size = whole_tiles(largest.size / 2).max(UVec2::splat(TILE_SIZE));
+        // As many as must be, but where only their places are in the way a few at a time.
+        let excess = needed.saturating_sub(limits.texels);
+        let count = excess.div_ceil(largest.1).max(sizes.len() as u64 / 64).max(1);
+        let of_largest = wishes.iter_mut().rev().filter(|wish| key(wish) == largest);
+        for wish in of_largest.take(usize::try_from(count).unwrap_or(usize::MAX)) {
+            wish.size = whole_tiles(wish.size / 2).max(UVec2::splat(TILE_SIZE));
+        }
     }
     wishes.iter().zip(&before).filter(|(now, before)| now.size != before.size).count()
 }
@@ -247,6 +254,10 @@ mod tests {
         let mut wishes = [free(512), free(64)];
         assert_eq!(shrink_to_fit(&mut wishes, &limits.within(70_000)), 1);
         assert_eq!(wishes, [free(128), free(64)]);
+        let mut wishes = vec![free(1024); 10_000];
+        assert_eq!(shrink_to_fit(&mut wishes, &AtlasLimits::CORE.within(1 << 27)), 10_000);
+        let texels: u64 = wishes.iter().map(|wish| area(wish.size)).sum();
+        assert!(texels > 1 << 26, "far more than needed: {texels}");
         let mut wishes = vec![free(16); 5];
         assert_eq!(shrink_to_fit(&mut wishes, &limits.within(1024)), 0, "as small as can be");
         assert_eq!(shrink_to_fit(&mut [free(512), free(512)], &limits), 0);
