@@ -12,6 +12,7 @@ mod filter;
 mod gltf;
 mod hostile;
 mod layout;
+mod lights;
 mod noise;
 mod occlude;
 mod particles;

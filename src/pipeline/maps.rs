@@ -1,22 +1,15 @@
 //! The shadow atlas: every view's filter, nearest depth and opaque depth.
 use crate::{
+    atlas::{Atlas, AtlasLimits, MapPlace},
     error::Error,
     gpu::Allocator,
-    view::{TILE_SIZE, View},
+    view::View,
 };
 use glam::UVec2;
 use wgpu::{
     TextureFormat::{R32Float, Rgba16Float},
     TextureUsages,
 };
-
-/// Where a view's map is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MapPlace {
-    /// First texel.
-    pub origin: UVec2,
-    pub layer: u32,
-}
 
 /// Texture arrays that hold all views' maps.
 #[derive(Debug)]
@@ -37,15 +30,18 @@ impl Maps {
         queue: &wgpu::Queue,
         views: &[View],
     ) -> Result<Self, Error> {
-        // Whole tiles, so that no workgroup writes into a neighbour's map.
-        let largest = views
-            .iter()
-            .fold(UVec2::splat(TILE_SIZE), |size, view| size.max(view.tiles() * TILE_SIZE));
-        let size = [largest.x, largest.y, views.len().max(1) as u32].map(u64::from);
+        let limits = AtlasLimits::of(&allocator.device.limits());
+        let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
+        let atlas = Atlas::pack(&sizes, &limits).ok_or(Error::Limit {
+            limit: "layers of the shadow atlas",
+            have: u64::from(limits.layers),
+            need: views.len() as u64,
+            remedy: "use smaller maps or fewer lights; `view::fitted_views` makes maps smaller",
+        })?;
+        let size = [atlas.size.x, atlas.size.y, atlas.layers].map(u64::from);
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
-        let places =
-            (0..views.len() as u32).map(|layer| MapPlace { origin: UVec2::ZERO, layer }).collect();
+        let places = atlas.places;
         let opaques = allocator.texture("opaques", R32Float, size, usage)?;
         fill(queue, &opaques, 1.0_f32);
         Ok(Self {

@@ -11,10 +11,11 @@ mod maps;
 mod picture;
 mod small;
 
+pub use crate::atlas::MapPlace;
 pub use casters::{CasterSet, Class, Span};
 pub use kernels::Kernels;
 pub use list::ListCounters;
-pub use maps::{MapPlace, Maps};
+pub use maps::Maps;
 pub use picture::PreparedPicture;
 pub use small::{SMALL_SIDE, TriangleExtent};
 
