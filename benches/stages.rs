@@ -13,7 +13,7 @@ use gobo::{
     pipeline::{CasterSet, Config, Pipeline},
     scene::Bounds,
     stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
-    view::{Projection, View, light_views},
+    view::{Part, Projection, View, light_views},
     wgpu,
 };
 use std::{hint::black_box, time::Duration};
@@ -50,6 +50,7 @@ fn particles(count: u32, footprint: f32) -> Vec<Particle> {
 
 fn view() -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,
@@ -134,17 +135,16 @@ fn lamps(count: u64, angle: f32, far: f32) -> Vec<Frustum> {
         let position = Vec3::new(2.0 * unit(1) - 1.0, 2.0 * unit(2) - 1.0, -1.8 * unit(3));
         let direction = (Vec3::new(unit(4), unit(5), unit(6)) - 0.5).normalize();
         let light = Light {
-            name: String::new(),
             kind: LightKind::Spot { position, direction, angle },
-            color: Vec3::ONE,
-            intensity: 1.0,
             near: Some(0.01),
             far: Some(far),
-            size: None,
-            casts: true,
-            cascades: 1,
+            ..Light::default()
         };
-        Frustum::new(&light_views(0, &light, 512, &Bounds::EMPTY)[0].to_gpu(0, UVec2::ZERO, 0))
+        Frustum::new(&light_views(0, &light, 512, None, &Bounds::EMPTY)[0].to_gpu(
+            0,
+            UVec2::ZERO,
+            0,
+        ))
     };
     (0..count).map(lamp).collect()
 }

@@ -25,6 +25,8 @@ pub struct Counters {
     pub scattered: u64,
     /// Of those, for lack of room in the pair budget.
     pub overflowed: u64,
+    /// Maps that are smaller than they should be, for lack of room in the atlas.
+    pub shrunk: u64,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

@@ -23,7 +23,9 @@ fn renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     let renderer = RENDERERS[tier as usize].get_or_init(|| {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        Mutex::new(Renderer::on(gpu))
+        let mut renderer = Renderer::on(gpu);
+        renderer.set_scatter_tiny(true); // as the renderers of `fresh`
+        Mutex::new(renderer)
     });
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
     renderer.keep_maps(true);
@@ -60,7 +62,7 @@ fn differing(a: &Frame, b: &Frame) -> Vec<usize> {
 fn lamp(x: f32, z: f32) -> Light {
     let position = Vec3::new(x, 6.0, z);
     let spot = LightKind::Spot { position, direction: Vec3::NEG_Y, angle: 0.6 };
-    Light { near: Some(0.5), far: Some(8.0), ..light(spot) }
+    Light { near: Some(0.5), far: Some(8.0), size: Some(64), ..light(spot) }
 }
 
 /// A puff of particles around `center`.
@@ -184,7 +186,8 @@ fn kept_frames_equal_fresh_ones() {
     let mut scene = scene();
     let mut position = EMITTERS[0];
     position.y = 2.0;
-    scene.lights.push(Light { far: Some(12.0), ..light(LightKind::Point { position }) });
+    let size = Some(64);
+    scene.lights.push(Light { far: Some(12.0), size, ..light(LightKind::Point { position }) });
     scene
         .lights
         .push(light(LightKind::Directional { direction: Vec3::new(0.2, -1.0, 0.1).normalize() }));
@@ -209,7 +212,7 @@ fn kept_frames_equal_fresh_ones() {
             3 => scene.lights[1].intensity = 7.0,
             4 => scene.lights.swap(0, 1),
             5 => scene.particles.truncate(4 * COUNT - 3),
-            6 => scene.shadow.size = 80,
+            6 => scene.lights[3].size = Some(80),
             7 => scene.particles[5].material = 1,
             _ => {
                 let turn = Mat4::from_rotation_y(chance.within(0.0, 6.0));
@@ -244,7 +247,7 @@ fn softened_maps_stay_too() {
 #[test]
 fn a_frame_that_needed_more_room_is_kept() {
     let mut scene = scene();
-    scene.shadow.size = 1024;
+    scene.lights.iter_mut().for_each(|light| light.size = Some(1024));
     for particle in &mut scene.particles {
         particle.radius *= 8.0;
     }
@@ -270,7 +273,7 @@ fn what_was_not_recorded_is_still_to_be_rendered() {
     let bounds = gobo::scene::Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
     let views: Vec<View> = (0..)
         .zip(&lights)
-        .flat_map(|(index, light)| light_views(index, light, 64, &bounds))
+        .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds))
         .collect();
     let again = |pipeline: &mut Pipeline, casters: &CasterSet, earlier: Prepared| {
         pipeline.prepare_again(device, queue, casters, &views, None, earlier).expect("it fits")

@@ -37,10 +37,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     files::create_dir(&arguments.out)?;
 
     let frames = arguments.frames();
+    let mut shrunk = 0;
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
         scene.set_time(f64::from(index) / Scene::FRAME_RATE);
         let frame = renderer.render(&scene, arguments.maps)?;
+        shrunk = shrunk.max(frame.counters.shrunk);
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
         if arguments.maps {
             let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
@@ -57,6 +59,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         progress.inc(1);
     }
     progress.finish_and_clear();
+    if shrunk > 0 {
+        tracing::warn!(
+            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
+             smaller size for some lights, or a larger texel_budget of [shadow]"
+        );
+    }
     let skipped = &scene.skipped;
     if !skipped.is_empty() {
         let reasons: Vec<_> =
@@ -138,6 +146,7 @@ mod tests {
             "segments",
             "scattered",
             "overflowed",
+            "shrunk",
         ] {
             assert_eq!(value[name], 0, "{name}");
         }

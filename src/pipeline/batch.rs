@@ -4,9 +4,11 @@ use super::{
     casters::{CasterSet, Class},
     kernels::{Kernels, Variant},
     list::{ChunkBuffers, Chunks, List, ListCounters, ListPlan, Scratch, view_array},
-    maps::{MapPlace, Maps},
+    maps::Maps,
+    small::{SmallTriangles, copy_depths},
 };
 use crate::{
+    atlas::MapPlace,
     error::Error,
     footprint::{FOOTPRINT_TEXELS, ROW},
     gpu::{Allocator, Timeline, array_view, view},
@@ -16,7 +18,7 @@ use crate::{
         hits::Features,
         project::{Chunk, ProjectParams},
     },
-    view::{GpuView, MAX_VIEWS, View},
+    view::{GpuView, MAX_VIEWS, TILE_SIZE, View},
 };
 use std::{ops::RangeInclusive, sync::Arc};
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
@@ -33,6 +35,10 @@ pub(super) struct Plan {
     pub lists: [ListPlan; 2],
     /// The maps hold something already.
     pub kept: bool,
+    /// The maps have been filled with what they are without translucent casters.
+    pub cleared: bool,
+    /// Of opaque triangles that are in no list.
+    pub small_chunks: Vec<Chunk>,
 }
 
 /// What `prepare` works with.
@@ -149,19 +155,28 @@ fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u
 }
 
 impl Plan {
+    /// (caster, view) that are projected.
+    pub(super) fn caster_count(&self) -> u64 {
+        let listed: u64 = self.lists.iter().map(|list| u64::from(list.footprint_count)).sum();
+        listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
+    }
+
     fn new(seen: Vec<(GpuView, &[u32])>, tile_count: u32, casters: &CasterSet, kept: bool) -> Self {
         let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
         let perspective = views[0].perspective > 0.0;
         let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
-        let lists = LISTS.map(|list| {
+        let [mut blocking, filtering] = LISTS.map(|list| {
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
-            let mut plan = ListPlan::new(&list, features, casters, &groups);
-            if *list.start() == Class::Translucent {
-                plan.find_tiny(casters, &groups, &views);
-            }
-            plan
+            ListPlan::new(&list, features, casters, &groups)
         });
-        Self { views, tile_count, lists, kept }
+        let small_chunks = blocking.take_triangles(|chunk| {
+            let small = casters.triangle_group(chunk.first_caster).triangles;
+            small.is_some_and(|extent| extent.is_small(&views[chunk.view as usize]))
+        });
+        blocking.features.small = !small_chunks.is_empty();
+        let tiny_chunks = filtering.tiny(casters, &groups, &views);
+        let lists = [blocking, ListPlan { tiny_chunks, ..filtering }];
+        Self { views, tile_count, lists, small_chunks, kept, cleared: false }
     }
 
     /// Of the picture: what is solid, and all else that is seen.
@@ -181,7 +196,8 @@ impl Plan {
             list(Class::Opaque..=Class::Opaque, true),
             list(Class::Dithered..=Class::Unseen, false),
         ];
-        Self { views: vec![view], tile_count, lists, kept: false }
+        let small_chunks = Vec::new();
+        Self { views: vec![view], tile_count, lists, small_chunks, kept: false, cleared: false }
     }
 }
 
@@ -199,7 +215,7 @@ impl ListPlan {
             for (view, groups) in (0..).zip(visible) {
                 let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
                 for group in groups {
-                    if group.is_triangles == is_triangles && list.contains(&group.class) {
+                    if group.is_triangles() == is_triangles && list.contains(&group.class) {
                         let count = group.casters.len() as u32;
                         let (first_caster, first_footprint) =
                             (group.casters.start, footprint_count);
@@ -224,19 +240,33 @@ impl ListPlan {
         }
     }
 
-    fn find_tiny(&mut self, casters: &CasterSet, visible: &[&[u32]], views: &[GpuView]) {
+    /// Those of the particles' chunks that may have tiny ones.
+    fn tiny(&self, casters: &CasterSet, visible: &[&[u32]], views: &[GpuView]) -> Vec<Chunk> {
         let groups = casters.groups();
         let extents = visible.iter().flat_map(|visible| {
             let listed = visible.iter().map(|&group| &groups[group as usize]);
             listed
-                .filter(|group| group.class == Class::Translucent && !group.is_triangles)
+                .filter(|group| group.class == Class::Translucent && !group.is_triangles())
                 .map(|group| &group.extent)
         });
-        let tiny = self.particle_chunks.iter().zip(extents);
-        self.tiny_chunks = tiny
+        let chunks = self.particle_chunks.iter().zip(extents);
+        chunks
             .filter(|(chunk, extent)| extent.may_be_tiny(&views[chunk.view as usize]))
             .map(|(chunk, _)| *chunk)
-            .collect();
+            .collect()
+    }
+
+    /// Takes the chunks out that `is_taken` says.
+    fn take_triangles(&mut self, is_taken: impl FnMut(&Chunk) -> bool) -> Vec<Chunk> {
+        let (taken, mut rest): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);
+        self.footprint_count = self.first_setup;
+        for chunk in &mut rest {
+            chunk.first_footprint = self.footprint_count;
+            self.footprint_count += chunk.count;
+        }
+        self.triangle_chunks = rest;
+        taken
     }
 }
 
@@ -244,8 +274,12 @@ impl ListPlan {
 #[derive(Debug)]
 pub(super) struct Batch {
     scratch: Arc<Scratch>,
+    views: Vec<GpuView>,
     tile_count: u32,
     kept: bool,
+    cleared: bool,
+    opaques: wgpu::Texture,
+    small: Option<SmallTriangles>,
     opaque: ClassBatch,
     translucent: ClassBatch,
 }
@@ -280,8 +314,12 @@ impl Batch {
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
+            views: plan.views.clone(),
             tile_count: plan.tile_count,
             kept: plan.kept,
+            cleared: plan.cleared,
+            opaques: maps.opaques.clone(),
+            small: SmallTriangles::new(context, &plan.small_chunks, &views)?,
             opaque: ClassBatch::opaque(context, maps, opaque, plan.lists[0].features, &views),
             translucent: ClassBatch::translucent(
                 context,
@@ -306,8 +344,17 @@ impl Batch {
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let merged = Dispatch::Merged.offset();
+        if let Some(small) = &self.small {
+            let texels = self.tile_count * TILE_SIZE * TILE_SIZE;
+            small.record(&self.scratch, texels, kernels, encoder, timeline);
+            if opaque.list.footprint_count == 0 {
+                timeline.step(encoder, "occlude");
+                copy_depths(&self.scratch, &self.views, &self.opaques, encoder);
+            }
+        }
         // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
-        if opaque.list.footprint_count > 0 || self.kept {
+        let has_old_depths = self.kept && self.small.is_none();
+        if opaque.list.footprint_count > 0 || has_old_depths {
             self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
             let mut pass = timeline.pass(encoder, "occlude");
             let kernel = |variant| kernels.get(variant, opaque.features);
@@ -322,6 +369,10 @@ impl Batch {
             kernel(V::ResolveOpaque).record_indirect(&mut pass, resolve, dispatches, merged);
         }
 
+        // `prepare` may have filled the maps with what they are without translucent casters.
+        if translucent.list.footprint_count == 0 && self.cleared {
+            return;
+        }
         let tiny = Some(V::AccumulateTiny);
         self.record_lists(translucent, kernels, encoder, timeline, tiny, V::AccumulateOverflow);
         let mut pass = timeline.pass(encoder, "accumulate");
@@ -456,6 +507,7 @@ impl ClassBatch {
         let images = array_view(&context.casters.images);
         let opaques = array_view(&maps.opaques);
         let texture = BindingResource::TextureView;
+        let small = context.scratch.small.depths.as_entire_binding();
         let hit = [texture(&casters), texture(&context.scratch.setups), texture(&images)];
         let bind = |variant, resources: Vec<BindingResource<'_>>| {
             context.kernels.get(variant, features).bind(device, &resources)
@@ -463,13 +515,14 @@ impl ClassBatch {
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
         let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
-        to_map.push(texture(&opaques));
+        to_map.extend([texture(&opaques), small.clone()]);
         let resolve = vec![
             shared.views.clone(),
             dispatches.clone(),
             merged_tiles.clone(),
             tiles.clone(),
             texture(&opaques),
+            small,
         ];
         let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);

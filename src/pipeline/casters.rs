@@ -1,5 +1,5 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
-use super::groups::{Group, Groups, now, particle_extent, sort_by_place, triangle_extent};
+use super::groups::{Group, Groups, Members, now, sort_by_place};
 use crate::{
     caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
     dither::{Pattern, blue_ranks, window},
@@ -114,10 +114,6 @@ fn hash(texture: &Texture) -> u64 {
     hasher.finish()
 }
 
-fn quads(materials: &[Material]) -> Vec<bool> {
-    materials.iter().map(|material| material.shape == Shape::Quad).collect()
-}
-
 impl CasterSet {
     pub fn new(
         device: &wgpu::Device,
@@ -161,9 +157,8 @@ impl CasterSet {
         let by = |ranges: &[Range<u32>; CLASSES]| {
             ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
         };
-        let (particles_by, triangles_by) = (by(&particle_ranges), by(&triangle_ranges));
-        let groups =
-            Groups::new(&casters, &particles_by, &quads(materials), &records, &triangles_by);
+        let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
+        let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges));
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
         if layouts.iter().any(|&(_, _, blue)| blue) {
             // Behind the particles, because every kernel that dithers reads these already.
@@ -251,36 +246,31 @@ impl CasterSet {
         self.features = features_of(particles, triangles, materials);
         self.dither_window = window(materials);
 
-        let is_quad = quads(materials);
         let changed_at = now();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
         for group in &mut groups.groups {
             let range = group.casters.start as usize..group.casters.end as usize;
-            let is_new;
-            if group.is_triangles {
+            let is_new = if group.is_triangles() {
                 let records = &mut source.triangles[range.clone()];
-                is_new = replace(records, &source.triangle_order[range], |i| {
+                replace(records, &source.triangle_order[range], |i| {
                     let triangle = &triangles[i as usize];
                     (TriangleRecord::new(triangle), new_material[triangle.material as usize])
-                });
-                if is_new {
-                    group.extent = triangle_extent(records);
-                    new_triangles.push(group.casters.clone());
-                }
+                })
             } else {
                 let records = &mut source.casters[range.clone()];
-                is_new = replace(records, &source.particle_order[range], |i| {
+                replace(records, &source.particle_order[range], |i| {
                     let particle = &particles[i as usize];
                     let material = particle.material as usize;
                     (Caster::new(particle, &materials[material]), new_material[material])
-                });
-                if is_new {
-                    group.extent = particle_extent(records, &is_quad);
-                    new_particles.push(group.casters.clone());
-                }
-            }
+                })
+            };
             if is_new {
-                group.changed_at = changed_at;
+                let order = &source.triangle_order;
+                let members = Members { casters: &source.casters, triangles, order, materials };
+                group.refit(members, changed_at);
+                let parts =
+                    if group.is_triangles() { &mut new_triangles } else { &mut new_particles };
+                parts.push(group.casters.clone());
             }
         }
         upload_parts(queue, &self.casters, &source.casters, CASTER_TEXELS, &new_particles);
@@ -291,6 +281,11 @@ impl CasterSet {
     /// Casters that lie together, in the order of the upload: particles first.
     pub fn groups(&self) -> &[Group] {
         &self.groups.groups
+    }
+
+    /// The group that a triangle of the upload is in.
+    pub(super) fn triangle_group(&self, triangle: u32) -> &Group {
+        self.groups.of_triangle(triangle)
     }
 
     /// Indices of the groups that a view may see, in order: all that touch one of its texels, and
@@ -372,6 +367,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.quads |= is_particle && material.shape == Shape::Quad;
     features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
+    features.solid &= !is_particle && material.transfer == Transfer::Opaque;
     features.plain &= is_particle
         && material.shape == Shape::Disc
         && material.profile == Profile::Soft
@@ -388,7 +384,12 @@ fn upload<T: bytemuck::Pod>(
     texels: u32,
 ) -> Result<wgpu::Texture, Error> {
     let count = records.len() as u64 * u64::from(texels);
-    let texture = allocator.records(name, Rgba32Uint, count, TextureUsages::COPY_DST)?;
+    let texture = allocator.records(
+        name,
+        Rgba32Uint,
+        count,
+        TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING,
+    )?;
     write_rows(queue, &texture, 0, bytemuck::cast_slice(records));
     Ok(texture)
 }

@@ -1,13 +1,14 @@
 //! The casters of a set in groups: what is culled, listed and kept together.
-use super::casters::Class;
+use super::{casters::Class, small::TriangleExtent};
 use crate::{
+    caster::{Material, Shape, Triangle},
     cull::{DOUBLED, Frustum, GroupTree, order, typical_size},
-    footprint::{Caster, TriangleRecord},
+    footprint::Caster,
     scene::Bounds,
     stage::project::CHUNK_SIZE,
     view::GpuView,
 };
-use glam::{Vec3, Vec4Swizzles as _};
+use glam::Vec3;
 use std::{ops::Range, sync::atomic::AtomicU64};
 
 /// Casters of a group before it may end early.
@@ -28,9 +29,10 @@ pub(super) fn now() -> u64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
     pub class: Class,
-    pub is_triangles: bool,
     pub casters: Range<u32>,
     pub extent: Extent,
+    /// `None` of particles.
+    pub triangles: Option<TriangleExtent>,
     /// When something in it last changed.
     pub(super) changed_at: u64,
 }
@@ -71,17 +73,61 @@ impl Extent {
     }
 }
 
-/// How far a particle reaches: half a quad's diagonal reaches beyond its radius.
-pub(super) fn particle_extent(casters: &[Caster], is_quad: &[bool]) -> Extent {
-    Extent::of(casters.iter().map(|caster| {
-        let corner = if is_quad[caster.material() as usize] { 1.4143 } else { 1.0 };
-        (caster.center, caster.radius * corner)
-    }))
+/// What groups are formed of.
+#[derive(Clone, Copy)]
+pub(super) struct Members<'a> {
+    /// In the order of the upload.
+    pub casters: &'a [Caster],
+    pub triangles: &'a [Triangle],
+    /// Of the triangles in the upload.
+    pub order: &'a [u32],
+    pub materials: &'a [Material],
 }
 
-pub(super) fn triangle_extent(triangles: &[TriangleRecord]) -> Extent {
-    let corners = triangles.iter().flat_map(|triangle| triangle.positions_u);
-    Extent::of(corners.map(|corner| (corner.xyz(), 0.0)))
+impl Members<'_> {
+    fn triangle(&self, index: u32) -> &Triangle {
+        &self.triangles[self.order[index as usize] as usize]
+    }
+}
+
+impl Group {
+    fn of_particles(class: Class, casters: Range<u32>, members: Members<'_>) -> Self {
+        let (triangles, changed_at) = (None, 0);
+        Self { class, extent: Extent::of([]), casters, triangles, changed_at }.fitted(members)
+    }
+
+    fn of_triangles(class: Class, casters: Range<u32>, members: Members<'_>) -> Self {
+        let triangles = Some(TriangleExtent::of(std::iter::empty(), members.materials));
+        Self { class, extent: Extent::of([]), casters, triangles, changed_at: 0 }.fitted(members)
+    }
+
+    pub fn is_triangles(&self) -> bool {
+        self.triangles.is_some()
+    }
+
+    /// After its casters have changed.
+    pub(super) fn refit(&mut self, members: Members<'_>, changed_at: u64) {
+        *self = Self { changed_at, ..self.clone().fitted(members) };
+    }
+
+    fn fitted(mut self, members: Members<'_>) -> Self {
+        let casters = self.casters.clone();
+        if let Some(of_triangles) = &mut self.triangles {
+            let triangles = casters.map(|i| members.triangle(i));
+            let corners = triangles.clone().flat_map(|triangle| triangle.positions);
+            self.extent = Extent::of(corners.map(|corner| (corner, 0.0)));
+            *of_triangles = TriangleExtent::of(triangles, members.materials);
+        } else {
+            let particles = &members.casters[casters.start as usize..casters.end as usize];
+            self.extent = Extent::of(particles.iter().map(|caster| {
+                let material = &members.materials[caster.material() as usize];
+                // Half a quad's diagonal reaches beyond its radius.
+                let corner = if material.shape == Shape::Quad { 1.4143 } else { 1.0 };
+                (caster.center, caster.radius * corner)
+            }));
+        }
+        self
+    }
 }
 
 /// All groups of a set: particles by class, then triangles by class.
@@ -94,52 +140,39 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// Of casters in the order of the upload. Ranges are of the classes.
+    /// Ranges are of the classes, in the upload.
     pub(super) fn new(
-        casters: &[Caster],
+        members: Members<'_>,
         particle_ranges: &[(Class, Range<u32>)],
-        is_quad: &[bool],
-        triangles: &[TriangleRecord],
         triangle_ranges: &[(Class, Range<u32>)],
     ) -> Self {
-        let changed_at = now();
+        let shift = |group: Range<u32>, by: u32| group.start + by..group.end + by;
         let mut groups = Vec::new();
-        for (class, range) in particle_ranges {
-            let casters = &casters[range.start as usize..range.end as usize];
+        for &(class, Range { start, end }) in particle_ranges {
             let box_of = |i: u32| {
-                let caster = &casters[i as usize];
+                let caster = &members.casters[(start + i) as usize];
                 (Bounds::EMPTY.with_sphere(caster.center, caster.radius), false)
             };
-            for group in order::cut(range.len() as u32, box_of, LEAST, CHUNK_SIZE) {
-                let members = &casters[group.start as usize..group.end as usize];
-                groups.push(Group {
-                    class: *class,
-                    is_triangles: false,
-                    casters: group.start + range.start..group.end + range.start,
-                    extent: particle_extent(members, is_quad),
-                    changed_at,
-                });
-            }
+            let cut = order::cut(end - start, box_of, LEAST, CHUNK_SIZE);
+            let group = |group| Group::of_particles(class, shift(group, start), members);
+            groups.extend(cut.into_iter().map(group));
         }
-        let object_count = triangles.chunk_by(|a, b| a.id == b.id).count();
-        for (class, range) in triangle_ranges {
-            let triangles = &triangles[range.start as usize..range.end as usize];
+        let few_objects = members.triangles.chunk_by(|a, b| a.id == b.id).count() <= MOST_OBJECTS;
+        for &(class, Range { start, end }) in triangle_ranges {
             let box_of = |i: u32| {
-                let i = i as usize;
-                let starts =
-                    object_count <= MOST_OBJECTS && i > 0 && triangles[i].id != triangles[i - 1].id;
-                (triangle_extent(&triangles[i..=i]).bounds, starts)
+                let triangle = members.triangle(start + i);
+                let corners = triangle.positions.iter();
+                let bounds = corners.fold(Bounds::EMPTY, |b, &p| b.with_sphere(p, 0.0));
+                let starts = i > 0 && triangle.id != members.triangle(start + i - 1).id;
+                (bounds, starts && few_objects)
             };
-            for group in order::cut(range.len() as u32, box_of, LEAST, CHUNK_SIZE) {
-                let members = &triangles[group.start as usize..group.end as usize];
-                groups.push(Group {
-                    class: *class,
-                    is_triangles: true,
-                    casters: group.start + range.start..group.end + range.start,
-                    extent: triangle_extent(members),
-                    changed_at,
-                });
-            }
+            let cut = order::cut(end - start, box_of, LEAST, CHUNK_SIZE);
+            let group = |group| Group::of_triangles(class, shift(group, start), members);
+            groups.extend(cut.into_iter().map(group));
+        }
+        let changed_at = now();
+        for group in &mut groups {
+            group.changed_at = changed_at;
         }
         let tree = GroupTree::new(&bounds(&groups));
         let mut all = Self { groups, tree, built_size: 0 };
@@ -151,12 +184,19 @@ impl Groups {
     /// drifted apart.
     pub(super) fn refit(&mut self) -> bool {
         self.tree.refit(&bounds(&self.groups));
-        let count = self.groups.iter().filter(|group| !group.is_triangles).count() as u64;
+        let count = self.groups.iter().filter(|group| !group.is_triangles()).count() as u64;
         self.size() <= self.built_size + count * SPREAD
     }
 
+    /// The group that a triangle of the upload is in.
+    pub(super) fn of_triangle(&self, triangle: u32) -> &Group {
+        let first = self.groups.partition_point(|group| !group.is_triangles());
+        let groups = &self.groups[first..];
+        &groups[groups.partition_point(|group| group.casters.end <= triangle)]
+    }
+
     fn size(&self) -> u64 {
-        let particles = self.groups.iter().filter(|group| !group.is_triangles);
+        let particles = self.groups.iter().filter(|group| !group.is_triangles());
         typical_size(particles.map(|group| group.extent.bounds))
     }
 

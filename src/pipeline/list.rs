@@ -4,6 +4,7 @@ use super::{
     batch::{Context, Plan},
     casters::Class,
     kernels::Kernels,
+    small::SmallDepths,
 };
 use crate::{
     error::Error,
@@ -55,6 +56,7 @@ pub(super) struct Scratch {
     pub overflow: Buffer,
     pub dispatches: Buffer,
     pub sums: Sums,
+    pub small: SmallDepths,
     room: Room,
 }
 
@@ -64,6 +66,8 @@ struct Room {
     footprints: u64,
     setups: u64,
     tiles: u64,
+    /// Of batches with small triangles.
+    small_tiles: u64,
     pairs: u32,
 }
 
@@ -71,12 +75,14 @@ impl Room {
     fn of(config: &Config, plans: &[Plan], pairs: Option<u32>) -> Self {
         let lists = || plans.iter().flat_map(|plan| &plan.lists);
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
+        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
         // A first guess; a frame that needed more says so, and the next is prepared with it.
         let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
         Self {
             footprints,
             setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
             tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT),
         }
     }
@@ -128,12 +134,14 @@ impl Scratch {
 
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
         config: &Config,
         plans: &[Plan],
         pairs: Option<u32>,
     ) -> Result<Self, Error> {
+        const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
         let room = Room::of(config, plans, pairs);
-        let Room { footprints, setups, tiles, pairs: pair_capacity } = room;
+        let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity } = room;
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |name, format, texels| {
@@ -173,7 +181,8 @@ impl Scratch {
                 Dispatch::COUNT,
                 BufferUsages::INDIRECT,
             )?,
-            sums: Sums::new(allocator, config.tier, tiles * u64::from(TILE_SIZE * TILE_SIZE))?,
+            sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
+            small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
             room,
         })
     }
@@ -184,6 +193,7 @@ impl Scratch {
         need.footprints <= room.footprints
             && need.setups <= room.setups
             && need.tiles <= room.tiles
+            && need.small_tiles <= room.small_tiles
             && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
     }
 }

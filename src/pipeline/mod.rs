@@ -11,13 +11,16 @@ mod kernels;
 mod list;
 mod maps;
 mod picture;
+mod small;
 
+pub use crate::atlas::MapPlace;
 pub use casters::{CasterSet, Class, Span};
 pub use groups::{Extent, Group};
 pub use kernels::Kernels;
 pub use list::ListCounters;
-pub use maps::{MapPlace, Maps};
+pub use maps::Maps;
 pub use picture::PreparedPicture;
+pub use small::{SMALL_SIDE, TriangleExtent};
 
 use crate::{
     error::Error,
@@ -175,10 +178,9 @@ impl Pipeline {
         });
         let pending: Vec<_> = pending.collect();
         let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
-        let plans = batch::plan(&pending, casters, kept)?;
-        let listed =
-            plans.iter().flat_map(|plan| &plan.lists).map(|l| u64::from(l.footprint_count));
-        let culled = (all * pending.len()) as u64 - listed.sum::<u64>();
+        let mut plans = batch::plan(&pending, casters, kept)?;
+        let listed: u64 = plans.iter().map(batch::Plan::caster_count).sum();
+        let culled = (all * pending.len()) as u64 - listed;
 
         let usable = scratch.filter(|(scratch, _)| scratch.fits(&self.config, &plans, pairs));
         let (scratch, scratch_memory) = if let Some(usable) = usable {
@@ -186,7 +188,8 @@ impl Pipeline {
         } else {
             let mut memory = Memory::default();
             let mut allocator = Allocator { device, memory: &mut memory };
-            (Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?), memory)
+            let scratch = Scratch::new(&mut allocator, queue, &self.config, &plans, pairs)?;
+            (Arc::new(scratch), memory)
         };
         let mut memory = casters.memory.clone();
         for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
@@ -194,6 +197,10 @@ impl Pipeline {
         }
         let mut allocator = Allocator { device, memory: &mut memory };
         let raw = filter.as_ref().map_or(&maps, |filter| &filter.raw);
+        if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
+            raw.fill_clear(queue);
+            plans.iter_mut().for_each(|plan| plan.cleared = true);
+        }
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
             let mut context = batch::Context {
