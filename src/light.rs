@@ -21,7 +21,8 @@ pub struct Light {
     /// Irradiance of a directional light at normal incidence; intensity of the others, which falls
     /// off with the square of the distance [m].
     pub intensity: f32,
-    /// First and last depth of the shadow views [m]; chosen from the bounds when `None`.
+    /// First and last depth of the shadow views [m]; chosen from the bounds when `None`. The light of
+    /// a spot or a point fades out towards `far`, and has no end when `None`.
     pub near: Option<f32>,
     pub far: Option<f32>,
     /// Of each view's map [texels]; the scene's when `None`.
@@ -33,6 +34,14 @@ pub struct Light {
 }
 
 impl Light {
+    /// How far the light reaches [m]; `None` for no end.
+    pub fn range(&self) -> Option<f32> {
+        match self.kind {
+            LightKind::Directional { .. } => None,
+            LightKind::Spot { .. } | LightKind::Point { .. } => self.far.filter(|&far| far > 0.0),
+        }
+    }
+
     /// Shadow views that the light needs.
     pub fn view_count(&self) -> usize {
         match self.kind {

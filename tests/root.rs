@@ -3,6 +3,7 @@ mod bench;
 mod bin;
 mod brute_force;
 mod cli;
+mod cluster;
 mod closed_forms;
 mod common;
 mod device;

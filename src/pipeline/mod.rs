@@ -4,6 +4,7 @@
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod batch;
 mod casters;
+mod clusters;
 mod filter;
 mod kernels;
 mod list;

@@ -1,6 +1,6 @@
 // The light that arrives at a point through the shadow maps. CPU twin: src/cpu/receive.rs.
-// Needs common/light.wgsl; the kernel binds `params`, `lights`, `shadow_views`, `filters`,
-// `nearests`, `opaques`.
+// Needs common/light.wgsl; the kernel binds `params`, `lights`, `clusters`, `filters`, `nearests`,
+// `opaques`.
 
 // What one texel lets through to light depth z: rules 1 and 2 of the receiver. Texels beside the
 // view's map are those on its border.
@@ -70,7 +70,10 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     let away = point - light.position;
     let square = max(dot(away, away), 1e-4);
     let ray = away * inverseSqrt(square);
-    var color = light.color / square;
+    // Fades out towards the end of its range: glTF KHR_lights_punctual, Karis 2013.
+    let part = square * light.per_range2;
+    let window = max(1.0 - part * part, 0.0);
+    var color = light.color / square * (window * window);
     if light.kind == LIGHT_SPOT {
         color *= smoothstep(light.cone_outer, light.cone_inner, dot(ray, light.direction));
     }
@@ -84,7 +87,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
         return vec3(1.0);
     }
     let face = select(0u, cube_face(point - light.position), light.kind == LIGHT_POINT);
-    let view = shadow_views[light.first_view + face];
+    let view = shadow_view(light.first_view + face);
     let along = -(view.view_from_world * vec4(point, 1.0)).z;
     let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
     let cosine = dot(normal, toward);
