@@ -42,6 +42,8 @@ fn shade_composite(
         for (var k = 0u; k < 4u * count; k += 1u) {
             let i = k % 4u;
             let partial = partials[sum_index(tile.merged - 1u + k / 4u, place + vec2(0u, i))];
+            walked += select(0u, partial.w & 0xffffu, i == 0u);
+            asked_of[i] += partial.w >> 16u;
             let middle = unpack2x16float(partial.y);
             lay(
                 i,
@@ -54,8 +56,14 @@ fn shade_composite(
     for (var i = 0u; i < 4u; i += 1u) {
         let at = pixel + vec2(0u, i);
         if all(at < size) {
-            let light = color[i] + passed[i] * textureLoad(surfaces, at, 0).rgb;
-            pixels[at.y * size.x + at.x] = pack4x8unorm(vec4(to_srgb(tone_mapped(light)), 1.0));
+            let surface = textureLoad(surfaces, at, 0).rgb;
+            let light = color[i] + passed[i] * surface;
+            var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(light)), 1.0));
+            if COUNT_COST {
+                let cost = min(vec2(walked, asked_of[i]) + vec2<u32>(surface.rg), vec2(0xffffu));
+                shown = cost.x | (cost.y << 16u);
+            }
+            pixels[at.y * size.x + at.x] = shown;
         }
     }
 }

@@ -44,7 +44,8 @@ fn shade_layers(
     for (var i = 0u; i < 4u; i += 1u) {
         let c = min(color[i], vec3(BRIGHTEST));
         let p = passed[i];
-        let partial = vec4(pack2x16float(c.rg), pack2x16float(vec2(c.b, p.r)), pack2x16float(p.gb), 0u);
+        let cost = walked | (asked_of[i] << 16u); // both are short of 16 bits
+        let partial = vec4(pack2x16float(c.rg), pack2x16float(vec2(c.b, p.r)), pack2x16float(p.gb), cost);
         partials[sum_index(index, place + vec2(0u, i))] = partial;
     }
 }

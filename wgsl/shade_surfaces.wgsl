@@ -67,6 +67,7 @@ fn shade_surfaces(
         for (var k = 0u; k < 4u * count; k += 1u) {
             let i = k % 4u;
             let partial = partials[sum_index(tile.merged - 1u + k / 4u, place + vec2(0u, i))];
+            walked += select(0u, partial.w, i == 0u);
             let depth = bitcast<f32>(partial.x);
             if depth < nearest[i] {
                 nearest[i] = depth;
@@ -78,9 +79,13 @@ fn shade_surfaces(
     for (var i = 0u; i < 4u; i += 1u) {
         let at = corner + vec2(0.5, f32(i) + 0.5);
         if all(at < view.size) {
+            asked = 0u;
             var color = sky(normalize(world_point(view, at, 1.0) - eye()));
             if nearest[i] < 1.0 {
                 color = shade(view, at, nearest[i], seen[i], setup_of[i]);
+            }
+            if COUNT_COST {
+                color = vec3(f32(walked), f32(asked), 0.0);
             }
             textureStore(surfaces, pixel + vec2(0u, i), vec4(color, nearest[i]));
         }

@@ -39,6 +39,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
+    pub count_cost: bool,
 }
 
 impl Config {
@@ -49,6 +51,7 @@ impl Config {
             pair_budget: 1 << 24,
             scatter_tiny: true,
             soften: false,
+            count_cost: false,
         }
     }
 }
@@ -88,6 +91,11 @@ impl Pipeline {
     /// For the next `prepare`.
     pub fn set_soften(&mut self, soften: bool) {
         self.config.soften = soften;
+    }
+
+    /// For the next `prepare_picture`.
+    pub fn set_count_cost(&mut self, count_cost: bool) {
+        self.config.count_cost = count_cost;
     }
 
     pub fn kernels(&mut self) -> &mut Kernels {

@@ -129,7 +129,9 @@ impl Pipeline {
         let none = BufferUsages::empty();
         let partials = context.allocator.storage::<[u32; 4]>("partials", texels, none)?;
 
-        let (solid_features, clear_features) = (solid_plan.features, clear_plan.features);
+        let cost = self.config.count_cost;
+        let [solid_features, clear_features] =
+            [solid_plan, clear_plan].map(|plan| Features { cost, ..plan.features });
         let kernels = context.kernels;
         for variant in [Variant::ShadeSeen, Variant::ShadeSurfaces] {
             kernels.make(device, variant, solid_features);
@@ -323,6 +325,12 @@ impl PreparedPicture {
         let mut texels: Vec<[u16; 4]> = gpu.try_read_texture(&self.lit_texture)?;
         texels.truncate(self.clear_count as usize);
         Ok(texels)
+    }
+
+    /// Of each pixel, where [`super::Config::count_cost`] asked for it: pairs that were walked, and
+    /// lights that were asked, both up to 65,535. Blocks.
+    pub fn read_costs(&self, gpu: &Gpu) -> Result<Vec<[u16; 2]>, Error> {
+        gpu.try_read(&self.pixels)
     }
 
     /// Blocks.

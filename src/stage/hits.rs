@@ -22,6 +22,8 @@ pub struct Features {
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
     pub opaque: bool,
+    /// Kernels of the picture count what each pixel costs; no property of casters.
+    pub cost: bool,
 }
 
 impl Features {
@@ -37,6 +39,7 @@ impl Features {
         plain: true,
         perspective: false,
         opaque: false,
+        cost: false,
     };
 
     pub const ALL: Self = Self {
@@ -50,6 +53,7 @@ impl Features {
         plain: false,
         perspective: false,
         opaque: false,
+        cost: false,
     };
 
     /// Of two sets of casters together.
@@ -66,6 +70,7 @@ impl Features {
             plain: self.plain && other.plain,
             perspective: false,
             opaque: false,
+            cost: false,
         }
     }
 
@@ -87,6 +92,7 @@ impl Features {
             "HAS_DITHER" => Some(self.dither),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),
+            "COUNT_COST" => Some(self.cost),
             _ => None,
         };
         constants

@@ -59,6 +59,7 @@ macro_rules! seen {
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
                 "common/solid.wgsl",
+                "common/cost.wgsl",
                 "common/gather_seen.wgsl",
                 $walk,
                 "shade_seen.wgsl"
@@ -81,6 +82,7 @@ macro_rules! seen {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -106,6 +108,7 @@ macro_rules! surfaces {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/solid.wgsl",
+                "common/cost.wgsl",
                 "common/gather_seen.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -140,6 +143,7 @@ macro_rules! surfaces {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -165,6 +169,7 @@ macro_rules! layers {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
+                "common/cost.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -202,6 +207,7 @@ macro_rules! layers {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -226,6 +232,7 @@ macro_rules! composite {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
+                "common/cost.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -264,6 +271,7 @@ macro_rules! composite {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }

@@ -1,5 +1,5 @@
 // How what the camera sees scatters light to it. CPU twin: src/cpu/shading.rs.
-// Needs common/receive.wgsl.
+// Needs common/receive.wgsl, cost.wgsl.
 const PER_PI: f32 = 0.31830989;
 
 // What is seen, and mirrored, where there is nothing: brighter above.
@@ -39,6 +39,7 @@ struct Surface {
 
 fn shade_solid(surface: Surface) -> vec3<f32> {
     var sum = surface.albedo * ambient_light(surface.normal);
+    count_lights(surface.lights.count);
     for (var i = 0u; i < surface.lights.count; i += 1u) {
         let light = listed_light(surface.lights, i);
         let arriving = incoming(light, surface.point);
