@@ -12,7 +12,7 @@ use gobo::{
     glam::{DVec3, UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
     light::{Light, LightKind},
-    pipeline::{CasterSet, Config, Pipeline},
+    pipeline::{CasterSet, Config, Pipeline, PreparedPicture},
     scene::Scene,
     stage::cluster::{ClusterCounters, Grid, Reach},
     view::{View, shadow_views},
@@ -28,7 +28,13 @@ struct Shot {
     picture: Picture,
 }
 
-fn try_shoot(tier: Tier, scene: &Scene) -> Result<Shot, Error> {
+/// Prepares and records maps and picture on the tier's device, and reads.
+fn on_device<T>(
+    tier: Tier,
+    scene: &Scene,
+    count_cost: bool,
+    read: impl FnOnce(&Gpu, &PreparedPicture) -> Result<T, Error>,
+) -> Result<T, Error> {
     static PIPELINES: [OnceLock<(Gpu, Mutex<Pipeline>)>; 2] = [OnceLock::new(), OnceLock::new()];
     let (gpu, pipeline) = PIPELINES[tier as usize].get_or_init(|| {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
@@ -42,20 +48,32 @@ fn try_shoot(tier: Tier, scene: &Scene) -> Result<Shot, Error> {
     let casters = CasterSet::new(device, queue, particles, triangles, materials, textures)?;
     let views = shadow_views(scene);
     let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
+    pipeline.set_count_cost(count_cost);
     let picture =
         pipeline.prepare_picture(device, queue, &casters, scene, &views, &maps.maps, None)?;
-    let mut timeline = Timeline::new(device, queue);
+    let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());
     maps.record(pipeline.kernels(), &mut encoder, &mut timeline);
     picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
     queue.submit([encoder.finish()]);
-    let surfaces = picture.read_surfaces(gpu)?;
-    Ok(Shot {
-        lists: picture.read_clusters(gpu)?,
-        counters: picture.read_cluster_counters(gpu)?,
-        surfaces: surfaces.iter().map(|texel| texel.map(f32::to_bits)).collect(),
-        lit: picture.read_lit(gpu)?,
-        picture: picture.read(gpu)?,
+    read(gpu, &picture)
+}
+
+fn costs(tier: Tier, scene: &Scene) -> Vec<[u16; 2]> {
+    let read = |gpu: &Gpu, picture: &PreparedPicture| picture.read_costs(gpu);
+    on_device(tier, scene, true, read).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn try_shoot(tier: Tier, scene: &Scene) -> Result<Shot, Error> {
+    on_device(tier, scene, false, |gpu, picture| {
+        let surfaces = picture.read_surfaces(gpu)?;
+        Ok(Shot {
+            lists: picture.read_clusters(gpu)?,
+            counters: picture.read_cluster_counters(gpu)?,
+            surfaces: surfaces.iter().map(|texel| texel.map(f32::to_bits)).collect(),
+            lit: picture.read_lit(gpu)?,
+            picture: picture.read(gpu)?,
+        })
     })
 }
 
@@ -290,6 +308,33 @@ fn clusters_that_do_not_fit_ask_all_lights() {
             assert!(kept <= budget as usize);
             assert_same(&shot, &less, &format!("{tier:?}, {budget}"));
         }
+    }
+}
+
+/// Of a picture without panes: each pixel that is no sky asks the list of its cluster, or all.
+#[test]
+fn costs_are_what_pixels_ask() {
+    let mut scene = stage(30);
+    scene.triangles.truncate(2);
+    let grid = grid(&scene);
+    let width = scene.camera.size.x as usize;
+    for (tier, budget) in [(Tier::Core, 1 << 22), (Tier::Native, 1 << 22), (Tier::Native, 0)] {
+        scene.clusters.budget = budget;
+        let shot = shoot(tier, &scene);
+        let (mut lit, mut walked) = (0, 0);
+        for (i, (&[pairs, lights], surface)) in
+            costs(tier, &scene).iter().zip(&shot.surfaces).enumerate()
+        {
+            let pixel = Vec2::new((i % width) as f32, (i / width) as f32) + 0.5;
+            let depth = f32::from_bits(surface[3]);
+            let list = grid.cluster(pixel, depth).and_then(|c| shot.lists[c as usize].as_ref());
+            let expected = if depth < 1.0 { list.map_or(30, Vec::len) } else { 0 };
+            assert_eq!(usize::from(lights), expected, "{tier:?} {pixel}");
+            assert!(depth == 1.0 || pairs > 0, "{tier:?} {pixel}");
+            lit += u32::from(lights > 0);
+            walked += u32::from(pairs > 5);
+        }
+        assert!(lit > 1000 && walked > 1000, "{tier:?}: {lit}, {walked}");
     }
 }
 
