@@ -65,7 +65,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
         pictures.push(picture.read(&gpu)?.rgb);
     }
-    println!("the pictures are {}", if pictures[0] == pictures[1] { "the same" } else { "different" });
+    println!(
+        "the pictures are {}",
+        if pictures[0] == pictures[1] { "the same" } else { "different" }
+    );
     Ok(())
 }
 

@@ -158,8 +158,7 @@ fn stage(light_count: usize) -> Scene {
 #[test]
 fn kernels_match_the_twin() {
     let mut scene = stage(75);
-    for (tile, slices, near) in [(32, 24, None), (16, 64, Some(3.0)), (256, 1, None)]
-    {
+    for (tile, slices, near) in [(32, 24, None), (16, 64, Some(3.0)), (256, 1, None)] {
         scene.clusters.tile = tile;
         (scene.clusters.slices, scene.clusters.near) = (slices, near);
         let expected = twin(&scene);
@@ -347,10 +346,7 @@ fn light_ends_without_a_step() {
     scene.triangles.extend(square(Vec3::ZERO, Vec3::X * 4.0, Vec3::NEG_Z * 4.0, 0));
     let lamp = light(LightKind::Point { position: Vec3::Y });
     scene.lights = vec![Light { far: Some(2.0), casts: false, ..lamp.clone() }];
-    let endless = Scene {
-        lights: vec![Light { casts: false, ..lamp }],
-        ..scene.clone()
-    };
+    let endless = Scene { lights: vec![Light { casts: false, ..lamp }], ..scene.clone() };
     let camera = camera(&scene);
     for tier in TIERS {
         let (shot, endless) = (shoot(tier, &scene), shoot(tier, &endless));

@@ -139,7 +139,8 @@ mod tests {
         assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
         assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
         assert_eq!(value["peak_bytes"], 64);
-        for name in ["casters", "visible", "segments", "scattered", "overflowed", "cluster_lights"] {
+        for name in ["casters", "visible", "segments", "scattered", "overflowed", "cluster_lights"]
+        {
             assert_eq!(value[name], 0, "{name}");
         }
     }

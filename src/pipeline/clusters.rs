@@ -51,18 +51,15 @@ impl Clusters {
         let light_records = GpuLight::all(&scene.lights, views);
         let light_texels = light_count as u64 * u64::from(LIGHT_TEXELS);
         let view_texels = shadow_views.len() as u64 * u64::from(VIEW_TEXELS);
-        let reaches: Vec<_> =
-            scene.lights.iter().map(|light| Reach::new(light, camera)).collect();
+        let reaches: Vec<_> = scene.lights.iter().map(|light| Reach::new(light, camera)).collect();
         let (allocator, queue) = (&mut *context.allocator, context.queue);
         let copied = TextureUsages::COPY_DST;
-        let lights =
-            allocator.records("lights", Rgba32Uint, light_texels + view_texels, copied)?;
+        let lights = allocator.records("lights", Rgba32Uint, light_texels + view_texels, copied)?;
         let mut bytes = bytemuck::cast_slice(&light_records).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(shadow_views));
         write_records(queue, &lights, bytes);
         let reach_texels = light_count as u64 * u64::from(REACH_TEXELS);
-        let reach_records =
-            allocator.records("light_reaches", Rgba32Uint, reach_texels, copied)?;
+        let reach_records = allocator.records("light_reaches", Rgba32Uint, reach_texels, copied)?;
         write_records(queue, &reach_records, bytemuck::cast_slice(&reaches).to_vec());
         let cells =
             allocator.records("cluster_cells", Rg32Float, grid.bounds.len() as u64, copied)?;
@@ -162,11 +159,7 @@ fn write_records(queue: &wgpu::Queue, texture: &Texture, mut bytes: Vec<u8>) {
     queue.write_texture(
         texture.as_image_copy(),
         &bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(row),
-            rows_per_image: None,
-        },
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
         texture.size(),
     );
 }

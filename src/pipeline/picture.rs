@@ -21,7 +21,9 @@ use crate::{
 };
 use glam::UVec2;
 use std::sync::Arc;
-use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+use wgpu::{
+    BindGroup, BindingResource, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages,
+};
 
 /// A picture, bound and ready to be recorded after the maps it is lit through.
 #[derive(Debug)]
@@ -117,8 +119,7 @@ impl Pipeline {
         let surfaces =
             context.allocator.texture("surfaces", TextureFormat::Rgba32Float, size, read)?;
         let lit_count = u64::from(clear_plan.footprint_count);
-        let lit =
-            context.allocator.records("lit", TextureFormat::Rgba16Float, lit_count, read)?;
+        let lit = context.allocator.records("lit", TextureFormat::Rgba16Float, lit_count, read)?;
         let pixel_count = u64::from(camera.size.element_product());
         let pixels =
             context.allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
@@ -147,11 +148,7 @@ impl Pipeline {
         let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
         let [light_view, cluster_view] = [view(&clusters.lights), view(&clusters.lists)];
         let whole = Buffer::as_entire_binding;
-        let uniforms = [
-            whole(&camera_views),
-            whole(&casters.materials),
-            whole(&params),
-        ];
+        let uniforms = [whole(&camera_views), whole(&casters.materials), whole(&params)];
         let by_segment = [whole(&scratch.dispatches), whole(&scratch.segments), whole(&partials)];
         let hits = |list: &List| {
             [

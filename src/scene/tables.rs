@@ -130,8 +130,7 @@ pub(super) fn clusters(
     if tile % 16 != 0 {
         return Err(check.fault("tile", format!("tile is {tile}"), "tile is a multiple of 16"));
     }
-    let near =
-        near.map(|v| check.number("near", v, |v| v > 0.0 && v <= 1e7, "a distance above 0"));
+    let near = near.map(|v| check.number("near", v, |v| v > 0.0 && v <= 1e7, "a distance above 0"));
     Ok(ClusterSettings {
         tile,
         slices: within("slices", slices, usual.slices, 1..=ClusterSettings::MAX_SLICES)?,

@@ -135,7 +135,8 @@ impl Grid {
             UVec3::new(camera.size.x.div_ceil(tile), camera.size.y.div_ceil(tile), slices)
         };
         let words_of = |cells: UVec3| u64::from(cells.element_product()) * u64::from(words);
-        while words_of(cells(tile, slices)) > u64::from(MAX_WORDS) && (tile < MAX_TILE || slices > 1)
+        while words_of(cells(tile, slices)) > u64::from(MAX_WORDS)
+            && (tile < MAX_TILE || slices > 1)
         {
             if tile < MAX_TILE {
                 tile = (tile * 2).min(MAX_TILE);
