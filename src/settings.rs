@@ -46,6 +46,31 @@ impl Default for ShadowSettings {
     }
 }
 
+/// The `[clusters]` table of a scene: how the camera's frustum is cut for its lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClusterSettings {
+    /// Edge of a cluster on the screen [pixels], 16..=256.
+    pub tile: u32,
+    /// Slices in depth, 1..=64.
+    pub slices: u32,
+    /// Where the first slice ends [m]; a hundredth of the camera's far plane when `None`.
+    pub near: Option<f32>,
+    /// Lights that the lists of all clusters together may hold; clusters past it are shaded with
+    /// all lights. With 0, all are.
+    pub budget: u32,
+}
+
+impl ClusterSettings {
+    pub const MAX_SLICES: u32 = 64;
+    pub const MAX_BUDGET: u32 = 1 << 24;
+}
+
+impl Default for ClusterSettings {
+    fn default() -> Self {
+        Self { tile: 32, slices: 24, near: None, budget: 1 << 22 }
+    }
+}
+
 /// Largest edge of a map: a tile's coordinate must fit 8 bits [texels].
 pub const MAX_MAP_SIZE: u32 = 4096;
 /// Smallest edge of a map: one tile [texels].

@@ -4,6 +4,7 @@ mod bin;
 mod brute_force;
 mod cli;
 mod closed_forms;
+mod cluster;
 mod common;
 mod device;
 mod dither;

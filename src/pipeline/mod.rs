@@ -4,6 +4,7 @@
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod batch;
 mod casters;
+mod clusters;
 mod filter;
 mod kernels;
 mod list;
@@ -42,6 +43,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
+    pub count_cost: bool,
 }
 
 impl Config {
@@ -52,6 +55,7 @@ impl Config {
             pair_budget: 1 << 24,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
+            count_cost: false,
         }
     }
 }
@@ -96,6 +100,11 @@ impl Pipeline {
     /// For the next `prepare`.
     pub fn set_soften(&mut self, soften: bool) {
         self.config.soften = soften;
+    }
+
+    /// For the next `prepare_picture`.
+    pub fn set_count_cost(&mut self, count_cost: bool) {
+        self.config.count_cost = count_cost;
     }
 
     pub fn kernels(&mut self) -> &mut Kernels {
