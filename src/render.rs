@@ -9,6 +9,7 @@ use crate::{
     gpu::{Backend, Gpu, Selection, Timeline},
     pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
+    stage::sort::pair_limit,
     view::{View, fitted_views},
 };
 use half::f16;
@@ -116,7 +117,8 @@ impl GpuEngine {
     ) -> Result<Frame, Error> {
         let Self { gpu, pipeline, timeline } = self;
         let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
-        pipeline.set_pair_budget(scene.shadow.pair_budget);
+        let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
+        pipeline.set_pair_budget(budget);
         pipeline.set_soften(scene.shadow.soften);
         let Scene { particles, triangles, materials, textures, .. } = scene;
         let casters =
@@ -131,7 +133,7 @@ impl GpuEngine {
             gpu.check()?;
             let needed = opaque.pairs_needed.max(translucent.pairs_needed);
             let room = prepared.pair_capacity();
-            if needed <= room || room >= scene.shadow.pair_budget {
+            if needed <= room || room >= budget {
                 break (prepared, opaque, translucent, timeline.read(&gpu.device));
             }
             pairs = Some(needed);
@@ -155,7 +157,7 @@ impl GpuEngine {
             let lists = picture.read_counters(&gpu.device, &gpu.queue)?;
             let needed = lists[0].pairs_needed.max(lists[1].pairs_needed);
             let room = picture.pair_capacity();
-            if needed <= room || room >= scene.shadow.pair_budget {
+            if needed <= room || room >= budget {
                 break picture;
             }
             pairs = Some(needed);

@@ -39,7 +39,7 @@ impl Default for ShadowSettings {
             nodes: 8,
             bias: 0.01,
             normal_bias: 1.5,
-            pair_budget: 1 << 24,
+            pair_budget: crate::stage::sort::PAIR_LIMIT,
             texel_budget: 1 << 27,
             soften: false,
         }

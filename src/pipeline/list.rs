@@ -14,7 +14,7 @@ use crate::{
         bin::{self, BatchCounters, BinParams, Dispatch, SEGMENT_LENGTH, Segment, Tile},
         hits::Features,
         project::{Chunk, grid},
-        sort::{PAIR_FORMAT, PAIR_LIMIT, SortBindings, SortCount},
+        sort::{PAIR_FORMAT, SortBindings, SortCount, pair_limit},
     },
     view::{GpuView, MAX_VIEWS, TILE_SIZE},
 };
@@ -119,7 +119,8 @@ impl Scratch {
         let small_tiles = with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
         // A first guess; a frame that needed more says so, and the next is prepared with it.
         let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
-        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT);
+        let limit = pair_limit(allocator.device);
+        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit);
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |name, format, texels| {

@@ -23,7 +23,7 @@ pub use small::{SMALL_SIDE, TriangleExtent};
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Tier, Timeline},
-    stage::sort,
+    stage::sort::{self, PAIR_LIMIT},
     view::View,
 };
 use batch::Batch;
@@ -52,7 +52,7 @@ impl Config {
         Self {
             tier,
             sort: sort::Shape::of(adapter),
-            pair_budget: 1 << 24,
+            pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
             count_cost: false,
