@@ -9,6 +9,7 @@ pub mod caster;
 pub mod counters;
 pub mod cpu;
 pub mod cull;
+pub mod debug;
 pub mod dither;
 pub mod error;
 pub mod footprint;

@@ -174,7 +174,9 @@ impl View {
     pub fn from_camera(camera: &Camera, bounds: &Bounds) -> Self {
         let view_from_world =
             looking(camera.eye, (camera.target - camera.eye).normalize(), camera.up);
-        let (_, far) = depth_range(&view_from_world, &bounds.or_unit());
+        let (_, farthest) = depth_range(&view_from_world, &bounds.or_unit());
+        // A floor that is seen from straight above must not lie on the plane, where the sky is.
+        let far = farthest * 1.001;
         let near = (far * 1e-4).max(1e-4);
         Self {
             light: None,

@@ -243,6 +243,28 @@ fn softened_maps_stay_too() {
     assert!(differing(&third, &fresh(Tier::Native, &scene)).is_empty());
 }
 
+/// Other sizes pack the atlas anew: what stays is copied to its new place.
+#[test]
+fn maps_that_change_places_stay() {
+    for soften in [false, true] {
+        let mut scene = scene();
+        scene.shadow.soften = soften;
+        scene.materials[0].transfer = if soften { Transfer::Dither } else { Transfer::Filter };
+        let mut renderer = renderer(Tier::Native);
+        let first = rendered(&mut renderer, &scene);
+        scene.lights[0].size = Some(256);
+        scene.lights.push(Light { size: Some(128), ..lamp(-9.0, -9.0) });
+        let second = rendered(&mut renderer, &scene);
+        assert_eq!(views(&second), (2, 4));
+        for view in 1..5 {
+            assert!(same_bits(&first.maps[view], &second.maps[view]), "view {view}");
+        }
+        assert!(differing(&second, &fresh(Tier::Native, &scene)).is_empty());
+        scene.lights.pop();
+        assert_eq!(views(&rendered(&mut renderer, &scene)), (0, 5));
+    }
+}
+
 /// Where pairs do not fit at first, the views are rendered again, and the next frame keeps them.
 #[test]
 fn a_frame_that_needed_more_room_is_kept() {

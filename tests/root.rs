@@ -5,6 +5,7 @@ mod bin;
 mod brute_force;
 mod cli;
 mod closed_forms;
+mod cluster;
 mod common;
 mod cull;
 mod device;

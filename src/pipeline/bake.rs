@@ -11,6 +11,8 @@ pub(super) struct Bake {
     set: u64,
     /// Views that are ready to be rendered, or were rendered last.
     pub pending: Vec<usize>,
+    /// Whether the others are in their places only once this is recorded.
+    moving: bool,
     recorded: AtomicBool,
 }
 
@@ -24,14 +26,15 @@ struct Baked {
 }
 
 impl Bake {
-    /// What follows `earlier`, whose maps have the same places, or an empty bake. All views whose
+    /// What follows `earlier` or an empty bake. All views whose
     /// own numbers, groups, or something within a group changed become pending: an opaque caster
     /// and one that filters alike, before a move or after it. The view's matrix is compared, not
     /// its camera: what a camera's move leaves as it is stays.
     pub(super) fn after(earlier: Self, casters: &CasterSet, views: &[View]) -> Self {
         let same_set = earlier.set == casters.id();
         let was_recorded = earlier.recorded.load(Ordering::Relaxed);
-        let lost = |index| !was_recorded && earlier.pending.contains(&index);
+        let moving = !earlier.fits(views);
+        let lost = |index| !was_recorded && (earlier.moving || earlier.pending.contains(&index));
         let mut before = earlier.views.into_iter();
         let mut pending = Vec::new();
         let views = views.iter().enumerate().map(|(index, view)| {
@@ -51,12 +54,17 @@ impl Bake {
             Baked { view: view.clone(), groups, at: casters.changed_at() }
         });
         let views = views.collect();
-        Self { views, set: casters.id(), pending, recorded: AtomicBool::new(false) }
+        Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }
     }
 
     /// Whether maps of these views have the same places.
     pub(super) fn fits(&self, views: &[View]) -> bool {
         self.views.iter().map(|baked| baked.view.size).eq(views.iter().map(|view| view.size))
+    }
+
+    /// Views whose maps stay.
+    pub(super) fn kept(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.views.len()).filter(|index| !self.pending.contains(index))
     }
 
     pub(super) fn view_count(&self) -> usize {

@@ -3,7 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, bin, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
+        accumulate, bin, cluster, filter, hits::Features, occlude, project, resolve, shade,
+        sort::Sort,
     },
 };
 use std::collections::HashMap;
@@ -66,6 +67,9 @@ pub struct Kernels {
     pub(crate) bin_ranges: Kernel,
     pub(crate) bin_segments: Kernel,
     pub(crate) bin_dispatch: Kernel,
+    pub(crate) cluster_count: Kernel,
+    pub(crate) cluster_scan: Kernel,
+    pub(crate) cluster_emit: Kernel,
     pub(crate) filter_rows: Kernel,
     pub(crate) filter_columns: Kernel,
     variants: HashMap<(Variant, Features), Kernel>,
@@ -86,6 +90,9 @@ impl Kernels {
             bin_ranges: kernel(&bin::RANGES),
             bin_segments: kernel(&bin::SEGMENTS),
             bin_dispatch: kernel(&bin::DISPATCH),
+            cluster_count: kernel(&cluster::COUNT),
+            cluster_scan: kernel(&cluster::SCAN),
+            cluster_emit: kernel(&cluster::EMIT),
             filter_rows: kernel(&filter::ROWS),
             filter_columns: kernel(&filter::COLUMNS),
             variants: HashMap::new(),

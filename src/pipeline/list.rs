@@ -14,7 +14,7 @@ use crate::{
         bin::{self, BatchCounters, BinParams, Dispatch, SEGMENT_LENGTH, Segment, Tile},
         hits::Features,
         project::{Chunk, grid},
-        sort::{PAIR_FORMAT, PAIR_LIMIT, SortBindings, SortCount},
+        sort::{PAIR_FORMAT, SortBindings, SortCount, pair_limit},
     },
     view::{GpuView, MAX_VIEWS, TILE_SIZE},
 };
@@ -72,7 +72,7 @@ struct Room {
 }
 
 impl Room {
-    fn of(config: &Config, plans: &[Plan], pairs: Option<u32>) -> Self {
+    fn of(config: &Config, plans: &[Plan], pairs: Option<u32>, limit: u32) -> Self {
         let lists = || plans.iter().flat_map(|plan| &plan.lists);
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
@@ -83,7 +83,7 @@ impl Room {
             setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
             tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
-            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT),
+            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
         }
     }
 }
@@ -140,7 +140,7 @@ impl Scratch {
         pairs: Option<u32>,
     ) -> Result<Self, Error> {
         const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
-        let room = Room::of(config, plans, pairs);
+        let room = Room::of(config, plans, pairs, pair_limit(allocator.device));
         let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity } = room;
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
@@ -188,8 +188,14 @@ impl Scratch {
     }
 
     /// Whether it has room for other plans, and no more pairs than the budget allows.
-    pub(super) fn fits(&self, config: &Config, plans: &[Plan], pairs: Option<u32>) -> bool {
-        let (room, need) = (self.room, Room::of(config, plans, pairs));
+    pub(super) fn fits(
+        &self,
+        device: &wgpu::Device,
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+    ) -> bool {
+        let (room, need) = (self.room, Room::of(config, plans, pairs, pair_limit(device)));
         need.footprints <= room.footprints
             && need.setups <= room.setups
             && need.tiles <= room.tiles

@@ -5,11 +5,13 @@
 mod bake;
 mod batch;
 mod casters;
+mod clusters;
 mod filter;
 mod groups;
 mod kernels;
 mod list;
 mod maps;
+mod moved;
 mod picture;
 mod small;
 
@@ -25,13 +27,14 @@ pub use small::{SMALL_SIDE, TriangleExtent};
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Tier, Timeline},
-    stage::sort,
+    stage::sort::{self, PAIR_LIMIT},
     view::View,
 };
 use bake::Bake;
 use batch::{Batch, LISTS, Seen};
 use filter::Filter;
 use list::Scratch;
+use moved::Moved;
 use std::sync::Arc;
 
 /// How the pipeline runs on a device.
@@ -46,6 +49,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
+    pub count_cost: bool,
 }
 
 impl Config {
@@ -53,9 +58,10 @@ impl Config {
         Self {
             tier,
             sort: sort::Shape::of(adapter),
-            pair_budget: 1 << 24,
+            pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
+            count_cost: false,
         }
     }
 }
@@ -75,6 +81,7 @@ pub struct Prepared {
     filter: Option<Filter>,
     scratch: Arc<Scratch>,
     bake: Bake,
+    moved: Option<Moved>,
     culled: u64,
     maps_memory: Memory,
     scratch_memory: Memory,
@@ -106,6 +113,11 @@ impl Pipeline {
         self.config.soften = soften;
     }
 
+    /// For the next `prepare_picture`.
+    pub fn set_count_cost(&mut self, count_cost: bool) {
+        self.config.count_cost = count_cost;
+    }
+
     pub fn kernels(&mut self) -> &mut Kernels {
         &mut self.kernels
     }
@@ -126,8 +138,8 @@ impl Pipeline {
     /// As [`Self::prepare`], with the maps of an earlier frame: only those views are recorded
     /// whose own numbers, visible groups or something within these have changed since it was
     /// recorded; the texels of all others stay. A view that is rendered has the same bits as in a
-    /// whole frame, unless pairs go past the budget. Where the number of views or a map's size
-    /// differs, all are new.
+    /// whole frame of the same [`CasterSet`], unless pairs go past the budget. Where the number of
+    /// views or a map's size differs, the maps that stay are copied to their new places.
     pub fn prepare_again(
         &mut self,
         device: &wgpu::Device,
@@ -150,27 +162,29 @@ impl Pipeline {
         pairs: Option<u32>,
     ) -> Result<Prepared, Error> {
         let window = if self.config.soften { casters.dither_window } else { 0 };
-        let earlier = earlier.filter(|earlier| {
-            let same_window = earlier.filter.as_ref().map_or(0, |filter| filter.window) == window;
-            same_window && earlier.bake.fits(views)
-        });
-        let kept = earlier.is_some();
-        let (maps, mut filter, maps_memory, bake, scratch) = if let Some(earlier) = earlier {
-            let scratch = Some((earlier.scratch, earlier.scratch_memory));
-            (earlier.maps, earlier.filter, earlier.maps_memory, earlier.bake, scratch)
-        } else {
-            let mut memory = Memory::default();
-            let mut allocator = Allocator { device, memory: &mut memory };
-            let maps = Maps::new(&mut allocator, queue, views)?;
-            let (maps, filter) = if window > 0 {
-                let (soft, filter) = Filter::new(&mut allocator, queue, maps, window)?;
-                (soft, Some(filter))
+        let earlier = earlier
+            .filter(|earlier| earlier.filter.as_ref().map_or(0, |filter| filter.window) == window);
+        let (mut old, mut maps, mut scratch) = (None, None, None);
+        let mut bake = Bake::default();
+        if let Some(earlier) = earlier {
+            let of_maps = (earlier.maps, earlier.filter, earlier.maps_memory);
+            if earlier.bake.fits(views) {
+                maps = Some(of_maps);
             } else {
-                (maps, None)
-            };
-            (maps, filter, memory, Bake::default(), None)
+                old = Some(of_maps);
+            }
+            bake = earlier.bake;
+            scratch = Some((earlier.scratch, earlier.scratch_memory));
+        }
+        let kept = maps.is_some();
+        let (maps, mut filter, maps_memory) = match maps {
+            Some(maps) => maps,
+            None => new_maps(device, queue, views, window)?,
         };
         let bake = Bake::after(bake, casters, views);
+        let moved = old.and_then(|(old, old_filter, _)| {
+            Moved::new(old, old_filter, bake.kept(), views, &maps)
+        });
         let pending = bake.pending.iter().map(|&index| Seen {
             view: &views[index],
             place: maps.places[index],
@@ -182,7 +196,8 @@ impl Pipeline {
         let listed: u64 = plans.iter().map(batch::Plan::caster_count).sum();
         let culled = (all * pending.len()) as u64 - listed;
 
-        let usable = scratch.filter(|(scratch, _)| scratch.fits(&self.config, &plans, pairs));
+        let usable =
+            scratch.filter(|(scratch, _)| scratch.fits(device, &self.config, &plans, pairs));
         let (scratch, scratch_memory) = if let Some(usable) = usable {
             usable
         } else {
@@ -194,6 +209,9 @@ impl Pipeline {
         let mut memory = casters.memory.clone();
         for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
             memory.add(name, bytes);
+        }
+        if let Some(moved) = &moved {
+            moved.count(&mut memory);
         }
         let mut allocator = Allocator { device, memory: &mut memory };
         let raw = filter.as_ref().map_or(&maps, |filter| &filter.raw);
@@ -223,12 +241,30 @@ impl Pipeline {
             filter,
             scratch,
             bake,
+            moved,
             culled,
             maps_memory,
             scratch_memory,
             memory,
         })
     }
+}
+
+/// Maps of `views`, what softens them, and their sizes.
+fn new_maps(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    views: &[View],
+    window: u32,
+) -> Result<(Maps, Option<Filter>, Memory), Error> {
+    let mut memory = Memory::default();
+    let mut allocator = Allocator { device, memory: &mut memory };
+    let maps = Maps::new(&mut allocator, queue, views)?;
+    if window == 0 {
+        return Ok((maps, None, memory));
+    }
+    let (soft, filter) = Filter::new(&mut allocator, queue, maps, window)?;
+    Ok((soft, Some(filter), memory))
 }
 
 impl Prepared {
@@ -264,6 +300,9 @@ impl Prepared {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
+        if let Some(moved) = &self.moved {
+            moved.record(&self.maps, self.filter.as_ref(), encoder);
+        }
         for batch in &self.batches {
             batch.record(kernels, encoder, timeline);
         }

@@ -26,6 +26,8 @@ pub struct Features {
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
     pub opaque: bool,
+    /// Kernels of the picture count what each pixel costs; no property of casters.
+    pub cost: bool,
 }
 
 impl Features {
@@ -43,6 +45,7 @@ impl Features {
         solid: true,
         perspective: false,
         opaque: false,
+        cost: false,
     };
 
     pub const ALL: Self = Self {
@@ -58,6 +61,7 @@ impl Features {
         solid: false,
         perspective: false,
         opaque: false,
+        cost: false,
     };
 
     /// Of two sets of casters together.
@@ -76,6 +80,7 @@ impl Features {
             solid: self.solid && other.solid,
             perspective: false,
             opaque: false,
+            cost: false,
         }
     }
 
@@ -98,6 +103,7 @@ impl Features {
             "HAS_SMALL" => Some(self.small),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),
+            "COUNT_COST" => Some(self.cost),
             _ => None,
         };
         constants

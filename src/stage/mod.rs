@@ -1,6 +1,7 @@
 //! The pipeline, stage by stage, in dispatch order.
 pub mod accumulate;
 pub mod bin;
+pub mod cluster;
 pub mod filter;
 pub mod hits;
 pub mod occlude;
@@ -27,6 +28,9 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &bin::DISPATCH,
     &filter::ROWS,
     &filter::COLUMNS,
+    &cluster::COUNT,
+    &cluster::SCAN,
+    &cluster::EMIT,
     &shade::CASTERS_LIT,
     &shade::SEEN[0],
     &shade::SURFACES[0],
