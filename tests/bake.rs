@@ -1,10 +1,10 @@
 //! Maps that stay from frame to frame: what is rendered again, and that it is the same.
 use crate::common::{
     TIERS, render,
-    scenes::{Chance, empty, light, material, random_discs, triangle},
+    scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Texture, Transfer, Triangle},
+    caster::{Material, Particle, Texture, Transfer},
     counters::Counters,
     frame::{Frame, ViewMaps},
     glam::{Mat4, Vec3, Vec4},
@@ -98,9 +98,9 @@ fn scene() -> Scene {
     let corner = |x: f32, z: f32| Vec3::new(x, 0.5, z);
     let block = [corner(9.0, -11.0), corner(11.0, -11.0), corner(10.0, -9.0)];
     scene.triangles = vec![triangle(block, 1)];
-    // Keeps the bounds, whatever moves.
-    let far = [corner(-20.0, -20.0), corner(20.0, 20.0), Vec3::new(20.0, 4.0, 20.0)];
-    scene.triangles.push(Triangle { id: 1, ..triangle(far, 1) });
+    // Keep the bounds, whatever moves.
+    let far = Vec3::new(20.0, 5.0, 20.0);
+    scene.particles.extend([far, -far].map(|center| particle(center, 0.1, Vec4::ONE)));
     scene
 }
 
@@ -194,7 +194,7 @@ fn kept_frames_equal_fresh_ones() {
     let noise: Vec<u8> = (0..16 * 16 * 4).map(|_| chance.below(256) as u8).collect();
     scene.textures = vec![Texture { name: "noise".into(), width: 16, height: 16, rgba: noise }];
     scene.materials[2].texture = Some(0);
-    for particle in &mut scene.particles[3 * COUNT..] {
+    for particle in &mut scene.particles[3 * COUNT..4 * COUNT] {
         particle.material = 2;
     }
     let mut keeps = renderer(Tier::Native);

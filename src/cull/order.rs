@@ -54,32 +54,34 @@ fn spread(v: u32) -> u32 {
 
 /// Cuts a row of `count` boxes into groups of at most `most`. A box that starts an object starts a
 /// group; so does one that would add more than half of the surface to a group that has `least`
-/// already, and the first of some that lie far from a group of any size.
+/// already, and one that lies far from the one before, as long as such groups are few.
 pub fn cut(
     count: u32,
     box_of: impl Fn(u32) -> (Bounds, bool),
     least: u32,
     most: u32,
 ) -> Vec<Range<u32>> {
-    /// Boxes that say where a place is; fewer by themselves are no group.
-    const PLACE: u32 = 8;
+    /// As often as neighbours usually are apart.
+    const FAR: f32 = 32.0;
+    let step = |index: u32| (box_of(index).0.center() - box_of(index - 1).0.center()).length();
+    let mut steps: Vec<f32> =
+        (1..count).step_by((count as usize).div_ceil(SAMPLES).max(1)).map(step).collect();
+    steps.sort_unstable_by(f32::total_cmp);
+    let far = steps.get(steps.len() / 2).map_or(f32::INFINITY, |usual| FAR * usual);
+    let enough = (count / least.max(1)) as usize + 64;
     let mut groups = Vec::new();
     let mut group = 0..0;
     let mut around = Bounds::EMPTY;
+    let mut center = Vec3::ZERO;
     for index in 0..count {
         let (bounds, starts) = box_of(index);
+        let before = std::mem::replace(&mut center, bounds.center());
         let with = union(around, bounds);
         let len = group.len() as u32;
-        let more = with.half_area() / around.half_area();
-        let is_far = || {
-            let ahead = (index..count.min(index + PLACE)).map(|i| box_of(i).0);
-            let ahead = ahead.fold(Bounds::EMPTY, union);
-            union(around, ahead).half_area() > 8.0 * (around.half_area() + ahead.half_area())
-        };
         let ends = starts
             || len >= most
-            || len >= least && more > 1.5
-            || len >= PLACE && more > 4.0 && is_far();
+            || len >= least && with.half_area() > 1.5 * around.half_area()
+            || center.distance(before) > far && groups.len() < enough;
         if len > 0 && ends {
             groups.push(group.clone());
             group = index..index;
