@@ -164,7 +164,8 @@ fn a_move_renders_only_the_views_that_see_it() {
             (next, vec![1]),
             (solid, vec![1]),
             (gone, vec![1]),
-            (turned, vec![2]),
+            (turned.clone(), vec![2]),
+            (moved(&turned, 0, nowhere), vec![0]),
         ];
         for (step, (scene, seen)) in steps.iter().enumerate() {
             let frame = rendered(&mut renderer, scene);
@@ -174,7 +175,8 @@ fn a_move_renders_only_the_views_that_see_it() {
             last = frame;
         }
         assert!(last.maps[1].opaque.iter().all(|&z| z == 1.0), "the block has left the view");
-        let all = fresh(tier, &steps[7].0);
+        assert!(last.maps[0].filter.iter().all(|&f| f == [1.0; 3]), "the puff has left the view");
+        let all = fresh(tier, &steps[8].0);
         assert!(differing(&last, &all).is_empty(), "{tier:?}");
     }
 }
