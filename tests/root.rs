@@ -2,6 +2,7 @@
 mod bench;
 mod bin;
 mod brute_force;
+mod cascades;
 mod cli;
 mod closed_forms;
 mod common;
