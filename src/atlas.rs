@@ -1,6 +1,6 @@
 //! Places in the shadow atlas: one texture array that holds the maps of all views, in rectangles
 //! of whole tiles, so that no workgroup writes into a neighbour.
-use crate::view::TILE_SIZE;
+use crate::view::{TILE_SIZE, tiles_of};
 use etagere::{AllocatorOptions, AtlasAllocator, size2};
 use glam::UVec2;
 
@@ -61,6 +61,11 @@ fn whole_tiles(size: UVec2) -> UVec2 {
     (size + TILE_SIZE - 1) / TILE_SIZE * TILE_SIZE
 }
 
+/// What a map of `size` texels takes.
+fn rectangle(size: UVec2) -> UVec2 {
+    tiles_of(size) * TILE_SIZE
+}
+
 fn area(size: UVec2) -> u64 {
     u64::from(size.x) * u64::from(size.y)
 }
@@ -69,7 +74,7 @@ impl Atlas {
     /// Layers as large as the largest map, or larger where that takes fewer texels or where there
     /// are not enough layers. `None` where the maps do not fit.
     pub fn pack(sizes: &[UVec2], limits: &AtlasLimits) -> Option<Self> {
-        let largest = sizes.iter().fold(UVec2::splat(TILE_SIZE), |a, &b| a.max(whole_tiles(b)));
+        let largest = sizes.iter().fold(UVec2::splat(TILE_SIZE), |a, &b| a.max(rectangle(b)));
         // [quarters of the largest map]
         const SHAPES: [[u32; 2]; 8] =
             [[4, 4], [4, 5], [4, 6], [4, 8], [8, 8], [16, 16], [32, 32], [64, 64]];
@@ -77,7 +82,7 @@ impl Atlas {
             let grown = whole_tiles(largest * UVec2::new(x, y) / 4);
             grown.min(UVec2::splat(limits.edge / TILE_SIZE * TILE_SIZE))
         });
-        let needed: u64 = sizes.iter().map(|&size| area(whole_tiles(size))).sum();
+        let needed: u64 = sizes.iter().map(|&size| area(rectangle(size))).sum();
         let mut best: Option<Self> = None;
         let mut tried = Vec::new();
         for size in candidates {
@@ -114,7 +119,7 @@ impl Atlas {
         let (mut open, mut last) = (0, UVec2::ZERO);
         let mut places = vec![MapPlace { origin: UVec2::ZERO, layer: 0 }; sizes.len()];
         for i in order {
-            let edge = whole_tiles(sizes[i]);
+            let edge = rectangle(sizes[i]);
             if edge != last {
                 (open, last) = (0, edge);
             }
@@ -155,7 +160,7 @@ pub fn shrink_to_fit(wishes: &mut [Wish], limits: &AtlasLimits) -> usize {
     let before = wishes.to_vec();
     loop {
         let sizes: Vec<UVec2> = wishes.iter().map(|wish| wish.size).collect();
-        let needed: u64 = sizes.iter().map(|&size| area(whole_tiles(size))).sum();
+        let needed: u64 = sizes.iter().map(|&size| area(rectangle(size))).sum();
         if needed <= limits.texels && Atlas::pack(&sizes, limits).is_some() {
             break;
         }
@@ -187,7 +192,7 @@ mod tests {
     fn check(atlas: &Atlas, sizes: &[UVec2]) {
         let rectangle = |i: usize| {
             let MapPlace { origin, layer } = atlas.places[i];
-            (layer, origin, origin + whole_tiles(sizes[i]))
+            (layer, origin, origin + rectangle(sizes[i]))
         };
         for i in 0..sizes.len() {
             let (layer, first, end) = rectangle(i);
@@ -208,7 +213,7 @@ mod tests {
                 (0..60u32).map(|i| 16 + UVec2::new(i * 37 * step, i * 53 * step) % 500).collect();
             let atlas = Atlas::pack(&sizes, &AtlasLimits::CORE).unwrap();
             check(&atlas, &sizes);
-            let needed: u64 = sizes.iter().map(|&s| area(whole_tiles(s))).sum();
+            let needed: u64 = sizes.iter().map(|&s| area(rectangle(s))).sum();
             assert!(atlas.texels() < 2 * needed, "{step}: {} for {needed}", atlas.texels());
         }
     }

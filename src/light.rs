@@ -67,7 +67,8 @@ pub struct Light {
     /// Irradiance of a directional light at normal incidence; intensity of the others, which falls
     /// off with the square of the distance [m].
     pub intensity: f32,
-    /// First and last depth of the shadow views [m]; chosen from the bounds when `None`.
+    /// First and last depth of the shadow views [m]; chosen from the bounds when `None`. The light of
+    /// a spot or a point fades out towards `far`, and has no end when `None`.
     pub near: Option<f32>,
     pub far: Option<f32>,
     /// Of each view's map [texels]; by the light's importance in the picture, up to the scene's,
@@ -96,6 +97,16 @@ impl Default for Light {
             casts: true,
             cascades: None,
             shadows: Vec::new(),
+        }
+    }
+}
+
+impl Light {
+    /// How far the light reaches [m]; `None` for no end.
+    pub fn range(&self) -> Option<f32> {
+        match self.kind {
+            LightKind::Directional { .. } => None,
+            LightKind::Spot { .. } | LightKind::Point { .. } => self.far.filter(|&far| far > 0.0),
         }
     }
 }

@@ -120,10 +120,17 @@ crate::gpu_layout!(GpuView {
     fade
 });
 
+/// Tiles per row and column of a map of `size` texels. Rows have a multiple of four, so that a row
+/// of texels of 4 bytes is a multiple of the 256 bytes that copies ask for.
+pub fn tiles_of(size: UVec2) -> UVec2 {
+    let tiles = (size + TILE_SIZE - 1) / TILE_SIZE;
+    UVec2::new(tiles.x.next_multiple_of(4), tiles.y)
+}
+
 impl View {
-    /// Tiles per row and column.
+    /// Tiles per row and column: [`tiles_of`] its size.
     pub fn tiles(&self) -> UVec2 {
-        (self.size + TILE_SIZE - 1) / TILE_SIZE
+        tiles_of(self.size)
     }
 
     /// Where the light is; for an orthographic view the middle of its near plane.
@@ -167,7 +174,9 @@ impl View {
     pub fn from_camera(camera: &Camera, bounds: &Bounds) -> Self {
         let view_from_world =
             looking(camera.eye, (camera.target - camera.eye).normalize(), camera.up);
-        let (_, far) = depth_range(&view_from_world, &bounds.or_unit());
+        let (_, farthest) = depth_range(&view_from_world, &bounds.or_unit());
+        // A floor that is seen from straight above must not lie on the plane, where the sky is.
+        let far = farthest * 1.001;
         let near = (far * 1e-4).max(1e-4);
         Self {
             light: None,

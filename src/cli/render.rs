@@ -3,6 +3,7 @@ use super::{arguments::RenderArguments, failure::Failure, files, maps};
 use gobo::{
     counters::Counters,
     frame::{Frame, Picture},
+    gpu::Backend,
     render::Renderer,
     scene::{self, Scene},
 };
@@ -29,8 +30,13 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
+    if arguments.backend() == Backend::Cpu && !arguments.debug().is_empty() {
+        let message = "--debug needs an adapter: leave --backend cpu out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    renderer.set_debug(&arguments.debug());
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
@@ -46,6 +52,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         if arguments.maps {
             let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
             maps::write(&dir, &frame.maps, &scene.lights, &light_names)?;
+        }
+        for (mode, image) in &frame.debug {
+            let path = arguments.out.join(format!("frame_{index:04}.{}.png", mode.name()));
+            files::write(&path, &maps::png(&image_of(image)))?;
         }
         // Last, so that a picture says that its frame is complete.
         files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
@@ -121,6 +131,7 @@ mod tests {
     fn a_report_has_every_figure() {
         let frame = Frame {
             picture: Picture { size: glam::UVec2::ONE, rgb: vec![[0; 3]] },
+            debug: Vec::new(),
             maps: Vec::new(),
             counters: Counters { pairs: 7, skipped: [("radius", 2)].into(), ..Default::default() },
             stages: vec![("sort", 1.5), ("bin", 1.0), ("sort", 0.5)],
@@ -136,7 +147,15 @@ mod tests {
         assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
         assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
         assert_eq!(value["peak_bytes"], 64);
-        for name in ["casters", "visible", "segments", "scattered", "overflowed", "shrunk"] {
+        for name in [
+            "casters",
+            "visible",
+            "segments",
+            "scattered",
+            "overflowed",
+            "shrunk",
+            "cluster_lights",
+        ] {
             assert_eq!(value[name], 0, "{name}");
         }
     }

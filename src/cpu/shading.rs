@@ -275,7 +275,9 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     let away = point - light.position;
     let square = away.length_squared().max(1e-4);
     let ray = away / square.sqrt();
-    let mut color = light.color / square;
+    let part = square * light.per_range2;
+    let window = (1.0 - part * part).max(0.0);
+    let mut color = light.color / square * (window * window);
     if light.kind == SPOT {
         let (outer, inner) = (light.cone_outer, light.cone_inner);
         let t = ((ray.dot(light.direction) - outer) / (inner - outer)).clamp(0.0, 1.0);

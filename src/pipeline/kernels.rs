@@ -3,7 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, bin, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
+        accumulate, bin, cluster, filter, hits::Features, occlude, project, resolve, shade,
+        sort::Sort,
     },
 };
 use std::collections::HashMap;
@@ -32,6 +33,7 @@ impl Variant {
         let [core, native] = match self {
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
+            Self::OccludeTiles if features.solid => &occlude::TRIANGLE_TILES,
             Self::OccludeTiles => &occlude::TILES,
             Self::OccludeSegments => &occlude::SEGMENTS,
             Self::OccludeOverflow => &occlude::OVERFLOW,
@@ -57,6 +59,7 @@ pub struct Kernels {
     pub(crate) tier: Tier,
     pub(crate) project_particles: Kernel,
     pub(crate) project_triangles: Kernel,
+    pub(crate) occlude_small: Kernel,
     pub(crate) sort: Sort,
     pub(crate) bin_count: Kernel,
     pub(crate) bin_scan: Kernel,
@@ -64,6 +67,9 @@ pub struct Kernels {
     pub(crate) bin_ranges: Kernel,
     pub(crate) bin_segments: Kernel,
     pub(crate) bin_dispatch: Kernel,
+    pub(crate) cluster_count: Kernel,
+    pub(crate) cluster_scan: Kernel,
+    pub(crate) cluster_emit: Kernel,
     pub(crate) filter_rows: Kernel,
     pub(crate) filter_columns: Kernel,
     variants: HashMap<(Variant, Features), Kernel>,
@@ -76,6 +82,7 @@ impl Kernels {
             tier: config.tier,
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
+            occlude_small: kernel(&occlude::SMALL),
             sort: Sort::new(device, config.sort),
             bin_count: kernel(&bin::COUNT),
             bin_scan: kernel(&bin::SCAN),
@@ -83,6 +90,9 @@ impl Kernels {
             bin_ranges: kernel(&bin::RANGES),
             bin_segments: kernel(&bin::SEGMENTS),
             bin_dispatch: kernel(&bin::DISPATCH),
+            cluster_count: kernel(&cluster::COUNT),
+            cluster_scan: kernel(&cluster::SCAN),
+            cluster_emit: kernel(&cluster::EMIT),
             filter_rows: kernel(&filter::ROWS),
             filter_columns: kernel(&filter::COLUMNS),
             variants: HashMap::new(),

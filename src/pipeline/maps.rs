@@ -39,11 +39,11 @@ impl Maps {
             remedy: "use smaller maps or fewer lights; `view::fitted_views` makes maps smaller",
         })?;
         let size = [atlas.size.x, atlas.size.y, atlas.layers].map(u64::from);
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let usage =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
         let places = atlas.places;
-        let opaques =
-            allocator.texture("opaques", R32Float, size, usage | TextureUsages::COPY_DST)?;
-        fill(queue, &opaques, 1.0);
+        let opaques = allocator.texture("opaques", R32Float, size, usage)?;
+        fill(queue, &opaques, 1.0_f32);
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
@@ -54,6 +54,12 @@ impl Maps {
 }
 
 impl Maps {
+    /// What they are where nothing is translucent.
+    pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
+        fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
+        fill(queue, &self.nearests, 1.0_f32);
+    }
+
     /// Of the same size and places, with nothing in them.
     pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
         let like = self.filters.size();
@@ -68,8 +74,8 @@ impl Maps {
     }
 }
 
-/// Every texel of an r32float array.
-fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
+/// Every texel of an array.
+fn fill<T: bytemuck::NoUninit>(queue: &wgpu::Queue, texture: &wgpu::Texture, value: T) {
     let size = texture.size();
     let layer = vec![value; (size.width * size.height) as usize];
     for z in 0..size.depth_or_array_layers {
@@ -81,7 +87,7 @@ fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
             bytemuck::cast_slice(&layer),
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(size.width * 4),
+                bytes_per_row: Some(size.width * size_of::<T>() as u32),
                 rows_per_image: None,
             },
             wgpu::Extent3d { depth_or_array_layers: 1, ..size },

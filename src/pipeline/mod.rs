@@ -4,11 +4,13 @@
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod batch;
 mod casters;
+mod clusters;
 mod filter;
 mod kernels;
 mod list;
 mod maps;
 mod picture;
+mod small;
 
 pub use crate::atlas::MapPlace;
 pub use casters::{CasterSet, Class, Span};
@@ -16,11 +18,12 @@ pub use kernels::Kernels;
 pub use list::ListCounters;
 pub use maps::Maps;
 pub use picture::PreparedPicture;
+pub use small::{SMALL_SIDE, TriangleExtent};
 
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Tier, Timeline},
-    stage::sort,
+    stage::sort::{self, PAIR_LIMIT},
     view::View,
 };
 use batch::Batch;
@@ -40,6 +43,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
+    pub count_cost: bool,
 }
 
 impl Config {
@@ -47,9 +52,10 @@ impl Config {
         Self {
             tier,
             sort: sort::Shape::of(adapter),
-            pair_budget: 1 << 24,
+            pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
+            count_cost: false,
         }
     }
 }
@@ -96,6 +102,11 @@ impl Pipeline {
         self.config.soften = soften;
     }
 
+    /// For the next `prepare_picture`.
+    pub fn set_count_cost(&mut self, count_cost: bool) {
+        self.config.count_cost = count_cost;
+    }
+
     pub fn kernels(&mut self) -> &mut Kernels {
         &mut self.kernels
     }
@@ -114,7 +125,10 @@ impl Pipeline {
         let mut allocator = Allocator { device, memory: &mut memory };
         let maps = Maps::new(&mut allocator, queue, views)?;
         let plans = batch::plan(views, casters, &maps)?;
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
+        if plans.iter().any(|plan| plan.lists[1].footprint_count == 0) {
+            maps.fill_clear(queue);
+        }
+        let scratch = Arc::new(Scratch::new(&mut allocator, queue, &self.config, &plans, pairs)?);
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
             let mut context = batch::Context {

@@ -40,6 +40,7 @@ pub(super) struct Document {
     pub camera: Option<Spanned<CameraTable>>,
     #[serde(default)]
     pub shadow: Option<Spanned<ShadowTable>>,
+    pub clusters: Option<Spanned<ClustersTable>>,
     pub environment: Option<Spanned<EnvironmentTable>>,
     #[serde(default)]
     pub light: Vec<Spanned<LightTable>>,
@@ -80,6 +81,17 @@ pub(super) struct ShadowTable {
     pub pair_budget: Option<u32>,
     pub texel_budget: Option<u64>,
     pub soften: Option<bool>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ClustersTable {
+    /// [pixels]
+    pub tile: Option<u32>,
+    pub slices: Option<u32>,
+    /// [m]
+    pub near: Option<f32>,
+    pub budget: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -113,6 +113,9 @@ impl Loader<'_> {
             Some(table) => tables::shadow(source, table)?,
             None => ShadowSettings::default(),
         };
+        if let Some(table) = &document.clusters {
+            self.scene.clusters = tables::clusters(source, table)?;
+        }
         if let Some(table) = &document.environment {
             let EnvironmentTable { ambient, background } = table.get_ref();
             let color = |key, value: &Option<[f32; 3]>, usual: Vec3| match value {

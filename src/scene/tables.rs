@@ -1,16 +1,18 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{CameraTable, MaterialTable, ShadowTable, TextureSource},
+    document::{CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
     noise::Noise,
     source::Source,
 };
 use crate::{
     caster::Material,
     dither::MAX_SCALE,
-    settings::{MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    settings::{ClusterSettings, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    stage::cluster::MAX_TILE,
 };
 use glam::{UVec2, Vec3, Vec4};
+use std::ops::RangeInclusive;
 use toml::Spanned;
 
 /// A table whose values are being checked.
@@ -107,6 +109,34 @@ pub(super) fn shadow(
         pair_budget,
         texel_budget,
         soften: soften.unwrap_or(usual.soften),
+    })
+}
+
+pub(super) fn clusters(
+    source: &Source<'_>,
+    table: &Spanned<ClustersTable>,
+) -> Result<ClusterSettings, SceneError> {
+    let check = Table { source, table };
+    let ClustersTable { tile, slices, near, budget } = *table.get_ref();
+    let usual = ClusterSettings::default();
+    let within = |key: &str, value: Option<u32>, usual: u32, range: RangeInclusive<u32>| {
+        let value = value.unwrap_or(usual);
+        if range.contains(&value) {
+            return Ok(value);
+        }
+        let help = format!("{key} is {} to {}", range.start(), range.end());
+        Err(check.fault(key, format!("{key} is {value}"), &help))
+    };
+    let tile = within("tile", tile, usual.tile, 16..=MAX_TILE)?;
+    if tile % 16 != 0 {
+        return Err(check.fault("tile", format!("tile is {tile}"), "tile is a multiple of 16"));
+    }
+    let near = near.map(|v| check.number("near", v, |v| v > 0.0 && v <= 1e7, "a distance above 0"));
+    Ok(ClusterSettings {
+        tile,
+        slices: within("slices", slices, usual.slices, 1..=ClusterSettings::MAX_SLICES)?,
+        near: near.transpose()?,
+        budget: within("budget", budget, usual.budget, 0..=ClusterSettings::MAX_BUDGET)?,
     })
 }
 

@@ -4,7 +4,7 @@ use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     light::{Light, LightKind},
     scene::{Camera, Scene},
-    settings::ShadowSettings,
+    settings::{ClusterSettings, ShadowSettings},
     view::{Part, Projection, View},
 };
 
@@ -57,6 +57,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
             size: UVec2::new(64, 64),
         },
         shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
+        clusters: ClusterSettings::default(),
         lights: Vec::new(),
         materials,
         textures: Vec::new(),

@@ -1,6 +1,6 @@
 // The light that arrives at a point through the shadow maps. CPU twin: src/cpu/receive.rs.
-// Needs common/light.wgsl; the kernel binds `params`, `lights`, `shadow_views`, `filters`,
-// `nearests`, `opaques`.
+// Needs common/light.wgsl; the kernel binds `params`, `lights`, `clusters`, `filters`, `nearests`,
+// `opaques`.
 
 // What one texel lets through to light depth z: rules 1 and 2 of the receiver. Texels beside the
 // view's map are those on its border.
@@ -70,7 +70,10 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     let away = point - light.position;
     let square = max(dot(away, away), 1e-4);
     let ray = away * inverseSqrt(square);
-    var color = light.color / square;
+    // Fades out towards the end of its range: glTF KHR_lights_punctual, Karis 2013.
+    let part = square * light.per_range2;
+    let window = max(1.0 - part * part, 0.0);
+    var color = light.color / square * (window * window);
     if light.kind == LIGHT_SPOT {
         color *= smoothstep(light.cone_outer, light.cone_inner, dot(ray, light.direction));
     }
@@ -102,18 +105,18 @@ fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
 // The view that tells about a point: of a cube's faces the one that looks there.
 fn view_of(first: u32, point: vec3<f32>) -> u32 {
     // The first face looks along x.
-    let p = (shadow_views[first].view_from_world * vec4(point, 1.0)).xyz;
-    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), shadow_views[first].part == PART_FACE);
+    let p = (shadow_view(first).view_from_world * vec4(point, 1.0)).xyz;
+    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), shadow_view(first).part == PART_FACE);
 }
 
 // How much view `index` counts at a point.
 fn view_share(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> f32 {
-    let view = shadow_views[index];
+    let view = shadow_view(index);
     return select(1.0, window_share(view, lifted(view, point, normal, sine)), view.part == PART_WINDOW);
 }
 
 fn through_view(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32, bias: f32) -> vec3<f32> {
-    let view = shadow_views[index];
+    let view = shadow_view(index);
     return receive(view, lifted(view, point, normal, sine), bias);
 }
 
@@ -130,7 +133,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
     var first = light.first_view; // of what this shadow has left
     while first < end {
         var index = view_of(first, point);
-        let last = first + shadow_views[first].part_count - 1u - shadow_views[first].part_index;
+        let last = first + shadow_view(first).part_count - 1u - shadow_view(first).part_index;
         var share = view_share(index, point, normal, sine);
         while share <= 0.0 && index < last {
             index += 1u;
@@ -141,7 +144,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
         let is_done = rest <= 0.0 || index == last;
         let passed = sum / max(1.0 - rest, 1e-6);
         // A light's own shadow may make it brighter than it is.
-        let own = last < light.first_view + shadow_views[light.first_view].part_count;
+        let own = last < light.first_view + shadow_view(light.first_view).part_count;
         let less = mix(least, select(min(least, passed), passed, own), 1.0 - rest);
         least = select(least, less, is_done);
         sum = select(sum, vec3(0.0), is_done);
