@@ -1,5 +1,6 @@
 //! Scenes to frames, on a GPU or on the CPU.
 use crate::{
+    atlas::AtlasLimits,
     counters::Counters,
     cpu,
     debug::{self, DebugMode},
@@ -8,7 +9,7 @@ use crate::{
     gpu::{Backend, Gpu, Selection, Timeline},
     pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
-    view::{View, shadow_views},
+    view::{View, fitted_views},
 };
 use half::f16;
 
@@ -89,9 +90,10 @@ impl Renderer {
 }
 
 fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
-    let views = shadow_views(scene);
+    let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     let clock = std::time::Instant::now();
-    let (view_maps, counters) = cpu::render_maps(scene, &views);
+    let (view_maps, mut counters) = cpu::render_maps(scene, &views);
+    counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = cpu::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
@@ -113,7 +115,7 @@ impl GpuEngine {
         debug: &[DebugMode],
     ) -> Result<Frame, Error> {
         let Self { gpu, pipeline, timeline } = self;
-        let views = shadow_views(scene);
+        let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
         pipeline.set_pair_budget(scene.shadow.pair_budget);
         pipeline.set_soften(scene.shadow.soften);
         let Scene { particles, triangles, materials, textures, .. } = scene;
@@ -196,6 +198,7 @@ impl GpuEngine {
             debug: shown,
             maps,
             counters: Counters {
+                shrunk: shrunk as u64,
                 cluster_lights: clusters.needed.into(),
                 clusters_overflowed: clusters.overflowed.into(),
                 ..counters(scene, &opaque, &translucent)

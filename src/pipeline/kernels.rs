@@ -33,6 +33,7 @@ impl Variant {
         let [core, native] = match self {
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
+            Self::OccludeTiles if features.solid => &occlude::TRIANGLE_TILES,
             Self::OccludeTiles => &occlude::TILES,
             Self::OccludeSegments => &occlude::SEGMENTS,
             Self::OccludeOverflow => &occlude::OVERFLOW,
@@ -58,6 +59,7 @@ pub struct Kernels {
     pub(crate) tier: Tier,
     pub(crate) project_particles: Kernel,
     pub(crate) project_triangles: Kernel,
+    pub(crate) occlude_small: Kernel,
     pub(crate) sort: Sort,
     pub(crate) bin_count: Kernel,
     pub(crate) bin_scan: Kernel,
@@ -80,6 +82,7 @@ impl Kernels {
             tier: config.tier,
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
+            occlude_small: kernel(&occlude::SMALL),
             sort: Sort::new(device, config.sort),
             bin_count: kernel(&bin::COUNT),
             bin_scan: kernel(&bin::SCAN),

@@ -16,8 +16,12 @@ pub struct Features {
     pub quads: bool,
     pub gain: bool,
     pub dither: bool,
+    /// Opaque triangles of a few texels took a path of their own.
+    pub small: bool,
     /// Soft discs of the `filter` transfer and nothing else.
     pub plain: bool,
+    /// Opaque triangles without texture or pattern and nothing else.
+    pub solid: bool,
     /// The views are perspective ones; of plain casters only.
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
@@ -36,7 +40,9 @@ impl Features {
         quads: false,
         gain: false,
         dither: false,
+        small: false,
         plain: true,
+        solid: true,
         perspective: false,
         opaque: false,
         cost: false,
@@ -50,7 +56,9 @@ impl Features {
         quads: true,
         gain: true,
         dither: true,
+        small: false,
         plain: false,
+        solid: false,
         perspective: false,
         opaque: false,
         cost: false,
@@ -67,7 +75,9 @@ impl Features {
             quads: self.quads || other.quads,
             gain: self.gain || other.gain,
             dither: self.dither || other.dither,
+            small: self.small || other.small,
             plain: self.plain && other.plain,
+            solid: self.solid && other.solid,
             perspective: false,
             opaque: false,
             cost: false,
@@ -90,6 +100,7 @@ impl Features {
             "HAS_QUADS" => Some(self.quads),
             "HAS_GAIN" => Some(self.gain),
             "HAS_DITHER" => Some(self.dither),
+            "HAS_SMALL" => Some(self.small),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),
             "COUNT_COST" => Some(self.cost),
@@ -107,6 +118,8 @@ pub(super) const MATERIALS: Binding = Binding::uniform::<[GpuMaterial; MAX_MATER
 pub(super) const CASTERS: Binding = Binding::texture("casters", Uint);
 pub(super) const SETUPS: Binding = Binding::texture("setups", Uint);
 pub(super) const IMAGES: Binding = Binding::texture("images", FLOAT).array();
+/// Opaque depths of triangles of a few texels.
+pub(super) const SMALL_DEPTHS: Binding = Binding::read::<u32>("small_depths");
 pub(super) const OPAQUES: Binding = Binding::texture("opaques", FLOAT).array();
 
 /// The sums of the native tier: textures that take atomics.
