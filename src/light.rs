@@ -123,6 +123,14 @@ impl Shadow {
 }
 
 impl Light {
+    /// How far the light reaches [m]; `None` for no end.
+    pub fn range(&self) -> Option<f32> {
+        match self.kind {
+            LightKind::Directional { .. } => None,
+            LightKind::Spot { .. } | LightKind::Point { .. } => self.far.filter(|&far| far > 0.0),
+        }
+    }
+
     /// Its own shadow, then the further ones; none of a light that casts none.
     pub fn all_shadows(&self) -> impl Iterator<Item = Shadow> + '_ {
         let Self { kind, near, far, size, cascades, .. } = *self;

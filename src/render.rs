@@ -233,7 +233,6 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         segments: sum(|c| c.segment_count),
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
-        shrunk: 0,
         skipped: scene.skipped.clone(),
         ..Counters::default()
     }
