@@ -155,10 +155,7 @@ mod tests {
             "overflowed",
             "shrunk",
             "cluster_lights",
-<<<<<<< HEAD
-=======
             "clusters_overflowed",
->>>>>>> clusters
         ] {
             assert_eq!(value[name], 0, "{name}");
         }

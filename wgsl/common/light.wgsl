@@ -75,18 +75,10 @@ fn shadow_part(index: u32) -> ShadowPart {
 }
 
 fn shadow_view(index: u32) -> GpuView {
-<<<<<<< HEAD
-    let at = params.light_count * LIGHT_TEXELS + index * VIEW_TEXELS;
-    let shape = bitcast<vec4<f32>>(textureLoad(lights, record_texel(at + 4u), 0));
-    let depth = textureLoad(lights, record_texel(at + 5u), 0);
-    let place = textureLoad(lights, record_texel(at + 6u), 0);
-    let part = textureLoad(lights, record_texel(at + 7u), 0);
-=======
     let shape = bitcast<vec4<f32>>(view_texel(index, 4u));
     let depth = view_texel(index, 5u);
     let place = view_texel(index, 6u);
     let part = view_texel(index, 7u);
->>>>>>> clusters
     return GpuView(
         mat4x4(
             bitcast<vec4<f32>>(view_texel(index, 0u)),
