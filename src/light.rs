@@ -101,16 +101,6 @@ impl Default for Light {
     }
 }
 
-impl Light {
-    /// How far the light reaches [m]; `None` for no end.
-    pub fn range(&self) -> Option<f32> {
-        match self.kind {
-            LightKind::Directional { .. } => None,
-            LightKind::Spot { .. } | LightKind::Point { .. } => self.far.filter(|&far| far > 0.0),
-        }
-    }
-}
-
 impl Shadow {
     /// Views that the shadow needs.
     pub fn view_count(&self) -> usize {
