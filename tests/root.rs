@@ -1,4 +1,5 @@
 //! One test binary: wgpu is linked once, helpers are shared.
+mod bake;
 mod bench;
 mod bin;
 mod brute_force;
@@ -7,6 +8,7 @@ mod cli;
 mod closed_forms;
 mod cluster;
 mod common;
+mod cull;
 mod device;
 mod dither;
 mod extremes;

@@ -57,6 +57,35 @@ pub(super) struct Scratch {
     pub dispatches: Buffer,
     pub sums: Sums,
     pub small: SmallDepths,
+    room: Room,
+}
+
+/// What the largest of some lists and batches needs.
+#[derive(Clone, Copy, Debug)]
+struct Room {
+    footprints: u64,
+    setups: u64,
+    tiles: u64,
+    /// Of batches with small triangles.
+    small_tiles: u64,
+    pairs: u32,
+}
+
+impl Room {
+    fn of(config: &Config, plans: &[Plan], pairs: Option<u32>, limit: u32) -> Self {
+        let lists = || plans.iter().flat_map(|plan| &plan.lists);
+        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
+        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
+        // A first guess; a frame that needed more says so, and the next is prepared with it.
+        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
+        Self {
+            footprints,
+            setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
+            tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
+        }
+    }
 }
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
@@ -110,17 +139,9 @@ impl Scratch {
         plans: &[Plan],
         pairs: Option<u32>,
     ) -> Result<Self, Error> {
-        let lists = || plans.iter().flat_map(|plan| &plan.lists);
-        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
-        let setups = lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0);
-        let tiles = plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
         const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
-        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
-        let small_tiles = with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
-        // A first guess; a frame that needed more says so, and the next is prepared with it.
-        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
-        let limit = pair_limit(allocator.device);
-        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit);
+        let room = Room::of(config, plans, pairs, pair_limit(allocator.device));
+        let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity } = room;
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |name, format, texels| {
@@ -162,7 +183,24 @@ impl Scratch {
             )?,
             sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
             small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
+            room,
         })
+    }
+
+    /// Whether it has room for other plans, and no more pairs than the budget allows.
+    pub(super) fn fits(
+        &self,
+        device: &wgpu::Device,
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+    ) -> bool {
+        let (room, need) = (self.room, Room::of(config, plans, pairs, pair_limit(device)));
+        need.footprints <= room.footprints
+            && need.setups <= room.setups
+            && need.tiles <= room.tiles
+            && need.small_tiles <= room.small_tiles
+            && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
     }
 }
 
