@@ -5,6 +5,7 @@ mod brute_force;
 mod cli;
 mod closed_forms;
 mod common;
+mod curve;
 mod device;
 mod dither;
 mod extremes;

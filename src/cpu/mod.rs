@@ -3,6 +3,7 @@ pub mod accumulate;
 pub mod bin;
 pub mod caster_hit;
 pub mod colored;
+pub mod curve;
 pub mod filter;
 pub mod hit;
 pub mod maps;

@@ -1,0 +1,150 @@
+//! Curves: light as a function of depth.
+use crate::common::scenes::Chance;
+use gobo::{
+    cpu::{
+        self,
+        curve::{
+            MAX_NODES, Streaming, light_at,
+            measure::{Method, Rays, Sample},
+            rivals::{Fourier, Hit, Moments, exact},
+        },
+    },
+    glam::Vec3,
+};
+
+/// Of a stored depth and of a stored channel.
+const DEPTH_ROUNDING: f32 = 0.5 / 65535.0;
+const LIGHT_ROUNDING: f32 = 0.5 / 4095.0 + 1.0 / 65535.0;
+
+fn random_hits(count: usize, seed: u64) -> Vec<Hit> {
+    let mut chance = Chance::new(seed);
+    (0..count).map(|_| (chance.within(0.001, 0.999), chance.vec3(0.3, 1.0))).collect()
+}
+
+fn streamed(hits: &[Hit], nodes: u32) -> Vec<[u32; 2]> {
+    let mut curve = Streaming::new(nodes, false);
+    for &(depth, light) in hits {
+        curve.insert(depth, depth, light);
+    }
+    curve.pack().collect()
+}
+
+/// Largest difference of a channel; light under 1/1024 is stored as 0.
+fn apart(packed: &[[u32; 2]], hits: &[Hit], z: f32) -> f32 {
+    let (is, should) = (light_at(packed, z, false), exact(hits, z));
+    let channel = |i: usize| {
+        let black = is[i] == 0.0 && should[i] < cpu::resolve::BLACK + LIGHT_ROUNDING;
+        if black { 0.0 } else { (is[i] - should[i]).abs() }
+    };
+    (0..3).map(channel).fold(0.0, f32::max)
+}
+
+/// Depths that no rounding of a hit's depth reaches.
+fn clear_depths(hits: &[Hit]) -> impl Iterator<Item = f32> {
+    let near = |z: f32| hits.iter().any(|hit| (hit.0 - z).abs() <= 2.0 * DEPTH_ROUNDING);
+    (0..997).map(|i| (i as f32 + 0.5) / 997.0).filter(move |&z| !near(z))
+}
+
+#[test]
+fn curves_beat_what_others_store() {
+    for rays in Rays::ALL {
+        let sample = Sample::new(rays);
+        let (fourier, moments) = (sample.error(Method::Fourier), sample.error(Method::Moments));
+        let share = match rays {
+            Rays::Smoke => 1.2,
+            Rays::Panes => 0.01,
+            Rays::Puffs => 0.25,
+        };
+        for method in [Method::Curve(8), Method::Slabs(8)] {
+            let mean = sample.error(method).mean;
+            assert!(mean <= share * fourier.mean, "{rays:?} {method:?}: {mean} {fourier:?}");
+            assert!(mean <= 0.25 * moments.mean, "{rays:?} {method:?}: {mean} {moments:?}");
+        }
+        // More nodes are better, and none are bad: the comparison can fail.
+        let of = |nodes| sample.error(Method::Curve(nodes)).mean;
+        assert!(of(16) < of(8) && of(8) < of(4), "{rays:?}");
+        assert!(sample.error(Method::Nearest).mean > 2.0 * fourier.mean, "{rays:?}");
+    }
+}
+
+/// The rivals are what they claim to be: exact where their papers say so.
+#[test]
+fn rivals_are_honest() {
+    let hits = random_hits(6, 3);
+    let fourier = Fourier::new(&hits);
+    // The integral over the whole range is the constant coefficient's.
+    assert!((fourier.light_at(1.0) - exact(&hits, 1.0)).abs().max_element() < 1e-4);
+    // Four moments bound a single step from both sides: 0 before it, all of it behind.
+    let single = [(0.5, Vec3::splat(0.25))];
+    let moments = Moments::new(&single);
+    assert!((moments.light_at(0.2) - Vec3::ONE).abs().max_element() < 0.01);
+    assert!((moments.light_at(0.8) - Vec3::splat(0.25)).abs().max_element() < 0.01);
+}
+
+#[test]
+fn exact_while_at_most_k_hits_in_any_order() {
+    for nodes in [4, 8, 16] {
+        for seed in 0..20 {
+            let hits = random_hits(nodes as usize, seed);
+            let packed = streamed(&hits, nodes);
+            for z in clear_depths(&hits) {
+                let apart = apart(&packed, &hits, z);
+                assert!(apart <= LIGHT_ROUNDING, "{nodes} {seed} {z}: {apart}");
+            }
+        }
+        // One hit more is not: the check can fail.
+        let hits = random_hits(nodes as usize + 1, 7);
+        let packed = streamed(&hits, nodes);
+        assert!(clear_depths(&hits).any(|z| apart(&packed, &hits, z) > LIGHT_ROUNDING), "{nodes}");
+    }
+}
+
+/// Whatever is merged, the error is at most what the light loses in one node.
+#[test]
+fn the_bound_holds() {
+    for (count, seed) in [(9, 1), (12, 2), (30, 3), (100, 4), (300, 5)] {
+        let mut hits = random_hits(count, seed);
+        for hit in &mut hits {
+            hit.1 = hit.1.powf(8.0 / count as f32);
+        }
+        hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for nodes in [4, 8, MAX_NODES as u32] {
+            let packed = streamed(&hits, nodes);
+            // Behind the last of the first i nodes.
+            let behind = |i: usize| light_at(&packed[..i], 2.0, false);
+            let loss = |i: usize| (behind(i) - behind(i + 1)).max_element();
+            let bound = (0..packed.len()).map(loss).fold(0.0, f32::max);
+            let worst = clear_depths(&hits).map(|z| apart(&packed, &hits, z)).fold(0.0, f32::max);
+            assert!(worst <= bound + 2.0 * LIGHT_ROUNDING, "{count} {nodes}: {worst} > {bound}");
+            assert!(worst > 0.0);
+        }
+    }
+}
+
+#[test]
+fn light_never_grows_with_depth() {
+    let mut hits = random_hits(200, 9);
+    hits.iter_mut().for_each(|hit| hit.1 = hit.1.powf(0.05));
+    let packed = streamed(&hits, 8);
+    let mut before = Vec3::ONE;
+    for i in 0..=2000 {
+        let light = light_at(&packed, i as f32 / 2000.0, false);
+        assert!(light.cmple(before + 1e-6).all(), "{i}");
+        before = light;
+    }
+}
+
+#[test]
+fn a_curve_may_brighten() {
+    let hits = [(0.2, Vec3::splat(4.0)), (0.5, Vec3::new(0.5, 2.0, 1.0)), (0.7, Vec3::splat(0.1))];
+    let mut curve = Streaming::new(4, true);
+    for (depth, light) in hits {
+        curve.insert(depth, depth, light);
+    }
+    let packed: Vec<_> = curve.pack().collect();
+    for z in [0.1, 0.3, 0.6, 0.9] {
+        let (is, should) = (light_at(&packed, z, true), exact(&hits, z));
+        // 20 octaves in 4,095 steps.
+        assert!(((is - should) / should).abs().max_element() < 0.003, "{z}: {is} {should}");
+    }
+}
