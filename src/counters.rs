@@ -19,6 +19,8 @@ pub struct Counters {
     pub scattered: u64,
     /// Of those, for lack of room in the pair budget.
     pub overflowed: u64,
+    /// Hits that came late, inside a merged ramp of a curve.
+    pub disordered: u64,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

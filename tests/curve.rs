@@ -1,6 +1,10 @@
 //! Curves: light as a function of depth.
-use crate::common::scenes::Chance;
+use crate::common::{
+    TIERS, render,
+    scenes::{Chance, empty, light, material, random_discs},
+};
 use gobo::{
+    caster::Transfer,
     cpu::{
         self,
         curve::{
@@ -9,7 +13,12 @@ use gobo::{
             rivals::{Fourier, Hit, Moments, exact},
         },
     },
+    frame::ViewMaps,
     glam::Vec3,
+    light::LightKind,
+    scene::Scene,
+    settings::{Receiver, ShadowSettings},
+    view::shadow_views,
 };
 
 /// Of a stored depth and of a stored channel.
@@ -146,5 +155,54 @@ fn a_curve_may_brighten() {
         let (is, should) = (light_at(&packed, z, true), exact(&hits, z));
         // 20 octaves in 4,095 steps.
         assert!(((is - should) / should).abs().max_element() < 0.003, "{z}: {is} {should}");
+    }
+}
+
+fn curved(scene: Scene, nodes: u32) -> Scene {
+    let shadow = ShadowSettings { receiver: Receiver::Curve, nodes, ..scene.shadow };
+    Scene { shadow, ..scene }
+}
+
+/// Discs of all sizes, a plain sort, seen by a directional light and a spot.
+fn discs(nodes: u32) -> Scene {
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    let position = Vec3::new(3.0, 4.0, 2.5);
+    scene.lights = vec![
+        light(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
+        light(LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 }),
+    ];
+    scene.particles = random_discs(3000, 5);
+    for particle in &mut scene.particles {
+        particle.color.w *= 0.3;
+    }
+    curved(scene, nodes)
+}
+
+/// Share of the texels whose curves differ by more than rounding at some depth.
+fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
+    let (mut apart, mut count) = (0, 0);
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (a.curve.as_ref().unwrap(), b.curve.as_ref().unwrap());
+        for texel in 0..a.packed.len() / a.nodes {
+            let far = (0..50).any(|i| {
+                let z = (i as f32 + 0.5) / 50.0;
+                (a.light_at(texel, z) - b.light_at(texel, z)).abs().max_element() > 0.004
+            });
+            apart += usize::from(far);
+            count += 1;
+        }
+    }
+    apart as f64 / count as f64
+}
+
+#[test]
+fn gpu_matches_twin() {
+    for nodes in [8, 4, 16] {
+        let scene = discs(nodes);
+        let twin = cpu::render_maps(&scene, &shadow_views(&scene)).0;
+        for tier in TIERS {
+            let maps = render(tier, &scene).maps;
+            println!("{nodes} {tier:?} {}", share_apart(&maps, &twin));
+        }
     }
 }

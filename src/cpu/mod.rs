@@ -19,6 +19,6 @@ mod threads;
 pub mod tile;
 
 pub use maps::render_maps;
-pub use receive::{MapTexel, receive};
+pub use receive::{MapTexel, receive, receive_curve};
 pub use shade::render_picture;
 pub use sort::{Pair, sort};

@@ -68,7 +68,7 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter = self.config.scatter_tiny && plan.class == Class::Translucent && !self.camera;
+        let scatter = self.config.scatters() && plan.class == Class::Translucent && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
@@ -113,7 +113,7 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
             || batch.first().is_some_and(|v| v.perspective != gpu_view.perspective)
             || per_view * (batch.len() as u64 + 1) > most_footprints;
         if full && !batch.is_empty() {
-            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters));
+            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, maps.nodes));
             tile_count = 0;
             gpu_view.first_tile = 0;
         }
@@ -121,13 +121,14 @@ pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<V
         tile_count += tiles;
     }
     if !batch.is_empty() {
-        plans.push(Plan::new(batch, tile_count, casters));
+        plans.push(Plan::new(batch, tile_count, casters, maps.nodes));
     }
     Ok(plans)
 }
 
 impl Plan {
-    fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
+    /// `nodes`: K of the curves, 0 for none.
+    fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet, nodes: u32) -> Self {
         let perspective = views[0].perspective > 0.0;
         let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
         let [blocking, filtering] = LISTS.map(|list| {
@@ -141,7 +142,8 @@ impl Plan {
             extent.may_be_tiny(&views[chunk.view as usize])
         };
         let tiny_chunks = filtering.particle_chunks.iter().filter(may_be_tiny).copied().collect();
-        let lists = [blocking, ListPlan { tiny_chunks, ..filtering }];
+        let features = Features { nodes, ..filtering.features };
+        let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists }
     }
 
@@ -229,7 +231,7 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
-        let tiny = if context.config.scatter_tiny { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let tiny = if context.config.scatters() { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
@@ -471,16 +473,28 @@ impl ClassBatch {
         };
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
-        let outputs = [texture(&filters), texture(&nearests)];
-        let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
-        to_map.extend(outputs.clone());
+        let curves = array_view(&maps.curves);
+        let counters = list.counters.as_entire_binding();
+        let partials = context.scratch.partials.as_entire_binding();
+        let curved = features.nodes > 0;
+        let mut outputs = vec![texture(&filters), texture(&nearests)];
         let mut resolve =
             vec![shared.views.clone(), dispatches.clone(), merged_tiles.clone(), tiles.clone()];
+        let (mut to_map, to_sums);
+        if curved {
+            outputs.push(texture(&curves));
+            resolve.push(partials.clone());
+            to_map = shared.summed(shared.hits([tiles, &counters, pairs, footprints], &hit));
+            let own = [dispatches, segments, &partials, &counters, pairs, footprints];
+            to_sums = shared.hits(own, &hit);
+        } else {
+            to_map = shared.hits([tiles, pairs, footprints], &hit);
+            to_sums = shared.summed(shared.hits([dispatches, segments, pairs, footprints], &hit));
+        }
+        to_map.extend(outputs.clone());
         resolve.extend(outputs);
-        let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
         let tiny = tiny.map(|ChunkBuffers { count, chunks, params }| {
-            let counters = list.counters.as_entire_binding();
             let chunks = chunks.as_entire_binding();
             let own = [&chunks, scattered_tiles, &counters, rects, footprints];
             let mut resources = shared.hits(own, &hit);
@@ -489,7 +503,7 @@ impl ClassBatch {
         });
         let (tiles, segments, overflow, resolve) = (
             bind(V::AccumulateTiles, to_map),
-            bind(V::AccumulateSegments, shared.summed(to_sums)),
+            bind(V::AccumulateSegments, to_sums),
             bind(V::AccumulateOverflow, shared.summed(rest)),
             bind(V::ResolveTiles, shared.summed(resolve)),
         );

@@ -3,7 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, bin, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
+        accumulate, bin, curve, filter, hits::Features, occlude, project, resolve, shade,
+        sort::Sort,
     },
 };
 use std::collections::HashMap;
@@ -30,6 +31,13 @@ pub(crate) enum Variant {
 impl Variant {
     fn desc(self, tier: Tier, features: Features) -> &'static KernelDesc {
         let [core, native] = match self {
+            Self::AccumulateTiles if features.nodes > 0 && features.plain => &curve::DISC_TILES,
+            Self::AccumulateSegments if features.nodes > 0 && features.plain => {
+                &curve::DISC_SEGMENTS
+            }
+            Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
+            Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
+            Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
             Self::OccludeTiles => &occlude::TILES,

@@ -11,6 +11,7 @@ use crate::{
     gpu::{Allocator, Tier, Timeline, view},
     stage::{
         bin::{self, BatchCounters, BinParams, Dispatch, SEGMENT_LENGTH, Segment, Tile},
+        curve::{CURVE_SEGMENT, partial_bytes},
         hits::Features,
         project::{Chunk, grid},
         sort::{PAIR_FORMAT, PAIR_LIMIT, SortBindings, SortCount},
@@ -34,6 +35,7 @@ impl ListCounters {
         self.overflowed += other.overflowed;
         self.segment_count += other.segment_count;
         self.merged_count += other.merged_count;
+        self.disordered += other.disordered;
     }
 }
 
@@ -55,6 +57,10 @@ pub(super) struct Scratch {
     pub overflow: Buffer,
     pub dispatches: Buffer,
     pub sums: Sums,
+    /// Curves of segments.
+    pub partials: Buffer,
+    /// For curves, whose tiles take what was scattered themselves: zero.
+    pub nothing_scattered: Buffer,
 }
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
@@ -106,6 +112,7 @@ impl Scratch {
         config: &Config,
         plans: &[Plan],
         pairs: Option<u32>,
+        nodes: u32,
     ) -> Result<Self, Error> {
         let lists = || plans.iter().flat_map(|plan| &plan.lists);
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
@@ -114,6 +121,18 @@ impl Scratch {
         // A first guess; a frame that needed more says so, and the next is prepared with it.
         let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
         let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT);
+        let partial = u64::from(CURVE_SEGMENT);
+        // Only tiles with more than one segment have any.
+        let partials = |pairs: u32| 2 * (u64::from(pairs) / partial) + 1;
+        let most = allocator.device.limits().max_storage_buffer_binding_size;
+        let pair_capacity = match nodes {
+            0 => pair_capacity,
+            _ => {
+                let room = most / partial_bytes(nodes);
+                u32::try_from((room - 1) / 2 * partial).unwrap_or(u32::MAX).min(pair_capacity)
+            }
+        };
+        let partial_count = if nodes == 0 { 0 } else { partials(pair_capacity) };
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |name, format, texels| {
@@ -152,6 +171,16 @@ impl Scratch {
                 "dispatches",
                 Dispatch::COUNT,
                 BufferUsages::INDIRECT,
+            )?,
+            partials: allocator.storage::<[u32; 4]>(
+                "partials",
+                partial_count * partial_bytes(nodes) / 16,
+                none,
+            )?,
+            nothing_scattered: allocator.storage::<u32>(
+                "nothing_scattered",
+                if nodes == 0 { 1 } else { tiles },
+                none,
             )?,
             sums: Sums::new(allocator, config.tier, tiles * u64::from(TILE_SIZE * TILE_SIZE))?,
         })
@@ -267,6 +296,7 @@ impl List {
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
+        let curved = plan.features.nodes > 0 && !context.camera;
         let run_length = bin::run_length(plan.footprint_count);
         let run_count = plan.footprint_count.div_ceil(run_length);
         let params = context.uniform(
@@ -279,7 +309,7 @@ impl List {
                 tile_count,
                 view_count,
                 segment_capacity: scratch.segment_capacity,
-                segment_length: SEGMENT_LENGTH,
+                segment_length: if curved { CURVE_SEGMENT } else { SEGMENT_LENGTH },
             },
         );
         let (mut depth_sort, mut tile_sort) = (None, None);
@@ -346,7 +376,8 @@ impl List {
                 params.as_entire_binding(),
                 views.as_entire_binding(),
                 counters.as_entire_binding(),
-                scratch.scattered_tiles.as_entire_binding(),
+                if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles }
+                    .as_entire_binding(),
                 scratch.tiles.as_entire_binding(),
                 scratch.segments.as_entire_binding(),
                 scratch.merged_tiles.as_entire_binding(),

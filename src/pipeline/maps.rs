@@ -6,7 +6,7 @@ use crate::{
 };
 use glam::UVec2;
 use wgpu::{
-    TextureFormat::{R32Float, Rgba16Float},
+    TextureFormat::{R32Float, Rgba16Float, Rgba32Uint},
     TextureUsages,
 };
 
@@ -27,6 +27,13 @@ pub struct Maps {
     pub nearests: wgpu::Texture,
     /// `Z`, r32float.
     pub opaques: wgpu::Texture,
+    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers to a layer of the others; of
+    /// one texel where there are none.
+    pub curves: wgpu::Texture,
+    /// K; 0 where there are no curves.
+    pub nodes: u32,
+    /// Curves may brighten.
+    pub gain: bool,
     /// Of each view.
     pub places: Vec<MapPlace>,
 }
@@ -36,6 +43,7 @@ impl Maps {
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         views: &[View],
+        nodes: u32,
     ) -> Result<Self, Error> {
         // Whole tiles, so that no workgroup writes into a neighbour's map.
         let largest = views
@@ -48,10 +56,15 @@ impl Maps {
         let opaques =
             allocator.texture("opaques", R32Float, size, usage | TextureUsages::COPY_DST)?;
         fill(queue, &opaques, 1.0);
+        let of_curves =
+            if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
             opaques,
+            curves: allocator.texture("curves", Rgba32Uint, of_curves, usage)?,
+            nodes,
+            gain: false,
             places,
         })
     }
@@ -67,6 +80,9 @@ impl Maps {
             filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
+            curves: self.curves.clone(),
+            nodes: self.nodes,
+            gain: self.gain,
             places: self.places.clone(),
         })
     }

@@ -10,6 +10,7 @@ mod list;
 mod maps;
 mod picture;
 
+pub(crate) use casters::is_plain;
 pub use casters::{CasterSet, Class, Span};
 pub use kernels::Kernels;
 pub use list::ListCounters;
@@ -38,6 +39,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Of a curve (K); 0: nearest-depth mode, without curves.
+    pub nodes: u32,
 }
 
 impl Config {
@@ -48,7 +51,15 @@ impl Config {
             pair_budget: 1 << 24,
             scatter_tiny: true,
             soften: false,
+            nodes: 0,
         }
+    }
+}
+
+impl Config {
+    /// A curve needs its hits in order: tiny casters go through tiles.
+    fn scatters(&self) -> bool {
+        self.scatter_tiny && self.nodes == 0
     }
 }
 
@@ -89,6 +100,11 @@ impl Pipeline {
         self.config.soften = soften;
     }
 
+    /// K of the curves, 0 for none; for the next `prepare`.
+    pub fn set_nodes(&mut self, nodes: u32) {
+        self.config.nodes = nodes;
+    }
+
     pub fn kernels(&mut self) -> &mut Kernels {
         &mut self.kernels
     }
@@ -105,9 +121,12 @@ impl Pipeline {
     ) -> Result<Prepared, Error> {
         let mut memory = casters.memory.clone();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, queue, views)?;
+        let nodes = self.config.nodes;
+        let maps = Maps::new(&mut allocator, queue, views, nodes)?;
         let plans = batch::plan(views, casters, &maps)?;
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
+        let gain = plans.iter().any(|plan| plan.lists[1].features.gain);
+        let maps = Maps { gain, ..maps };
+        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs, nodes)?);
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
             let mut context = batch::Context {

@@ -71,7 +71,7 @@ impl Pipeline {
         let tile_count = camera.tiles().element_product();
         let plan = Plan::of_camera(camera.to_gpu(0, UVec2::ZERO, 0), tile_count, casters);
         let plans = std::slice::from_ref(&plan);
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, plans, pairs)?);
+        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, plans, pairs, 0)?);
         let mut context = Context {
             allocator: &mut allocator,
             queue,
@@ -135,7 +135,10 @@ impl Pipeline {
         let none = BufferUsages::empty();
         let partials = context.allocator.storage::<[u32; 4]>("partials", texels, none)?;
 
-        let (solid_features, clear_features) = (solid_plan.features, clear_plan.features);
+        // Of the maps that light comes through.
+        let lit_by_maps = |features| Features { nodes: maps.nodes, gain: maps.gain, ..features };
+        let (solid_features, clear_features) =
+            (lit_by_maps(solid_plan.features), lit_by_maps(clear_plan.features));
         let kernels = context.kernels;
         for variant in [Variant::ShadeSeen, Variant::ShadeSurfaces] {
             kernels.make(device, variant, solid_features);
@@ -167,7 +170,8 @@ impl Pipeline {
                 texture(&images),
             ]
         };
-        let shadows = [texture(&filters), texture(&nearests), texture(&opaques)];
+        let curves = array_view(&maps.curves);
+        let shadows = [texture(&filters), texture(&nearests), texture(&opaques), texture(&curves)];
         let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
         let over = [texture(&surface_view), texture(&lit_view)];
         let bind = |variant, features, resources: &[&[BindingResource<'_>]]| {

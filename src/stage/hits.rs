@@ -22,6 +22,8 @@ pub struct Features {
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
     pub opaque: bool,
+    /// Of a curve (K); 0 where there are none.
+    pub nodes: u32,
 }
 
 impl Features {
@@ -37,6 +39,7 @@ impl Features {
         plain: true,
         perspective: false,
         opaque: false,
+        nodes: 0,
     };
 
     pub const ALL: Self = Self {
@@ -50,6 +53,7 @@ impl Features {
         plain: false,
         perspective: false,
         opaque: false,
+        nodes: 0,
     };
 
     /// Of two sets of casters together.
@@ -66,6 +70,7 @@ impl Features {
             plain: self.plain && other.plain,
             perspective: false,
             opaque: false,
+            nodes: 0,
         }
     }
 
@@ -77,7 +82,7 @@ impl Features {
 
     /// Values of the overrides of `constants`.
     pub fn constants(self, constants: &[(&'static str, f64)]) -> Vec<(&'static str, f64)> {
-        let value = |name: &str| match name {
+        let flag = |name: &str| match name {
             "HAS_PARTICLES" => Some(self.particles),
             "HAS_TRIANGLES" => Some(self.triangles),
             "HAS_TEXTURES" => Some(self.textures),
@@ -89,10 +94,11 @@ impl Features {
             "HAS_OPAQUE" => Some(self.opaque),
             _ => None,
         };
-        constants
-            .iter()
-            .map(|&(name, usual)| (name, value(name).map_or(usual, |v| f64::from(u8::from(v)))))
-            .collect()
+        let value = |name: &str, usual: f64| match name {
+            "NODES" => f64::from(self.nodes),
+            _ => flag(name).map_or(usual, |v| f64::from(u8::from(v))),
+        };
+        constants.iter().map(|&(name, usual)| (name, value(name, usual))).collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! The pipeline, stage by stage, in dispatch order.
 pub mod accumulate;
 pub mod bin;
+pub mod curve;
 pub mod filter;
 pub mod hits;
 pub mod occlude;
@@ -43,6 +44,11 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::DISC_SEGMENTS[0],
     &resolve::TILES[0],
     &resolve::OPAQUE[0],
+    &curve::TILES[0],
+    &curve::SEGMENTS[0],
+    &curve::DISC_TILES[0],
+    &curve::DISC_SEGMENTS[0],
+    &curve::RESOLVE[0],
     &occlude::TILES[1],
     &occlude::SEGMENTS[1],
     &occlude::OVERFLOW[1],
@@ -54,6 +60,11 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::DISC_SEGMENTS[1],
     &resolve::TILES[1],
     &resolve::OPAQUE[1],
+    &curve::TILES[1],
+    &curve::SEGMENTS[1],
+    &curve::DISC_TILES[1],
+    &curve::DISC_SEGMENTS[1],
+    &curve::RESOLVE[1],
     &shade::SEEN[1],
     &shade::SURFACES[1],
     &shade::LAYERS[1],

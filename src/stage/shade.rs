@@ -33,6 +33,7 @@ const SHADOW_VIEWS: Binding = Binding::uniform::<[GpuView; MAX_SHADOW_VIEWS]>("s
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
 const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
 const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
+const CURVES: Binding = Binding::texture("curves", Uint).array();
 
 macro_rules! seen {
     ($tier:ident, $walk:literal) => {
@@ -103,6 +104,8 @@ macro_rules! surfaces {
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -125,6 +128,7 @@ macro_rules! surfaces {
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture_write("surfaces", Rgba32Float),
             ],
             constants: &[
@@ -133,6 +137,8 @@ macro_rules! surfaces {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -162,6 +168,8 @@ macro_rules! layers {
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -186,6 +194,7 @@ macro_rules! layers {
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
             ],
@@ -195,6 +204,8 @@ macro_rules! layers {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -223,6 +234,8 @@ macro_rules! composite {
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -248,6 +261,7 @@ macro_rules! composite {
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
             ],
@@ -257,6 +271,8 @@ macro_rules! composite {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -271,6 +287,8 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
         "common/record.wgsl",
         "common/view.wgsl",
         "common/light.wgsl",
+        "common/curve.wgsl",
+        "common/curve_light.wgsl",
         "common/receive.wgsl",
         "shade_casters.wgsl"
     ],
@@ -284,9 +302,10 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
         FILTERS,
         NEARESTS,
         OPAQUES,
+        CURVES,
         Binding::texture_write("lit", Rgba16Float),
     ],
-    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64)],
+    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64), ("NODES", 0.0), ("HAS_GAIN", 0.0)],
     tier: Tier::Core,
 };
 

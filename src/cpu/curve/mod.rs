@@ -93,6 +93,11 @@ impl Streaming {
         self.nodes[0].span == 0
     }
 
+    /// Light depth behind which no node ends.
+    pub fn last_end(&self) -> f32 {
+        self.nodes[self.count - 1].end() / DEPTHS
+    }
+
     /// Product of all hits so far.
     pub fn passed(&self) -> Vec3 {
         self.passed
@@ -106,12 +111,17 @@ impl Streaming {
         }
     }
 
+    /// As [`Self::decode`], in steps.
+    fn level(&self, bits: u16) -> f32 {
+        if self.gain { f16::from_bits(bits).to_f32() } else { f32::from(bits) }
+    }
+
     fn decode(&self, bits: u16) -> f32 {
-        if self.gain { f16::from_bits(bits).to_f32() } else { f32::from(bits) / 65535.0 }
+        self.level(bits) * if self.gain { 1.0 } else { 1.0 / 65535.0 }
     }
 
     fn encode_light(&self, light: Vec3) -> [u16; 4] {
-        let mean = (light.x + light.y + light.z) / 3.0;
+        let mean = (light.x + light.y + light.z) * (1.0 / 3.0);
         [light.x, light.y, light.z, mean].map(|v| self.encode(v))
     }
 
@@ -177,10 +187,11 @@ impl Streaming {
 
     /// Of one node more than fits.
     fn merge_cheapest(&mut self, all: &[Node]) {
-        let mean = |i: usize| self.decode(all[i].light[3]);
+        let mean = |i: usize| self.level(all[i].light[3]);
+        let full = if self.gain { 1.0 } else { 65535.0 };
         let mut best = (f32::INFINITY, 0, 0.0);
         for i in 0..self.count {
-            let before = if i == 0 { 1.0 } else { mean(i - 1) };
+            let before = if i == 0 { full } else { mean(i - 1) };
             let cost = merge_cost(before, [mean(i), mean(i + 1)], [all[i], all[i + 1]]);
             if cost < best.0 {
                 best = (cost, i, before);

@@ -21,6 +21,9 @@ pub const SLAB_PAIRS: usize = 32;
 /// A slab's pairs lie within this share of the depths of their segment: 1 over it.
 pub const SLABS: u32 = 48;
 
+/// Opacity below which a hit has no place of its own.
+const TRACE: f32 = 1.0 / 65536.0;
+
 /// How a batch's curves are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CurveModes {
@@ -111,8 +114,9 @@ pub fn curves(
             let (texel, (tau, nearest)) = (&mut texels[place], sums.texel(index, place));
             let light = resolve::passed(tau);
             if light != Vec3::ONE {
-                // Where each was is not known: all are where the nearest is.
+                // Pairs are given room front to back: what has none is behind.
                 let depth = if nearest < 1.0 { nearest } else { texel.nearest };
+                let depth = depth.max(texel.curve.last_end());
                 texel.curve.insert(depth, depth, light);
                 texel.passed *= light;
             }
@@ -160,16 +164,16 @@ fn walk(
                 continue;
             };
             let Texel { curve, open, passed, nearest } = &mut texels[place];
-            *open = Open {
-                start: open.start.min(hit.depth),
-                end: open.end.max(hit.depth),
-                light: open.light * hit.light,
-            };
+            open.light *= hit.light;
+            let placed = hit.opacity >= TRACE;
+            if placed {
+                (open.start, open.end) = (open.start.min(hit.depth), open.end.max(hit.depth));
+            }
             *passed *= hit.light;
             if hit.opacity >= VISIBLE_OPACITY {
                 *nearest = nearest.min(hit.depth);
             }
-            if curve.is_young() || !modes.slabs {
+            if placed && (curve.is_young() || !modes.slabs) {
                 texels[place].flush();
             }
         }
