@@ -140,7 +140,7 @@ macro_rules! any {
 
 macro_rules! discs {
     ($kernel:ident, $($start:tt),*) => {
-        $kernel!($($start),*, ["common/visit_discs.wgsl"], [("PERSPECTIVE", 0.0)])
+        $kernel!($($start),*, ["common/visit_discs.wgsl"], [("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)])
     };
 }
 
@@ -154,11 +154,11 @@ pub const SEGMENTS: [KernelDesc; 2] = [
 ];
 pub const DISC_TILES: [KernelDesc; 2] = [
     discs!(tiles, Core, buffer, "common/sums_buffer.wgsl", "common/walk_slabs_uniform.wgsl"),
-    discs!(tiles, Native, texture, "common/sums_texture.wgsl", "common/walk_slabs.wgsl"),
+    discs!(tiles, Native, texture, "common/sums_texture.wgsl", "common/walk_slab_discs.wgsl"),
 ];
 pub const DISC_SEGMENTS: [KernelDesc; 2] = [
     discs!(segments, Core, "common/walk_slabs_uniform.wgsl"),
-    discs!(segments, Native, "common/walk_slabs.wgsl"),
+    discs!(segments, Native, "common/walk_slab_discs.wgsl"),
 ];
 
 macro_rules! resolve {

@@ -36,7 +36,7 @@ fn encode(v: vec4<f32>) -> vec4<u32> {
             pack2x16float(vec2(v.w, 0.0)),
         );
     }
-    return vec4<u32>(round(clamp(v, vec4(0.0), vec4(1.0)) * 65535.0));
+    return vec4<u32>(round(v * 65535.0));
 }
 
 // As `decode`, in steps.
@@ -134,17 +134,7 @@ fn dark() -> vec4<bool> {
 // One hit, or several from `start` to `end`, in each texel where `is` holds. `light`: that passes
 // them; `passed`: all so far.
 fn insert(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) {
-    let span = (start << vec4(16u)) | end;
-    let last = spans[NODES - 1u] <= span;
-    // What is behind black does nothing, so that a walk may stop there.
-    let counts = is & !(last & dark());
-    if ordered() {
-        spans[NODES] = span;
-        lights[NODES] = encode_lights(passed);
-        means[NODES] = encode_means(passed);
-    } else {
-        make_room(span, light, passed, last, counts);
-    }
+    let counts = add_node(start, end, light, passed, is);
     best_cost = vec4(1e38);
     before = vec4(select(65535.0, 1.0, HAS_GAIN));
     weigh(0u);
@@ -190,6 +180,53 @@ fn insert(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: v
         close_up(14u, at, merged);
         close_up(15u, at, merged);
     }
+}
+
+// One node more, behind or between the others; returns where there is one.
+fn add_node(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) -> vec4<bool> {
+    let span = (start << vec4(16u)) | end;
+    let last = spans[NODES - 1u] <= span;
+    // What is behind black does nothing, so that a walk may stop there.
+    let counts = is & !(last & dark());
+    if ordered() {
+        spans[NODES] = span;
+        lights[NODES] = encode_lights(passed);
+        means[NODES] = encode_means(passed);
+    } else {
+        make_room(span, light, passed, last, counts);
+    }
+    return counts;
+}
+
+// As `insert`, for texels whose first node is none.
+fn append(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) {
+    let counts = add_node(start, end, light, passed, is);
+    drop_first(0u, counts);
+    drop_first(1u, counts);
+    drop_first(2u, counts);
+    drop_first(3u, counts);
+    if NODES > 4u {
+        drop_first(4u, counts);
+        drop_first(5u, counts);
+        drop_first(6u, counts);
+        drop_first(7u, counts);
+    }
+    if NODES > 8u {
+        drop_first(8u, counts);
+        drop_first(9u, counts);
+        drop_first(10u, counts);
+        drop_first(11u, counts);
+        drop_first(12u, counts);
+        drop_first(13u, counts);
+        drop_first(14u, counts);
+        drop_first(15u, counts);
+    }
+}
+
+fn drop_first(i: u32, counts: vec4<bool>) {
+    spans[i] = select(spans[i], spans[i + 1u], counts);
+    lights[i] = select(lights[i], lights[i + 1u], counts);
+    means[i] = select(means[i], means[i + 1u], counts);
 }
 
 // Weighs the merge of nodes i and i + 1: how far the light between falls from the straight line

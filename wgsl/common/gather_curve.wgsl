@@ -1,7 +1,6 @@
 // Four texels in a column while their casters' hits become curves. CPU twin: src/cpu/curve/tile.rs.
 // Needs common/curve_list.wgsl; the kernel binds `opaques`.
-const SLAB_PAIRS: u32 = 32u;
-const SLABS: u32 = 48u;
+const SLAB_PAIRS: u32 = 64u;
 const TRACE: f32 = 0.0000152587890625; // opacity below it has no place of its own: 2^-16
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
@@ -12,6 +11,11 @@ var<private> passed: Light4;
 var<private> open_start: vec4<f32>;
 var<private> open_end: vec4<f32>;
 var<private> open_light: Light4;
+
+// A slab's pairs lie within this share of the depths of their segment: 1 over it.
+fn slab_count() -> u32 {
+    return 2u * NODES;
+}
 
 fn white4() -> Light4 {
     return Light4(vec4(1.0), vec4(1.0), vec4(1.0));
@@ -24,13 +28,16 @@ fn start(view: GpuView, texel: vec2<u32>) {
     open_start = vec4(2.0);
     open_end = vec4(0.0);
     open_light = white4();
-    let at = view.origin + texel;
-    opaque_depth = vec4(
-        textureLoad(opaques, at, view.layer, 0).r,
-        textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
-        textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
-        textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
-    );
+    opaque_depth = vec4(1.0);
+    if blocked() {
+        let at = view.origin + texel;
+        opaque_depth = vec4(
+            textureLoad(opaques, at, view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
+        );
+    }
     clear_list();
 }
 
@@ -52,8 +59,20 @@ fn must_flush(placed: vec4<bool>) -> bool {
 // What waits goes into the curves; before the end of a slab only where the next hit must not join.
 fn flush(whole: bool) {
     let goes = (open_start <= vec4(1.0)) & (vec4(whole) | young() | vec4(!slabbed()));
-    let all = scaled(passed, open_light);
+    let all = total_light();
     insert(fixed(open_start), fixed(open_end), open_light, all, goes);
+    close_open(all, goes);
+}
+
+// A hit that fits without a merge goes in alone: the same, and far less work.
+fn append_young() {
+    let goes = (open_start <= vec4(1.0)) & young();
+    let all = total_light();
+    append(fixed(open_start), fixed(open_end), open_light, all, goes);
+    close_open(all, goes);
+}
+
+fn close_open(all: Light4, goes: vec4<bool>) {
     passed.red = select(passed.red, all.red, goes);
     passed.green = select(passed.green, all.green, goes);
     passed.blue = select(passed.blue, all.blue, goes);

@@ -4,6 +4,10 @@ fn ordered() -> bool {
     return false;
 }
 
+fn blocked() -> bool {
+    return true;
+}
+
 fn slabbed() -> bool {
     return false;
 }

@@ -17,7 +17,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     var reach = 0u;
     if first < end {
         slab_key = pair_key(first);
-        reach = (pair_key(end - 1u) - slab_key) / SLABS;
+        reach = (pair_key(end - 1u) - slab_key) / slab_count();
     }
     var is_rest = false;
     // Drivers skip no branch, but they leave loops: what goes into the curves does so outside of

@@ -212,9 +212,9 @@ fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
 
 /// As `tile` does, where every pair hits the texel.
 fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
-    use super::tile::{SLAB_PAIRS, SLABS};
+    use super::tile::{SLAB_PAIRS, slab_count};
     let mut curve = Streaming::new(nodes, false);
-    let reach = (hits[hits.len() - 1].0 - hits[0].0) / SLABS as f32;
+    let reach = (hits[hits.len() - 1].0 - hits[0].0) / slab_count(nodes) as f32;
     let mut rest = hits;
     while let Some(&(start, _)) = rest.first() {
         let within = |&(depth, _): &Hit| depth - start <= reach;

@@ -17,9 +17,12 @@ use crate::{
 use glam::Vec3;
 
 /// Pairs of a slab, at most.
-pub const SLAB_PAIRS: usize = 32;
-/// A slab's pairs lie within this share of the depths of their segment: 1 over it.
-pub const SLABS: u32 = 48;
+pub const SLAB_PAIRS: usize = 64;
+
+/// A slab's pairs lie within this share of the depths of their segment: 1 over it. `nodes`: K.
+pub const fn slab_count(nodes: u32) -> u32 {
+    2 * nodes
+}
 
 /// Opacity below which a hit has no place of its own.
 const TRACE: f32 = 1.0 / 65536.0;
@@ -147,7 +150,7 @@ fn walk(
     modes: CurveModes,
 ) {
     let keys = (pairs.first().map_or(0, |p| p.1), pairs.last().map_or(0, |p| p.1));
-    let reach = (keys.1 - keys.0) / SLABS;
+    let reach = (keys.1 - keys.0) / slab_count(modes.nodes);
     let mut first = 0;
     for (i, &(footprint, key)) in pairs.iter().enumerate() {
         if i - first >= SLAB_PAIRS || key - pairs[first].1 > reach {
