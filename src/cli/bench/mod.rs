@@ -14,8 +14,8 @@ mod raster;
 pub(crate) use arguments::BenchArguments;
 
 use super::{failure::Failure, files};
-use gobo::gpu::{Backend, Gpu, Selection};
 use arguments::ReceiverName;
+use gobo::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
 use report::Report;
 
