@@ -339,8 +339,8 @@ fn through(y: f32) -> (Vec3, bool) {
 #[test]
 fn a_particle_gets_the_panes_before_it_and_no_others() {
     let scene = stairs(6);
-    let bare = render(Tier::Native, &stairs(0)).picture;
     for tier in TIERS {
+        let bare = render(tier, &stairs(0)).picture;
         let frame = render(tier, &scene);
         let (map, curve) = (&frame.maps[0], frame.maps[0].curve.as_ref().unwrap());
         let camera = View::from_camera(&scene.camera, &scene.bounds());
@@ -362,15 +362,20 @@ fn a_particle_gets_the_panes_before_it_and_no_others() {
             let p = camera.view_from_world.transform_point3(stair(id));
             let at = Vec2::new(p.x, -p.y) * (camera.scale / -p.z) + camera.size.as_vec2() * 0.5;
             let pixel = at.y as usize * 480 + at.x as usize;
-            let expected = to_screen(light * (0.8 * 5.0 * 0.5 * std::f32::consts::FRAC_1_PI));
+            let expected = to_screen(light * linear(bare.rgb[pixel][0]));
             for i in 0..3 {
                 let (is, should) = (frame.picture.rgb[pixel][i], expected[i]);
-                assert!(is.abs_diff(should) <= 2, "{id} {tier:?}: {is} {should}");
+                assert!(is.abs_diff(should) <= 3, "{id} {tier:?}: {is} {should}");
             }
             assert!(bare.rgb[pixel][0] > 180, "{:?}", bare.rgb[pixel]);
         }
         assert!(seen > 85, "{seen}");
     }
+}
+
+/// The grey that shows as `level`.
+fn linear(level: u8) -> f32 {
+    (0..4000).map(|i| i as f32 / 4000.0).find(|&v| to_screen(Vec3::splat(v))[0] >= level).unwrap()
 }
 
 /// Large triangles that cross: sorted by their nearest corner, they meet each texel in another
@@ -499,4 +504,23 @@ fn smoke_behind_smoke_is_darker_and_bluer() {
     let blueness = |sum: [f64; 3]| sum[2] / sum[0];
     assert!(brightness(sums[0]) < 0.8 * brightness(sums[1]), "{sums:?}");
     assert!(blueness(sums[0]) > 1.3 * blueness(sums[1]), "{sums:?}");
+}
+
+/// The page says what is measured.
+#[test]
+fn the_page_is_in_step() {
+    let page = include_str!("../docs/curves.md");
+    let samples = Rays::ALL.map(Sample::new);
+    for method in Method::ALL {
+        let start = format!("| {} | {} |", method.name(), method.bytes());
+        let line = page.lines().find(|line| line.starts_with(&start));
+        let line = line.unwrap_or_else(|| panic!("no line {start}: run make quality"));
+        let cells: Vec<f32> = line.split('|').filter_map(|cell| cell.trim().parse().ok()).collect();
+        for (i, sample) in samples.iter().enumerate() {
+            let (error, stated) = (sample.error(method), &cells[1 + 3 * i..]);
+            // Elementary functions differ in their last bits between platforms.
+            assert!((error.mean - stated[0]).abs() <= 2e-5 + 0.01 * stated[0], "{line}");
+            assert!((error.max - stated[1]).abs() <= 0.011, "{line}");
+        }
+    }
 }

@@ -13,6 +13,7 @@ use crate::{
     stage::{
         accumulate::TINY_GROUPS,
         bin::Dispatch,
+        curve::CURVE_SEGMENT,
         hits::Features,
         project::{CHUNK_SIZE, Chunk, ProjectParams},
     },
@@ -281,6 +282,11 @@ impl Batch {
         let mut pass = timeline.pass(encoder, "accumulate");
         let kernel = |variant| kernels.get(variant, translucent.features);
         kernel(V::AccumulateTiles).record(&mut pass, &translucent.tiles, tiles);
+        // A tile has each footprint once: few make no second segment of a curve.
+        let curved = translucent.features.nodes > 0;
+        if curved && translucent.list.footprint_count <= CURVE_SEGMENT {
+            return;
+        }
         kernel(V::AccumulateSegments).record_indirect(
             &mut pass,
             &translucent.segments,

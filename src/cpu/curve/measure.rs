@@ -115,6 +115,16 @@ impl Method {
         Self::Moments,
     ];
 
+    pub fn name(self) -> String {
+        match self {
+            Self::Nearest => "nearest depth".to_owned(),
+            Self::Curve(nodes) => format!("curve, K = {nodes}"),
+            Self::Slabs(nodes) => format!("curve, K = {nodes}, in slabs"),
+            Self::Fourier => "Fourier, 15 coefficients".to_owned(),
+            Self::Moments => "4 moments".to_owned(),
+        }
+    }
+
     /// That a map of it takes [bytes per texel], with F as rgba16float and D as r32float.
     pub fn bytes(self) -> u32 {
         match self {
