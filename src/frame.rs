@@ -1,5 +1,5 @@
 //! What one frame yields.
-use crate::{counters::Counters, cpu::curve::CurveMap, view::View};
+use crate::{counters::Counters, cpu::curve::CurveMap, debug::DebugMode, view::View};
 use glam::UVec2;
 
 /// The maps of one view, read back. Texel `(x, y)` is at `y * size.x + x`; row 0 is the top.
@@ -29,6 +29,8 @@ pub struct Picture {
 #[derive(Clone, Debug)]
 pub struct Frame {
     pub picture: Picture,
+    /// Those that were asked for.
+    pub debug: Vec<(DebugMode, Picture)>,
     /// Empty unless maps were asked for.
     pub maps: Vec<ViewMaps>,
     pub counters: Counters,

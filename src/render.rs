@@ -1,13 +1,16 @@
 //! Scenes to frames, on a GPU or on the CPU.
 use crate::{
+    atlas::AtlasLimits,
     counters::Counters,
     cpu::{self, curve::CurveMap},
+    debug::{self, DebugMode},
     error::Error,
     frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
     pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
-    view::{View, shadow_views},
+    stage::sort::pair_limit,
+    view::{View, fitted_views},
 };
 use half::f16;
 
@@ -15,6 +18,7 @@ use half::f16;
 #[derive(Debug)]
 pub struct Renderer {
     engine: Engine,
+    debug: Vec<DebugMode>,
 }
 
 #[derive(Debug)]
@@ -34,7 +38,7 @@ impl Renderer {
     /// `adapter`: part of the adapter's name; case does not matter.
     pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
         if backend == Backend::Cpu {
-            return Ok(Self { engine: Engine::Cpu });
+            return Ok(Self { engine: Engine::Cpu, debug: Vec::new() });
         }
         let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
         Ok(Self::on(Gpu::new(&selection)?))
@@ -49,7 +53,13 @@ impl Renderer {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline })) }
+        let engine = Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline }));
+        Self { engine, debug: Vec::new() }
+    }
+
+    /// What the next frames show beside the picture. The CPU twin has none of it.
+    pub fn set_debug(&mut self, modes: &[DebugMode]) {
+        self.debug = modes.to_vec();
     }
 
     /// What renders, for people.
@@ -63,24 +73,34 @@ impl Renderer {
         }
     }
 
+    /// Whether particles of at most 2x2 texels skip sort and bin; what is usual depends on the
+    /// adapter ([`Config::scatter_tiny`]). The CPU twin has one path only.
+    pub fn set_scatter_tiny(&mut self, scatter: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.pipeline.set_scatter_tiny(scatter);
+        }
+    }
+
     /// One frame. The views' maps are read back only with `maps`.
     pub fn render(&mut self, scene: &Scene, maps: bool) -> Result<Frame, Error> {
         match &mut self.engine {
-            Engine::Gpu(engine) => engine.render(scene, maps),
+            Engine::Gpu(engine) => engine.render(scene, maps, &self.debug),
             Engine::Cpu => Ok(render_on_cpu(scene, maps)),
         }
     }
 }
 
 fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
-    let views = shadow_views(scene);
+    let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     let clock = std::time::Instant::now();
-    let (view_maps, counters) = cpu::render_maps(scene, &views);
+    let (view_maps, mut counters) = cpu::render_maps(scene, &views);
+    counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = cpu::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
     Frame {
         picture,
+        debug: Vec::new(),
         maps: if maps { view_maps } else { Vec::new() },
         counters,
         stages: vec![("maps", maps_ms), ("picture", picture_ms)],
@@ -89,10 +109,16 @@ fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
 }
 
 impl GpuEngine {
-    fn render(&mut self, scene: &Scene, with_maps: bool) -> Result<Frame, Error> {
+    fn render(
+        &mut self,
+        scene: &Scene,
+        with_maps: bool,
+        debug: &[DebugMode],
+    ) -> Result<Frame, Error> {
         let Self { gpu, pipeline, timeline } = self;
-        let views = shadow_views(scene);
-        pipeline.set_pair_budget(scene.shadow.pair_budget);
+        let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
+        let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
+        pipeline.set_pair_budget(budget);
         pipeline.set_soften(scene.shadow.soften);
         pipeline.set_nodes(scene.shadow.curve_nodes());
         let Scene { particles, triangles, materials, textures, .. } = scene;
@@ -108,7 +134,7 @@ impl GpuEngine {
             gpu.check()?;
             let needed = opaque.pairs_needed.max(translucent.pairs_needed);
             let room = prepared.pair_capacity();
-            if needed <= room || room >= scene.shadow.pair_budget {
+            if needed <= room || room >= budget {
                 break (prepared, opaque, translucent, timeline.read(&gpu.device));
             }
             pairs = Some(needed);
@@ -116,7 +142,7 @@ impl GpuEngine {
         let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
         let mut pairs = None;
-        let picture = loop {
+        let prepared_picture = loop {
             let picture = pipeline.prepare_picture(
                 &gpu.device,
                 &gpu.queue,
@@ -132,22 +158,54 @@ impl GpuEngine {
             let lists = picture.read_counters(&gpu.device, &gpu.queue)?;
             let needed = lists[0].pairs_needed.max(lists[1].pairs_needed);
             let room = picture.pair_capacity();
-            if needed <= room || room >= scene.shadow.pair_budget {
+            if needed <= room || room >= budget {
                 break picture;
             }
             pairs = Some(needed);
         };
         let of_picture: f64 = timeline.read(&gpu.device).iter().map(|(_, ms)| ms).sum();
         stages.push(("picture", of_picture));
-        for &(name, bytes) in &picture.memory.0 {
+        for &(name, bytes) in &prepared_picture.memory.0 {
             memory.add(name, bytes);
         }
-        let picture = picture.read(gpu)?;
+        let picture = prepared_picture.read(gpu)?;
+        let clusters = prepared_picture.read_cluster_counters(gpu)?;
+        let mut shown = Vec::new();
+        for &mode in debug {
+            let image = match mode {
+                DebugMode::Clusters => debug::clusters(gpu, &prepared_picture, scene, &picture)?,
+                DebugMode::Cost => {
+                    pipeline.set_count_cost(true);
+                    let costs = pipeline.prepare_picture(
+                        &gpu.device,
+                        &gpu.queue,
+                        &casters,
+                        scene,
+                        &views,
+                        &prepared.maps,
+                        pairs,
+                    );
+                    pipeline.set_count_cost(false);
+                    let costs = costs?;
+                    submit(gpu, timeline, |encoder, timeline| {
+                        costs.record(pipeline.kernels(), encoder, timeline);
+                    });
+                    debug::cost(&picture, &costs.read_costs(gpu)?)
+                }
+            };
+            shown.push((mode, image));
+        }
         gpu.check()?;
         Ok(Frame {
             picture,
+            debug: shown,
             maps,
-            counters: counters(scene, &opaque, &translucent),
+            counters: Counters {
+                shrunk: shrunk as u64,
+                cluster_lights: clusters.needed.into(),
+                clusters_overflowed: clusters.overflowed.into(),
+                ..counters(scene, &opaque, &translucent)
+            },
             stages,
             memory: memory.0,
         })
@@ -177,7 +235,9 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
         disordered: sum(|c| c.disordered),
+        shrunk: 0,
         skipped: scene.skipped.clone(),
+        ..Counters::default()
     }
 }
 

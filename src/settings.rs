@@ -25,6 +25,8 @@ pub struct ShadowSettings {
     pub normal_bias: f32,
     /// Pairs that one batch of views may hold; casters past it take the scatter path.
     pub pair_budget: u32,
+    /// Texels that the maps of all views may take together; maps are halved until they fit.
+    pub texel_budget: u64,
     /// Whether dithered surfaces become a grey filter, blurred over a window of their pattern.
     pub soften: bool,
 }
@@ -44,9 +46,35 @@ impl Default for ShadowSettings {
             nodes: 8,
             bias: 0.01,
             normal_bias: 1.5,
-            pair_budget: 1 << 24,
+            pair_budget: crate::stage::sort::PAIR_LIMIT,
+            texel_budget: 1 << 27,
             soften: false,
         }
+    }
+}
+
+/// The `[clusters]` table of a scene: how the camera's frustum is cut for its lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClusterSettings {
+    /// Edge of a cluster on the screen [pixels], 16..=256.
+    pub tile: u32,
+    /// Slices in depth, 1..=64.
+    pub slices: u32,
+    /// Where the first slice ends [m]; a hundredth of the camera's far plane when `None`.
+    pub near: Option<f32>,
+    /// Lights that the lists of all clusters together may hold; clusters past it are shaded with
+    /// all lights. With 0, all are.
+    pub budget: u32,
+}
+
+impl ClusterSettings {
+    pub const MAX_SLICES: u32 = 64;
+    pub const MAX_BUDGET: u32 = 1 << 24;
+}
+
+impl Default for ClusterSettings {
+    fn default() -> Self {
+        Self { tile: 32, slices: 24, near: None, budget: 1 << 22 }
     }
 }
 

@@ -300,13 +300,14 @@ fn stairs(panes: usize) -> Scene {
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     scene.lights[0].intensity = 5.0;
     scene.shadow.bias = 0.002;
+    scene.shadow.size = 512;
     scene.camera.eye = Vec3::new(0.0, 0.0, 8.0);
     scene.camera.fov_y = 0.55;
     scene.camera.size = UVec2::new(480, 480);
     for (i, &y) in HEIGHTS.iter().enumerate().take(panes) {
         let corner = |x: f32, z: f32| Vec3::new(x, y, z);
         let (a, b, c, d) =
-            (corner(-3.0, -2.0), corner(3.0, -2.0), corner(3.0, 0.4), corner(-3.0, 0.4));
+            (corner(-3.0, -2.0), corner(3.0, -2.0), corner(3.0, 0.05), corner(-3.0, 0.05));
         for corners in [[a, b, c], [a, c, d]] {
             scene.triangles.push(triangle(corners, i as u32));
         }

@@ -6,6 +6,7 @@ use gobo::{
     stage::{
         KERNELS,
         bin::{BatchCounters, BinParams, Segment, Tile},
+        cluster::{ClusterCounters, ClusterParams},
         filter::FilterParams,
         project::{Chunk, ProjectParams},
         shade::{GpuLight, PictureParams},
@@ -31,6 +32,8 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<Tile>,
     struct_agrees::<Segment>,
     struct_agrees::<FilterParams>,
+    struct_agrees::<ClusterParams>,
+    struct_agrees::<ClusterCounters>,
     struct_agrees::<GpuLight>,
     struct_agrees::<PictureParams>,
 ];

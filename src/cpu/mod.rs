@@ -2,6 +2,7 @@
 pub mod accumulate;
 pub mod bin;
 pub mod caster_hit;
+pub mod cluster;
 pub mod colored;
 pub mod curve;
 pub mod filter;

@@ -1,4 +1,5 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
+use super::small::TriangleExtent;
 use crate::{
     caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
     dither::{Pattern, blue_ranks, window},
@@ -102,6 +103,8 @@ pub struct CasterSet {
     /// Of translucent particles: what each [`CHUNK_SIZE`] of them are within.
     extents: Vec<Extent>,
     triangle_ranges: [Range<u32>; CLASSES],
+    /// Of opaque and dithered triangles: what each [`CHUNK_SIZE`] of them are within.
+    triangle_extents: Vec<TriangleExtent>,
     features: [Features; CLASSES],
     /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
     pub dither_window: u32,
@@ -150,6 +153,12 @@ impl CasterSet {
         let Range { start, end } = particle_ranges[Class::Translucent as usize];
         let translucent = &casters[start as usize..end as usize];
         let extents = translucent.chunks(CHUNK_SIZE as usize).map(Extent::of).collect();
+        let Range { end, .. } = triangle_ranges[Class::Dithered as usize];
+        let triangle_extents = triangle_order[..end as usize]
+            .chunks(CHUNK_SIZE as usize)
+            .map(|chunk| chunk.iter().map(|&i| &triangles[i as usize]))
+            .map(|chunk| TriangleExtent::of(chunk, materials))
+            .collect();
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
         if materials.iter().any(|m| m.transfer == Transfer::Dither && m.pattern == Pattern::Blue) {
             // Behind the particles, because every kernel that dithers reads these already.
@@ -163,6 +172,7 @@ impl CasterSet {
             extents,
             particle_ranges,
             triangle_ranges,
+            triangle_extents,
             features,
             dither_window: window(materials),
             memory,
@@ -183,6 +193,11 @@ impl CasterSet {
     /// Of the chunks of the translucent particles.
     pub fn extents(&self) -> &[Extent] {
         &self.extents
+    }
+
+    /// Of the chunks of the opaque and dithered triangles.
+    pub fn triangle_extents(&self) -> &[TriangleExtent] {
+        &self.triangle_extents
     }
 }
 
@@ -210,6 +225,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.quads |= is_particle && material.shape == Shape::Quad;
     features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
+    features.solid &= !is_particle && material.transfer == Transfer::Opaque;
     features.plain &= is_particle && is_plain(material);
 }
 
@@ -230,7 +246,12 @@ fn upload<T: bytemuck::Pod>(
     texels: u32,
 ) -> Result<wgpu::Texture, Error> {
     let count = records.len() as u64 * u64::from(texels);
-    let texture = allocator.records(name, Rgba32Uint, count, TextureUsages::COPY_DST)?;
+    let texture = allocator.records(
+        name,
+        Rgba32Uint,
+        count,
+        TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING,
+    )?;
     let row = ROW as usize * 16;
     let bytes: &[u8] = bytemuck::cast_slice(records);
     let whole = bytes.len() / row * row;

@@ -4,6 +4,7 @@ use super::{
     batch::{Context, Plan},
     casters::Class,
     kernels::Kernels,
+    small::SmallDepths,
 };
 use crate::{
     error::Error,
@@ -14,7 +15,7 @@ use crate::{
         curve::{CURVE_SEGMENT, partial_bytes},
         hits::Features,
         project::{Chunk, grid},
-        sort::{PAIR_FORMAT, PAIR_LIMIT, SortBindings, SortCount},
+        sort::{PAIR_FORMAT, SortBindings, SortCount, pair_limit},
     },
     view::{GpuView, MAX_VIEWS, TILE_SIZE},
 };
@@ -61,6 +62,7 @@ pub(super) struct Scratch {
     pub partials: Buffer,
     /// For curves, whose tiles take what was scattered themselves: zero.
     pub nothing_scattered: Buffer,
+    pub small: SmallDepths,
 }
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
@@ -109,6 +111,7 @@ impl Scratch {
 
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
         config: &Config,
         plans: &[Plan],
         pairs: Option<u32>,
@@ -118,9 +121,13 @@ impl Scratch {
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
         let setups = lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0);
         let tiles = plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
+        const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
+        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
+        let small_tiles = with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
         // A first guess; a frame that needed more says so, and the next is prepared with it.
         let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
-        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT);
+        let limit = pair_limit(allocator.device);
+        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit);
         let partial = u64::from(CURVE_SEGMENT);
         // Only tiles with more than one segment have any.
         let partials = |pairs: u32| 2 * (u64::from(pairs) / partial) + 1;
@@ -182,7 +189,8 @@ impl Scratch {
                 if nodes == 0 { 1 } else { tiles },
                 none,
             )?,
-            sums: Sums::new(allocator, config.tier, tiles * u64::from(TILE_SIZE * TILE_SIZE))?,
+            sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
+            small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
         })
     }
 }

@@ -4,23 +4,27 @@
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod batch;
 mod casters;
+mod clusters;
 mod filter;
 mod kernels;
 mod list;
 mod maps;
 mod picture;
+mod small;
 
+pub use crate::atlas::MapPlace;
 pub(crate) use casters::is_plain;
 pub use casters::{CasterSet, Class, Span};
 pub use kernels::Kernels;
 pub use list::ListCounters;
-pub use maps::{MapPlace, Maps};
+pub use maps::Maps;
 pub use picture::PreparedPicture;
+pub use small::{SMALL_SIDE, TriangleExtent};
 
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Tier, Timeline},
-    stage::sort,
+    stage::sort::{self, PAIR_LIMIT},
     view::View,
 };
 use batch::Batch;
@@ -35,12 +39,15 @@ pub struct Config {
     pub sort: sort::Shape,
     /// Pairs that one batch may hold; what does not fit takes the scatter path.
     pub pair_budget: u32,
-    /// Whether particles of at most 2x2 texels skip sort and bin.
+    /// Whether particles of at most 2x2 texels skip sort and bin. Off on software adapters, whose
+    /// atomics cost more than their sort.
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
     /// Of a curve (K); 0: nearest-depth mode, without curves.
     pub nodes: u32,
+    /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
+    pub count_cost: bool,
 }
 
 impl Config {
@@ -48,10 +55,11 @@ impl Config {
         Self {
             tier,
             sort: sort::Shape::of(adapter),
-            pair_budget: 1 << 24,
-            scatter_tiny: true,
+            pair_budget: PAIR_LIMIT,
+            scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
             nodes: 0,
+            count_cost: false,
         }
     }
 }
@@ -96,6 +104,11 @@ impl Pipeline {
     }
 
     /// For the next `prepare`.
+    pub fn set_scatter_tiny(&mut self, scatter: bool) {
+        self.config.scatter_tiny = scatter;
+    }
+
+    /// For the next `prepare`.
     pub fn set_soften(&mut self, soften: bool) {
         self.config.soften = soften;
     }
@@ -103,6 +116,11 @@ impl Pipeline {
     /// K of the curves, 0 for none; for the next `prepare`.
     pub fn set_nodes(&mut self, nodes: u32) {
         self.config.nodes = nodes;
+    }
+
+    /// For the next `prepare_picture`.
+    pub fn set_count_cost(&mut self, count_cost: bool) {
+        self.config.count_cost = count_cost;
     }
 
     pub fn kernels(&mut self) -> &mut Kernels {
@@ -126,7 +144,11 @@ impl Pipeline {
         let plans = batch::plan(views, casters, &maps)?;
         let gain = plans.iter().any(|plan| plan.lists[1].features.gain);
         let maps = Maps { gain, ..maps };
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs, nodes)?);
+        if plans.iter().any(|plan| plan.lists[1].footprint_count == 0) {
+            maps.fill_clear(queue);
+        }
+        let scratch =
+            Arc::new(Scratch::new(&mut allocator, queue, &self.config, &plans, pairs, nodes)?);
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
             let mut context = batch::Context {

@@ -8,6 +8,7 @@ mod gltf_file;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_texture;
+mod light_tables;
 mod load;
 pub mod noise;
 mod particles;
@@ -27,7 +28,7 @@ use crate::{
     caster::{Material, Particle, Texture, Triangle},
     counters::Skipped,
     light::Light,
-    settings::ShadowSettings,
+    settings::{ClusterSettings, ShadowSettings},
 };
 use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;
@@ -52,6 +53,7 @@ pub struct Camera {
 pub struct Scene {
     pub camera: Camera,
     pub shadow: ShadowSettings,
+    pub clusters: ClusterSettings,
     pub lights: Vec<Light>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,

@@ -1,6 +1,7 @@
 //! The pipeline, stage by stage, in dispatch order.
 pub mod accumulate;
 pub mod bin;
+pub mod cluster;
 pub mod curve;
 pub mod filter;
 pub mod hits;
@@ -28,12 +29,17 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &bin::DISPATCH,
     &filter::ROWS,
     &filter::COLUMNS,
+    &cluster::COUNT,
+    &cluster::SCAN,
+    &cluster::EMIT,
     &shade::CASTERS_LIT,
     &shade::SEEN[0],
     &shade::SURFACES[0],
     &shade::LAYERS[0],
     &shade::COMPOSITE[0],
+    &occlude::SMALL,
     &occlude::TILES[0],
+    &occlude::TRIANGLE_TILES[0],
     &occlude::SEGMENTS[0],
     &occlude::OVERFLOW[0],
     &accumulate::TINY[0],
@@ -50,6 +56,7 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &curve::DISC_SEGMENTS[0],
     &curve::RESOLVE[0],
     &occlude::TILES[1],
+    &occlude::TRIANGLE_TILES[1],
     &occlude::SEGMENTS[1],
     &occlude::OVERFLOW[1],
     &accumulate::TINY[1],

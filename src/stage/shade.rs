@@ -14,22 +14,29 @@ use crate::{
     view::{GpuView, View},
 };
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec3};
+use glam::{Mat4, UVec3, Vec3};
 use wgpu::{
     TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},
     TextureSampleType::Uint,
 };
 
-/// Lights of a picture: the length of the uniform array.
-pub const MAX_LIGHTS: usize = 512;
-/// Shadow views of a picture: the length of the uniform array.
-pub const MAX_SHADOW_VIEWS: usize = 512;
+/// Lights of a picture. A pixel that asks all of them for its surface and for both panes of its four
+/// rows stays below the 65,535 iterations that llvmpipe allows an invocation.
+pub const MAX_LIGHTS: usize = 4096;
+/// Shadow views of a picture: as many as all lights may have.
+pub const MAX_SHADOW_VIEWS: usize = 6 * MAX_LIGHTS;
+/// Texels of a [`GpuLight`]. WGSL: `wgsl/common/light.wgsl`.
+pub const LIGHT_TEXELS: u32 = 4;
+const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);
+/// Texels of a [`GpuView`]. WGSL: `wgsl/common/light.wgsl`.
+pub const VIEW_TEXELS: u32 = 8;
+const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 /// Invocations of a workgroup of [`CASTERS_LIT`].
 pub const CASTER_LANES: u32 = 64;
 
 const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
-const LIGHTS: Binding = Binding::uniform::<[GpuLight; MAX_LIGHTS]>("lights");
-const SHADOW_VIEWS: Binding = Binding::uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
+const LIGHTS: Binding = Binding::texture("lights", Uint);
+const CLUSTERS: Binding = Binding::texture("clusters", Uint);
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
 const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
 const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
@@ -53,6 +60,7 @@ macro_rules! seen {
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
                 "common/solid.wgsl",
+                "common/cost.wgsl",
                 "common/gather_seen.wgsl",
                 $walk,
                 "shade_seen.wgsl"
@@ -75,6 +83,7 @@ macro_rules! seen {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -100,6 +109,7 @@ macro_rules! surfaces {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/solid.wgsl",
+                "common/cost.wgsl",
                 "common/gather_seen.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -115,8 +125,6 @@ macro_rules! surfaces {
                 VIEWS,
                 MATERIALS,
                 PARAMS,
-                LIGHTS,
-                SHADOW_VIEWS,
                 Binding::read::<Tile>("tiles"),
                 Binding::read::<[u32; 4]>("partials"),
                 Binding::texture_read("pairs", Rg32Uint),
@@ -125,6 +133,8 @@ macro_rules! surfaces {
                 SETUPS,
                 IMAGES,
                 TRIANGLES,
+                LIGHTS,
+                CLUSTERS,
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
@@ -139,6 +149,7 @@ macro_rules! surfaces {
                 ("HAS_QUADS", 1.0),
                 ("NODES", 0.0),
                 ("HAS_GAIN", 0.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -164,6 +175,7 @@ macro_rules! layers {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
+                "common/cost.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -180,8 +192,6 @@ macro_rules! layers {
                 VIEWS,
                 MATERIALS,
                 PARAMS,
-                LIGHTS,
-                SHADOW_VIEWS,
                 Binding::read::<[u32; 4]>("dispatches"),
                 Binding::read::<Segment>("segments"),
                 Binding::read_write::<[u32; 4]>("partials"),
@@ -191,6 +201,8 @@ macro_rules! layers {
                 SETUPS,
                 IMAGES,
                 TRIANGLES,
+                LIGHTS,
+                CLUSTERS,
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
@@ -206,6 +218,7 @@ macro_rules! layers {
                 ("HAS_QUADS", 1.0),
                 ("NODES", 0.0),
                 ("HAS_GAIN", 0.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -230,6 +243,7 @@ macro_rules! composite {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
+                "common/cost.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -247,8 +261,6 @@ macro_rules! composite {
                 VIEWS,
                 MATERIALS,
                 PARAMS,
-                LIGHTS,
-                SHADOW_VIEWS,
                 Binding::read::<Tile>("tiles"),
                 Binding::read::<[u32; 4]>("partials"),
                 Binding::read_write::<u32>("pixels"),
@@ -258,6 +270,8 @@ macro_rules! composite {
                 SETUPS,
                 IMAGES,
                 TRIANGLES,
+                LIGHTS,
+                CLUSTERS,
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
@@ -273,6 +287,7 @@ macro_rules! composite {
                 ("HAS_QUADS", 1.0),
                 ("NODES", 0.0),
                 ("HAS_GAIN", 0.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -294,11 +309,11 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
     ],
     bindings: &[
         PARAMS,
-        LIGHTS,
-        SHADOW_VIEWS,
         Binding::texture_read("footprints", Rgba32Uint),
         Binding::texture_read("rects", Rg32Uint),
         CASTERS,
+        LIGHTS,
+        CLUSTERS,
         FILTERS,
         NEARESTS,
         OPAQUES,
@@ -326,8 +341,9 @@ pub struct GpuLight {
     /// Cosines of half the angle of a spot: where its light ends, and where it begins to fade.
     pub cone_outer: f32,
     pub cone_inner: f32,
-    pub pad_0: u32,
-    pub pad_1: u32,
+    /// One over the square of the range [1/m^2]; 0 where the light has no end.
+    pub per_range2: f32,
+    pub pad: u32,
 }
 crate::gpu_layout!(GpuLight {
     position,
@@ -338,11 +354,16 @@ crate::gpu_layout!(GpuLight {
     view_count,
     cone_outer,
     cone_inner,
-    pad_0,
-    pad_1
+    per_range2,
+    pad
 });
 
 impl GpuLight {
+    /// Of all lights; `views`: their shadow views.
+    pub fn all(lights: &[Light], views: &[View]) -> Vec<Self> {
+        (0..).zip(lights).map(|(index, light)| Self::new(light, index, views)).collect()
+    }
+
     /// `views`: the shadow views of all lights.
     pub fn new(light: &Light, index: usize, views: &[View]) -> Self {
         let own = |view: &View| view.light == Some(index);
@@ -360,8 +381,8 @@ impl GpuLight {
             view_count: views.iter().filter(|view| own(view)).count() as u32,
             cone_outer: (angle * 0.5).cos(),
             cone_inner: (angle * 0.5 * 0.85).cos(),
-            pad_0: 0,
-            pad_1: 0,
+            per_range2: light.range().map_or(0.0, |range| 1.0 / (range * range)),
+            pad: 0,
         }
     }
 }
@@ -380,6 +401,17 @@ pub struct PictureParams {
     pub bias: f32,
     /// [texels]
     pub normal_bias: f32,
+    /// Of the camera [m].
+    pub near: f32,
+    /// From the camera's near to its far plane [m].
+    pub depth_range: f32,
+    /// Of the clusters, in x, y and depth.
+    pub cells: UVec3,
+    /// Edge of a cluster [pixels].
+    pub tile: u32,
+    /// Where the first slice ends [m].
+    pub first_slice: f32,
+    pub slices_per_doubling: f32,
     pub pad_0: u32,
     pub pad_1: u32,
 }
@@ -391,6 +423,12 @@ crate::gpu_layout!(PictureParams {
     footprint_count,
     bias,
     normal_bias,
+    near,
+    depth_range,
+    cells,
+    tile,
+    first_slice,
+    slices_per_doubling,
     pad_0,
     pad_1
 });

@@ -12,7 +12,7 @@ var<private> seek_length: f32;
 
 fn seek_node(node: vec2<u32>) {
     let own = node_start(node);
-    let before = own < seek_z;
+    let before = own > 0.0 && own < seek_z;
     seek_start = select(seek_start, own, before);
     seek_length = select(seek_length, node_length(node), before);
     seek_before = select(seek_before, seek_light, before);

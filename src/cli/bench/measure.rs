@@ -231,7 +231,7 @@ impl Bench {
                 prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
             let needed = opaque.pairs_needed.max(translucent.pairs_needed);
             let room = prepared.pair_capacity();
-            let full = room >= self.pipeline.config().pair_budget || pairs.is_some();
+            let full = pairs.is_some();
             if needed <= room || full {
                 return Ok(prepared);
             }

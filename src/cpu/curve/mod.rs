@@ -284,7 +284,7 @@ pub fn light_at(nodes: &[PackedNode], z: f32, gain: bool) -> Vec3 {
     let (mut start, mut length) = (0.0, 0.0);
     for &node in nodes {
         let (own_start, own_length, own_light) = unpack(node, gain);
-        if own_start < z {
+        if own_start > 0.0 && own_start < z {
             (start, length) = (own_start, own_length);
             (before, light) = (light, own_light);
         }
