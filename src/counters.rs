@@ -25,6 +25,8 @@ pub struct Counters {
     pub scattered: u64,
     /// Of those, for lack of room in the pair budget.
     pub overflowed: u64,
+    /// Hits that came late, inside a merged ramp of a curve.
+    pub disordered: u64,
     /// (light, cluster of the camera) that the picture's lists have.
     pub cluster_lights: u64,
     /// Clusters whose list did not fit, so that their pixels ask all lights.

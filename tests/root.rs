@@ -9,6 +9,7 @@ mod closed_forms;
 mod cluster;
 mod common;
 mod cull;
+mod curve;
 mod device;
 mod dither;
 mod extremes;
