@@ -25,12 +25,14 @@ pub struct Counters {
     pub scattered: u64,
     /// Of those, for lack of room in the pair budget.
     pub overflowed: u64,
-    /// Maps that are smaller than they should be, for lack of room in the atlas.
-    pub shrunk: u64,
+    /// Hits that came late, inside a merged ramp of a curve.
+    pub disordered: u64,
     /// (light, cluster of the camera) that the picture's lists have.
     pub cluster_lights: u64,
     /// Clusters whose list did not fit, so that their pixels ask all lights.
     pub clusters_overflowed: u64,
+    /// Maps that are smaller than they should be, for lack of room in the atlas.
+    pub shrunk: u64,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

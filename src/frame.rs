@@ -1,5 +1,5 @@
 //! What one frame yields.
-use crate::{counters::Counters, debug::DebugMode, view::View};
+use crate::{counters::Counters, cpu::curve::CurveMap, debug::DebugMode, view::View};
 use glam::UVec2;
 
 /// The maps of one view, read back. Texel `(x, y)` is at `y * size.x + x`; row 0 is the top.
@@ -12,6 +12,8 @@ pub struct ViewMaps {
     pub nearest: Vec<f32>,
     /// `Z`: light depth of the nearest opaque surface, 1 where there is none.
     pub opaque: Vec<f32>,
+    /// Light as a function of depth; in curve mode.
+    pub curve: Option<CurveMap>,
 }
 
 /// The lit picture.

@@ -2,7 +2,7 @@
 use crate::{
     atlas::AtlasLimits,
     counters::Counters,
-    cpu,
+    cpu::{self, curve::CurveMap},
     debug::{self, DebugMode},
     error::Error,
     frame::{Frame, ViewMaps},
@@ -133,6 +133,7 @@ impl GpuEngine {
         let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
         pipeline.set_pair_budget(budget);
         pipeline.set_soften(scene.shadow.soften);
+        pipeline.set_nodes(scene.shadow.curve_nodes());
         let Scene { particles, triangles, materials, textures, .. } = scene;
         let (casters, mut earlier) = kept.take().unzip();
         let casters = casters.and_then(|mut casters| {
@@ -262,6 +263,7 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         segments: sum(|c| c.segment_count),
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
+        disordered: sum(|c| c.disordered),
         skipped: scene.skipped.clone(),
         ..Counters::default()
     }
@@ -272,7 +274,15 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
+    let curves: Vec<[[u32; 2]; 2]> =
+        if maps.nodes > 0 { gpu.try_read_texture(&maps.curves)? } else { Vec::new() };
     let atlas = maps.filters.size();
+    let layer = (atlas.width * atlas.height) as usize;
+    let nodes_of = |texel: usize| {
+        let (z, rest) = (texel / layer, texel % layer);
+        let pairs = maps.nodes as usize / 2;
+        (0..pairs).flat_map(|pair| curves[(z * pairs + pair) * layer + rest]).collect::<Vec<_>>()
+    };
     let view_maps = views.iter().zip(&maps.places).map(|(view, place)| {
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
@@ -287,6 +297,11 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
             filter: texels().map(rgb).collect(),
             nearest: texels().map(|t| nearests[t]).collect(),
             opaque: texels().map(|t| opaques[t]).collect(),
+            curve: (maps.nodes > 0).then(|| CurveMap {
+                nodes: maps.nodes as usize,
+                gain: maps.gain,
+                packed: texels().flat_map(nodes_of).collect(),
+            }),
         }
     });
     Ok(view_maps.collect())

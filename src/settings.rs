@@ -31,6 +31,13 @@ pub struct ShadowSettings {
     pub soften: bool,
 }
 
+impl ShadowSettings {
+    /// K of the curves that receivers read; 0 where they read none.
+    pub fn curve_nodes(&self) -> u32 {
+        if self.receiver == Receiver::Curve { self.nodes } else { 0 }
+    }
+}
+
 impl Default for ShadowSettings {
     fn default() -> Self {
         Self {

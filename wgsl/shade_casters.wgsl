@@ -10,7 +10,8 @@
 @group(0) @binding(6) var filters: texture_2d_array<f32>;
 @group(0) @binding(7) var nearests: texture_2d_array<f32>;
 @group(0) @binding(8) var opaques: texture_2d_array<f32>;
-@group(0) @binding(9) var lit: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(9) var curves: texture_2d_array<u32>;
+@group(0) @binding(10) var lit: texture_storage_2d<rgba16float, write>;
 
 override WORKGROUP_SIZE: u32;
 

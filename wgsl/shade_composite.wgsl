@@ -19,8 +19,9 @@
 @group(0) @binding(14) var filters: texture_2d_array<f32>;
 @group(0) @binding(15) var nearests: texture_2d_array<f32>;
 @group(0) @binding(16) var opaques: texture_2d_array<f32>;
-@group(0) @binding(17) var surfaces: texture_2d<f32>;
-@group(0) @binding(18) var lit: texture_2d<f32>;
+@group(0) @binding(17) var curves: texture_2d_array<u32>;
+@group(0) @binding(18) var surfaces: texture_2d<f32>;
+@group(0) @binding(19) var lit: texture_2d<f32>;
 
 @compute @workgroup_size(LANES)
 fn shade_composite(

@@ -18,7 +18,8 @@
 @group(0) @binding(13) var filters: texture_2d_array<f32>;
 @group(0) @binding(14) var nearests: texture_2d_array<f32>;
 @group(0) @binding(15) var opaques: texture_2d_array<f32>;
-@group(0) @binding(16) var surfaces: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(16) var curves: texture_2d_array<u32>;
+@group(0) @binding(17) var surfaces: texture_storage_2d<rgba32float, write>;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
     if HAS_TRIANGLES && (id & TRIANGLE_BIT) != 0u {

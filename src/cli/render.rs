@@ -159,6 +159,7 @@ mod tests {
             "overflowed",
             "shrunk",
             "cluster_lights",
+            "clusters_overflowed",
         ] {
             assert_eq!(value[name], 0, "{name}");
         }

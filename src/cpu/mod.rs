@@ -4,6 +4,7 @@ pub mod bin;
 pub mod caster_hit;
 pub mod cluster;
 pub mod colored;
+pub mod curve;
 pub mod filter;
 pub mod hit;
 pub mod maps;
@@ -19,6 +20,6 @@ mod threads;
 pub mod tile;
 
 pub use maps::render_maps;
-pub use receive::{MapTexel, receive};
+pub use receive::{MapTexel, receive, receive_curve};
 pub use shade::render_picture;
 pub use sort::{Pair, sort};

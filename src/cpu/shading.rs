@@ -1,6 +1,6 @@
 //! Twin of `wgsl/common/receive.wgsl`, `shading.wgsl`, `sheet.wgsl` and `tone.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
-use super::receive::{MapTexel, receive};
+use super::receive::{MapTexel, receive, receive_curve};
 use crate::{
     frame::ViewMaps,
     scene::Scene,
@@ -81,6 +81,9 @@ impl<'a> Lighting<'a> {
         let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
+        if let Some(curve) = &map.curve {
+            return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
+        }
         let filter = Vec3::from_array(map.filter[i]);
         receive(z, &MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] }, bias)
     }

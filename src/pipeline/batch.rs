@@ -15,6 +15,7 @@ use crate::{
     stage::{
         accumulate::TINY_GROUPS,
         bin::Dispatch,
+        curve::CURVE_SEGMENT,
         hits::Features,
         project::{Chunk, ProjectParams},
     },
@@ -73,7 +74,7 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter = self.config.scatter_tiny && plan.class == Class::Translucent && !self.camera;
+        let scatter = self.config.scatters() && plan.class == Class::Translucent && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
@@ -103,10 +104,12 @@ pub(super) struct Seen<'a> {
     pub groups: &'a [u32],
 }
 
-/// Cuts the views into batches and lists their casters. `kept`: the maps hold something already.
+/// Cuts the views into batches and lists their casters. `nodes`: K of the curves, 0 for none;
+/// `kept`: the maps hold something already.
 pub(super) fn plan(
     views: &[Seen<'_>],
     casters: &CasterSet,
+    nodes: u32,
     kept: bool,
 ) -> Result<Vec<Plan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
@@ -134,7 +137,7 @@ pub(super) fn plan(
                 .is_some_and(|(v, _): &(GpuView, _)| v.perspective != gpu_view.perspective)
             || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
         if full && !batch.is_empty() {
-            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, kept));
+            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, nodes, kept));
             (tile_count, footprints) = (0, [0; 2]);
             gpu_view.first_tile = 0;
         }
@@ -143,7 +146,7 @@ pub(super) fn plan(
         footprints = [0, 1].map(|i| footprints[i] + listed[i]);
     }
     if !batch.is_empty() {
-        plans.push(Plan::new(batch, tile_count, casters, kept));
+        plans.push(Plan::new(batch, tile_count, casters, nodes, kept));
     }
     Ok(plans)
 }
@@ -161,7 +164,14 @@ impl Plan {
         listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
     }
 
-    fn new(seen: Vec<(GpuView, &[u32])>, tile_count: u32, casters: &CasterSet, kept: bool) -> Self {
+    /// `nodes`: K of the curves, 0 for none.
+    fn new(
+        seen: Vec<(GpuView, &[u32])>,
+        tile_count: u32,
+        casters: &CasterSet,
+        nodes: u32,
+        kept: bool,
+    ) -> Self {
         let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
         let perspective = views[0].perspective > 0.0;
         let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
@@ -175,7 +185,8 @@ impl Plan {
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
-        let lists = [blocking, ListPlan { tiny_chunks, ..filtering }];
+        let features = Features { nodes, ..filtering.features };
+        let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, kept, cleared: false }
     }
 
@@ -310,7 +321,7 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
-        let tiny = if context.config.scatter_tiny { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let tiny = if context.config.scatters() { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
@@ -378,6 +389,11 @@ impl Batch {
         let mut pass = timeline.pass(encoder, "accumulate");
         let kernel = |variant| kernels.get(variant, translucent.features);
         kernel(V::AccumulateTiles).record(&mut pass, &translucent.tiles, tiles);
+        // A tile has each footprint once: few make no second segment of a curve.
+        let curved = translucent.features.nodes > 0;
+        if curved && translucent.list.footprint_count <= CURVE_SEGMENT {
+            return;
+        }
         kernel(V::AccumulateSegments).record_indirect(
             &mut pass,
             &translucent.segments,
@@ -572,16 +588,28 @@ impl ClassBatch {
         };
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
-        let outputs = [texture(&filters), texture(&nearests)];
-        let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
-        to_map.extend(outputs.clone());
+        let curves = array_view(&maps.curves);
+        let counters = list.counters.as_entire_binding();
+        let partials = context.scratch.partials.as_entire_binding();
+        let curved = features.nodes > 0;
+        let mut outputs = vec![texture(&filters), texture(&nearests)];
         let mut resolve =
             vec![shared.views.clone(), dispatches.clone(), merged_tiles.clone(), tiles.clone()];
+        let (mut to_map, to_sums);
+        if curved {
+            outputs.push(texture(&curves));
+            resolve.push(partials.clone());
+            to_map = shared.summed(shared.hits([tiles, &counters, pairs, footprints], &hit));
+            let own = [dispatches, segments, &partials, &counters, pairs, footprints];
+            to_sums = shared.hits(own, &hit);
+        } else {
+            to_map = shared.hits([tiles, pairs, footprints], &hit);
+            to_sums = shared.summed(shared.hits([dispatches, segments, pairs, footprints], &hit));
+        }
+        to_map.extend(outputs.clone());
         resolve.extend(outputs);
-        let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
         let tiny = tiny.map(|ChunkBuffers { count, chunks, params }| {
-            let counters = list.counters.as_entire_binding();
             let chunks = chunks.as_entire_binding();
             let own = [&chunks, scattered_tiles, &counters, rects, footprints];
             let mut resources = shared.hits(own, &hit);
@@ -590,7 +618,7 @@ impl ClassBatch {
         });
         let (tiles, segments, overflow, resolve) = (
             bind(V::AccumulateTiles, to_map),
-            bind(V::AccumulateSegments, shared.summed(to_sums)),
+            bind(V::AccumulateSegments, to_sums),
             bind(V::AccumulateOverflow, shared.summed(rest)),
             bind(V::ResolveTiles, shared.summed(resolve)),
         );

@@ -368,12 +368,16 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
     features.solid &= !is_particle && material.transfer == Transfer::Opaque;
-    features.plain &= is_particle
-        && material.shape == Shape::Disc
+    features.plain &= is_particle && is_plain(material);
+}
+
+/// Whether a particle is a soft disc of the `filter` transfer and nothing else.
+pub(crate) fn is_plain(material: &Material) -> bool {
+    material.shape == Shape::Disc
         && material.profile == Profile::Soft
         && material.transfer == Transfer::Filter
         && material.reflectivity == 0.0
-        && material.texture.is_none();
+        && material.texture.is_none()
 }
 
 fn upload<T: bytemuck::Pod>(

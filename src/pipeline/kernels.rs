@@ -3,7 +3,7 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, bin, cluster, filter, hits::Features, occlude, project, resolve, shade,
+        accumulate, bin, cluster, curve, filter, hits::Features, occlude, project, resolve, shade,
         sort::Sort,
     },
 };
@@ -31,6 +31,13 @@ pub(crate) enum Variant {
 impl Variant {
     fn desc(self, tier: Tier, features: Features) -> &'static KernelDesc {
         let [core, native] = match self {
+            Self::AccumulateTiles if features.nodes > 0 && features.plain => &curve::DISC_TILES,
+            Self::AccumulateSegments if features.nodes > 0 && features.plain => {
+                &curve::DISC_SEGMENTS
+            }
+            Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
+            Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
+            Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
             Self::OccludeTiles if features.solid => &occlude::TRIANGLE_TILES,

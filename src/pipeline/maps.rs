@@ -7,7 +7,7 @@ use crate::{
 };
 use glam::UVec2;
 use wgpu::{
-    TextureFormat::{R32Float, Rgba16Float},
+    TextureFormat::{R32Float, Rgba16Float, Rgba32Uint},
     TextureUsages,
 };
 
@@ -20,6 +20,13 @@ pub struct Maps {
     pub nearests: wgpu::Texture,
     /// `Z`, r32float.
     pub opaques: wgpu::Texture,
+    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers to a layer of the others; of
+    /// one texel where there are none.
+    pub curves: wgpu::Texture,
+    /// K; 0 where there are no curves.
+    pub nodes: u32,
+    /// Curves may brighten.
+    pub gain: bool,
     /// Of each view.
     pub places: Vec<MapPlace>,
 }
@@ -29,6 +36,7 @@ impl Maps {
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         views: &[View],
+        nodes: u32,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
         let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
@@ -44,10 +52,15 @@ impl Maps {
         let places = atlas.places;
         let opaques = allocator.texture("opaques", R32Float, size, usage)?;
         fill(queue, &opaques, 1.0_f32);
+        let of_curves =
+            if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
             opaques,
+            curves: allocator.texture("curves", Rgba32Uint, of_curves, usage)?,
+            nodes,
+            gain: false,
             places,
         })
     }
@@ -62,7 +75,7 @@ impl Maps {
 
     /// All that a view's map consists of.
     pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
-        let Self { filters, nearests, opaques, places: _ } = self;
+        let Self { filters, nearests, opaques, .. } = self;
         [filters, nearests, opaques]
     }
 
@@ -76,6 +89,9 @@ impl Maps {
             filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
+            curves: self.curves.clone(),
+            nodes: self.nodes,
+            gain: self.gain,
             places: self.places.clone(),
         })
     }

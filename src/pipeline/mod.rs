@@ -16,6 +16,7 @@ mod picture;
 mod small;
 
 pub use crate::atlas::MapPlace;
+pub(crate) use casters::is_plain;
 pub use casters::{CasterSet, Class, Span};
 pub use groups::{Extent, Group};
 pub use kernels::Kernels;
@@ -49,6 +50,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Of a curve (K); 0: nearest-depth mode, without curves.
+    pub nodes: u32,
     /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
     pub count_cost: bool,
 }
@@ -61,8 +64,16 @@ impl Config {
             pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
+            nodes: 0,
             count_cost: false,
         }
+    }
+}
+
+impl Config {
+    /// A curve needs its hits in order: tiny casters go through tiles.
+    fn scatters(&self) -> bool {
+        self.scatter_tiny && self.nodes == 0
     }
 }
 
@@ -111,6 +122,11 @@ impl Pipeline {
     /// For the next `prepare`.
     pub fn set_soften(&mut self, soften: bool) {
         self.config.soften = soften;
+    }
+
+    /// K of the curves, 0 for none; for the next `prepare`.
+    pub fn set_nodes(&mut self, nodes: u32) {
+        self.config.nodes = nodes;
     }
 
     /// For the next `prepare_picture`.
@@ -162,8 +178,13 @@ impl Pipeline {
         pairs: Option<u32>,
     ) -> Result<Prepared, Error> {
         let window = if self.config.soften { casters.dither_window } else { 0 };
+        let nodes = self.config.nodes;
         let earlier = earlier
-            .filter(|earlier| earlier.filter.as_ref().map_or(0, |filter| filter.window) == window);
+            .filter(|earlier| earlier.filter.as_ref().map_or(0, |filter| filter.window) == window)
+            // Curves stay in their places only.
+            .filter(|earlier| {
+                earlier.maps.nodes == nodes && (nodes == 0 || earlier.bake.fits(views))
+            });
         let (mut old, mut maps, mut scratch) = (None, None, None);
         let mut bake = Bake::default();
         if let Some(earlier) = earlier {
@@ -179,8 +200,10 @@ impl Pipeline {
         let kept = maps.is_some();
         let (maps, mut filter, maps_memory) = match maps {
             Some(maps) => maps,
-            None => new_maps(device, queue, views, window)?,
+            None => new_maps(device, queue, views, window, nodes)?,
         };
+        let gain = casters.span(LISTS[1].clone()).features.gain;
+        let maps = Maps { gain, ..maps };
         let bake = Bake::after(bake, casters, views);
         let moved = old.and_then(|(old, old_filter, _)| {
             Moved::new(old, old_filter, bake.kept(), views, &maps)
@@ -192,18 +215,18 @@ impl Pipeline {
         });
         let pending: Vec<_> = pending.collect();
         let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
-        let mut plans = batch::plan(&pending, casters, kept)?;
+        let mut plans = batch::plan(&pending, casters, nodes, kept)?;
         let listed: u64 = plans.iter().map(batch::Plan::caster_count).sum();
         let culled = (all * pending.len()) as u64 - listed;
 
         let usable =
-            scratch.filter(|(scratch, _)| scratch.fits(device, &self.config, &plans, pairs));
+            scratch.filter(|(scratch, _)| scratch.fits(device, &self.config, &plans, pairs, nodes));
         let (scratch, scratch_memory) = if let Some(usable) = usable {
             usable
         } else {
             let mut memory = Memory::default();
             let mut allocator = Allocator { device, memory: &mut memory };
-            let scratch = Scratch::new(&mut allocator, queue, &self.config, &plans, pairs)?;
+            let scratch = Scratch::new(&mut allocator, queue, &self.config, &plans, pairs, nodes)?;
             (Arc::new(scratch), memory)
         };
         let mut memory = casters.memory.clone();
@@ -256,10 +279,11 @@ fn new_maps(
     queue: &wgpu::Queue,
     views: &[View],
     window: u32,
+    nodes: u32,
 ) -> Result<(Maps, Option<Filter>, Memory), Error> {
     let mut memory = Memory::default();
     let mut allocator = Allocator { device, memory: &mut memory };
-    let maps = Maps::new(&mut allocator, queue, views)?;
+    let maps = Maps::new(&mut allocator, queue, views, nodes)?;
     if window == 0 {
         return Ok((maps, None, memory));
     }

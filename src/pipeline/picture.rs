@@ -69,7 +69,7 @@ impl Pipeline {
         let tile_count = camera.tiles().element_product();
         let plan = Plan::of_camera(camera.to_gpu(0, UVec2::ZERO, 0), tile_count, casters);
         let plans = std::slice::from_ref(&plan);
-        let scratch = Arc::new(Scratch::new(&mut allocator, queue, &self.config, plans, pairs)?);
+        let scratch = Arc::new(Scratch::new(&mut allocator, queue, &self.config, plans, pairs, 0)?);
         let mut context = Context {
             allocator: &mut allocator,
             queue,
@@ -131,8 +131,10 @@ impl Pipeline {
         let partials = context.allocator.storage::<[u32; 4]>("partials", texels, none)?;
 
         let cost = self.config.count_cost;
+        // Of the maps that light comes through.
+        let (nodes, gain) = (maps.nodes, maps.gain);
         let [solid_features, clear_features] =
-            [solid_plan, clear_plan].map(|plan| Features { cost, ..plan.features });
+            [solid_plan, clear_plan].map(|plan| Features { cost, nodes, gain, ..plan.features });
         let kernels = context.kernels;
         for variant in [Variant::ShadeSeen, Variant::ShadeSurfaces] {
             kernels.make(device, variant, solid_features);
@@ -159,12 +161,14 @@ impl Pipeline {
                 texture(&images),
             ]
         };
+        let curves = array_view(&maps.curves);
         let shadows = [
             texture(&light_view),
             texture(&cluster_view),
             texture(&filters),
             texture(&nearests),
             texture(&opaques),
+            texture(&curves),
         ];
         let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
         let over = [texture(&surface_view), texture(&lit_view)];

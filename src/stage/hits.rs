@@ -26,6 +26,8 @@ pub struct Features {
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
     pub opaque: bool,
+    /// Of a curve (K); 0 where there are none.
+    pub nodes: u32,
     /// Kernels of the picture count what each pixel costs; no property of casters.
     pub cost: bool,
 }
@@ -45,6 +47,7 @@ impl Features {
         solid: true,
         perspective: false,
         opaque: false,
+        nodes: 0,
         cost: false,
     };
 
@@ -61,6 +64,7 @@ impl Features {
         solid: false,
         perspective: false,
         opaque: false,
+        nodes: 0,
         cost: false,
     };
 
@@ -80,6 +84,7 @@ impl Features {
             solid: self.solid && other.solid,
             perspective: false,
             opaque: false,
+            nodes: 0,
             cost: false,
         }
     }
@@ -92,7 +97,7 @@ impl Features {
 
     /// Values of the overrides of `constants`.
     pub fn constants(self, constants: &[(&'static str, f64)]) -> Vec<(&'static str, f64)> {
-        let value = |name: &str| match name {
+        let flag = |name: &str| match name {
             "HAS_PARTICLES" => Some(self.particles),
             "HAS_TRIANGLES" => Some(self.triangles),
             "HAS_TEXTURES" => Some(self.textures),
@@ -106,10 +111,11 @@ impl Features {
             "COUNT_COST" => Some(self.cost),
             _ => None,
         };
-        constants
-            .iter()
-            .map(|&(name, usual)| (name, value(name).map_or(usual, |v| f64::from(u8::from(v)))))
-            .collect()
+        let value = |name: &str, usual: f64| match name {
+            "NODES" => f64::from(self.nodes),
+            _ => flag(name).map_or(usual, |v| f64::from(u8::from(v))),
+        };
+        constants.iter().map(|&(name, usual)| (name, value(name, usual))).collect()
     }
 }
 

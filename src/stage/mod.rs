@@ -2,6 +2,7 @@
 pub mod accumulate;
 pub mod bin;
 pub mod cluster;
+pub mod curve;
 pub mod filter;
 pub mod hits;
 pub mod occlude;
@@ -49,6 +50,11 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::DISC_SEGMENTS[0],
     &resolve::TILES[0],
     &resolve::OPAQUE[0],
+    &curve::TILES[0],
+    &curve::SEGMENTS[0],
+    &curve::DISC_TILES[0],
+    &curve::DISC_SEGMENTS[0],
+    &curve::RESOLVE[0],
     &occlude::TILES[1],
     &occlude::TRIANGLE_TILES[1],
     &occlude::SEGMENTS[1],
@@ -61,6 +67,11 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::DISC_SEGMENTS[1],
     &resolve::TILES[1],
     &resolve::OPAQUE[1],
+    &curve::TILES[1],
+    &curve::SEGMENTS[1],
+    &curve::DISC_TILES[1],
+    &curve::DISC_SEGMENTS[1],
+    &curve::RESOLVE[1],
     &shade::SEEN[1],
     &shade::SURFACES[1],
     &shade::LAYERS[1],

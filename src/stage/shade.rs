@@ -23,8 +23,8 @@ use wgpu::{
 /// Lights of a picture. A pixel that asks all of them for its surface and for both panes of its four
 /// rows stays below the 65,535 iterations that llvmpipe allows an invocation.
 pub const MAX_LIGHTS: usize = 4096;
-/// Shadow views of a picture: as many as all lights may have.
-pub const MAX_SHADOW_VIEWS: usize = 6 * MAX_LIGHTS;
+/// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
+pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
 /// Texels of a [`GpuLight`]. WGSL: `wgsl/common/light.wgsl`.
 pub const LIGHT_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);
@@ -40,6 +40,7 @@ const CLUSTERS: Binding = Binding::texture("clusters", Uint);
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
 const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
 const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
+const CURVES: Binding = Binding::texture("curves", Uint).array();
 
 macro_rules! seen {
     ($tier:ident, $walk:literal) => {
@@ -113,6 +114,8 @@ macro_rules! surfaces {
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -135,6 +138,7 @@ macro_rules! surfaces {
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture_write("surfaces", Rgba32Float),
             ],
             constants: &[
@@ -143,6 +147,8 @@ macro_rules! surfaces {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
                 ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
@@ -174,6 +180,8 @@ macro_rules! layers {
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -198,6 +206,7 @@ macro_rules! layers {
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
             ],
@@ -207,6 +216,8 @@ macro_rules! layers {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
                 ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
@@ -237,6 +248,8 @@ macro_rules! composite {
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -262,6 +275,7 @@ macro_rules! composite {
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
             ],
@@ -271,6 +285,8 @@ macro_rules! composite {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
                 ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
@@ -286,6 +302,8 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
         "common/record.wgsl",
         "common/view.wgsl",
         "common/light.wgsl",
+        "common/curve.wgsl",
+        "common/curve_light.wgsl",
         "common/receive.wgsl",
         "shade_casters.wgsl"
     ],
@@ -299,9 +317,10 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
         FILTERS,
         NEARESTS,
         OPAQUES,
+        CURVES,
         Binding::texture_write("lit", Rgba16Float),
     ],
-    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64)],
+    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64), ("NODES", 0.0), ("HAS_GAIN", 0.0)],
     tier: Tier::Core,
 };
 

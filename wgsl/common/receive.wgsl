@@ -1,12 +1,15 @@
 // The light that arrives at a point through the shadow maps. CPU twin: src/cpu/receive.rs.
 // Needs common/light.wgsl; the kernel binds `params`, `lights`, `clusters`, `filters`, `nearests`,
-// `opaques`.
+// `opaques`, `curves`. Needs common/curve.wgsl, curve_light.wgsl.
 
-// What one texel lets through to light depth z: rules 1 and 2 of the receiver. Texels beside the
+// What one texel lets through to light depth z: the rules of the receiver. Texels beside the
 // view's map are those on its border.
 fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
     let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
     let solid = textureLoad(opaques, at, view.layer, 0).r;
+    if NODES > 0u {
+        return select(curve_light(view, at, z - bias), vec3(0.0), z > solid + bias);
+    }
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0).rgb;
     let passed = select(vec3(1.0), filtered, z > nearest + bias);
@@ -105,8 +108,9 @@ fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
 // The view that tells about a point: of a cube's faces the one that looks there.
 fn view_of(first: u32, point: vec3<f32>) -> u32 {
     // The first face looks along x.
-    let p = (shadow_view(first).view_from_world * vec4(point, 1.0)).xyz;
-    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), shadow_view(first).part == PART_FACE);
+    let view = shadow_view(first);
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), view.part == PART_FACE);
 }
 
 // How much view `index` counts at a point.
@@ -127,13 +131,15 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     let end = light.first_view + light.view_count;
+    let own_count = shadow_part(light.first_view).count;
     var least = vec3(1.0); // of the shadows before
     var sum = vec3(0.0);   // of the windows of this shadow
     var rest = 1.0;
     var first = light.first_view; // of what this shadow has left
     while first < end {
         var index = view_of(first, point);
-        let last = first + shadow_view(first).part_count - 1u - shadow_view(first).part_index;
+        let part = shadow_part(first);
+        let last = first + part.count - 1u - part.index;
         var share = view_share(index, point, normal, sine);
         while share <= 0.0 && index < last {
             index += 1u;
@@ -144,7 +150,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
         let is_done = rest <= 0.0 || index == last;
         let passed = sum / max(1.0 - rest, 1e-6);
         // A light's own shadow may make it brighter than it is.
-        let own = last < light.first_view + shadow_view(light.first_view).part_count;
+        let own = last < light.first_view + own_count;
         let less = mix(least, select(min(least, passed), passed, own), 1.0 - rest);
         least = select(least, less, is_done);
         sum = select(sum, vec3(0.0), is_done);
