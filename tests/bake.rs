@@ -13,6 +13,7 @@ use gobo::{
     pipeline::{CasterSet, Config, Pipeline, Prepared},
     render::Renderer,
     scene::Scene,
+    settings::Receiver,
     view::{View, light_views},
 };
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -50,7 +51,11 @@ fn views(frame: &Frame) -> (u64, u64) {
 }
 
 fn same_bits(a: &ViewMaps, b: &ViewMaps) -> bool {
-    a.view == b.view && a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque
+    a.view == b.view
+        && a.filter == b.filter
+        && a.nearest == b.nearest
+        && a.opaque == b.opaque
+        && a.curve == b.curve
 }
 
 fn differing(a: &Frame, b: &Frame) -> Vec<usize> {
@@ -243,6 +248,28 @@ fn softened_maps_stay_too() {
     assert_eq!(views(&third), (1, 4));
     assert_eq!(differing(&second, &third), [2]);
     assert!(differing(&third, &fresh(Tier::Native, &scene)).is_empty());
+}
+
+/// And curves, where a caster that brightens has all written anew.
+#[test]
+fn curves_stay_too() {
+    let mut scene = scene();
+    scene.shadow.receiver = Receiver::Curve;
+    let mut renderer = renderer(Tier::Native);
+    rendered(&mut renderer, &scene);
+    let mut brighter = moved(&scene, 1, Vec3::new(0.2, 0.0, 0.0));
+    brighter.materials.push(material(Transfer::Gain));
+    let mut gain = brighter.clone();
+    gain.particles[0].material = 3;
+    let mut resized = scene.clone();
+    resized.lights[1].size = Some(32);
+    let steps = [(scene.clone(), 0), (moved(&scene, 1, Vec3::X * 0.2), 1), (gain, 5), (resized, 5)];
+    for (step, (scene, anew)) in steps.iter().enumerate() {
+        let frame = rendered(&mut renderer, scene);
+        assert_eq!(views(&frame), (*anew, 5 - anew), "step {step}");
+        assert!(frame.maps.iter().all(|maps| maps.curve.is_some()));
+        assert!(differing(&frame, &fresh(Tier::Native, scene)).is_empty(), "step {step}");
+    }
 }
 
 /// Other sizes pack the atlas anew: what stays is copied to its new place.

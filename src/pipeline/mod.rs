@@ -179,11 +179,13 @@ impl Pipeline {
     ) -> Result<Prepared, Error> {
         let window = if self.config.soften { casters.dither_window } else { 0 };
         let nodes = self.config.nodes;
+        let gain = casters.span(LISTS[1].clone()).features.gain;
         let earlier = earlier
             .filter(|earlier| earlier.filter.as_ref().map_or(0, |filter| filter.window) == window)
-            // Curves stay in their places only.
+            // Curves stay in their places only, and all are written alike.
             .filter(|earlier| {
-                earlier.maps.nodes == nodes && (nodes == 0 || earlier.bake.fits(views))
+                let same_curves = earlier.maps.gain == gain && earlier.bake.fits(views);
+                earlier.maps.nodes == nodes && (nodes == 0 || same_curves)
             });
         let (mut old, mut maps, mut scratch) = (None, None, None);
         let mut bake = Bake::default();
@@ -202,7 +204,6 @@ impl Pipeline {
             Some(maps) => maps,
             None => new_maps(device, queue, views, window, nodes)?,
         };
-        let gain = casters.span(LISTS[1].clone()).features.gain;
         let maps = Maps { gain, ..maps };
         let bake = Bake::after(bake, casters, views);
         let moved = old.and_then(|(old, old_filter, _)| {
