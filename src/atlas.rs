@@ -224,7 +224,7 @@ mod tests {
             let sizes = vec![UVec2::splat(edge); count];
             let atlas = Atlas::pack(&sizes, &AtlasLimits::CORE).unwrap();
             check(&atlas, &sizes);
-            assert_eq!(atlas.texels(), count as u64 * u64::from(edge * edge));
+            assert_eq!(atlas.texels(), count as u64 * area(rectangle(UVec2::splat(edge))));
         }
         assert_eq!(
             Atlas::pack(&[], &AtlasLimits::CORE).map(|a| (a.layers, a.places)),

@@ -8,6 +8,7 @@ pub mod atlas;
 pub mod caster;
 pub mod counters;
 pub mod cpu;
+pub mod cull;
 pub mod debug;
 pub mod dither;
 pub mod error;

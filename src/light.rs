@@ -15,7 +15,7 @@ pub enum LightKind {
 /// Shadow maps of a directional light that follow the camera: fine near it, coarse far from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cascades {
-    /// 1..=6
+    /// 1..=6; less or more counts as these.
     pub count: u32,
     /// Of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios.
     pub lambda: f32,
@@ -28,6 +28,13 @@ pub struct Cascades {
 impl Default for Cascades {
     fn default() -> Self {
         Self { count: 4, lambda: 0.8, fade: 0.1, range: None }
+    }
+}
+
+impl Cascades {
+    /// Within its range.
+    pub fn count(&self) -> u32 {
+        self.count.clamp(1, MAX_CASCADES)
     }
 }
 
@@ -71,7 +78,7 @@ pub struct Light {
     pub casts: bool,
     /// Of a directional light; one view that fits the whole scene when `None`.
     pub cascades: Option<Cascades>,
-    /// Further shadows of the same light. Of all its shadows the one that lets the least light
+    /// Further shadows of the same light, at most three; more are not looked at. Of all its shadows the one that lets the least light
     /// through counts, per channel; outside its maps a further shadow lets all through.
     pub shadows: Vec<Shadow>,
 }
@@ -94,6 +101,17 @@ impl Default for Light {
     }
 }
 
+impl Shadow {
+    /// Views that the shadow needs.
+    pub fn view_count(&self) -> usize {
+        match self.kind {
+            LightKind::Directional { .. } => self.cascades.map_or(1, |c| c.count() as usize),
+            LightKind::Spot { .. } => 1,
+            LightKind::Point { .. } => 6,
+        }
+    }
+}
+
 impl Light {
     /// How far the light reaches [m]; `None` for no end.
     pub fn range(&self) -> Option<f32> {
@@ -102,20 +120,7 @@ impl Light {
             LightKind::Spot { .. } | LightKind::Point { .. } => self.far.filter(|&far| far > 0.0),
         }
     }
-}
 
-impl Shadow {
-    /// Views that the shadow needs.
-    pub fn view_count(&self) -> usize {
-        match self.kind {
-            LightKind::Directional { .. } => self.cascades.map_or(1, |c| c.count as usize),
-            LightKind::Spot { .. } => 1,
-            LightKind::Point { .. } => 6,
-        }
-    }
-}
-
-impl Light {
     /// Its own shadow, then the further ones; none of a light that casts none.
     pub fn all_shadows(&self) -> impl Iterator<Item = Shadow> + '_ {
         let Self { kind, near, far, size, cascades, .. } = *self;

@@ -32,6 +32,9 @@ struct GpuEngine {
     gpu: Gpu,
     pipeline: Pipeline,
     timeline: Timeline,
+    keep: bool,
+    /// Of the frame before, where its maps are kept.
+    kept: Option<(CasterSet, Prepared)>,
 }
 
 impl Renderer {
@@ -53,8 +56,18 @@ impl Renderer {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        let engine = Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline }));
+        let engine =
+            Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline, keep: false, kept: None }));
         Self { engine, debug: Vec::new() }
+    }
+
+    /// Whether the maps of a frame stay for the next one, which then renders only the views that
+    /// see a change. Off at first; the twin renders all views in any case.
+    pub fn keep_maps(&mut self, keep: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.keep = keep;
+            engine.kept = None;
+        }
     }
 
     /// What the next frames show beside the picture. The CPU twin has none of it.
@@ -115,18 +128,32 @@ impl GpuEngine {
         with_maps: bool,
         debug: &[DebugMode],
     ) -> Result<Frame, Error> {
-        let Self { gpu, pipeline, timeline } = self;
+        let Self { gpu, pipeline, timeline, keep, kept } = self;
         let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
         let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
         pipeline.set_pair_budget(budget);
         pipeline.set_soften(scene.shadow.soften);
         pipeline.set_nodes(scene.shadow.curve_nodes());
         let Scene { particles, triangles, materials, textures, .. } = scene;
-        let casters =
-            CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;
+        let (casters, mut earlier) = kept.take().unzip();
+        let casters = casters.and_then(|mut casters| {
+            casters.update(&gpu.queue, particles, triangles, materials, textures).then_some(casters)
+        });
+        let casters = match casters {
+            Some(casters) => casters,
+            None => {
+                CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?
+            }
+        };
         let mut pairs = None;
         let (prepared, opaque, translucent, mut stages) = loop {
-            let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, pairs)?;
+            let (device, queue) = (&gpu.device, &gpu.queue);
+            let mut prepared = match earlier.take() {
+                Some(earlier) => {
+                    pipeline.prepare_again(device, queue, &casters, &views, pairs, earlier)?
+                }
+                None => pipeline.prepare(device, queue, &casters, &views, pairs)?,
+            };
             submit(gpu, timeline, |encoder, timeline| {
                 prepared.record(pipeline.kernels(), encoder, timeline);
             });
@@ -138,6 +165,8 @@ impl GpuEngine {
                 break (prepared, opaque, translucent, timeline.read(&gpu.device));
             }
             pairs = Some(needed);
+            prepared.forget();
+            earlier = Some(prepared);
         };
         let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
@@ -196,19 +225,19 @@ impl GpuEngine {
             shown.push((mode, image));
         }
         gpu.check()?;
-        Ok(Frame {
-            picture,
-            debug: shown,
-            maps,
-            counters: Counters {
-                shrunk: shrunk as u64,
-                cluster_lights: clusters.needed.into(),
-                clusters_overflowed: clusters.overflowed.into(),
-                ..counters(scene, &opaque, &translucent)
-            },
-            stages,
-            memory: memory.0,
-        })
+        let counters = Counters {
+            views_rendered: prepared.rendered_count() as u64,
+            views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
+            culled: prepared.culled_count(),
+            shrunk: shrunk as u64,
+            cluster_lights: clusters.needed.into(),
+            clusters_overflowed: clusters.overflowed.into(),
+            ..counters(scene, &opaque, &translucent)
+        };
+        if *keep {
+            *kept = Some((casters, prepared));
+        }
+        Ok(Frame { picture, debug: shown, maps, counters, stages, memory: memory.0 })
     }
 }
 
@@ -235,7 +264,6 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
         disordered: sum(|c| c.disordered),
-        shrunk: 0,
         skipped: scene.skipped.clone(),
         ..Counters::default()
     }

@@ -11,7 +11,7 @@ use gobo::{
     frame::Picture,
     glam::{DVec3, UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
-    light::{Light, LightKind},
+    light::{Cascades, Light, LightKind},
     pipeline::{CasterSet, Config, Pipeline, PreparedPicture},
     scene::Scene,
     stage::cluster::{ClusterCounters, Grid, Reach},
@@ -366,7 +366,7 @@ fn light_ends_without_a_step() {
     }
 }
 
-/// A sun and 256 lights, most of which have six shadow views.
+/// A sun in four cascades and 256 lights, most of which have six shadow views.
 #[test]
 fn hundreds_of_lights_cast_shadows() {
     let mut scene = stage(0);
@@ -374,17 +374,22 @@ fn hundreds_of_lights_cast_shadows() {
     scene.camera.size = UVec2::new(64, 48);
     let mut chance = Chance::new(17);
     scene.lights = lights(256, &mut chance);
+    let sun = light(LightKind::Directional { direction: Vec3::new(-0.5, -0.8, -0.3).normalize() });
+    scene.lights.push(Light { cascades: Some(Cascades::default()), ..sun });
     for light in &mut scene.lights {
         (light.casts, light.size) = (true, Some(16));
     }
     let views = shadow_views(&scene).len();
     assert!(views > 850, "{views}");
-    let shot = shoot(Tier::Native, &scene);
-    scene.clusters.budget = 0;
-    assert_same(&shot, &shoot(Tier::Native, &scene), "many");
-    let mut dark = scene.clone();
-    dark.lights.truncate(1);
-    assert!(shoot(Tier::Native, &dark).picture.rgb != shot.picture.rgb);
+    for tier in TIERS {
+        scene.clusters.budget = 1 << 22;
+        let shot = shoot(tier, &scene);
+        scene.clusters.budget = 0;
+        assert_same(&shot, &shoot(tier, &scene), &format!("{tier:?}"));
+        let mut dark = scene.clone();
+        dark.lights.truncate(1);
+        assert!(shoot(tier, &dark).picture.rgb != shot.picture.rgb);
+    }
 }
 
 #[test]

@@ -1,11 +1,14 @@
 //! One test binary: wgpu is linked once, helpers are shared.
+mod bake;
 mod bench;
 mod bin;
 mod brute_force;
+mod cascades;
 mod cli;
 mod closed_forms;
 mod cluster;
 mod common;
+mod cull;
 mod curve;
 mod device;
 mod dither;

@@ -4,7 +4,7 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     light::LightKind,
     scene::{self, Bounds, Scene, SceneError, generate::uniform_discs},
-    settings::Receiver,
+    settings::{ClusterSettings, Receiver},
     view,
 };
 use std::{
@@ -401,4 +401,27 @@ fn a_chosen_far_plane_is_behind_the_given_near() {
             }
         }
     }
+}
+
+#[test]
+fn clusters_are_as_the_file_says() {
+    let scene = read("").unwrap();
+    assert_eq!(scene.clusters, ClusterSettings::default());
+    let scene = read("[clusters]\ntile = 48\nslices = 64\nnear = 0.5\nbudget = 0\n").unwrap();
+    let expected = ClusterSettings { tile: 48, slices: 64, near: Some(0.5), budget: 0 };
+    assert_eq!(scene.clusters, expected);
+    for (key, value) in [
+        ("tile", "8"),
+        ("tile", "40"),
+        ("tile", "272"),
+        ("slices", "0"),
+        ("slices", "65"),
+        ("near", "0"),
+        ("near", "nan"),
+        ("budget", "16777217"),
+    ] {
+        let error = read(&format!("[clusters]\n{key} = {value}\n")).unwrap_err();
+        assert!(error.to_string().contains(key), "{error}");
+    }
+    assert!(read("[clusters]\nslice = 4\n").is_err());
 }

@@ -36,6 +36,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    renderer.keep_maps(true);
     renderer.set_debug(&arguments.debug());
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
@@ -149,12 +150,16 @@ mod tests {
         assert_eq!(value["peak_bytes"], 64);
         for name in [
             "casters",
+            "views_rendered",
+            "views_kept",
+            "culled",
             "visible",
             "segments",
             "scattered",
             "overflowed",
             "shrunk",
             "cluster_lights",
+            "clusters_overflowed",
         ] {
             assert_eq!(value[name], 0, "{name}");
         }

@@ -64,6 +64,7 @@ pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
     let records = SceneRecords::new(scene);
     let mut counters = Counters {
         casters: (scene.particles.len() + scene.triangles.len()) as u64,
+        views_rendered: views.len() as u64,
         skipped: scene.skipped.clone(),
         ..Counters::default()
     };

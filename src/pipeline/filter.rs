@@ -12,6 +12,11 @@ use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages
 /// Both passes, bound for each batch of views.
 #[derive(Debug)]
 pub(super) struct Filter {
+    /// What the maps are before.
+    pub raw: Maps,
+    pub window: u32,
+    rows: wgpu::Texture,
+    params: wgpu::Buffer,
     passes: Vec<Pass>,
 }
 
@@ -23,31 +28,42 @@ struct Pass {
 }
 
 impl Filter {
-    /// And the maps that it fills from `maps`; `window` as in [`crate::dither::window`].
+    /// And the maps that it fills from `raw`; `window` as in [`crate::dither::window`].
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &Kernels,
-        plans: &[Plan],
-        maps: &Maps,
+        raw: Maps,
         window: u32,
     ) -> Result<(Maps, Self), Error> {
-        let device = allocator.device;
-        let soft = maps.softened(allocator)?;
-        let like = maps.filters.size();
+        let soft = raw.softened(allocator)?;
+        let like = raw.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
         let rows =
             allocator.texture("filter_rows", Rgba32Float, size, TextureUsages::STORAGE_BINDING)?;
         let params = allocator.uniform::<FilterParams>("filter_params");
         let value = FilterParams { radius: (window / 2) as i32, pad_0: 0, pad_1: 0, pad_2: 0 };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
+        Ok((soft, Self { raw, window, rows, params, passes: Vec::new() }))
+    }
+
+    /// To the views of `plans`.
+    pub(super) fn bind(
+        &mut self,
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        kernels: &Kernels,
+        plans: &[Plan],
+        soft: &Maps,
+    ) {
+        let device = allocator.device;
+        let Self { raw, rows, params, .. } = &*self;
         let [filters, nearests, opaques] =
-            [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
+            [&raw.filters, &raw.nearests, &raw.opaques].map(array_view);
         let [soft_filters, soft_nearests, soft_opaques] =
             [&soft.filters, &soft.nearests, &soft.opaques].map(array_view);
-        let rows = array_view(&rows);
+        let rows = array_view(rows);
         let texture = BindingResource::TextureView;
-        let passes = plans
+        self.passes = plans
             .iter()
             .map(|plan| {
                 let views = allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
@@ -78,7 +94,6 @@ impl Filter {
                 }
             })
             .collect();
-        Ok((soft, Self { passes }))
     }
 
     pub(super) fn record(

@@ -63,6 +63,59 @@ pub(super) struct Scratch {
     /// For curves, whose tiles take what was scattered themselves: zero.
     pub nothing_scattered: Buffer,
     pub small: SmallDepths,
+    room: Room,
+}
+
+/// What the largest of some lists and batches needs.
+#[derive(Clone, Copy, Debug)]
+struct Room {
+    footprints: u64,
+    setups: u64,
+    tiles: u64,
+    /// Of batches with small triangles.
+    small_tiles: u64,
+    pairs: u32,
+    /// K of the curves, 0 for none.
+    nodes: u32,
+}
+
+/// Partial curves for so many pairs: only tiles with more than one segment have any.
+fn partial_count(pairs: u32) -> u64 {
+    2 * (u64::from(pairs) / u64::from(CURVE_SEGMENT)) + 1
+}
+
+impl Room {
+    /// `limit`: of the pairs.
+    fn of(
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+        limit: u32,
+        nodes: u32,
+        limits: &wgpu::Limits,
+    ) -> Self {
+        let lists = || plans.iter().flat_map(|plan| &plan.lists);
+        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
+        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
+        // A first guess; a frame that needed more says so, and the next is prepared with it.
+        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
+        let limit = match nodes {
+            0 => limit,
+            _ => {
+                let room = limits.max_storage_buffer_binding_size / partial_bytes(nodes);
+                let most = (room - 1) / 2 * u64::from(CURVE_SEGMENT);
+                u32::try_from(most).unwrap_or(u32::MAX).min(limit)
+            }
+        };
+        Self {
+            footprints,
+            setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
+            tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
+            nodes,
+        }
+    }
 }
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
@@ -117,29 +170,11 @@ impl Scratch {
         pairs: Option<u32>,
         nodes: u32,
     ) -> Result<Self, Error> {
-        let lists = || plans.iter().flat_map(|plan| &plan.lists);
-        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
-        let setups = lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0);
-        let tiles = plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
         const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
-        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
-        let small_tiles = with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
-        // A first guess; a frame that needed more says so, and the next is prepared with it.
-        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
-        let limit = pair_limit(allocator.device);
-        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit);
-        let partial = u64::from(CURVE_SEGMENT);
-        // Only tiles with more than one segment have any.
-        let partials = |pairs: u32| 2 * (u64::from(pairs) / partial) + 1;
-        let most = allocator.device.limits().max_storage_buffer_binding_size;
-        let pair_capacity = match nodes {
-            0 => pair_capacity,
-            _ => {
-                let room = most / partial_bytes(nodes);
-                u32::try_from((room - 1) / 2 * partial).unwrap_or(u32::MAX).min(pair_capacity)
-            }
-        };
-        let partial_count = if nodes == 0 { 0 } else { partials(pair_capacity) };
+        let limits = allocator.device.limits();
+        let room = Room::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
+        let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity, .. } = room;
+        let partial_count = if nodes == 0 { 0 } else { partial_count(pair_capacity) };
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |name, format, texels| {
@@ -191,7 +226,28 @@ impl Scratch {
             )?,
             sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
             small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
+            room,
         })
+    }
+
+    /// Whether it has room for other plans, and no more pairs than the budget allows.
+    pub(super) fn fits(
+        &self,
+        device: &wgpu::Device,
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+        nodes: u32,
+    ) -> bool {
+        let limits = device.limits();
+        let need = Room::of(config, plans, pairs, pair_limit(device), nodes, &limits);
+        let room = self.room;
+        need.footprints <= room.footprints
+            && need.setups <= room.setups
+            && need.tiles <= room.tiles
+            && need.small_tiles <= room.small_tiles
+            && need.nodes == room.nodes
+            && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
     }
 }
 

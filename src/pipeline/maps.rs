@@ -75,11 +75,18 @@ impl Maps {
         fill(queue, &self.nearests, 1.0_f32);
     }
 
+    /// All that a view's map consists of.
+    pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
+        let Self { filters, nearests, opaques, .. } = self;
+        [filters, nearests, opaques]
+    }
+
     /// Of the same size and places, with nothing in them.
     pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
         let like = self.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let usage =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
         Ok(Self {
             filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,

@@ -103,6 +103,12 @@ impl Bounds {
         (self.max - self.min).length() * 0.5
     }
 
+    /// Half the surface [m²].
+    pub fn half_area(&self) -> f32 {
+        let edge = self.max - self.min;
+        edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
+    }
+
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             Vec3::new(

@@ -23,8 +23,8 @@ use wgpu::{
 /// Lights of a picture. A pixel that asks all of them for its surface and for both panes of its four
 /// rows stays below the 65,535 iterations that llvmpipe allows an invocation.
 pub const MAX_LIGHTS: usize = 4096;
-/// Shadow views of a picture: as many as all lights may have.
-pub const MAX_SHADOW_VIEWS: usize = 6 * MAX_LIGHTS;
+/// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
+pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
 /// Texels of a [`GpuLight`]. WGSL: `wgsl/common/light.wgsl`.
 pub const LIGHT_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);

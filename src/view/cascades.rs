@@ -26,7 +26,7 @@ const BORDER: f64 = 3.0;
 pub fn splits(cascades: &Cascades, range: f32) -> Vec<f32> {
     let (far, lambda) = (f64::from(range), f64::from(cascades.lambda));
     let near = far * NEAREST;
-    let count = cascades.count.max(1);
+    let count = cascades.count();
     let split = |i: u32| {
         let share = f64::from(i) / f64::from(count);
         let ratio = near * (far / near).powf(share);
@@ -145,7 +145,7 @@ impl Fit<'_> {
         View {
             light: Some(self.light),
             name: self.names[index],
-            part: Part::Window { index: index as u32, count: cascades.count, fade },
+            part: Part::Window { index: index as u32, count: cascades.count(), fade },
             projection: Projection::Orthographic,
             size: UVec2::splat(size),
             near,

@@ -57,6 +57,14 @@ const NAMES: [Names; MAX_SHADOWS] = [
     ),
 ];
 
+impl View {
+    /// Which of its light's shadows it belongs to; see [`Light::all_shadows`].
+    pub fn shadow_index(&self) -> usize {
+        let has = |names: &Names| names.0.contains(&self.name) || names.1.contains(&self.name);
+        NAMES.iter().position(has).unwrap_or(0)
+    }
+}
+
 /// Of a further shadow's cone: how wide its border fades to light [share of its half edge].
 const EDGE_FADE: f32 = 0.1;
 
@@ -210,12 +218,13 @@ impl Owner<'_> {
     }
 }
 
-fn perspective(base: View, shadow: &Shadow, angle: f32, bounds: &Bounds) -> View {
-    let (_, deepest) = depth_range(&base.view_from_world, bounds);
+/// The depths and the scale of a view that has all else.
+fn perspective(mut view: View, shadow: &Shadow, angle: f32, bounds: &Bounds) -> View {
+    let (_, deepest) = depth_range(&view.view_from_world, bounds);
     let margin = (bounds.radius() * 0.01).max(1e-4);
     let beyond = shadow.near.map_or(margin, |near| near * 2.0);
-    let far = shadow.far.unwrap_or_else(|| (deepest + margin).max(beyond));
-    let near = shadow.near.unwrap_or(far * 1e-4);
-    let scale = base.size.x as f32 * 0.5 / (angle * 0.5).tan();
-    View { near, far, scale, ..base }
+    view.far = shadow.far.unwrap_or_else(|| (deepest + margin).max(beyond));
+    view.near = shadow.near.unwrap_or(view.far * 1e-4);
+    view.scale = view.size.x as f32 * 0.5 / (angle * 0.5).tan();
+    view
 }

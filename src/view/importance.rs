@@ -21,7 +21,7 @@ pub(super) fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     } else {
         MOST_HALVINGS
     };
-    let least = size.min(SMALLEST).max(MIN_MAP_SIZE);
+    let least = size.clamp(MIN_MAP_SIZE, SMALLEST);
     if halvings == 0 {
         size
     } else {

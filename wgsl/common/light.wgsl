@@ -58,18 +58,33 @@ fn light_record(index: u32) -> GpuLight {
     );
 }
 
+// Where a view is among those of its shadow.
+struct ShadowPart {
+    index: u32,
+    count: u32,
+}
+
+fn view_texel(index: u32, texel: u32) -> vec4<u32> {
+    let at = params.light_count * LIGHT_TEXELS + index * VIEW_TEXELS + texel;
+    return textureLoad(lights, record_texel(at), 0);
+}
+
+fn shadow_part(index: u32) -> ShadowPart {
+    let part = view_texel(index, 7u);
+    return ShadowPart(part.y, part.z);
+}
+
 fn shadow_view(index: u32) -> GpuView {
-    let at = params.light_count * LIGHT_TEXELS + index * VIEW_TEXELS;
-    let shape = bitcast<vec4<f32>>(textureLoad(lights, record_texel(at + 4u), 0));
-    let depth = textureLoad(lights, record_texel(at + 5u), 0);
-    let place = textureLoad(lights, record_texel(at + 6u), 0);
-    let part = textureLoad(lights, record_texel(at + 7u), 0);
+    let shape = bitcast<vec4<f32>>(view_texel(index, 4u));
+    let depth = view_texel(index, 5u);
+    let place = view_texel(index, 6u);
+    let part = view_texel(index, 7u);
     return GpuView(
         mat4x4(
-            bitcast<vec4<f32>>(textureLoad(lights, record_texel(at), 0)),
-            bitcast<vec4<f32>>(textureLoad(lights, record_texel(at + 1u), 0)),
-            bitcast<vec4<f32>>(textureLoad(lights, record_texel(at + 2u), 0)),
-            bitcast<vec4<f32>>(textureLoad(lights, record_texel(at + 3u), 0)),
+            bitcast<vec4<f32>>(view_texel(index, 0u)),
+            bitcast<vec4<f32>>(view_texel(index, 1u)),
+            bitcast<vec4<f32>>(view_texel(index, 2u)),
+            bitcast<vec4<f32>>(view_texel(index, 3u)),
         ),
         shape.xy,
         shape.z,

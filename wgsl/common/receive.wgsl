@@ -108,8 +108,9 @@ fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
 // The view that tells about a point: of a cube's faces the one that looks there.
 fn view_of(first: u32, point: vec3<f32>) -> u32 {
     // The first face looks along x.
-    let p = (shadow_view(first).view_from_world * vec4(point, 1.0)).xyz;
-    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), shadow_view(first).part == PART_FACE);
+    let view = shadow_view(first);
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), view.part == PART_FACE);
 }
 
 // How much view `index` counts at a point.
@@ -130,13 +131,15 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     let end = light.first_view + light.view_count;
+    let own_count = shadow_part(light.first_view).count;
     var least = vec3(1.0); // of the shadows before
     var sum = vec3(0.0);   // of the windows of this shadow
     var rest = 1.0;
     var first = light.first_view; // of what this shadow has left
     while first < end {
         var index = view_of(first, point);
-        let last = first + shadow_view(first).part_count - 1u - shadow_view(first).part_index;
+        let part = shadow_part(first);
+        let last = first + part.count - 1u - part.index;
         var share = view_share(index, point, normal, sine);
         while share <= 0.0 && index < last {
             index += 1u;
@@ -147,7 +150,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
         let is_done = rest <= 0.0 || index == last;
         let passed = sum / max(1.0 - rest, 1e-6);
         // A light's own shadow may make it brighter than it is.
-        let own = last < light.first_view + shadow_view(light.first_view).part_count;
+        let own = last < light.first_view + own_count;
         let less = mix(least, select(min(least, passed), passed, own), 1.0 - rest);
         least = select(least, less, is_done);
         sum = select(sum, vec3(0.0), is_done);
