@@ -39,6 +39,8 @@ impl Maps {
         nodes: u32,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
+        // Each layer has several of curves.
+        let limits = AtlasLimits { layers: limits.layers / (nodes / 2).max(1), ..limits };
         let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
         let atlas = Atlas::pack(&sizes, &limits).ok_or(Error::Limit {
             limit: "layers of the shadow atlas",
