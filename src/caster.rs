@@ -91,6 +91,10 @@ pub struct Material {
     pub transmission: f32,
     /// 0..=1, of the highlight in the picture.
     pub roughness: f32,
+    /// Whether the picture shows it; without it, a shadow without its caster.
+    pub visible: bool,
+    /// Whether it blocks or filters light; without it, a caster without its shadow.
+    pub casts: bool,
 }
 
 impl Default for Material {
@@ -109,6 +113,8 @@ impl Default for Material {
             emission: Vec3::ZERO,
             transmission: 0.0,
             roughness: 0.6,
+            visible: true,
+            casts: true,
         }
     }
 }

@@ -17,6 +17,7 @@ mod particles;
 mod picture;
 mod pipeline;
 mod properties;
+mod proxies;
 mod scene;
 mod shade;
 mod shaders;

@@ -22,6 +22,7 @@ use crate::{
         TriangleSetup,
     },
     frame::ViewMaps,
+    pipeline::Class,
     scene::Scene,
     view::{GpuView, View},
 };
@@ -67,7 +68,10 @@ impl<'a> SceneRecords<'a> {
     pub(super) fn new(scene: &'a Scene) -> Self {
         let materials = &scene.materials[..];
         let uses = |transfer: Transfer| {
-            let used = |material: u32| materials[material as usize].transfer == transfer;
+            let used = |material: u32| {
+                let material = &materials[material as usize];
+                material.transfer == transfer && Class::of(material).casts()
+            };
             scene.particles.iter().any(|particle| used(particle.material))
                 || scene.triangles.iter().any(|triangle| used(triangle.material))
         };
@@ -154,10 +158,19 @@ impl<'a> SceneRecords<'a> {
             casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
         });
         let mut projected: Vec<Projected> = chunks.into_iter().flatten().collect();
+        if !params.unseen {
+            let casts =
+                |i: usize| Class::of(&self.materials[self.casters[i].material() as usize]).casts();
+            for i in (0..projected.len()).filter(|&i| !casts(i)) {
+                projected[i] = Projected::INVISIBLE;
+            }
+        }
         let mut setups = Vec::with_capacity(self.triangles.len());
         for (i, triangle) in self.triangles.iter().enumerate() {
             let (of_triangle, setup) = project_triangle(view, 0, triangle, i as u32, i as u32);
-            projected.push(of_triangle);
+            let material = &self.materials[triangle.material as usize];
+            let is_listed = params.unseen || Class::of(material).casts();
+            projected.push(if is_listed { of_triangle } else { Projected::INVISIBLE });
             setups.push(setup);
         }
         ViewCasters {

@@ -20,6 +20,7 @@ use crate::{
     view::{GpuView, View},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3};
+use std::ops::RangeInclusive;
 
 /// What is behind less than this is not seen.
 const FAINT: f32 = 1.0 / 1024.0;
@@ -35,8 +36,8 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
         world_from_view: camera.view_from_world.inverse(),
         lighting: Lighting::new(scene, views, maps),
     };
-    let solid_scene = of_classes(scene, &[Class::Opaque]);
-    let clear_scene = of_classes(scene, &[Class::Dithered, Class::Translucent, Class::Unseen]);
+    let solid_scene = of_classes(scene, Class::SOLID);
+    let clear_scene = of_classes(scene, Class::BLENDED);
     let solid = Seen::new(&solid_scene, &view);
     let clear = Seen::new(&clear_scene, &view);
     let lit: Vec<Vec3> = each(clear.casters.footprints.len(), |i| eye.light_caster(&clear, i));
@@ -58,13 +59,13 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
 }
 
 /// Only casters of `classes`, in that order.
-fn of_classes(scene: &Scene, classes: &[Class]) -> Scene {
-    let mut part = Scene { particles: Vec::new(), triangles: Vec::new(), ..scene.clone() };
-    for &class in classes {
-        let is = |material: u32| Class::of(&scene.materials[material as usize]) == class;
-        part.particles.extend(scene.particles.iter().filter(|p| is(p.material)));
-        part.triangles.extend(scene.triangles.iter().filter(|t| is(t.material)));
-    }
+fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
+    let class = |material: u32| Class::of(&scene.materials[material as usize]);
+    let mut part = scene.clone();
+    part.particles.retain(|p| classes.contains(&class(p.material)));
+    part.particles.sort_by_key(|p| class(p.material));
+    part.triangles.retain(|t| classes.contains(&class(t.material)));
+    part.triangles.sort_by_key(|t| class(t.material));
     part
 }
 

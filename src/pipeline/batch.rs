@@ -86,8 +86,7 @@ impl Context<'_, '_> {
 }
 
 /// What a shadow view lists: what blocks light, and what filters it.
-const LISTS: [RangeInclusive<Class>; 2] =
-    [Class::Opaque..=Class::Dithered, Class::Translucent..=Class::Translucent];
+const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FILTERING];
 
 /// Cuts the views into batches and lists their casters.
 pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<Vec<Plan>, Error> {
@@ -147,8 +146,8 @@ impl Plan {
 
     /// Of the picture: what is solid, and all else that is seen.
     pub(super) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
-        let solid = casters.span(Class::Opaque..=Class::Opaque);
-        let clear = casters.span(Class::Dithered..=Class::Unseen);
+        let solid = casters.span(Class::SOLID);
+        let clear = casters.span(Class::BLENDED);
         let features = Features { plain: false, ..clear.features };
         let lists = [
             ListPlan::new(

@@ -18,31 +18,70 @@ use wgpu::{
     TextureUsages,
 };
 
-/// Which depth or filter a caster goes to.
+/// Which depth or filter a caster goes to, and whether the picture shows it. In an order that makes
+/// neighbours of what each list holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
+    /// Seen and solid, casts nothing.
+    ShownOpaque,
     /// To the opaque depth.
     Opaque,
+    /// To the opaque depth, not seen.
+    HiddenOpaque,
     /// To the opaque depth, but the picture blends it.
     Dithered,
+    /// Seen and blended, casts nothing.
+    Shown,
     /// To the filter.
     Translucent,
-    /// Casts nothing, but is seen.
-    Unseen,
+    /// To the filter, not seen.
+    HiddenTranslucent,
+    /// Neither casts nor is seen.
+    Nothing,
 }
 
 impl Class {
+    const ALL: [Self; CLASSES] = [
+        Self::ShownOpaque,
+        Self::Opaque,
+        Self::HiddenOpaque,
+        Self::Dithered,
+        Self::Shown,
+        Self::Translucent,
+        Self::HiddenTranslucent,
+        Self::Nothing,
+    ];
+    /// What blocks light.
+    pub const BLOCKING: RangeInclusive<Self> = Self::Opaque..=Self::Dithered;
+    /// What filters light.
+    pub const FILTERING: RangeInclusive<Self> = Self::Translucent..=Self::HiddenTranslucent;
+    /// What the camera sees as solid.
+    pub const SOLID: RangeInclusive<Self> = Self::ShownOpaque..=Self::Opaque;
+    /// What the camera sees and blends.
+    pub const BLENDED: RangeInclusive<Self> = Self::Dithered..=Self::Translucent;
+
     pub fn of(material: &Material) -> Self {
-        match material.transfer {
-            Transfer::None => Self::Unseen,
-            Transfer::Dither => Self::Dithered,
-            transfer if transfer.is_opaque() => Self::Opaque,
-            _ => Self::Translucent,
+        let casts = material.casts && material.transfer != Transfer::None;
+        let blended = material.transfer == Transfer::Dither || !material.transfer.is_opaque();
+        match (material.visible, casts, material.transfer.is_opaque(), blended) {
+            (false, false, ..) => Self::Nothing,
+            (false, true, true, _) => Self::HiddenOpaque,
+            (false, true, false, _) => Self::HiddenTranslucent,
+            (true, false, _, false) => Self::ShownOpaque,
+            (true, false, _, true) => Self::Shown,
+            (true, true, true, false) => Self::Opaque,
+            (true, true, true, true) => Self::Dithered,
+            (true, true, false, _) => Self::Translucent,
         }
+    }
+
+    /// Whether it blocks or filters light.
+    pub fn casts(self) -> bool {
+        Self::BLOCKING.contains(&self) || Self::FILTERING.contains(&self)
     }
 }
 
-const CLASSES: usize = 4;
+const CLASSES: usize = 8;
 
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
@@ -99,7 +138,7 @@ pub struct CasterSet {
     pub images: wgpu::Texture,
     pub materials: wgpu::Buffer,
     particle_ranges: [Range<u32>; CLASSES],
-    /// Of translucent particles: what each [`CHUNK_SIZE`] of them are within.
+    /// Of particles that filter: what each [`CHUNK_SIZE`] of them are within.
     extents: Vec<Extent>,
     triangle_ranges: [Range<u32>; CLASSES],
     features: [Features; CLASSES],
@@ -147,8 +186,9 @@ impl CasterSet {
         for triangle in triangles {
             add_features(&mut features, &materials[triangle.material as usize], false);
         }
-        let Range { start, end } = particle_ranges[Class::Translucent as usize];
-        let translucent = &casters[start as usize..end as usize];
+        let [first, last] = [Class::FILTERING.start(), Class::FILTERING.end()]
+            .map(|&class| &particle_ranges[class as usize]);
+        let translucent = &casters[first.start as usize..last.end as usize];
         let extents = translucent.chunks(CHUNK_SIZE as usize).map(Extent::of).collect();
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
         if materials.iter().any(|m| m.transfer == Transfer::Dither && m.pattern == Pattern::Blue) {
@@ -180,7 +220,7 @@ impl CasterSet {
         }
     }
 
-    /// Of the chunks of the translucent particles.
+    /// Of the chunks of the particles that filter.
     pub fn extents(&self) -> &[Extent] {
         &self.extents
     }
@@ -190,10 +230,7 @@ impl CasterSet {
 fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Range<u32>; CLASSES]) {
     let mut order = Vec::new();
     let mut ranges = [const { 0..0 }; CLASSES];
-    for (class, range) in [Class::Opaque, Class::Dithered, Class::Translucent, Class::Unseen]
-        .into_iter()
-        .zip(&mut ranges)
-    {
+    for (class, range) in Class::ALL.into_iter().zip(&mut ranges) {
         let first = order.len() as u32;
         order.extend((0..).zip(classes.clone()).filter(|&(_, c)| c == class).map(|(i, _)| i));
         *range = first..order.len() as u32;

@@ -169,6 +169,8 @@ pub(super) struct MaterialTable {
     pub emission: Option<[f32; 3]>,
     pub transmission: Option<f32>,
     pub roughness: Option<f32>,
+    pub visible: Option<bool>,
+    pub casts: Option<bool>,
 }
 
 #[derive(Clone, Debug, Deserialize)]

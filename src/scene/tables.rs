@@ -277,6 +277,8 @@ pub(super) fn material(
         emission: emission.into(),
         transmission: share("transmission", given.transmission, usual.transmission)?,
         roughness: share("roughness", given.roughness, usual.roughness)?,
+        visible: given.visible.unwrap_or(usual.visible),
+        casts: given.casts.unwrap_or(usual.casts),
     };
     Ok((material, given.texture.clone()))
 }
