@@ -18,6 +18,7 @@ mod picture;
 mod pipeline;
 mod properties;
 mod proxies;
+mod puffs;
 mod scene;
 mod shade;
 mod shaders;

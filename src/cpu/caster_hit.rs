@@ -88,7 +88,7 @@ impl<'a> Target<'a> {
             Form::Puff { facing, radius, color, alpha } => {
                 let Facing { center, distance, .. } = facing;
                 let chord = chord(self.records.view, center, radius, distance, texel, opaque_depth);
-                chord.map(|chord| puff_hit(chord, color, alpha))
+                chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
             }
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
@@ -160,7 +160,7 @@ impl<'a> Target<'a> {
 
     fn optics(&self, opacity: f32, color: Vec3, depth: f32) -> Hit {
         let transfer = self.material.transfer;
-        let added = if transfer == Transfer::Over { color * opacity } else { Vec3::ZERO };
+        let added = added(transfer, opacity, color);
         Hit { light: transmittance(transfer, opacity, color), added, color, opacity, depth }
     }
 }
@@ -212,16 +212,17 @@ fn chord(
     (share > 0.0).then(|| Chord { share, depth: (first - view.near) / range })
 }
 
-/// A puff filters, whatever its material's transfer.
-fn puff_hit(chord: Chord, color: Vec3, alpha: f32) -> Hit {
+/// What the transfer does along a whole diameter, to the power of the chord's share of it.
+fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     // Powers of 0 differ between adapters.
     const LEAST: f32 = 1e-9;
-    let per_diameter = (Vec3::ONE - alpha * (Vec3::ONE - color)).max(Vec3::splat(LEAST));
-    Hit {
-        light: per_diameter.powf(chord.share),
-        added: Vec3::ZERO,
-        color,
-        opacity: 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share),
-        depth: chord.depth,
-    }
+    let per_diameter = transmittance(transfer, alpha, color).max(Vec3::splat(LEAST));
+    let opacity = 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share);
+    let light = per_diameter.powf(chord.share);
+    Hit { light, added: added(transfer, opacity, color), color, opacity, depth: chord.depth }
+}
+
+/// What a hit of `over` puts in.
+fn added(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
+    if transfer == Transfer::Over { c * a } else { Vec3::ZERO }
 }
