@@ -19,6 +19,9 @@ pub struct Counters {
     pub scattered: u64,
     /// Of those, for lack of room in the pair budget.
     pub overflowed: u64,
+    /// Of those, what filters in a view where the order counts: an `over` caster is among them or
+    /// beside them, and they were applied last.
+    pub unordered: u64,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

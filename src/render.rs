@@ -5,7 +5,7 @@ use crate::{
     error::Error,
     frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
-    pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
+    pipeline::{CasterSet, Class, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
     view::{View, shadow_views},
 };
@@ -146,7 +146,11 @@ impl GpuEngine {
         Ok(Frame {
             picture,
             maps,
-            counters: counters(scene, &opaque, &translucent),
+            counters: Counters {
+                unordered: u64::from(translucent.overflowed)
+                    * u64::from(casters.span(Class::FILTERING).features.over),
+                ..counters(scene, &opaque, &translucent)
+            },
             stages,
             memory: memory.0,
         })
@@ -175,6 +179,7 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         segments: sum(|c| c.segment_count),
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
+        unordered: 0,
         skipped: scene.skipped.clone(),
     }
 }

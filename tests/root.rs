@@ -23,3 +23,4 @@ mod scene;
 mod shade;
 mod shaders;
 mod sort;
+mod transfers;

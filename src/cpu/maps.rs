@@ -141,6 +141,10 @@ impl<'a> SceneRecords<'a> {
             accumulate(records, index as u32, &casters, opaque, sums, self.modes)
         });
         count(counters, &bins, sorted.len(), scattered.len());
+        if self.modes.ordered {
+            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
+            counters.unordered += overflowed.iter().filter(filters).count() as u64;
+        }
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
         filter(&mut maps, self.soften_window);
         maps

@@ -247,6 +247,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.quads |= is_particle && material.shape == Shape::Quad;
     features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
+    features.over |= material.transfer == Transfer::Over;
     features.plain &= is_particle
         && material.shape == Shape::Disc
         && material.profile == Profile::Soft

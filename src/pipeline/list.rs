@@ -55,6 +55,8 @@ pub(super) struct Scratch {
     pub overflow: Buffer,
     pub dispatches: Buffer,
     pub sums: Sums,
+    /// What segments do to texels, where some list's order counts.
+    pub partials: Option<Buffer>,
 }
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
@@ -130,6 +132,14 @@ impl Scratch {
         let pairs =
             [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
         let none = BufferUsages::empty();
+        let partials = if lists().any(|list| list.is_ordered()) {
+            // Of tiles with more than one segment.
+            let segments = 2 * u64::from(pair_capacity / SEGMENT_LENGTH) + 1;
+            let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
+            Some(allocator.storage::<[u32; 4]>("partials", texels, none)?)
+        } else {
+            None
+        };
         Ok(Self {
             footprints: footprint_views,
             keys,
@@ -154,6 +164,7 @@ impl Scratch {
                 BufferUsages::INDIRECT,
             )?,
             sums: Sums::new(allocator, config.tier, tiles * u64::from(TILE_SIZE * TILE_SIZE))?,
+            partials,
         })
     }
 }
@@ -173,6 +184,11 @@ pub(super) struct ListPlan {
 }
 
 impl ListPlan {
+    /// Whether filters must be applied front to back: of a shadow view's list.
+    pub(super) fn is_ordered(&self) -> bool {
+        self.class == *Class::FILTERING.start() && self.features.over
+    }
+
     fn setup_count(&self) -> u32 {
         self.footprint_count - self.first_setup
     }

@@ -29,6 +29,7 @@ macro_rules! tiles {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
                 "common/sums.wgsl",
                 "common/reach.wgsl",
                 "common/rows_4.wgsl",
@@ -58,6 +59,7 @@ macro_rules! tiles {
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -78,6 +80,7 @@ macro_rules! segments {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
                 "common/sums.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
@@ -110,6 +113,7 @@ macro_rules! segments {
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -118,6 +122,66 @@ macro_rules! segments {
 pub const SEGMENTS: [KernelDesc; 2] = [
     segments!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
     segments!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
+];
+
+macro_rules! ordered {
+    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal) => {
+        KernelDesc {
+            name: "accumulate_ordered",
+            sources: crate::sources![
+                "common/record.wgsl",
+                "common/view.wgsl",
+                "common/material.wgsl",
+                "common/tile_rect.wgsl",
+                "common/hit.wgsl",
+                "common/texture.wgsl",
+                "common/caster_hit.wgsl",
+                "common/order.wgsl",
+                "common/sums.wgsl",
+                $sums_file,
+                "common/merge.wgsl",
+                "common/partial.wgsl",
+                "common/dispatch.wgsl",
+                "common/reach.wgsl",
+                "common/rows_4.wgsl",
+                "common/lane.wgsl",
+                "common/tile.wgsl",
+                "common/gather.wgsl",
+                $walk,
+                "accumulate_ordered.wgsl"
+            ],
+            bindings: crate::sums_then![
+                $sums,
+                VIEWS,
+                MATERIALS,
+                Binding::read::<[u32; 4]>("dispatches"),
+                Binding::read::<Segment>("segments"),
+                Binding::read::<Tile>("tiles"),
+                Binding::read_write::<[u32; 4]>("partials"),
+                Binding::texture_read("pairs", Rg32Uint),
+                Binding::texture_read("footprints", Rgba32Uint),
+                CASTERS,
+                SETUPS,
+                IMAGES,
+                OPAQUES
+            ],
+            constants: &[
+                ("HAS_PARTICLES", 1.0),
+                ("HAS_TRIANGLES", 1.0),
+                ("HAS_TEXTURES", 1.0),
+                ("HAS_PUFFS", 1.0),
+                ("HAS_QUADS", 1.0),
+                ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 1.0),
+            ],
+            tier: Tier::$tier,
+        }
+    };
+}
+/// In place of [`SEGMENTS`] where the order counts.
+pub const ORDERED: [KernelDesc; 2] = [
+    ordered!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
+    ordered!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
 ];
 
 macro_rules! tiny {
@@ -132,6 +196,7 @@ macro_rules! tiny {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
                 "common/sums.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
@@ -164,6 +229,7 @@ macro_rules! tiny {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
                 ("WORKGROUP_SIZE", CHUNK_SIZE as f64),
             ],
             tier: Tier::$tier,
@@ -187,6 +253,7 @@ macro_rules! overflow {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
                 "common/sums.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
@@ -217,6 +284,7 @@ macro_rules! overflow {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
             ],
             tier: Tier::$tier,
         }

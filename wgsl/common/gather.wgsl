@@ -1,7 +1,8 @@
 // The state of four texels while their casters are multiplied up, front to back, in registers.
-// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, sums.wgsl.
+// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, sums.wgsl.
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
+var<private> added: array<vec3<f32>, 4>;    // by `over`
 var<private> nearest: vec4<f32>;
 var<private> opaque_depth: vec4<f32>;
 
@@ -10,6 +11,9 @@ fn start(view: GpuView, texel: vec2<u32>) {
     nearest = vec4(1.0);
     for (var i = 0u; i < 4u; i += 1u) {
         passed[i] = vec3(1.0);
+        if HAS_OVER {
+            added[i] = vec3(0.0);
+        }
         opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
     }
 }
@@ -18,6 +22,9 @@ fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
     let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
     let counts = hit.depth >= 0.0 && hit.depth < opaque_depth[i];
     passed[i] *= select(vec3(1.0), hit.light, counts);
+    if HAS_OVER {
+        added[i] = select(added[i], added[i] * hit.light + added_light(hit), counts);
+    }
     let seen = counts && hit.opacity >= VISIBLE_OPACITY;
     nearest[i] = select(nearest[i], min(nearest[i], hit.depth), seen);
 }
@@ -34,6 +41,9 @@ fn nearest_texel(i: u32) -> f32 {
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {
+    if HAS_OVER {
+        return passed[i] + added[i];
+    }
     return passed[i];
 }
 
@@ -41,7 +51,7 @@ fn passed_texel(i: u32) -> vec3<f32> {
 fn settled(front: f32) -> bool {
     var open = false;
     for (var i = 0u; i < 4u; i += 1u) {
-        let lit = HAS_GAIN || any(passed[i] >= vec3(BLACK)) || nearest[i] > front;
+        let lit = HAS_GAIN || HAS_OVER || any(passed[i] >= vec3(BLACK)) || nearest[i] > front;
         open = open || (lit && opaque_depth[i] > front);
     }
     return !open;

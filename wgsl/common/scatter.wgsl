@@ -1,5 +1,5 @@
 // One caster's light at one texel straight into the sums: the scatter path. CPU twin:
-// src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, sums.wgsl, hash.wgsl, lane.wgsl; the kernel
+// src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, sums.wgsl, hash.wgsl, lane.wgsl; the kernel
 // binds `opaques` and `scattered_tiles`.
 fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
     let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
@@ -18,7 +18,12 @@ fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
         unit_float(pcg(seed + 1u)),
         unit_float(pcg(seed + 2u)),
     );
-    merge(sum, bitcast<vec3<u32>>(vec3<i32>(floor(to_tau(hit.light) * FIXED_ONE + chance))));
+    var passed = hit.light;
+    if HAS_OVER {
+        // Out of order: as if it were the only caster.
+        passed += added_light(hit);
+    }
+    merge(sum, bitcast<vec3<u32>>(vec3<i32>(floor(to_tau(passed) * FIXED_ONE + chance))));
     if hit.opacity >= VISIBLE_OPACITY {
         raise_nearness(sum, depth_to_nearness(hit.depth));
     }

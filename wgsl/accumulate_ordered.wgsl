@@ -1,0 +1,51 @@
+// accumulate, ordered: what one segment of a long tile does to the light of its texels, where the
+// order counts; resolve_ordered composes a tile's segments. One workgroup per segment, a column of
+// texels per invocation. A tile's only segment is a plain factor of what was scattered there, and
+// goes to the sums; so does what `partials` has no room for, which takes more scattered tiles than
+// the pair budget has segments.
+// CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
+// Needs common/gather.wgsl and what it needs, partial.wgsl, lane.wgsl, tile.wgsl, walk_*.wgsl,
+// sums_*.wgsl.
+@group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(6) var<storage, read> dispatches: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read> segments: array<Segment>;
+@group(0) @binding(8) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(9) var<storage, read_write> partials: array<vec4<u32>>;
+@group(0) @binding(10) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(11) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(12) var casters: texture_2d<u32>;
+@group(0) @binding(13) var setups: texture_2d<u32>;
+@group(0) @binding(14) var images: texture_2d_array<f32>;
+@group(0) @binding(15) var opaques: texture_2d_array<f32>;
+
+@compute @workgroup_size(LANES)
+fn accumulate_ordered(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup.y * workgroups.x + workgroup.x;
+    if index >= dispatches[SEGMENT_DISPATCH].w {
+        return;
+    }
+    let segment = segments[index];
+    let view = views[segment.view];
+    let place = lane_texel(lane);
+    start(view, tile_texel(view, segment.tile) + place);
+    walk(view, segment.first, segment.end);
+    let has_room = sum_index(index + 1u, vec2(0u)) <= arrayLength(&partials);
+    let composed = has_room && segment_count(tiles[segment.tile]) > 1u;
+    for (var i = 0u; i < ROWS; i += 1u) {
+        if composed {
+            let partial = Partial(passed[i], added[i], nearest_texel(i));
+            partials[sum_index(index, place + vec2(0u, i))] = pack_partial(partial);
+        } else {
+            let sum = sum_index(segment.tile, place + vec2(0u, i));
+            merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed_texel(i)) * FIXED_ONE))));
+            if nearest_texel(i) < 1.0 {
+                raise_nearness(sum, depth_to_nearness(nearest_texel(i)));
+            }
+        }
+    }
+}
