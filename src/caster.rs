@@ -91,6 +91,10 @@ pub struct Material {
     pub transmission: f32,
     /// 0..=1, of the highlight in the picture.
     pub roughness: f32,
+    /// What is left of light after [`Self::attenuation_distance`] in a closed mesh.
+    pub attenuation_color: Vec3,
+    /// [m]; infinite for what is no volume. Triangles of a volume are counterclockwise from outside.
+    pub attenuation_distance: f32,
     /// Whether the picture shows it; without it, a shadow without its caster.
     pub visible: bool,
     /// Whether it blocks or filters light; without it, a caster without its shadow.
@@ -113,9 +117,29 @@ impl Default for Material {
             emission: Vec3::ZERO,
             transmission: 0.0,
             roughness: 0.6,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
             visible: true,
             casts: true,
         }
+    }
+}
+
+impl Material {
+    /// Whether closed meshes of it absorb along the way through them.
+    pub fn is_volume(&self) -> bool {
+        self.absorption() != Vec3::ZERO
+    }
+
+    /// Optical depth of the way through its volumes [1/m].
+    pub fn absorption(&self) -> Vec3 {
+        /// 20 halvings; powers of 0 differ between adapters.
+        const LEAST: f32 = 1e-6;
+        if !self.attenuation_distance.is_finite() {
+            return Vec3::ZERO;
+        }
+        -self.attenuation_color.clamp(Vec3::splat(LEAST), Vec3::ONE).map(f32::ln)
+            / self.attenuation_distance
     }
 }
 

@@ -19,6 +19,7 @@ pub mod scene;
 pub mod settings;
 pub mod stage;
 pub mod view;
+pub mod volume;
 
 pub use glam;
 pub use wgpu;

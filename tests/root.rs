@@ -24,3 +24,4 @@ mod shade;
 mod shaders;
 mod sort;
 mod transfers;
+mod volumes;

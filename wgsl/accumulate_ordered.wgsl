@@ -4,7 +4,7 @@
 // goes to the sums; so does what `partials` has no room for, which takes more scattered tiles than
 // the pair budget has segments.
 // CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
-// Needs common/gather.wgsl and what it needs, partial.wgsl, lane.wgsl, tile.wgsl, walk_*.wgsl,
+// Needs common/gather.wgsl and what it needs, order.wgsl, partial.wgsl, lane.wgsl, tile.wgsl, walk_*.wgsl,
 // sums_*.wgsl.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
@@ -34,15 +34,22 @@ fn accumulate_ordered(
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);
-    let has_room = sum_index(index + 1u, vec2(0u)) <= arrayLength(&partials);
-    let composed = has_room && segment_count(tiles[segment.tile]) > 1u;
+    let composed = index < partial_room() && segment_count(tiles[segment.tile]) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
-            let partial = Partial(passed[i], added[i], nearest_texel(i));
-            partials[sum_index(index, place + vec2(0u, i))] = pack_partial(partial);
+            let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
+            partials[at] = pack_partial(Partial(passed[i], added[i], nearest[i], vec3(0), 0));
+            if HAS_VOLUMES {
+                partials[at + 1u] = bitcast<vec4<u32>>(crossed[i]);
+            }
         } else {
             let sum = sum_index(segment.tile, place + vec2(0u, i));
-            merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed_texel(i)) * FIXED_ONE))));
+            let tau = vec3<i32>(round(to_tau(passed[i] + added[i]) * FIXED_ONE));
+            if HAS_VOLUMES {
+                add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
+            } else {
+                merge(sum, bitcast<vec3<u32>>(tau));
+            }
             if nearest_texel(i) < 1.0 {
                 raise_nearness(sum, depth_to_nearness(nearest_texel(i)));
             }

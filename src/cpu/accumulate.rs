@@ -58,9 +58,23 @@ pub struct Modes {
     pub gain: bool,
     /// An `over` caster depends on the order: segments are composed, not added.
     pub ordered: bool,
+    /// Closed meshes absorb along the way through them: their sums are signed.
+    pub volumes: bool,
 }
 
-fn merge(sum: &mut IVec3, tau: IVec3, gain: bool) {
+impl Modes {
+    /// Whether segments are composed one by one, and nothing is scattered by choice.
+    pub fn direct(self) -> bool {
+        self.ordered || self.volumes
+    }
+}
+
+fn merge(sum: &mut IVec3, tau: IVec3, modes: Modes) {
+    if modes.volumes {
+        *sum = sum.wrapping_add(tau);
+        return;
+    }
+    let gain = modes.gain;
     let open = |sum: i32| gain || sum < SATURATED;
     let added = sum.saturating_add(tau);
     *sum = IVec3::new(
@@ -76,10 +90,15 @@ struct Passed {
     scale: Vec3,
     added: Vec3,
     nearest: f32,
+    /// Of volumes, modulo 2^32.
+    tau: IVec3,
+    /// How many volumes the ray leaves more than it enters.
+    leaves: i32,
 }
 
 impl Passed {
-    const ALL: Self = Self { scale: Vec3::ONE, added: Vec3::ZERO, nearest: 1.0 };
+    const ALL: Self =
+        Self { scale: Vec3::ONE, added: Vec3::ZERO, nearest: 1.0, tau: IVec3::ZERO, leaves: 0 };
 
     fn meet(&mut self, hit: &Hit) {
         self.scale *= hit.light;
@@ -149,13 +168,17 @@ impl ScatterSums {
         opaque: &TileTexels<f32>,
         modes: Modes,
     ) {
+        let sum = tile * TEXELS + place;
+        if let Some(crossing) = target.crossing(texel, opaque[place]).filter(|_| modes.volumes) {
+            self.tau[sum] = self.tau[sum].wrapping_add(crossing.tau);
+            self.tiles[tile] = true;
+        }
         let Some(hit) = target.hit(texel, opaque[place]).filter(|hit| hit.depth < opaque[place])
         else {
             return;
         };
-        let sum = tile * TEXELS + place;
         let tau = to_tau(hit.light + hit.added) * FIXED_ONE + chance(target.id);
-        merge(&mut self.tau[sum], tau.floor().as_ivec3(), modes.gain);
+        merge(&mut self.tau[sum], tau.floor().as_ivec3(), modes);
         if hit.opacity >= VISIBLE_OPACITY {
             self.nearest[sum] = self.nearest[sum].min(hit.depth);
         }
@@ -198,19 +221,22 @@ pub fn accumulate(
 ) -> TileTexels<Accumulated> {
     let tile = Tile::new(records.view, index);
     let scattered = scattered.filter(|sums| sums.tiles[index as usize]);
-    let direct = modes.ordered || (footprints.len() <= SEGMENT && scattered.is_none());
+    let direct = modes.direct() || (footprints.len() <= SEGMENT && scattered.is_none());
     let light = if direct { Light::Passed(Vec3::ONE) } else { Light::Sums(IVec3::ZERO) };
     let mut texels = TileTexels::filled(Accumulated { light, nearest: 1.0 });
+    let mut volumes = TileTexels::filled((IVec3::ZERO, 0));
     for segment in footprints.chunks(SEGMENT) {
         let passed = segment_of(records, &tile, segment, opaque);
         for place in 0..TEXELS {
             let (texel, passed) = (&mut texels[place], passed[place]);
             texel.nearest = texel.nearest.min(passed.nearest);
+            let (tau, leaves) = &mut volumes[place];
+            (*tau, *leaves) = (tau.wrapping_add(passed.tau), *leaves + passed.leaves);
             match &mut texel.light {
                 Light::Passed(light) => *light = *light * passed.scale + passed.added,
                 Light::Sums(sums) => {
                     let tau = (to_tau(passed.scale) * FIXED_ONE).round().as_ivec3();
-                    merge(sums, tau, modes.gain);
+                    merge(sums, tau, modes);
                 }
             }
         }
@@ -220,9 +246,26 @@ pub fn accumulate(
             let (texel, from) = (&mut texels[place], index as usize * TEXELS + place);
             texel.nearest = texel.nearest.min(scattered.nearest[from]);
             match &mut texel.light {
-                Light::Passed(light) => *light *= super::resolve::passed(scattered.tau[from]),
-                Light::Sums(sums) => merge(sums, scattered.tau[from], modes.gain),
+                Light::Passed(light) if !modes.volumes => {
+                    *light *= super::resolve::passed(scattered.tau[from]);
+                }
+                Light::Passed(_) => {
+                    volumes[place].0 = volumes[place].0.wrapping_add(scattered.tau[from])
+                }
+                Light::Sums(sums) => merge(sums, scattered.tau[from], modes),
             }
+        }
+    }
+    for place in (0..TEXELS).filter(|_| modes.volumes) {
+        let (texel, (tau, leaves)) = (&mut texels[place], volumes[place]);
+        // The light is inside.
+        if leaves > 0 {
+            texel.nearest = 0.0;
+        }
+        if let Light::Passed(light) = &mut texel.light {
+            // A body that is not closed would brighten.
+            let tau = if modes.gain { tau } else { tau.max(IVec3::ZERO) };
+            *light *= super::resolve::passed(tau);
         }
     }
     texels
@@ -241,6 +284,11 @@ fn segment_of(
             continue;
         }
         for (place, texel) in tile.texels() {
+            if let Some(crossing) = target.crossing(texel, opaque[place]) {
+                let passed = &mut passed[place];
+                passed.tau = passed.tau.wrapping_add(crossing.tau);
+                passed.leaves += crossing.leaves;
+            }
             // A hit at or behind the opaque surface does nothing.
             if let Some(hit) = target.hit(texel, opaque[place])
                 && hit.depth < opaque[place]

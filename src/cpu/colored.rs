@@ -51,6 +51,7 @@ pub fn render_colored(scene: &Scene, view: &View) -> ColoredMaps {
         casters: &records.casters,
         setups: &casters.setups,
         materials: records.materials,
+        absorptions: &records.absorptions,
         images: &records.images,
     };
     let texels = view.size.element_product() as usize;

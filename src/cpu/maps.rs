@@ -25,8 +25,9 @@ use crate::{
     pipeline::Class,
     scene::Scene,
     view::{GpuView, View},
+    volume::absorptions,
 };
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 
 /// Casters that a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -35,6 +36,8 @@ const CHUNK: usize = 4096;
 pub(super) struct SceneRecords<'a> {
     pub materials: &'a [Material],
     gpu_materials: Vec<GpuMaterial>,
+    /// Of materials, [1/m].
+    pub absorptions: Vec<Vec3>,
     pub images: Vec<Image>,
     pub casters: Vec<Caster>,
     pub triangles: Vec<TriangleRecord>,
@@ -80,11 +83,19 @@ impl<'a> SceneRecords<'a> {
         };
         Self {
             materials,
+            absorptions: absorptions(materials, &scene.triangles),
             gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, &scene.textures)).collect(),
             images: scene.textures.iter().map(Image::new).collect(),
             casters: scene.particles.iter().map(caster).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
-            modes: Modes { gain: uses(Transfer::Gain), ordered: uses(Transfer::Over) },
+            modes: Modes {
+                gain: uses(Transfer::Gain),
+                ordered: uses(Transfer::Over),
+                volumes: scene.triangles.iter().any(|triangle| {
+                    let material = &materials[triangle.material as usize];
+                    material.is_volume() && Class::of(material).casts()
+                }),
+            },
             pair_budget: scene.shadow.pair_budget,
             soften_window: if scene.shadow.soften { window(materials) } else { 0 },
         }
@@ -94,7 +105,7 @@ impl<'a> SceneRecords<'a> {
         let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;
-        let params = ProjectParams { scatter: !self.modes.ordered, unseen: false };
+        let params = ProjectParams { scatter: !self.modes.direct(), unseen: false };
         let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
         let sorted = depth_order(&keys);
         let bins = bin(&sorted, &rects, &[gpu_view], tile_count as u32, self.pair_budget);
@@ -108,6 +119,7 @@ impl<'a> SceneRecords<'a> {
             casters: &self.casters,
             setups: &setups,
             materials: self.materials,
+            absorptions: &self.absorptions,
             images: &self.images,
         };
         let mut unbinned = vec![Vec::new(); tile_count];

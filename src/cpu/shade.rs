@@ -93,6 +93,7 @@ impl<'a> Seen<'a> {
             casters: &self.records.casters,
             setups: &self.casters.setups,
             materials: self.records.materials,
+            absorptions: &self.records.absorptions,
             images: &self.records.images,
         }
     }

@@ -68,7 +68,7 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let may_scatter = plan.class == *Class::FILTERING.start() && !plan.is_ordered();
+        let may_scatter = plan.class == *Class::FILTERING.start() && !plan.is_composed();
         let scatter = self.config.scatter_tiny && may_scatter && !self.camera;
         let params = self.uniform(
             "project_params",
@@ -149,7 +149,7 @@ impl Plan {
     pub(super) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
         let solid = casters.span(Class::SOLID);
         let clear = casters.span(Class::BLENDED);
-        let features = Features { plain: false, over: false, ..clear.features };
+        let features = Features { plain: false, over: false, volumes: false, ..clear.features };
         let lists = [
             ListPlan::new(
                 Class::Opaque,
@@ -229,7 +229,7 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
-        let may_scatter = context.config.scatter_tiny && !plan.lists[1].is_ordered();
+        let may_scatter = context.config.scatter_tiny && !plan.lists[1].is_composed();
         let tiny = if may_scatter { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
@@ -477,14 +477,15 @@ impl ClassBatch {
         to_map.extend(outputs.clone());
         let mut resolve =
             vec![shared.views.clone(), dispatches.clone(), merged_tiles.clone(), tiles.clone()];
-        let to_sums =
-            if let Some(partials) = context.scratch.partials.as_ref().filter(|_| features.over) {
-                let partials = partials.as_entire_binding();
-                resolve.push(partials.clone());
-                shared.hits([dispatches, segments, tiles, &partials, pairs, footprints], &hit)
-            } else {
-                shared.hits([dispatches, segments, pairs, footprints], &hit)
-            };
+        let to_sums = if let Some(partials) =
+            context.scratch.partials.as_ref().filter(|_| features.is_composed())
+        {
+            let partials = partials.as_entire_binding();
+            resolve.push(partials.clone());
+            shared.hits([dispatches, segments, tiles, &partials, pairs, footprints], &hit)
+        } else {
+            shared.hits([dispatches, segments, pairs, footprints], &hit)
+        };
         resolve.extend(outputs);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
         let tiny = tiny.map(|ChunkBuffers { count, chunks, params }| {

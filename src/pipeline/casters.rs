@@ -10,8 +10,10 @@ use crate::{
     scene::Bounds,
     stage::{hits::Features, project::CHUNK_SIZE},
     view::GpuView,
+    volume::absorptions,
 };
 use bytemuck::Zeroable as _;
+use glam::Vec3;
 use std::ops::{Range, RangeInclusive};
 use wgpu::{
     TextureFormat::{Rgba8UnormSrgb, Rgba32Uint},
@@ -199,7 +201,14 @@ impl CasterSet {
             casters: upload(&mut allocator, queue, "casters", &casters, CASTER_TEXELS)?,
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
             images: upload_images(&mut allocator, queue, textures)?,
-            materials: upload_materials(&mut allocator, queue, materials, textures, blue_first),
+            materials: upload_materials(
+                &mut allocator,
+                queue,
+                materials,
+                textures,
+                blue_first,
+                &absorptions(materials, triangles),
+            ),
             extents,
             particle_ranges,
             triangle_ranges,
@@ -248,6 +257,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
     features.over |= material.transfer == Transfer::Over;
+    features.volumes |= !is_particle && material.is_volume();
     features.plain &= is_particle
         && material.shape == Shape::Disc
         && material.profile == Profile::Soft
@@ -335,10 +345,12 @@ fn upload_materials(
     materials: &[Material],
     textures: &[Texture],
     blue_first: u32,
+    absorptions: &[Vec3],
 ) -> wgpu::Buffer {
     let buffer = allocator.uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
-    let record = |m| GpuMaterial { blue_first, ..GpuMaterial::new(m, textures) };
-    let mut records: Vec<_> = materials.iter().map(record).collect();
+    let record =
+        |(m, &absorption)| GpuMaterial { blue_first, absorption, ..GpuMaterial::new(m, textures) };
+    let mut records: Vec<_> = materials.iter().zip(absorptions).map(record).collect();
     records.resize(MAX_MATERIALS, GpuMaterial::zeroed());
     queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
     buffer

@@ -32,8 +32,8 @@ impl Variant {
         let [core, native] = match self {
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
-            Self::AccumulateSegments if features.over => &accumulate::ORDERED,
-            Self::ResolveTiles if features.over => &resolve::ORDERED,
+            Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,
+            Self::ResolveTiles if features.is_composed() => &resolve::ORDERED,
             Self::OccludeTiles => &occlude::TILES,
             Self::OccludeSegments => &occlude::SEGMENTS,
             Self::OccludeOverflow => &occlude::OVERFLOW,

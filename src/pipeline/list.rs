@@ -22,6 +22,9 @@ use wgpu::{
     TextureView,
 };
 
+/// Segments whose effects on their texels fit a storage binding of 128 MiB, 32 bytes a texel.
+const MAX_COMPOSED: u64 = (128 << 20) / (32 * (TILE_SIZE * TILE_SIZE) as u64);
+
 /// What one list counted.
 pub type ListCounters = BatchCounters;
 
@@ -55,7 +58,7 @@ pub(super) struct Scratch {
     pub overflow: Buffer,
     pub dispatches: Buffer,
     pub sums: Sums,
-    /// What segments do to texels, where some list's order counts.
+    /// What segments do to texels, where some list composes them one by one.
     pub partials: Option<Buffer>,
 }
 
@@ -132,11 +135,13 @@ impl Scratch {
         let pairs =
             [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
         let none = BufferUsages::empty();
-        let partials = if lists().any(|list| list.is_ordered()) {
+        let partials = if lists().any(ListPlan::is_composed) {
             // Of tiles with more than one segment.
             let segments = 2 * u64::from(pair_capacity / SEGMENT_LENGTH) + 1;
+            // The pair budget's default would need a little more than a storage binding holds.
+            let segments = segments.min(MAX_COMPOSED);
             let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
-            Some(allocator.storage::<[u32; 4]>("partials", texels, none)?)
+            Some(allocator.storage::<[[u32; 4]; 2]>("partials", texels, none)?)
         } else {
             None
         };
@@ -184,9 +189,9 @@ pub(super) struct ListPlan {
 }
 
 impl ListPlan {
-    /// Whether filters must be applied front to back: of a shadow view's list.
-    pub(super) fn is_ordered(&self) -> bool {
-        self.class == *Class::FILTERING.start() && self.features.over
+    /// Whether segments are composed one by one: of a shadow view's list.
+    pub(super) fn is_composed(&self) -> bool {
+        self.class == *Class::FILTERING.start() && self.features.is_composed()
     }
 
     fn setup_count(&self) -> u32 {

@@ -102,5 +102,5 @@ pub(super) fn add_ground(scene: &mut Scene) {
         tint: Vec4::new(0.72, 0.72, 0.70, 1.0),
         ..Material::default()
     });
-    scene.triangles.extend(shapes::shape(KindOfShape::Plane, transform, material, u32::MAX));
+    scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));
 }

@@ -169,6 +169,10 @@ pub(super) struct MaterialTable {
     pub emission: Option<[f32; 3]>,
     pub transmission: Option<f32>,
     pub roughness: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub attenuation_color: Option<[f32; 3]>,
+    /// [m]
+    pub attenuation_distance: Option<f32>,
     pub visible: Option<bool>,
     pub casts: Option<bool>,
 }
@@ -195,6 +199,8 @@ pub(super) enum KindOfShape {
 pub(super) struct ShapeTable {
     pub kind: KindOfShape,
     pub material: String,
+    /// Subdivisions of a sphere.
+    pub level: Option<u32>,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
     /// Euler xyz [degrees].

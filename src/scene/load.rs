@@ -10,7 +10,7 @@ use super::{
     source::{self, Source},
     tables,
 };
-use crate::{caster::Material, counters::Skipped, settings::ShadowSettings};
+use crate::{caster::Material, counters::Skipped, settings::ShadowSettings, volume};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use std::{
     ops::Range,
@@ -177,10 +177,29 @@ impl Loader<'_> {
             self.particles(table)?;
         }
         for table in &document.shape {
-            let ShapeTable { kind, material, translation, rotation, scale } = table.get_ref();
+            let ShapeTable { kind, material, level, translation, rotation, scale } =
+                table.get_ref();
+            let level = level.unwrap_or(shapes::SPHERE_LEVEL);
+            if level > shapes::MAX_LEVEL {
+                let help = format!("at most {}", shapes::MAX_LEVEL);
+                return Err(self.error(
+                    &table.span(),
+                    "level",
+                    &format!("level is {level}"),
+                    &help,
+                ));
+            }
             let material = self.material(&table.span(), material)?;
             let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
-            let triangles = shapes::shape(*kind, transform, material, self.next_id);
+            let mut triangles = shapes::shape(*kind, level, transform, material, self.next_id);
+            if self.scene.materials[material as usize].is_volume() {
+                if !volume::is_closed(&triangles) {
+                    let help = "use a closed shape, or a material without attenuation";
+                    let message = "a volume needs an inside";
+                    return Err(self.error(&table.span(), "kind", message, help));
+                }
+                volume::turn_outwards(&mut triangles);
+            }
             self.next_id = self.next_id.wrapping_add(1);
             let mut corners = triangles.iter().flat_map(|triangle| triangle.positions);
             if corners.any(|corner| corner.abs().max_element() > FARTHEST) {
@@ -238,6 +257,11 @@ impl Loader<'_> {
     fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
         let ParticlesTable { file, generate, material } = table.get_ref();
         let id = self.material(&table.span(), material)?;
+        if self.scene.materials[id as usize].is_volume() {
+            let help = "use shape = \"puff\", and no attenuation";
+            let message = "particles have no volume";
+            return Err(self.error(&table.span(), "material", message, help));
+        }
         match (file, generate) {
             (Some(file), None) => {
                 let material = self.scene.materials[id as usize].clone();

@@ -31,6 +31,7 @@ macro_rules! tiles {
                 "common/caster_hit.wgsl",
                 "common/order.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 "common/reach.wgsl",
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
@@ -60,6 +61,7 @@ macro_rules! tiles {
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
                 ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -82,6 +84,7 @@ macro_rules! segments {
                 "common/caster_hit.wgsl",
                 "common/order.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/dispatch.wgsl",
@@ -114,6 +117,7 @@ macro_rules! segments {
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
                 ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -138,6 +142,7 @@ macro_rules! ordered {
                 "common/caster_hit.wgsl",
                 "common/order.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/partial.wgsl",
@@ -173,12 +178,13 @@ macro_rules! ordered {
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
                 ("HAS_OVER", 1.0),
+                ("HAS_VOLUMES", 1.0),
             ],
             tier: Tier::$tier,
         }
     };
 }
-/// In place of [`SEGMENTS`] where the order counts.
+/// In place of [`SEGMENTS`] where segments are composed one by one.
 pub const ORDERED: [KernelDesc; 2] = [
     ordered!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
     ordered!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
@@ -198,6 +204,7 @@ macro_rules! tiny {
                 "common/caster_hit.wgsl",
                 "common/order.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/bin.wgsl",
@@ -230,6 +237,7 @@ macro_rules! tiny {
                 ("HAS_PUFFS", 1.0),
                 ("HAS_GAIN", 0.0),
                 ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
                 ("WORKGROUP_SIZE", CHUNK_SIZE as f64),
             ],
             tier: Tier::$tier,
@@ -255,6 +263,7 @@ macro_rules! overflow {
                 "common/caster_hit.wgsl",
                 "common/order.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/dispatch.wgsl",
@@ -285,6 +294,7 @@ macro_rules! overflow {
                 ("HAS_PUFFS", 1.0),
                 ("HAS_GAIN", 0.0),
                 ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }

@@ -17,6 +17,8 @@ pub struct Features {
     pub gain: bool,
     /// The order counts.
     pub over: bool,
+    /// Closed meshes absorb along the way through them.
+    pub volumes: bool,
     pub dither: bool,
     /// Soft discs of the `filter` transfer and nothing else.
     pub plain: bool,
@@ -36,6 +38,7 @@ impl Features {
         quads: false,
         gain: false,
         over: false,
+        volumes: false,
         dither: false,
         plain: true,
         perspective: false,
@@ -50,11 +53,17 @@ impl Features {
         quads: true,
         gain: true,
         over: true,
+        volumes: true,
         dither: true,
         plain: false,
         perspective: false,
         opaque: false,
     };
+
+    /// Whether segments are composed one by one, and nothing is scattered by choice.
+    pub fn is_composed(self) -> bool {
+        self.over || self.volumes
+    }
 
     /// Of two sets of casters together.
     #[must_use]
@@ -67,6 +76,7 @@ impl Features {
             quads: self.quads || other.quads,
             gain: self.gain || other.gain,
             over: self.over || other.over,
+            volumes: self.volumes || other.volumes,
             dither: self.dither || other.dither,
             plain: self.plain && other.plain,
             perspective: false,
@@ -90,6 +100,7 @@ impl Features {
             "HAS_QUADS" => Some(self.quads),
             "HAS_GAIN" => Some(self.gain),
             "HAS_OVER" => Some(self.over),
+            "HAS_VOLUMES" => Some(self.volumes),
             "HAS_DITHER" => Some(self.dither),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),

@@ -48,6 +48,7 @@ macro_rules! ordered {
                 "common/tile.wgsl",
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
+                "common/order.wgsl",
                 "common/sums.wgsl",
                 $sums_file,
                 "common/partial.wgsl",
@@ -64,12 +65,12 @@ macro_rules! ordered {
                 Binding::texture_write("filters", Rgba16Float).array(),
                 Binding::texture_write("nearests", R32Float).array()
             ],
-            constants: &[("HAS_GAIN", 0.0)],
+            constants: &[("HAS_GAIN", 0.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
             tier: Tier::$tier,
         }
     };
 }
-/// In place of [`TILES`] where the order counts.
+/// In place of [`TILES`] where segments are composed one by one.
 pub const ORDERED: [KernelDesc; 2] = [
     ordered!(Core, buffer, "common/sums_buffer.wgsl"),
     ordered!(Native, texture, "common/sums_texture.wgsl"),

@@ -1,8 +1,10 @@
 // The state of four texels while their casters are multiplied up, front to back, in registers.
-// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, sums.wgsl.
+// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, sums.wgsl,
+// crossing.wgsl.
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
 var<private> added: array<vec3<f32>, 4>;    // by `over`
+var<private> crossed: array<vec4<i32>, 4>;  // of volumes: optical depth and what is left
 var<private> nearest: vec4<f32>;
 var<private> opaque_depth: vec4<f32>;
 
@@ -11,15 +13,18 @@ fn start(view: GpuView, texel: vec2<u32>) {
     nearest = vec4(1.0);
     for (var i = 0u; i < 4u; i += 1u) {
         passed[i] = vec3(1.0);
-        if HAS_OVER {
-            added[i] = vec3(0.0);
-        }
+        added[i] = vec3(0.0);
+        crossed[i] = vec4(0);
         opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
     }
 }
 
 fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
+    let texel = corner + vec2(0.5, f32(i) + 0.5);
+    let hit = caster_hit(view, place, look, texel, opaque_depth[i]);
+    if HAS_VOLUMES {
+        crossed[i] += crossing(view, look, texel, opaque_depth[i]);
+    }
     let counts = hit.depth >= 0.0 && hit.depth < opaque_depth[i];
     passed[i] *= select(vec3(1.0), hit.light, counts);
     if HAS_OVER {
@@ -37,18 +42,24 @@ fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
 }
 
 fn nearest_texel(i: u32) -> f32 {
-    return nearest[i];
+    // 0 where the light is inside a volume.
+    return select(nearest[i], 0.0, HAS_VOLUMES && crossed[i].w > 0);
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {
-    if HAS_OVER {
-        return passed[i] + added[i];
+    if HAS_OVER || HAS_VOLUMES {
+        // A body that is not closed would brighten.
+        let tau = max(crossed[i].xyz, vec3(0));
+        return (passed[i] + added[i]) * light(bitcast<vec3<u32>>(tau));
     }
     return passed[i];
 }
 
 // Nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
+    if HAS_VOLUMES {
+        return false;
+    }
     var open = false;
     for (var i = 0u; i < 4u; i += 1u) {
         let lit = HAS_GAIN || HAS_OVER || any(passed[i] >= vec3(BLACK)) || nearest[i] > front;

@@ -15,6 +15,8 @@ struct GpuMaterial {
     pattern: u32,
     pattern_scale: u32, // [texels of a cell]
     blue_first: u32,    // texel of `casters` where the blue noise starts
+    absorption: vec3<f32>, // of the way through a closed mesh [1/m]
+    pad: u32,
 }
 
 const MAX_MATERIALS: u32 = 512u;

@@ -1,9 +1,7 @@
-// `over` makes light an affine chain: light L behind a caster becomes L * light + added. CPU twin:
-// src/cpu/accumulate.rs, `Passed`. Needs common/caster_hit.wgsl.
+// What makes light more than a product of factors: segments of a tile are then composed one by one.
 
 // A caster of the batch adds light: the order counts, and saturation is no end.
 override HAS_OVER: bool;
-
-fn added_light(hit: Hit) -> vec3<f32> {
-    return select(vec3(0.0), hit.color * hit.opacity, materials[hit.material].transfer == TRANSFER_OVER);
-}
+// Closed meshes absorb along the way through them: their sums are signed, and faces behind the
+// opaque surface count.
+override HAS_VOLUMES: bool;
