@@ -4,7 +4,7 @@
 // goes to the sums; so does what `partials` has no room for, which takes more scattered tiles than
 // the pair budget has segments.
 // CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
-// Needs common/gather.wgsl and what it needs, order.wgsl, partial.wgsl, lane.wgsl, tile.wgsl, walk_*.wgsl,
+// Needs common/gather.wgsl and what it needs, order.wgsl, volumes.wgsl, partial.wgsl, lane.wgsl, tile.wgsl, walk_*.wgsl,
 // sums_*.wgsl.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;

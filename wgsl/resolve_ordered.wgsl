@@ -2,7 +2,7 @@
 // path added to, where the order counts: a tile's segments, front to back, then what was scattered.
 // Leaves the sums zero. One workgroup per tile, four texels per invocation.
 // CPU twin: src/cpu/accumulate.rs, src/cpu/resolve.rs. Host: src/stage/resolve.rs.
-// Needs common/order.wgsl, partial.wgsl, sums.wgsl, sums_*.wgsl, dispatch.wgsl, view.wgsl, tile.wgsl, lane.wgsl.
+// Needs common/volumes.wgsl, partial.wgsl, sums.wgsl, sums_*.wgsl, dispatch.wgsl, view.wgsl, tile.wgsl, lane.wgsl.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<storage, read> dispatches: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> merged_tiles: array<u32>;

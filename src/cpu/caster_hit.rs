@@ -197,7 +197,7 @@ impl<'a> Target<'a> {
 }
 
 /// Way of the ray through a texel from light depth 0 to 1 [m].
-fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
+pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
     let slope = (texel - view.size * 0.5) / view.scale;
     let stretch = if view.perspective > 0.0 { (1.0 + slope.length_squared()).sqrt() } else { 1.0 };
     (view.far - view.near) * stretch

@@ -3,7 +3,7 @@
 use super::{
     accumulate::SEGMENT,
     bin::{Bins, bin},
-    caster_hit::{Hit, Records, Target},
+    caster_hit::{Hit, Records, Target, metres_per_depth},
     maps::{SceneRecords, ViewCasters, depth_order},
     occlude::is_solid,
     project::ProjectParams,
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     caster::{MAX_GAIN, Material, Transfer},
-    footprint::{Footprint, TRIANGLE_BIT, TriangleSetup, from_octahedral},
+    footprint::{BACK_BIT, Footprint, TRIANGLE_BIT, TriangleSetup, from_octahedral},
     frame::{Picture, ViewMaps},
     pipeline::Class,
     scene::Scene,
@@ -122,6 +122,7 @@ struct Layer {
     /// Light that it scatters and mirrors.
     shown: Option<Vec3>,
     passed: Vec3,
+    face: Option<Face>,
 }
 
 /// A pixel while layers are laid over it: light `L` behind becomes `color + passed * L`.
@@ -132,10 +133,59 @@ struct Pixel {
     waiting: Vec<Layer>,
     /// Panes that were shown.
     lit: usize,
+    fog: Fog,
+}
+
+/// Volumes along the eye's ray, between the layers of a pixel.
+#[derive(Clone, Copy, Debug)]
+struct Fog {
+    /// Absorption where the ray is [1/m].
+    inside: Vec3,
+    /// Light depth so far.
+    reached: f32,
+    /// Of the ray, per light depth.
+    metres: f32,
+    /// The walk starts at the eye and ends at the surface.
+    whole: bool,
+}
+
+/// A face of a volume.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    /// [1/m]
+    absorption: Vec3,
+    leaves: bool,
+}
+
+impl Fog {
+    const NONE: Self = Self { inside: Vec3::ZERO, reached: 0.0, metres: 0.0, whole: false };
+
+    /// What passes from where the ray was to light depth `depth`.
+    fn to(&mut self, depth: f32) -> Vec3 {
+        let length = (depth - self.reached).max(0.0) * self.metres;
+        self.reached = self.reached.max(depth);
+        (-self.inside * length).map(f32::exp)
+    }
+
+    /// Past a face: what it takes from what is behind.
+    fn cross(&mut self, face: &Face, depth: f32) -> Vec3 {
+        if !face.leaves {
+            self.inside += face.absorption;
+            return Vec3::ONE;
+        }
+        if self.inside.cmpge(face.absorption * 0.999).all() {
+            self.inside = (self.inside - face.absorption).max(Vec3::ZERO);
+            return Vec3::ONE;
+        }
+        // The eye is inside what was not entered.
+        let way = if self.whole { depth * self.metres } else { 0.0 };
+        (-face.absorption * way).map(f32::exp)
+    }
 }
 
 impl Pixel {
-    const CLEAR: Self = Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new(), lit: 0 };
+    const CLEAR: Self =
+        Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new(), lit: 0, fog: Fog::NONE };
 
     fn lay(&mut self, own: Vec3, passed: Vec3) {
         self.color += self.passed * own;
@@ -143,9 +193,13 @@ impl Pixel {
     }
 
     fn lay_pane(&mut self, layer: &Layer) {
+        self.passed *= self.fog.to(layer.depth);
         let shown = layer.shown.filter(|_| self.lit < MAX_LIT);
         self.lit += usize::from(shown.is_some());
         self.lay(layer.own + shown.unwrap_or(Vec3::ZERO), layer.passed);
+        if let Some(face) = &layer.face {
+            self.passed *= self.fog.cross(face, layer.depth);
+        }
     }
 
     /// The panes before `depth`, nearest first.
@@ -280,8 +334,13 @@ impl Eye<'_> {
         surfaces: &TileTexels<(Vec3, f32)>,
     ) -> TileTexels<Vec3> {
         let mut pixels = TileTexels::filled(Pixel::CLEAR);
+        let is_whole = clear.bins.tile(index).len() <= SEGMENT;
         for segment in clear.bins.tile(index).chunks(SEGMENT) {
             let mut part = TileTexels::filled(Pixel::CLEAR);
+            for (place, at) in tile.texels() {
+                let metres = metres_per_depth(&self.view, at);
+                part[place].fog = Fog { metres, whole: is_whole, ..Fog::NONE };
+            }
             for pair in segment {
                 let footprint = &clear.casters.footprints[pair.footprint as usize];
                 let target = Target::new(clear.records(), footprint);
@@ -300,6 +359,7 @@ impl Eye<'_> {
                         continue;
                     }
                     pixel.lay_waiting(hit.depth);
+                    pixel.passed *= pixel.fog.to(hit.depth);
                     let adds = material.transfer == Transfer::None;
                     let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
                     let own = seen_color(&hit, material) * light + material.emission;
@@ -309,6 +369,10 @@ impl Eye<'_> {
             }
             for place in 0..TEXELS {
                 part[place].lay_waiting(f32::INFINITY);
+                if is_whole {
+                    let passed = part[place].fog.to(surfaces[place].1);
+                    part[place].passed *= passed;
+                }
                 pixels[place].lay(part[place].color, part[place].passed);
             }
         }
@@ -332,7 +396,7 @@ impl Eye<'_> {
         let albedo = seen_color(hit, material);
         if material.transfer == Transfer::None {
             let own = emitted + opacity * albedo;
-            return Layer { depth, own, shown: None, passed: Vec3::ONE };
+            return Layer { depth, own, shown: None, passed: Vec3::ONE, face: None };
         }
         let surface = self.triangle(clear, footprint, material, hit, pixel);
         let lit = self.lighting.light_sheet(&surface);
@@ -345,7 +409,13 @@ impl Eye<'_> {
             + opacity * lit.shine
             + mirrored * self.lighting.sky(reflected);
         let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
-        Layer { depth, own: emitted, shown: Some(shown), passed: hit.light * behind }
+        let setup = clear.setup(footprint);
+        let face = Face {
+            absorption: clear.records.absorptions[setup.material as usize],
+            leaves: setup.ties & BACK_BIT != 0,
+        };
+        let passed = hit.light * behind;
+        Layer { depth, own: emitted, shown: Some(shown), passed, face: Some(face) }
     }
 }
 

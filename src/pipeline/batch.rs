@@ -149,14 +149,14 @@ impl Plan {
     pub(super) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
         let solid = casters.span(Class::SOLID);
         let clear = casters.span(Class::BLENDED);
-        let features = Features { plain: false, over: false, volumes: false, ..clear.features };
+        let features = Features { plain: false, ..clear.features };
         let lists = [
             ListPlan::new(
-                Class::Opaque,
+                *Class::SOLID.start(),
                 Span { features: solid.features.of_views(false, false), ..solid },
                 1,
             ),
-            ListPlan::new(Class::Translucent, Span { features, ..clear }, 1),
+            ListPlan::new(*Class::BLENDED.start(), Span { features, ..clear }, 1),
         ];
         Self { views: vec![view], tile_count, lists }
     }

@@ -48,7 +48,7 @@ macro_rules! ordered {
                 "common/tile.wgsl",
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
-                "common/order.wgsl",
+                "common/volumes.wgsl",
                 "common/sums.wgsl",
                 $sums_file,
                 "common/partial.wgsl",
@@ -65,7 +65,7 @@ macro_rules! ordered {
                 Binding::texture_write("filters", Rgba16Float).array(),
                 Binding::texture_write("nearests", R32Float).array()
             ],
-            constants: &[("HAS_GAIN", 0.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
+            constants: &[("HAS_GAIN", 0.0), ("HAS_VOLUMES", 1.0)],
             tier: Tier::$tier,
         }
     };

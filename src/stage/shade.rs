@@ -158,6 +158,8 @@ macro_rules! layers {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
+                "common/volumes.wgsl",
+                "common/fog.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -195,6 +197,7 @@ macro_rules! layers {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -219,6 +222,8 @@ macro_rules! composite {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
+                "common/volumes.wgsl",
+                "common/fog.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -257,6 +262,7 @@ macro_rules! composite {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }

@@ -1,5 +1,5 @@
 // What `over` adds, and what the faces of volumes do. CPU twin: src/cpu/caster_hit.rs. Needs
-// common/caster_hit.wgsl, order.wgsl, sums.wgsl.
+// common/caster_hit.wgsl, order.wgsl, volumes.wgsl, sums.wgsl.
 
 // `over` makes light an affine chain: light L behind a hit becomes L * light + added.
 fn added_light(hit: Hit) -> vec3<f32> {

@@ -1,5 +1,5 @@
 // The state of four texels while their casters are multiplied up, front to back, in registers.
-// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, sums.wgsl,
+// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, volumes.wgsl, sums.wgsl,
 // crossing.wgsl.
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far

@@ -1,5 +1,5 @@
 // What a segment does to the light of one texel, for resolve to compose in order: L becomes
-// L * scale + added. CPU twin: src/cpu/accumulate.rs, `Passed`. Needs common/order.wgsl, sums.wgsl;
+// L * scale + added. CPU twin: src/cpu/accumulate.rs, `Passed`. Needs common/volumes.wgsl, sums.wgsl;
 // the kernel binds `partials`.
 struct Partial {
     scale: vec3<f32>,

@@ -1,5 +1,5 @@
 // One caster's light at one texel straight into the sums: the scatter path. CPU twin:
-// src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl,
+// src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, volumes.wgsl,
 // crossing.wgsl, sums.wgsl, hash.wgsl, lane.wgsl; the kernel
 // binds `opaques` and `scattered_tiles`.
 fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
