@@ -6,6 +6,7 @@ mod cli;
 mod closed_forms;
 mod common;
 mod device;
+mod displace;
 mod dither;
 mod extremes;
 mod filter;

@@ -23,6 +23,7 @@ pub(super) fn empty_scene() -> Scene {
         materials: Vec::new(),
         textures: Vec::new(),
         animated: Vec::new(),
+        displaced: Vec::new(),
         particles: Vec::new(),
         triangles: Vec::new(),
         ambient: Vec3::new(0.18, 0.20, 0.24),

@@ -2,7 +2,7 @@
 use crate::{
     caster::{Profile, Shape, Transfer},
     dither::Pattern,
-    scene::{generate::Generate, noise::Noise},
+    scene::{displace::Displace, generate::Generate, noise::Noise},
     settings::Receiver,
 };
 use serde::{
@@ -201,6 +201,8 @@ pub(super) struct ShapeTable {
     pub material: String,
     /// Subdivisions of a sphere.
     pub level: Option<u32>,
+    /// Of a sphere.
+    pub displace: Option<Displace>,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
     /// Euler xyz [degrees].

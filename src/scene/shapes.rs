@@ -55,7 +55,12 @@ fn square(center: Vec3, right: Vec3, up: Vec3) -> Vec<Triangle> {
         .to_vec()
 }
 
-fn sphere(level: u32) -> Vec<Triangle> {
+/// Of a sphere.
+pub(super) fn sphere_triangles(level: u32) -> usize {
+    20 << (2 * level)
+}
+
+pub(super) fn sphere(level: u32) -> Vec<Triangle> {
     let mut faces = icosahedron();
     for _ in 0..level {
         faces = faces
