@@ -66,6 +66,21 @@ pub enum Profile {
     Soft,
 }
 
+/// Which translucent casters tint what is made of a material. Opaque ones always shade it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Receives {
+    /// Those in front of it, as the receiver mode of the shadow settings knows them.
+    #[default]
+    Curve,
+    /// All of a texel, where the nearest of them is in front of it.
+    Nearest,
+    /// None.
+    Opaque,
+    /// As `Nearest`, but not where the nearest one is part of the same object.
+    Others,
+}
+
 /// What the casters of one kind share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -95,6 +110,8 @@ pub struct Material {
     pub attenuation_color: Vec3,
     /// [m]; infinite for what is no volume. Triangles of a volume are counterclockwise from outside.
     pub attenuation_distance: f32,
+    /// Which casters tint it.
+    pub receives: Receives,
     /// Whether the picture shows it; without it, a shadow without its caster.
     pub visible: bool,
     /// Whether it blocks or filters light; without it, a caster without its shadow.
@@ -119,6 +136,7 @@ impl Default for Material {
             roughness: 0.6,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
+            receives: Receives::default(),
             visible: true,
             casts: true,
         }

@@ -285,7 +285,7 @@ pub struct GpuMaterial {
     pub blue_first: u32,
     /// Of the way through a closed mesh of it [1/m]; zero where it is no volume.
     pub absorption: Vec3,
-    pub pad: u32,
+    pub receives: u32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -303,7 +303,7 @@ crate::gpu_layout!(GpuMaterial {
     pattern_scale,
     blue_first,
     absorption,
-    pad
+    receives
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -331,7 +331,7 @@ impl GpuMaterial {
             pattern_scale: material.pattern_scale,
             blue_first: 0,
             absorption: Vec3::ZERO,
-            pad: 0,
+            receives: material.receives as u32,
         }
     }
 }

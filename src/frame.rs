@@ -12,6 +12,8 @@ pub struct ViewMaps {
     pub nearest: Vec<f32>,
     /// `Z`: light depth of the nearest opaque surface, 1 where there is none.
     pub opaque: Vec<f32>,
+    /// Whose `nearest` is, as [`crate::owner::owner_tag`] says; empty where no receiver asks.
+    pub owner: Vec<u16>,
 }
 
 /// The lit picture.

@@ -13,6 +13,7 @@ pub mod footprint;
 pub mod frame;
 pub mod gpu;
 pub mod light;
+pub mod owner;
 pub mod pipeline;
 pub mod render;
 pub mod scene;

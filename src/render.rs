@@ -5,6 +5,7 @@ use crate::{
     error::Error,
     frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
+    owner::{NO_OWNER, stored_tag},
     pipeline::{CasterSet, Class, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
     view::{View, shadow_views},
@@ -120,7 +121,8 @@ impl GpuEngine {
             }
             pairs = Some(needed);
         };
-        let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
+        let maps =
+            if with_maps { read_maps(gpu, &prepared, &views, casters.owners)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
         let mut pairs = None;
         let picture = loop {
@@ -192,7 +194,12 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
     }
 }
 
-fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewMaps>, Error> {
+fn read_maps(
+    gpu: &Gpu,
+    prepared: &Prepared,
+    views: &[View],
+    owners: bool,
+) -> Result<Vec<ViewMaps>, Error> {
     let maps = &prepared.maps;
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
@@ -206,12 +213,17 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
                 first..first + view.size.x as usize
             })
         };
+        let owner = |t: usize| match nearests[t] {
+            1.0 => NO_OWNER,
+            nearest => stored_tag(f16::from_bits(filters[t][3]).to_f32(), nearest),
+        };
         let rgb = |t: usize| [0, 1, 2].map(|i| f16::from_bits(filters[t][i]).to_f32());
         ViewMaps {
             view: view.clone(),
             filter: texels().map(rgb).collect(),
             nearest: texels().map(|t| nearests[t]).collect(),
             opaque: texels().map(|t| opaques[t]).collect(),
+            owner: if owners { texels().map(owner).collect() } else { Vec::new() },
         }
     });
     Ok(view_maps.collect())

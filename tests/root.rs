@@ -24,5 +24,6 @@ mod scene;
 mod shade;
 mod shaders;
 mod sort;
+mod tints;
 mod transfers;
 mod volumes;

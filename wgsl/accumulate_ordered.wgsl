@@ -38,9 +38,11 @@ fn accumulate_ordered(
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
-            partials[at] = pack_partial(Partial(passed[i], added[i], nearest[i], vec3(0), 0));
-            if HAS_VOLUMES {
-                partials[at + 1u] = bitcast<vec4<u32>>(crossed[i]);
+            partials[at] = pack_partial(Partial(passed[i], added[i], nearest[i], vec3(0), 0, NO_OWNER));
+            if HAS_VOLUMES || HAS_OWNERS {
+                let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
+                let tau = bitcast<vec3<u32>>(crossed[i].xyz);
+                partials[at + 1u] = vec4(tau, leaves | (owner[i] << 16u));
             }
         } else {
             let sum = sum_index(segment.tile, place + vec2(0u, i));

@@ -34,10 +34,12 @@ fn resolve_ordered(
         var passed = vec3(1.0);
         var tau = vec3(0);
         var leaves = 0;
+        var owner = NO_OWNER;
         var nearest = nearness_to_depth(load_nearness(sum));
         for (var k = 0u; k < composed; k += 1u) {
             let partial = load_partial(sum_index(first + k, place + vec2(0u, i)));
             passed = passed * partial.scale + partial.added;
+            owner = select(owner, partial.owner, partial.nearest < nearest);
             nearest = min(nearest, partial.nearest);
             tau += partial.tau;
             leaves += partial.leaves;
@@ -51,7 +53,12 @@ fn resolve_ordered(
         }
         passed *= light(bitcast<vec3<u32>>(tau));
         let at = view.origin + tile_texel(view, id) + place + vec2(0u, i);
-        textureStore(filters, at, view.layer, vec4(blackened(passed), 1.0));
+        var alpha = 1.0;
+        if HAS_OWNERS {
+            alpha = tagged_alpha(owner);
+            nearest = tagged_depth(nearest, owner);
+        }
+        textureStore(filters, at, view.layer, vec4(blackened(passed), alpha));
         textureStore(nearests, at, view.layer, vec4(nearest));
         clear_sums(sum);
     }

@@ -1,16 +1,17 @@
 // shade, casters: the light that reaches the middle of each particle that is seen and not solid,
 // through the shadow maps. One invocation per footprint of the camera's view.
 // CPU twin: src/cpu/shading.rs. Host: src/stage/shade.rs. Needs common/receive.wgsl, record.wgsl.
-@group(0) @binding(0) var<uniform> params: PictureParams;
-@group(0) @binding(1) var<uniform> lights: array<GpuLight, MAX_LIGHTS>;
-@group(0) @binding(2) var<uniform> shadow_views: array<GpuView, MAX_SHADOW_VIEWS>;
-@group(0) @binding(3) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(4) var rects: texture_storage_2d<rg32uint, read>;
-@group(0) @binding(5) var casters: texture_2d<u32>;
-@group(0) @binding(6) var filters: texture_2d_array<f32>;
-@group(0) @binding(7) var nearests: texture_2d_array<f32>;
-@group(0) @binding(8) var opaques: texture_2d_array<f32>;
-@group(0) @binding(9) var lit: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(0) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(1) var<uniform> params: PictureParams;
+@group(0) @binding(2) var<uniform> lights: array<GpuLight, MAX_LIGHTS>;
+@group(0) @binding(3) var<uniform> shadow_views: array<GpuView, MAX_SHADOW_VIEWS>;
+@group(0) @binding(4) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(5) var rects: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(6) var casters: texture_2d<u32>;
+@group(0) @binding(7) var filters: texture_2d_array<f32>;
+@group(0) @binding(8) var nearests: texture_2d_array<f32>;
+@group(0) @binding(9) var opaques: texture_2d_array<f32>;
+@group(0) @binding(10) var lit: texture_storage_2d<rgba16float, write>;
 
 override WORKGROUP_SIZE: u32;
 
@@ -28,6 +29,8 @@ fn shade_casters(
         return;
     }
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(caster * 2u), 0));
+    let look = textureLoad(casters, record_texel(caster * 2u + 1u), 0);
+    set_receiver(materials[look.z & 0xffffu], look.w);
     textureStore(lit, record_texel(footprint), vec4(light_particle(place.xyz, place.w), 1.0));
 }
 

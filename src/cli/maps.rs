@@ -63,7 +63,7 @@ pub(crate) fn write(
 ) -> Result<(), Failure> {
     files::create_dir(dir)?;
     let mut entries = Vec::with_capacity(maps.len());
-    for ViewMaps { view, filter, nearest, opaque } in maps {
+    for ViewMaps { view, filter, nearest, opaque, .. } in maps {
         let Some(light) = view.light.filter(|&light| light < lights.len()) else { continue };
         let [width, height] = view.size.to_array();
         let (rows, columns) = (height as usize, width as usize);

@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     footprint::{Footprint, TileRect},
+    owner::{NO_OWNER, owner_tag},
     view::{GpuView, TILE_SIZE},
 };
 use glam::{IVec3, UVec2, Vec2, Vec3};
@@ -60,12 +61,14 @@ pub struct Modes {
     pub ordered: bool,
     /// Closed meshes absorb along the way through them: their sums are signed.
     pub volumes: bool,
+    /// Some receiver is tinted by all casters but its own.
+    pub owners: bool,
 }
 
 impl Modes {
     /// Whether segments are composed one by one, and nothing is scattered by choice.
     pub fn direct(self) -> bool {
-        self.ordered || self.volumes
+        self.ordered || self.volumes || self.owners
     }
 }
 
@@ -94,17 +97,25 @@ struct Passed {
     tau: IVec3,
     /// How many volumes the ray leaves more than it enters.
     leaves: i32,
+    /// Whose `nearest` is.
+    owner: u16,
 }
 
 impl Passed {
-    const ALL: Self =
-        Self { scale: Vec3::ONE, added: Vec3::ZERO, nearest: 1.0, tau: IVec3::ZERO, leaves: 0 };
+    const ALL: Self = Self {
+        scale: Vec3::ONE,
+        added: Vec3::ZERO,
+        nearest: 1.0,
+        tau: IVec3::ZERO,
+        leaves: 0,
+        owner: NO_OWNER,
+    };
 
-    fn meet(&mut self, hit: &Hit) {
+    fn meet(&mut self, hit: &Hit, id: u32) {
         self.scale *= hit.light;
         self.added = self.added * hit.light + hit.added;
-        if hit.opacity >= VISIBLE_OPACITY {
-            self.nearest = self.nearest.min(hit.depth);
+        if hit.opacity >= VISIBLE_OPACITY && hit.depth < self.nearest {
+            (self.nearest, self.owner) = (hit.depth, owner_tag(id));
         }
     }
 }
@@ -199,6 +210,8 @@ pub struct Accumulated {
     pub light: Light,
     /// `D`
     pub nearest: f32,
+    /// Whose it is.
+    pub owner: u16,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -223,13 +236,15 @@ pub fn accumulate(
     let scattered = scattered.filter(|sums| sums.tiles[index as usize]);
     let direct = modes.direct() || (footprints.len() <= SEGMENT && scattered.is_none());
     let light = if direct { Light::Passed(Vec3::ONE) } else { Light::Sums(IVec3::ZERO) };
-    let mut texels = TileTexels::filled(Accumulated { light, nearest: 1.0 });
+    let mut texels = TileTexels::filled(Accumulated { light, nearest: 1.0, owner: NO_OWNER });
     let mut volumes = TileTexels::filled((IVec3::ZERO, 0));
     for segment in footprints.chunks(SEGMENT) {
         let passed = segment_of(records, &tile, segment, opaque);
         for place in 0..TEXELS {
             let (texel, passed) = (&mut texels[place], passed[place]);
-            texel.nearest = texel.nearest.min(passed.nearest);
+            if passed.nearest < texel.nearest {
+                (texel.nearest, texel.owner) = (passed.nearest, passed.owner);
+            }
             let (tau, leaves) = &mut volumes[place];
             (*tau, *leaves) = (tau.wrapping_add(passed.tau), *leaves + passed.leaves);
             match &mut texel.light {
@@ -244,7 +259,9 @@ pub fn accumulate(
     if let Some(scattered) = scattered {
         for place in 0..TEXELS {
             let (texel, from) = (&mut texels[place], index as usize * TEXELS + place);
-            texel.nearest = texel.nearest.min(scattered.nearest[from]);
+            if scattered.nearest[from] < texel.nearest {
+                (texel.nearest, texel.owner) = (scattered.nearest[from], NO_OWNER);
+            }
             match &mut texel.light {
                 Light::Passed(light) if !modes.volumes => {
                     *light *= super::resolve::passed(scattered.tau[from]);
@@ -293,7 +310,7 @@ fn segment_of(
             if let Some(hit) = target.hit(texel, opaque[place])
                 && hit.depth < opaque[place]
             {
-                passed[place].meet(&hit);
+                passed[place].meet(&hit, target.id);
             }
         }
     }

@@ -60,6 +60,7 @@ pub fn render_colored(scene: &Scene, view: &View) -> ColoredMaps {
         filter: vec![[1.0; 3]; texels],
         nearest: vec![1.0; texels],
         opaque: vec![1.0; texels],
+        owner: Vec::new(),
     };
     let mut channels = [empty(), empty(), empty()];
     for (footprint, rect) in casters.footprints.iter().zip(&casters.rects) {

@@ -14,7 +14,7 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    caster::{Material, Transfer},
+    caster::{Material, Receives, Transfer},
     counters::Counters,
     dither::window,
     footprint::{
@@ -22,6 +22,7 @@ use crate::{
         TriangleSetup,
     },
     frame::ViewMaps,
+    owner::NO_OWNER,
     pipeline::Class,
     scene::Scene,
     view::{GpuView, View},
@@ -91,6 +92,7 @@ impl<'a> SceneRecords<'a> {
             modes: Modes {
                 gain: uses(Transfer::Gain),
                 ordered: uses(Transfer::Over),
+                owners: materials.iter().any(|m| m.visible && m.receives == Receives::Others),
                 volumes: scene.triangles.iter().any(|triangle| {
                     let material = &materials[triangle.material as usize];
                     material.is_volume() && Class::of(material).casts()
@@ -210,6 +212,7 @@ impl<'a> SceneRecords<'a> {
             filter: vec![[1.0; 3]; texels],
             nearest: vec![1.0; texels],
             opaque: vec![1.0; texels],
+            owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
             for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
@@ -217,6 +220,9 @@ impl<'a> SceneRecords<'a> {
                 maps.filter[at] = resolve(tile[place].light, self.modes.gain);
                 maps.nearest[at] = tile[place].nearest;
                 maps.opaque[at] = opaque[place];
+                if self.modes.owners {
+                    maps.owner[at] = tile[place].owner;
+                }
             }
         }
         maps

@@ -7,7 +7,7 @@ use super::{
     maps::{SceneRecords, ViewCasters, depth_order},
     occlude::is_solid,
     project::ProjectParams,
-    shading::{Lighting, Surface, fresnel, to_screen, world_point},
+    shading::{Lighting, Receiver, Surface, fresnel, to_screen, world_point},
     threads::each,
     tile::{TEXELS, Tile, TileTexels},
 };
@@ -235,7 +235,9 @@ impl Eye<'_> {
             return Vec3::ZERO;
         }
         let caster = &clear.records.casters[caster as usize];
-        self.lighting.light_particle(caster.center, caster.radius)
+        let material = &clear.records.materials[caster.material() as usize];
+        let receiver = Receiver::new(material, caster.id);
+        self.lighting.light_particle(caster.center, caster.radius, receiver)
     }
 
     /// Colour and light depth of the solid casters, or of the sky.
@@ -291,7 +293,8 @@ impl Eye<'_> {
             let albedo = (caster.color() * material.tint).truncate();
             let reach = caster.radius;
             let roughness = material.roughness;
-            Surface { point, normal, face: normal, to_eye, albedo, roughness, reach }
+            let receiver = Receiver::new(material, caster.id);
+            Surface { point, normal, face: normal, to_eye, albedo, roughness, reach, receiver }
         };
         self.lighting.shade_solid(&surface) + material.emission
     }
@@ -321,6 +324,7 @@ impl Eye<'_> {
             albedo: seen_color(hit, material),
             roughness: material.roughness,
             reach: 0.0,
+            receiver: Receiver::new(material, record.id),
         }
     }
 

@@ -2,7 +2,9 @@
 //! reaches a point, and what of it the camera sees.
 use super::receive::{MapTexel, receive};
 use crate::{
+    caster::{Material, Receives},
     frame::ViewMaps,
+    owner::owner_tag,
     scene::Scene,
     stage::shade::GpuLight,
     view::{GpuView, View},
@@ -42,6 +44,21 @@ pub struct Surface {
     pub roughness: f32,
     /// How far what is in the map may lie off the point [m].
     pub reach: f32,
+    pub receiver: Receiver,
+}
+
+/// Who receives light.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    receives: Receives,
+    /// Of its object.
+    tag: u16,
+}
+
+impl Receiver {
+    pub fn new(material: &Material, id: u32) -> Self {
+        Self { receives: material.receives, tag: owner_tag(id) }
+    }
 }
 
 /// What a pane scatters and what it mirrors of the lights.
@@ -75,16 +92,28 @@ impl<'a> Lighting<'a> {
         self.ambient * (0.85 + 0.15 * normal.y)
     }
 
-    fn receive_texel(&self, view: usize, texel: Vec2, z: f32, bias: f32) -> Vec3 {
+    fn receive_texel(
+        &self,
+        view: usize,
+        texel: Vec2,
+        z: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
         let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
-        let filter = Vec3::from_array(map.filter[i]);
+        let tinted = match receiver.receives {
+            Receives::Curve | Receives::Nearest => true,
+            Receives::Opaque => false,
+            Receives::Others => map.owner.get(i) != Some(&receiver.tag),
+        };
+        let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
         receive(z, &MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] }, bias)
     }
 
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
-    fn receive(&self, index: usize, point: Vec3, bias: f32) -> Vec3 {
+    fn receive(&self, index: usize, point: Vec3, bias: f32, receiver: Receiver) -> Vec3 {
         let view = &self.views[index];
         let p = view.view_from_world.transform_point3(point);
         let distance = -p.z;
@@ -104,13 +133,21 @@ impl<'a> Lighting<'a> {
         for i in 0..9 {
             let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
             let weight = x[i % 3] * y[i / 3];
-            light += weight * self.receive_texel(index, middle + step, z, bias / range);
+            light += weight * self.receive_texel(index, middle + step, z, bias / range, receiver);
         }
         light
     }
 
     /// `normal`, on the light's side, lifts the point off its own shadow.
-    fn shadow(&self, light: &GpuLight, point: Vec3, normal: Vec3, toward: Vec3, bias: f32) -> Vec3 {
+    fn shadow(
+        &self,
+        light: &GpuLight,
+        point: Vec3,
+        normal: Vec3,
+        toward: Vec3,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
         if light.view_count == 0 {
             return Vec3::ONE;
         }
@@ -121,7 +158,8 @@ impl<'a> Lighting<'a> {
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-        self.receive(index, point + normal * ((self.normal_bias + 0.5) * sine * texel), bias)
+        let lifted = point + normal * ((self.normal_bias + 0.5) * sine * texel);
+        self.receive(index, lifted, bias, receiver)
     }
 
     pub fn shade_solid(&self, surface: &Surface) -> Vec3 {
@@ -131,7 +169,8 @@ impl<'a> Lighting<'a> {
             let cosine = surface.normal.dot(toward);
             if cosine > 0.0 && surface.face.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any() {
                 let bias = self.bias + surface.reach;
-                let passed = self.shadow(light, surface.point, surface.face, toward, bias);
+                let passed =
+                    self.shadow(light, surface.point, surface.face, toward, bias, surface.receiver);
                 let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
                 sum += color * passed * (cosine * (surface.albedo * FRAC_1_PI + shine));
             }
@@ -146,7 +185,8 @@ impl<'a> Lighting<'a> {
             let (toward, color) = incoming(light, surface.point);
             let cosine = surface.normal.dot(toward);
             let side = if surface.face.dot(toward) > 0.0 { surface.face } else { -surface.face };
-            let passed = color * self.shadow(light, surface.point, side, toward, self.bias);
+            let passed = color
+                * self.shadow(light, surface.point, side, toward, self.bias, surface.receiver);
             lit.diffuse += passed * (cosine.abs() * FRAC_1_PI);
             if cosine > 0.0 {
                 let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
@@ -157,11 +197,12 @@ impl<'a> Lighting<'a> {
     }
 
     /// A particle of colour 1, by the light at its middle.
-    pub fn light_particle(&self, point: Vec3, radius: f32) -> Vec3 {
+    pub fn light_particle(&self, point: Vec3, radius: f32, receiver: Receiver) -> Vec3 {
         let mut sum = self.ambient;
         for light in &self.lights {
             let (toward, color) = incoming(light, point);
-            let passed = self.shadow(light, point, Vec3::ZERO, toward, self.bias + radius);
+            let passed =
+                self.shadow(light, point, Vec3::ZERO, toward, self.bias + radius, receiver);
             sum += color * passed * (0.5 * FRAC_1_PI);
         }
         sum

@@ -1,6 +1,6 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 use crate::{
-    caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
+    caster::{Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle},
     dither::{Pattern, blue_ranks, window},
     error::Error,
     footprint::{
@@ -144,6 +144,8 @@ pub struct CasterSet {
     extents: Vec<Extent>,
     triangle_ranges: [Range<u32>; CLASSES],
     features: [Features; CLASSES],
+    /// Whether some receiver is tinted by all casters but its own.
+    pub owners: bool,
     /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
     pub dither_window: u32,
     /// Bytes by texture and buffer.
@@ -188,6 +190,11 @@ impl CasterSet {
         for triangle in triangles {
             add_features(&mut features, &materials[triangle.material as usize], false);
         }
+        let owners = materials.iter().any(|m| m.visible && m.receives == Receives::Others);
+        for features in features.iter_mut().filter(|_| owners) {
+            features.owners = true;
+            features.plain = false;
+        }
         let [first, last] = [Class::FILTERING.start(), Class::FILTERING.end()]
             .map(|&class| &particle_ranges[class as usize]);
         let translucent = &casters[first.start as usize..last.end as usize];
@@ -213,6 +220,7 @@ impl CasterSet {
             particle_ranges,
             triangle_ranges,
             features,
+            owners,
             dither_window: window(materials),
             memory,
         })

@@ -1,6 +1,6 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
-    caster::{Profile, Shape, Transfer},
+    caster::{Profile, Receives, Shape, Transfer},
     dither::Pattern,
     scene::{displace::Displace, generate::Generate, noise::Noise},
     settings::Receiver,
@@ -173,6 +173,7 @@ pub(super) struct MaterialTable {
     pub attenuation_color: Option<[f32; 3]>,
     /// [m]
     pub attenuation_distance: Option<f32>,
+    pub receives: Option<Receives>,
     pub visible: Option<bool>,
     pub casts: Option<bool>,
 }

@@ -296,6 +296,7 @@ pub(super) fn material(
         roughness: share("roughness", given.roughness, usual.roughness)?,
         attenuation_color: attenuation_color.into(),
         attenuation_distance,
+        receives: given.receives.unwrap_or_default(),
         visible: given.visible.unwrap_or(usual.visible),
         casts: given.casts.unwrap_or(usual.casts),
     };

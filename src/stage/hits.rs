@@ -19,6 +19,8 @@ pub struct Features {
     pub over: bool,
     /// Closed meshes absorb along the way through them.
     pub volumes: bool,
+    /// Maps say whose the nearest depth is.
+    pub owners: bool,
     pub dither: bool,
     /// Soft discs of the `filter` transfer and nothing else.
     pub plain: bool,
@@ -39,6 +41,7 @@ impl Features {
         gain: false,
         over: false,
         volumes: false,
+        owners: false,
         dither: false,
         plain: true,
         perspective: false,
@@ -54,6 +57,7 @@ impl Features {
         gain: true,
         over: true,
         volumes: true,
+        owners: true,
         dither: true,
         plain: false,
         perspective: false,
@@ -62,7 +66,7 @@ impl Features {
 
     /// Whether segments are composed one by one, and nothing is scattered by choice.
     pub fn is_composed(self) -> bool {
-        self.over || self.volumes
+        self.over || self.volumes || self.owners
     }
 
     /// Of two sets of casters together.
@@ -77,6 +81,7 @@ impl Features {
             gain: self.gain || other.gain,
             over: self.over || other.over,
             volumes: self.volumes || other.volumes,
+            owners: self.owners || other.owners,
             dither: self.dither || other.dither,
             plain: self.plain && other.plain,
             perspective: false,
@@ -101,6 +106,7 @@ impl Features {
             "HAS_GAIN" => Some(self.gain),
             "HAS_OVER" => Some(self.over),
             "HAS_VOLUMES" => Some(self.volumes),
+            "HAS_OWNERS" => Some(self.owners),
             "HAS_DITHER" => Some(self.dither),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),

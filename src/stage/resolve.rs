@@ -49,6 +49,8 @@ macro_rules! ordered {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/volumes.wgsl",
+                "common/owners.wgsl",
+                "common/owner.wgsl",
                 "common/sums.wgsl",
                 $sums_file,
                 "common/partial.wgsl",
@@ -65,7 +67,7 @@ macro_rules! ordered {
                 Binding::texture_write("filters", Rgba16Float).array(),
                 Binding::texture_write("nearests", R32Float).array()
             ],
-            constants: &[("HAS_GAIN", 0.0), ("HAS_VOLUMES", 1.0)],
+            constants: &[("HAS_GAIN", 0.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
             tier: Tier::$tier,
         }
     };

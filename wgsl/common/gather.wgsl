@@ -1,16 +1,19 @@
 // The state of four texels while their casters are multiplied up, front to back, in registers.
-// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, volumes.wgsl, sums.wgsl,
+// CPU twin: src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, volumes.wgsl, owners.wgsl, owner.wgsl,
+// sums.wgsl,
 // crossing.wgsl.
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
 var<private> added: array<vec3<f32>, 4>;    // by `over`
 var<private> crossed: array<vec4<i32>, 4>;  // of volumes: optical depth and what is left
 var<private> nearest: vec4<f32>;
+var<private> owner: vec4<u32>;              // whose the nearest is
 var<private> opaque_depth: vec4<f32>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
     nearest = vec4(1.0);
+    owner = vec4(NO_OWNER);
     for (var i = 0u; i < 4u; i += 1u) {
         passed[i] = vec3(1.0);
         added[i] = vec3(0.0);
@@ -31,7 +34,21 @@ fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
         added[i] = select(added[i], added[i] * hit.light + added_light(hit), counts);
     }
     let seen = counts && hit.opacity >= VISIBLE_OPACITY;
+    if HAS_OWNERS && seen && hit.depth < nearest[i] {
+        owner[i] = owner_of(look);
+    }
     nearest[i] = select(nearest[i], min(nearest[i], hit.depth), seen);
+}
+
+fn owner_of(look: vec4<u32>) -> u32 {
+    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
+        return owner_tag(setup_texel(look.x, 6u).w);
+    }
+    return owner_tag(textureLoad(casters, record_texel(2u * look.w + 1u), 0).w);
+}
+
+fn owner_texel(i: u32) -> u32 {
+    return owner[i];
 }
 
 fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {

@@ -105,6 +105,7 @@ fn pane_light(view: GpuView, pixel: vec2<f32>, layer: Layer) -> vec3<f32> {
     let id = layer.look.x & ~TRIANGLE_BIT;
     let surface =
         triangle_surface(view, pixel, layer.depth, id, layer.look.y, albedo, material.roughness);
+    set_receiver(material, setup_texel(layer.look.y, 6u).w);
     let lit = light_sheet(surface);
     return scattered_share(hit, material) * albedo * lit.diffuse + hit.opacity * lit.shine
         + mirrored_share(hit, layer.look.y, surface.to_eye) * sky(reflect(-surface.to_eye, surface.normal));

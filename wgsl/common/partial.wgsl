@@ -7,6 +7,7 @@ struct Partial {
     nearest: f32,
     tau: vec3<i32>, // of volumes, modulo 2^32
     leaves: i32,    // volumes that the ray leaves more than it enters
+    owner: u32,
 }
 
 const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/pipeline/list.rs
@@ -38,7 +39,7 @@ fn pack_partial(p: Partial) -> vec4<u32> {
 fn load_partial(texel: u32) -> Partial {
     let bits = partials[texel * PARTIAL_TEXELS];
     var signed = vec4(0);
-    if HAS_VOLUMES {
+    if HAS_VOLUMES || HAS_OWNERS {
         signed = bitcast<vec4<i32>>(partials[texel * PARTIAL_TEXELS + 1u]);
     }
     let middle = unpack_pair(bits.y);
@@ -47,7 +48,8 @@ fn load_partial(texel: u32) -> Partial {
         vec3(middle.y, unpack_pair(bits.z)),
         bitcast<f32>(bits.w),
         signed.xyz,
-        signed.w,
+        (signed.w << 16u) >> 16u,
+        bitcast<u32>(signed.w) >> 16u,
     );
 }
 

@@ -1,5 +1,5 @@
 // The light that arrives at a point through the shadow maps. CPU twin: src/cpu/receive.rs.
-// Needs common/light.wgsl; the kernel binds `params`, `lights`, `shadow_views`, `filters`,
+// Needs common/light.wgsl, receiver.wgsl; the kernel binds `params`, `lights`, `shadow_views`, `filters`,
 // `nearests`, `opaques`.
 
 // What one texel lets through to light depth z: rules 1 and 2 of the receiver. Texels beside the
@@ -8,8 +8,9 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
     let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
     let solid = textureLoad(opaques, at, view.layer, 0).r;
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
-    let filtered = textureLoad(filters, at, view.layer, 0).rgb;
-    let passed = select(vec3(1.0), filtered, z > nearest + bias);
+    let filtered = textureLoad(filters, at, view.layer, 0);
+    let tinted = z > nearest + bias && is_tinted(filtered, nearest);
+    let passed = select(vec3(1.0), filtered.rgb, tinted);
     return select(passed, vec3(0.0), z > solid + bias);
 }
 
