@@ -53,7 +53,7 @@ fn stack(form: Form, receives: Receives, id: u32, upper: Transfer) -> Scene {
     match form {
         Form::Pane | Form::Floor => scene.triangles.extend(square(-1.0, 2.5, 0, id)),
         Form::Ball => {
-            scene.particles.push(Particle { id, ..particle(Vec3::NEG_Y, 0.9, Vec4::ONE) })
+            scene.particles.push(Particle { id, ..particle(Vec3::NEG_Y, 0.9, Vec4::ONE) });
         }
     }
     scene

@@ -219,7 +219,8 @@ fn stack(count: usize, radius: f32, alpha: f32) -> (Scene, Vec<(Transfer, Vec4)>
         let z = 9.0 - 18.0 * i as f32 / count as f32;
         let color = chance.vec3(0.0, 1.0);
         // Alternately red and blue at length, so that the last segment is not all that counts.
-        let color = if i * 8 / count % 2 == 0 { color * Vec3::X } else { color * Vec3::Z };
+        let color =
+            if (i * 8 / count).is_multiple_of(2) { color * Vec3::X } else { color * Vec3::Z };
         let which = u32::from(i % 16 == 5);
         // A few are thick enough for the nearest depth.
         let alpha = if i % 500 == 250 { alpha.max(0.005) } else { alpha };

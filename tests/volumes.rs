@@ -155,7 +155,7 @@ fn check(scene: &Scene) {
                 let end = walls.iter().copied().find(|t| *t > 0.0).unwrap_or(far).min(far);
                 // Faces behind the start are entered before it.
                 let ways: Vec<f64> = faces.iter().map(|t| t.clamp(0.0, end)).collect();
-                assert!(ways.len() % 2 == 0);
+                assert!(ways.len().is_multiple_of(2));
                 let metres: f64 = ways.chunks(2).map(|pair| pair[1] - pair[0]).sum();
                 let found = Vec3::from_array(maps.filter[texel]).as_dvec3();
                 let wrong = (found - passed(metres)).abs().max_element();

@@ -267,7 +267,7 @@ pub fn accumulate(
                     *light *= super::resolve::passed(scattered.tau[from]);
                 }
                 Light::Passed(_) => {
-                    volumes[place].0 = volumes[place].0.wrapping_add(scattered.tau[from])
+                    volumes[place].0 = volumes[place].0.wrapping_add(scattered.tau[from]);
                 }
                 Light::Sums(sums) => merge(sums, scattered.tau[from], modes),
             }
