@@ -10,7 +10,7 @@ use gobo::{
     gpu::{Gpu, Timeline},
     pipeline::{CasterSet, Config, Pipeline},
     stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
-    view::{Projection, View},
+    view::{Part, Projection, View},
     wgpu,
 };
 use std::{hint::black_box, time::Duration};
@@ -47,6 +47,7 @@ fn particles(count: u32, footprint: f32) -> Vec<Particle> {
 
 fn view() -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -6,7 +6,7 @@ use gobo::{
     gpu::{Gpu, Timeline},
     pipeline::{CasterSet, Config, Pipeline},
     scene::generate::Chance,
-    view::{Projection, View},
+    view::{Part, Projection, View},
     wgpu,
 };
 use std::{
@@ -144,6 +144,7 @@ fn duplicates(count: u32) -> Vec<Particle> {
 /// Looks along -z; a texel is a metre wide.
 fn view() -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -22,6 +22,8 @@ pub struct Counters {
     /// Of those, what filters in a view where the order counts: an `over` caster is among them or
     /// beside them, and they were applied last.
     pub unordered: u64,
+    /// Maps that are smaller than they should be, for lack of room in the atlas.
+    pub shrunk: u64,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

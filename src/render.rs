@@ -1,5 +1,6 @@
 //! Scenes to frames, on a GPU or on the CPU.
 use crate::{
+    atlas::AtlasLimits,
     counters::Counters,
     cpu,
     error::Error,
@@ -8,7 +9,7 @@ use crate::{
     owner::{NO_OWNER, stored_tag},
     pipeline::{CasterSet, Class, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
-    view::{View, shadow_views},
+    view::{View, fitted_views},
 };
 use half::f16;
 
@@ -82,9 +83,10 @@ impl Renderer {
 }
 
 fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
-    let views = shadow_views(scene);
+    let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     let clock = std::time::Instant::now();
-    let (view_maps, counters) = cpu::render_maps(scene, &views);
+    let (view_maps, mut counters) = cpu::render_maps(scene, &views);
+    counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = cpu::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
@@ -100,7 +102,7 @@ fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
 impl GpuEngine {
     fn render(&mut self, scene: &Scene, with_maps: bool) -> Result<Frame, Error> {
         let Self { gpu, pipeline, timeline } = self;
-        let views = shadow_views(scene);
+        let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
         pipeline.set_pair_budget(scene.shadow.pair_budget);
         pipeline.set_soften(scene.shadow.soften);
         let Scene { particles, triangles, materials, textures, .. } = scene;
@@ -159,6 +161,7 @@ impl GpuEngine {
             counters: Counters {
                 unordered: u64::from(translucent.overflowed)
                     * u64::from(casters.span(Class::FILTERING).features.over),
+                shrunk: shrunk as u64,
                 ..counters(scene, &opaque, &translucent)
             },
             stages,
@@ -190,6 +193,7 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
         unordered: 0,
+        shrunk: 0,
         skipped: scene.skipped.clone(),
     }
 }

@@ -25,6 +25,8 @@ pub struct ShadowSettings {
     pub normal_bias: f32,
     /// Pairs that one batch of views may hold; casters past it take the scatter path.
     pub pair_budget: u32,
+    /// Texels that the maps of all views may take together; maps are halved until they fit.
+    pub texel_budget: u64,
     /// Whether dithered surfaces become a grey filter, blurred over a window of their pattern.
     pub soften: bool,
 }
@@ -38,6 +40,7 @@ impl Default for ShadowSettings {
             bias: 0.01,
             normal_bias: 1.5,
             pair_budget: 1 << 24,
+            texel_budget: 1 << 27,
             soften: false,
         }
     }

@@ -138,7 +138,9 @@ fn every_key_is_heard() {
     let [sun, lamp, bulb] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
     assert_eq!(sun.kind, LightKind::Directional { direction: Vec3::NEG_Y });
     assert_eq!((sun.color, sun.intensity), (Vec3::new(1.0, 0.9, 0.8), 2.5));
-    assert_eq!((sun.cascades, sun.near, sun.far, sun.size), (3, None, None, None));
+    let cascades = sun.cascades.map(|c| (c.count, c.lambda, c.fade, c.range));
+    assert_eq!(cascades, Some((3, 0.8, 0.1, None)));
+    assert_eq!((sun.near, sun.far, sun.size), (None, None, None));
     let LightKind::Spot { position, direction, angle } = lamp.kind else { panic!("{lamp:?}") };
     assert_eq!((position, direction), (Vec3::Y * 5.0, Vec3::NEG_Y));
     assert!((angle - 40f32.to_radians()).abs() < 1e-6);

@@ -157,7 +157,8 @@ mod tests {
             far: None,
             size: None,
             casts: true,
-            cascades: 1,
+            cascades: None,
+            shadows: Vec::new(),
         }
     }
 

@@ -36,10 +36,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     files::create_dir(&arguments.out)?;
 
     let frames = arguments.frames();
+    let mut shrunk = 0;
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
         scene.set_time(f64::from(index) / Scene::FRAME_RATE);
         let frame = renderer.render(&scene, arguments.maps)?;
+        shrunk = shrunk.max(frame.counters.shrunk);
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
         if arguments.maps {
             let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
@@ -56,6 +58,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         progress.inc(1);
     }
     progress.finish_and_clear();
+    if shrunk > 0 {
+        tracing::warn!(
+            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
+             smaller size for some lights, or a larger texel_budget of [shadow]"
+        );
+    }
     let skipped = &scene.skipped;
     if !skipped.is_empty() {
         let reasons: Vec<_> =
@@ -128,7 +136,7 @@ mod tests {
         assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
         assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
         assert_eq!(value["peak_bytes"], 64);
-        for name in ["casters", "visible", "segments", "scattered", "overflowed"] {
+        for name in ["casters", "visible", "segments", "scattered", "overflowed", "shrunk"] {
             assert_eq!(value[name], 0, "{name}");
         }
     }

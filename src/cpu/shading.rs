@@ -10,12 +10,14 @@ use crate::{
     view::{GpuView, View},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
-use std::f32::consts::FRAC_1_PI;
+use std::{f32::consts::FRAC_1_PI, ops::Range};
 
 /// Numbers of [`GpuLight::kind`].
 const DIRECTIONAL: u32 = 0;
 const SPOT: u32 = 1;
-const POINT: u32 = 2;
+/// Numbers of [`GpuView::part`].
+const PART_FACE: u32 = 1;
+const PART_WINDOW: u32 = 2;
 
 /// What lights the picture.
 #[derive(Clone, Debug)]
@@ -138,8 +140,66 @@ impl<'a> Lighting<'a> {
         light
     }
 
-    /// `normal`, on the light's side, lifts the point off its own shadow.
-    fn shadow(
+    /// `normal` lifts the point off its own shadow; `sine` of the angle between the normal and the
+    /// way to the light.
+    fn lifted(&self, view: &GpuView, point: Vec3, normal: Vec3, sine: f32) -> Vec3 {
+        let along = -view.view_from_world.transform_point3(point).z;
+        let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
+        point + normal * ((self.normal_bias + 0.5) * sine * texel)
+    }
+
+    /// Light through the first window that holds the point, faded into the next; and how much it
+    /// counts.
+    fn through_windows(
+        &self,
+        windows: Range<usize>,
+        point: Vec3,
+        normal: Vec3,
+        sine: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> (Vec3, f32) {
+        let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
+        for index in windows {
+            let at = self.lifted(&self.views[index], point, normal, sine);
+            let share = window_share(&self.views[index], at);
+            if share > 0.0 {
+                sum += self.receive(index, at, bias, receiver) * (rest * share);
+                rest *= 1.0 - share;
+            }
+        }
+        (sum / (1.0 - rest).max(1e-6), 1.0 - rest)
+    }
+
+    /// Through the shadow that starts at view `first`.
+    fn through_shadow(
+        &self,
+        first: usize,
+        point: Vec3,
+        normal: Vec3,
+        sine: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> (Vec3, f32) {
+        let view = &self.views[first];
+        let index = match view.part {
+            PART_WINDOW => {
+                let windows = first..first + view.part_count as usize;
+                return self.through_windows(windows, point, normal, sine, bias, receiver);
+            }
+            // The first face looks along x.
+            PART_FACE => {
+                let p = view.view_from_world.transform_point3(point);
+                first + cube_face(Vec3::new(-p.z, p.y, p.x))
+            }
+            _ => first,
+        };
+        let at = self.lifted(&self.views[index], point, normal, sine);
+        (self.receive(index, at, bias, receiver), 1.0)
+    }
+
+    /// Of all shadows of a light the least light, per channel. `normal` is on the light's side.
+    pub fn shadow(
         &self,
         light: &GpuLight,
         point: Vec3,
@@ -151,15 +211,18 @@ impl<'a> Lighting<'a> {
         if light.view_count == 0 {
             return Vec3::ONE;
         }
-        let face = if light.kind == POINT { cube_face(point - light.position) } else { 0 };
-        let index = light.first_view as usize + face;
-        let view = &self.views[index];
-        let along = -view.view_from_world.transform_point3(point).z;
-        let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-        let lifted = point + normal * ((self.normal_bias + 0.5) * sine * texel);
-        self.receive(index, lifted, bias, receiver)
+        let first = light.first_view as usize;
+        let (own, share) = self.through_shadow(first, point, normal, sine, bias, receiver);
+        let mut passed = Vec3::ONE.lerp(own, share);
+        let mut next = first + self.views[first].part_count as usize;
+        while next < first + light.view_count as usize {
+            let (further, share) = self.through_shadow(next, point, normal, sine, bias, receiver);
+            passed = passed.lerp(passed.min(further), share);
+            next += self.views[next].part_count as usize;
+        }
+        passed
     }
 
     pub fn shade_solid(&self, surface: &Surface) -> Vec3 {
@@ -214,7 +277,20 @@ fn spline(t: f32) -> [f32; 3] {
     [0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)]
 }
 
-/// The view of a point light's cube that looks towards `away` from the light.
+/// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+fn window_share(view: &GpuView, point: Vec3) -> f32 {
+    let p = view.view_from_world.transform_point3(point);
+    let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
+    let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+    // All nine texels are the window's own.
+    let border = place.min(view.size - place).min_element() - 1.5;
+    if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {
+        return 0.0;
+    }
+    (border / view.fade.max(1e-3)).min(1.0)
+}
+
+/// The face of a cube that looks towards `away` from its middle.
 fn cube_face(away: Vec3) -> usize {
     let size = away.abs();
     if size.x >= size.y && size.x >= size.z {

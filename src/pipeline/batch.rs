@@ -5,6 +5,7 @@ use super::{
     kernels::{Kernels, Variant},
     list::{ChunkBuffers, Chunks, List, ListCounters, ListPlan, Scratch, view_array},
     maps::Maps,
+    small::{SmallTriangles, copy_depths},
 };
 use crate::{
     error::Error,
@@ -16,7 +17,7 @@ use crate::{
         hits::Features,
         project::{CHUNK_SIZE, Chunk, ProjectParams},
     },
-    view::{GpuView, MAX_VIEWS, View},
+    view::{GpuView, MAX_VIEWS, TILE_SIZE, View},
 };
 use std::{
     ops::{Range, RangeInclusive},
@@ -34,6 +35,8 @@ pub(super) struct Plan {
     pub tile_count: u32,
     /// Opaque, translucent.
     pub lists: [ListPlan; 2],
+    /// Of opaque triangles that are in no list.
+    pub small_chunks: Vec<Chunk>,
 }
 
 /// What `prepare` works with.
@@ -130,11 +133,19 @@ impl Plan {
     fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
         let perspective = views[0].perspective > 0.0;
         let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
-        let [blocking, filtering] = LISTS.map(|list| {
+        let first_triangle = casters.span(LISTS[0].clone()).triangles.start;
+        let is_small = |chunk: &Chunk| {
+            let index = (chunk.first_caster - first_triangle) / CHUNK_SIZE;
+            let extent = casters.triangle_extents()[index as usize];
+            extent.is_small(&views[chunk.view as usize])
+        };
+        let [mut blocking, filtering] = LISTS.map(|list| {
             let span = casters.span(list.clone());
             let features = span.features.of_views(perspective, has_opaque);
             ListPlan::new(*list.start(), Span { features, ..span }, views.len() as u32)
         });
+        let small_chunks = blocking.take_triangles(is_small);
+        blocking.features.small = !small_chunks.is_empty();
         let first = casters.span(LISTS[1].clone()).particles.start;
         let may_be_tiny = |chunk: &&Chunk| {
             let extent = &casters.extents()[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
@@ -142,7 +153,7 @@ impl Plan {
         };
         let tiny_chunks = filtering.particle_chunks.iter().filter(may_be_tiny).copied().collect();
         let lists = [blocking, ListPlan { tiny_chunks, ..filtering }];
-        Self { views, tile_count, lists }
+        Self { views, tile_count, lists, small_chunks }
     }
 
     /// Of the picture: what is solid, and all else that is seen.
@@ -158,7 +169,7 @@ impl Plan {
             ),
             ListPlan::new(*Class::BLENDED.start(), Span { features, ..clear }, 1),
         ];
-        Self { views: vec![view], tile_count, lists }
+        Self { views: vec![view], tile_count, lists, small_chunks: Vec::new() }
     }
 }
 
@@ -192,13 +203,29 @@ impl ListPlan {
             first_setup,
         }
     }
+
+    /// Takes the chunks out that `is_taken` says.
+    fn take_triangles(&mut self, is_taken: impl FnMut(&Chunk) -> bool) -> Vec<Chunk> {
+        let (taken, mut rest): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);
+        self.footprint_count = self.first_setup;
+        for chunk in &mut rest {
+            chunk.first_footprint = self.footprint_count;
+            self.footprint_count += chunk.count;
+        }
+        self.triangle_chunks = rest;
+        taken
+    }
 }
 
 /// A batch, bound and ready to be recorded.
 #[derive(Debug)]
 pub(super) struct Batch {
     scratch: Arc<Scratch>,
+    views: Vec<GpuView>,
     tile_count: u32,
+    opaques: wgpu::Texture,
+    small: Option<SmallTriangles>,
     opaque: ClassBatch,
     translucent: ClassBatch,
 }
@@ -234,7 +261,10 @@ impl Batch {
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
+            views: plan.views.clone(),
             tile_count: plan.tile_count,
+            opaques: maps.opaques.clone(),
+            small: SmallTriangles::new(context, &plan.small_chunks, &views)?,
             opaque: ClassBatch::opaque(context, maps, opaque, plan.lists[0].features, &views),
             translucent: ClassBatch::translucent(
                 context,
@@ -259,6 +289,14 @@ impl Batch {
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let merged = Dispatch::Merged.offset();
+        if let Some(small) = &self.small {
+            let texels = self.tile_count * TILE_SIZE * TILE_SIZE;
+            small.record(&self.scratch, texels, kernels, encoder, timeline);
+            if opaque.list.footprint_count == 0 {
+                timeline.step(encoder, "occlude");
+                copy_depths(&self.scratch, &self.views, &self.opaques, encoder);
+            }
+        }
         // Without opaque casters the opaque depth stays what `Maps` filled in: 1.
         if opaque.list.footprint_count > 0 {
             self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
@@ -275,6 +313,10 @@ impl Batch {
             kernel(V::ResolveOpaque).record_indirect(&mut pass, resolve, dispatches, merged);
         }
 
+        // `prepare` has filled the maps with what they are without translucent casters.
+        if translucent.list.footprint_count == 0 {
+            return;
+        }
         let tiny = Some(V::AccumulateTiny);
         self.record_lists(translucent, kernels, encoder, timeline, tiny, V::AccumulateOverflow);
         let mut pass = timeline.pass(encoder, "accumulate");
@@ -409,6 +451,7 @@ impl ClassBatch {
         let images = array_view(&context.casters.images);
         let opaques = array_view(&maps.opaques);
         let texture = BindingResource::TextureView;
+        let small = context.scratch.small.depths.as_entire_binding();
         let hit = [texture(&casters), texture(&context.scratch.setups), texture(&images)];
         let bind = |variant, resources: Vec<BindingResource<'_>>| {
             context.kernels.get(variant, features).bind(device, &resources)
@@ -416,13 +459,14 @@ impl ClassBatch {
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
         let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
-        to_map.push(texture(&opaques));
+        to_map.extend([texture(&opaques), small.clone()]);
         let resolve = vec![
             shared.views.clone(),
             dispatches.clone(),
             merged_tiles.clone(),
             tiles.clone(),
             texture(&opaques),
+            small,
         ];
         let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);

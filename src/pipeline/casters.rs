@@ -1,4 +1,5 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
+use super::small::TriangleExtent;
 use crate::{
     caster::{Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle},
     dither::{Pattern, blue_ranks, window},
@@ -143,6 +144,8 @@ pub struct CasterSet {
     /// Of particles that filter: what each [`CHUNK_SIZE`] of them are within.
     extents: Vec<Extent>,
     triangle_ranges: [Range<u32>; CLASSES],
+    /// Of opaque and dithered triangles: what each [`CHUNK_SIZE`] of them are within.
+    triangle_extents: Vec<TriangleExtent>,
     features: [Features; CLASSES],
     /// Whether some receiver is tinted by all casters but its own.
     pub owners: bool,
@@ -199,6 +202,15 @@ impl CasterSet {
             .map(|&class| &particle_ranges[class as usize]);
         let translucent = &casters[first.start as usize..last.end as usize];
         let extents = translucent.chunks(CHUNK_SIZE as usize).map(Extent::of).collect();
+        let [start, end] = [
+            triangle_ranges[*Class::BLOCKING.start() as usize].start,
+            triangle_ranges[*Class::BLOCKING.end() as usize].end,
+        ];
+        let triangle_extents = triangle_order[start as usize..end as usize]
+            .chunks(CHUNK_SIZE as usize)
+            .map(|chunk| chunk.iter().map(|&i| &triangles[i as usize]))
+            .map(|chunk| TriangleExtent::of(chunk, materials))
+            .collect();
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
         if materials.iter().any(|m| m.transfer == Transfer::Dither && m.pattern == Pattern::Blue) {
             // Behind the particles, because every kernel that dithers reads these already.
@@ -219,6 +231,7 @@ impl CasterSet {
             extents,
             particle_ranges,
             triangle_ranges,
+            triangle_extents,
             features,
             owners,
             dither_window: window(materials),
@@ -240,6 +253,11 @@ impl CasterSet {
     /// Of the chunks of the particles that filter.
     pub fn extents(&self) -> &[Extent] {
         &self.extents
+    }
+
+    /// Of the chunks of the opaque and dithered triangles.
+    pub fn triangle_extents(&self) -> &[TriangleExtent] {
+        &self.triangle_extents
     }
 }
 
@@ -266,6 +284,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.gain |= material.transfer == Transfer::Gain;
     features.over |= material.transfer == Transfer::Over;
     features.volumes |= !is_particle && material.is_volume();
+    features.solid &= !is_particle && material.transfer == Transfer::Opaque;
     features.plain &= is_particle
         && material.shape == Shape::Disc
         && material.profile == Profile::Soft
@@ -282,7 +301,12 @@ fn upload<T: bytemuck::Pod>(
     texels: u32,
 ) -> Result<wgpu::Texture, Error> {
     let count = records.len() as u64 * u64::from(texels);
-    let texture = allocator.records(name, Rgba32Uint, count, TextureUsages::COPY_DST)?;
+    let texture = allocator.records(
+        name,
+        Rgba32Uint,
+        count,
+        TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING,
+    )?;
     let row = ROW as usize * 16;
     let bytes: &[u8] = bytemuck::cast_slice(records);
     let whole = bytes.len() / row * row;

@@ -4,6 +4,7 @@ use super::{
     batch::{Context, Plan},
     casters::Class,
     kernels::Kernels,
+    small::SmallDepths,
 };
 use crate::{
     error::Error,
@@ -60,6 +61,7 @@ pub(super) struct Scratch {
     pub sums: Sums,
     /// What segments do to texels, where some list composes them one by one.
     pub partials: Option<Buffer>,
+    pub small: SmallDepths,
 }
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
@@ -108,6 +110,7 @@ impl Scratch {
 
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
         config: &Config,
         plans: &[Plan],
         pairs: Option<u32>,
@@ -116,6 +119,9 @@ impl Scratch {
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
         let setups = lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0);
         let tiles = plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
+        const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
+        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
+        let small_tiles = with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
         // A first guess; a frame that needed more says so, and the next is prepared with it.
         let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
         let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT);
@@ -168,8 +174,9 @@ impl Scratch {
                 Dispatch::COUNT,
                 BufferUsages::INDIRECT,
             )?,
-            sums: Sums::new(allocator, config.tier, tiles * u64::from(TILE_SIZE * TILE_SIZE))?,
             partials,
+            sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
+            small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
         })
     }
 }

@@ -1,22 +1,15 @@
 //! The shadow atlas: every view's filter, nearest depth and opaque depth.
 use crate::{
+    atlas::{Atlas, AtlasLimits, MapPlace},
     error::Error,
     gpu::Allocator,
-    view::{TILE_SIZE, View},
+    view::View,
 };
 use glam::UVec2;
 use wgpu::{
     TextureFormat::{R32Float, Rgba16Float},
     TextureUsages,
 };
-
-/// Where a view's map is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MapPlace {
-    /// First texel.
-    pub origin: UVec2,
-    pub layer: u32,
-}
 
 /// Texture arrays that hold all views' maps.
 #[derive(Debug)]
@@ -37,17 +30,20 @@ impl Maps {
         queue: &wgpu::Queue,
         views: &[View],
     ) -> Result<Self, Error> {
-        // Whole tiles, so that no workgroup writes into a neighbour's map.
-        let largest = views
-            .iter()
-            .fold(UVec2::splat(TILE_SIZE), |size, view| size.max(view.tiles() * TILE_SIZE));
-        let size = [largest.x, largest.y, views.len().max(1) as u32].map(u64::from);
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-        let places =
-            (0..views.len() as u32).map(|layer| MapPlace { origin: UVec2::ZERO, layer }).collect();
-        let opaques =
-            allocator.texture("opaques", R32Float, size, usage | TextureUsages::COPY_DST)?;
-        fill(queue, &opaques, 1.0);
+        let limits = AtlasLimits::of(&allocator.device.limits());
+        let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
+        let atlas = Atlas::pack(&sizes, &limits).ok_or(Error::Limit {
+            limit: "layers of the shadow atlas",
+            have: u64::from(limits.layers),
+            need: views.len() as u64,
+            remedy: "use smaller maps or fewer lights; `view::fitted_views` makes maps smaller",
+        })?;
+        let size = [atlas.size.x, atlas.size.y, atlas.layers].map(u64::from);
+        let usage =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        let places = atlas.places;
+        let opaques = allocator.texture("opaques", R32Float, size, usage)?;
+        fill(queue, &opaques, 1.0_f32);
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
@@ -58,6 +54,12 @@ impl Maps {
 }
 
 impl Maps {
+    /// What they are where nothing is translucent.
+    pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
+        fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
+        fill(queue, &self.nearests, 1.0_f32);
+    }
+
     /// Of the same size and places, with nothing in them.
     pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
         let like = self.filters.size();
@@ -72,8 +74,8 @@ impl Maps {
     }
 }
 
-/// Every texel of an r32float array.
-fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
+/// Every texel of an array.
+fn fill<T: bytemuck::NoUninit>(queue: &wgpu::Queue, texture: &wgpu::Texture, value: T) {
     let size = texture.size();
     let layer = vec![value; (size.width * size.height) as usize];
     for z in 0..size.depth_or_array_layers {
@@ -85,7 +87,7 @@ fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
             bytemuck::cast_slice(&layer),
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(size.width * 4),
+                bytes_per_row: Some(size.width * size_of::<T>() as u32),
                 rows_per_image: None,
             },
             wgpu::Extent3d { depth_or_array_layers: 1, ..size },

@@ -9,12 +9,15 @@ mod kernels;
 mod list;
 mod maps;
 mod picture;
+mod small;
 
+pub use crate::atlas::MapPlace;
 pub use casters::{CasterSet, Class, Span};
 pub use kernels::Kernels;
 pub use list::ListCounters;
-pub use maps::{MapPlace, Maps};
+pub use maps::Maps;
 pub use picture::PreparedPicture;
+pub use small::{SMALL_SIDE, TriangleExtent};
 
 use crate::{
     error::Error,
@@ -113,7 +116,10 @@ impl Pipeline {
         let mut allocator = Allocator { device, memory: &mut memory };
         let maps = Maps::new(&mut allocator, queue, views)?;
         let plans = batch::plan(views, casters, &maps)?;
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
+        if plans.iter().any(|plan| plan.lists[1].footprint_count == 0) {
+            maps.fill_clear(queue);
+        }
+        let scratch = Arc::new(Scratch::new(&mut allocator, queue, &self.config, &plans, pairs)?);
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
             let mut context = batch::Context {

@@ -71,7 +71,7 @@ impl Pipeline {
         let tile_count = camera.tiles().element_product();
         let plan = Plan::of_camera(camera.to_gpu(0, UVec2::ZERO, 0), tile_count, casters);
         let plans = std::slice::from_ref(&plan);
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, plans, pairs)?);
+        let scratch = Arc::new(Scratch::new(&mut allocator, queue, &self.config, plans, pairs)?);
         let mut context = Context {
             allocator: &mut allocator,
             queue,

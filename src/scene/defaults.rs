@@ -58,7 +58,8 @@ pub(super) fn sun() -> Light {
         far: None,
         size: None,
         casts: true,
-        cascades: 1,
+        cascades: None,
+        shadows: Vec::new(),
     }
 }
 

@@ -4,7 +4,7 @@ use super::{
     displace::Displaced,
     document::{Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable, TextureSource},
     generate::Generate,
-    gltf,
+    gltf, light_tables,
     noise::Animated,
     particles::{self, FARTHEST},
     shapes,
@@ -134,7 +134,7 @@ impl Loader<'_> {
             (self.scene.ambient, self.scene.background) = (ambient, background);
         }
         for (index, table) in document.light.iter().enumerate() {
-            let light = tables::light(source, table, index)?;
+            let light = light_tables::light(source, table, index)?;
             if self.scene.lights.iter().any(|known| known.name == light.name) {
                 let message = format!("a second light named {:?}", light.name);
                 return Err(self.error(

@@ -9,6 +9,7 @@ mod gltf_file;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_texture;
+mod light_tables;
 mod load;
 pub mod noise;
 mod particles;

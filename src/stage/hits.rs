@@ -22,8 +22,12 @@ pub struct Features {
     /// Maps say whose the nearest depth is.
     pub owners: bool,
     pub dither: bool,
+    /// Opaque triangles of a few texels took a path of their own.
+    pub small: bool,
     /// Soft discs of the `filter` transfer and nothing else.
     pub plain: bool,
+    /// Opaque triangles without texture or pattern and nothing else.
+    pub solid: bool,
     /// The views are perspective ones; of plain casters only.
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
@@ -43,7 +47,9 @@ impl Features {
         volumes: false,
         owners: false,
         dither: false,
+        small: false,
         plain: true,
+        solid: true,
         perspective: false,
         opaque: false,
     };
@@ -59,7 +65,9 @@ impl Features {
         volumes: true,
         owners: true,
         dither: true,
+        small: false,
         plain: false,
+        solid: false,
         perspective: false,
         opaque: false,
     };
@@ -83,7 +91,9 @@ impl Features {
             volumes: self.volumes || other.volumes,
             owners: self.owners || other.owners,
             dither: self.dither || other.dither,
+            small: self.small || other.small,
             plain: self.plain && other.plain,
+            solid: self.solid && other.solid,
             perspective: false,
             opaque: false,
         }
@@ -108,6 +118,7 @@ impl Features {
             "HAS_VOLUMES" => Some(self.volumes),
             "HAS_OWNERS" => Some(self.owners),
             "HAS_DITHER" => Some(self.dither),
+            "HAS_SMALL" => Some(self.small),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),
             _ => None,
@@ -124,6 +135,8 @@ pub(super) const MATERIALS: Binding = Binding::uniform::<[GpuMaterial; MAX_MATER
 pub(super) const CASTERS: Binding = Binding::texture("casters", Uint);
 pub(super) const SETUPS: Binding = Binding::texture("setups", Uint);
 pub(super) const IMAGES: Binding = Binding::texture("images", FLOAT).array();
+/// Opaque depths of triangles of a few texels.
+pub(super) const SMALL_DEPTHS: Binding = Binding::read::<u32>("small_depths");
 pub(super) const OPAQUES: Binding = Binding::texture("opaques", FLOAT).array();
 
 /// The sums of the native tier: textures that take atomics.

@@ -5,7 +5,7 @@ use gobo::{
     light::{Light, LightKind},
     scene::{Camera, Scene},
     settings::ShadowSettings,
-    view::{Projection, View},
+    view::{Part, Projection, View},
 };
 
 /// Seeded numbers (Steele et al. 2014, `SplitMix64`).
@@ -80,7 +80,8 @@ pub(crate) fn light(kind: LightKind) -> Light {
         far: None,
         size: None,
         casts: true,
-        cascades: 1,
+        cascades: None,
+        shadows: Vec::new(),
     }
 }
 
@@ -95,6 +96,7 @@ pub(crate) fn particle(center: Vec3, radius: f32, color: Vec4) -> Particle {
 /// World space is view space: looks along -z, `far` at z = -10; `size / scale` metres wide.
 pub(crate) fn flat_view(size: u32, scale: f32) -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -47,7 +47,7 @@ fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
         + receive_row(view, middle + vec2(0.0, 1.0), x, z, bias / range) * y.z;
 }
 
-// The view of a point light's cube that looks towards `away` from the light.
+// The face of a cube that looks towards `away` from its middle.
 fn cube_face(away: vec3<f32>) -> u32 {
     let size = abs(away);
     if size.x >= size.y && size.x >= size.z {
@@ -78,17 +78,76 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     return Incoming(-ray, color);
 }
 
-// `normal`, on the light's side, lifts the point off its own shadow by what the slope of the
-// surface hides within nine texels; zero where there is none. `bias` [m].
-fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
-    if light.view_count == 0u {
-        return vec3(1.0);
-    }
-    let face = select(0u, cube_face(point - light.position), light.kind == LIGHT_POINT);
-    let view = shadow_views[light.first_view + face];
+// `normal` lifts the point off its own shadow by what the slope of the surface hides within nine
+// texels; `sine` of the angle between the normal and the way to the light.
+fn lifted(view: GpuView, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> vec3<f32> {
     let along = -(view.view_from_world * vec4(point, 1.0)).z;
     let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
+    return point + normal * ((params.normal_bias + 0.5) * sine * texel);
+}
+
+// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    let spread = view.scale / select(1.0, max(-p.z, 1e-6), view.perspective > 0.0);
+    let place = vec2(p.x, -p.y) * spread + view.size * 0.5;
+    let inner = min(place, view.size - place);
+    // All nine texels are the window's own.
+    let border = min(inner.x, inner.y) - 1.5;
+    if !(border > 0.0 && -p.z >= view.near && -p.z <= view.far) {
+        return 0.0;
+    }
+    return min(border / max(view.fade, 1e-3), 1.0);
+}
+
+// The view that tells about a point: of a cube's faces the one that looks there.
+fn view_of(first: u32, point: vec3<f32>) -> u32 {
+    // The first face looks along x.
+    let p = (shadow_views[first].view_from_world * vec4(point, 1.0)).xyz;
+    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), shadow_views[first].part == PART_FACE);
+}
+
+// How much view `index` counts at a point.
+fn view_share(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> f32 {
+    let view = shadow_views[index];
+    return select(1.0, window_share(view, lifted(view, point, normal, sine)), view.part == PART_WINDOW);
+}
+
+fn through_view(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32, bias: f32) -> vec3<f32> {
+    let view = shadow_views[index];
+    return receive(view, lifted(view, point, normal, sine), bias);
+}
+
+// Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
+// where there is none; `bias` [m].
+// Where branches cost what they skip, one loop asks fewer maps than a branch for each kind.
+fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    return receive(view, point + normal * ((params.normal_bias + 0.5) * sine * texel), bias);
+    let end = light.first_view + light.view_count;
+    var least = vec3(1.0); // of the shadows before
+    var sum = vec3(0.0);   // of the windows of this shadow
+    var rest = 1.0;
+    var first = light.first_view; // of what this shadow has left
+    while first < end {
+        var index = view_of(first, point);
+        let last = first + shadow_views[first].part_count - 1u - shadow_views[first].part_index;
+        var share = view_share(index, point, normal, sine);
+        while share <= 0.0 && index < last {
+            index += 1u;
+            share = view_share(index, point, normal, sine);
+        }
+        sum += through_view(index, point, normal, sine, bias) * (rest * share);
+        rest *= 1.0 - share;
+        let is_done = rest <= 0.0 || index == last;
+        let passed = sum / max(1.0 - rest, 1e-6);
+        // A light's own shadow may make it brighter than it is.
+        let own = last < light.first_view + shadow_views[light.first_view].part_count;
+        let less = mix(least, select(min(least, passed), passed, own), 1.0 - rest);
+        least = select(least, less, is_done);
+        sum = select(sum, vec3(0.0), is_done);
+        rest = select(rest, 1.0, is_done);
+        first = select(index, last, is_done) + 1u;
+    }
+    return least;
 }
