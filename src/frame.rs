@@ -14,6 +14,8 @@ pub struct ViewMaps {
     pub opaque: Vec<f32>,
     /// Light as a function of depth; in curve mode.
     pub curve: Option<CurveMap>,
+    /// Whose `nearest` is, as [`crate::owner::owner_tag`] says; empty where no receiver asks.
+    pub owner: Vec<u16>,
 }
 
 /// The lit picture.

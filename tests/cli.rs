@@ -233,9 +233,16 @@ fn render_writes_pictures_and_maps() {
     let frames: Vec<_> = lines.iter().map(|line| line["frame"].as_u64().unwrap()).collect();
     assert_eq!(frames, [1, 4]);
     for line in &lines {
-        for key in
-            ["casters", "visible", "pairs", "segments", "scattered", "overflowed", "peak_bytes"]
-        {
+        for key in [
+            "casters",
+            "visible",
+            "pairs",
+            "segments",
+            "scattered",
+            "overflowed",
+            "unordered",
+            "peak_bytes",
+        ] {
             assert!(line[key].is_u64(), "{key} in {line}");
         }
         for key in ["skipped", "stages", "bytes"] {

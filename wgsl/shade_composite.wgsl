@@ -35,6 +35,7 @@ fn shade_composite(
     let place = lane_texel(lane);
     let pixel = tile_texel(view, tile_id) + place;
     start(view, pixel);
+    whole = true;
     if tile.merged == 0u {
         walk(view, tile.first, tile.end);
         finish(view);

@@ -30,6 +30,7 @@ fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> ve
             albedo *= sample_texture(images, material.texture, material.texture_size, uv).rgb;
         }
         let triangle = id & ~TRIANGLE_BIT;
+        set_receiver(material, setup_texel(setup, 6u).w);
         let surface =
             triangle_surface(view, pixel, depth, triangle, setup, albedo, material.roughness);
         return shade_solid(surface) + material.emission;
@@ -38,6 +39,7 @@ fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> ve
     let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
     let material = materials[look.z & 0xffffu];
     let albedo = material.tint.rgb * vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    set_receiver(material, look.w);
     let point = world_point(view, pixel, depth);
     let to_eye = normalize(eye() - point);
     // Round, whatever way the disc faces.

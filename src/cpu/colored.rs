@@ -51,6 +51,7 @@ pub fn render_colored(scene: &Scene, view: &View) -> ColoredMaps {
         casters: &records.casters,
         setups: &casters.setups,
         materials: records.materials,
+        absorptions: &records.absorptions,
         images: &records.images,
     };
     let texels = view.size.element_product() as usize;
@@ -60,6 +61,7 @@ pub fn render_colored(scene: &Scene, view: &View) -> ColoredMaps {
         nearest: vec![1.0; texels],
         opaque: vec![1.0; texels],
         curve: None,
+        owner: Vec::new(),
     };
     let mut channels = [empty(), empty(), empty()];
     for (footprint, rect) in casters.footprints.iter().zip(&casters.rects) {

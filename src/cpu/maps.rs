@@ -18,7 +18,7 @@ use super::{
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
-    caster::{Material, Transfer},
+    caster::{Material, Receives, Transfer},
     counters::Counters,
     dither::window,
     footprint::{
@@ -26,10 +26,12 @@ use crate::{
         TriangleSetup,
     },
     frame::ViewMaps,
+    owner::NO_OWNER,
     pipeline::{Class, is_plain},
     scene::Scene,
     stage::curve::CURVE_SEGMENT,
     view::{GpuView, View},
+    volume::absorptions,
 };
 use glam::{UVec2, Vec3};
 
@@ -40,6 +42,8 @@ const CHUNK: usize = 4096;
 pub(super) struct SceneRecords<'a> {
     pub materials: &'a [Material],
     gpu_materials: Vec<GpuMaterial>,
+    /// Of materials, [1/m].
+    pub absorptions: Vec<Vec3>,
     pub images: Vec<Image>,
     pub casters: Vec<Caster>,
     pub triangles: Vec<TriangleRecord>,
@@ -76,7 +80,10 @@ impl<'a> SceneRecords<'a> {
     pub(super) fn new(scene: &'a Scene) -> Self {
         let materials = &scene.materials[..];
         let uses = |transfer: Transfer| {
-            let used = |material: u32| materials[material as usize].transfer == transfer;
+            let used = |material: u32| {
+                let material = &materials[material as usize];
+                material.transfer == transfer && Class::of(material).casts()
+            };
             scene.particles.iter().any(|particle| used(particle.material))
                 || scene.triangles.iter().any(|triangle| used(triangle.material))
         };
@@ -85,11 +92,20 @@ impl<'a> SceneRecords<'a> {
         };
         Self {
             materials,
+            absorptions: absorptions(materials, &scene.triangles),
             gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, &scene.textures)).collect(),
             images: scene.textures.iter().map(Image::new).collect(),
             casters: scene.particles.iter().map(caster).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
-            modes: Modes { gain: uses(Transfer::Gain), ordered: uses(Transfer::Over) },
+            modes: Modes {
+                gain: uses(Transfer::Gain),
+                ordered: uses(Transfer::Over),
+                owners: materials.iter().any(|m| m.visible && m.receives == Receives::Others),
+                volumes: scene.triangles.iter().any(|triangle| {
+                    let material = &materials[triangle.material as usize];
+                    material.is_volume() && Class::of(material).casts()
+                }),
+            },
             curve_modes: (scene.shadow.curve_nodes() > 0).then(|| CurveModes {
                 nodes: scene.shadow.curve_nodes(),
                 gain: uses(Transfer::Gain),
@@ -106,7 +122,7 @@ impl<'a> SceneRecords<'a> {
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;
         let params = ProjectParams {
-            scatter: !self.modes.ordered && self.curve_modes.is_none(),
+            scatter: !self.modes.direct() && self.curve_modes.is_none(),
             unseen: false,
         };
         let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
@@ -122,6 +138,7 @@ impl<'a> SceneRecords<'a> {
             casters: &self.casters,
             setups: &setups,
             materials: self.materials,
+            absorptions: &self.absorptions,
             images: &self.images,
         };
         let mut unbinned = vec![Vec::new(); tile_count];
@@ -176,6 +193,10 @@ impl<'a> SceneRecords<'a> {
             accumulate(records, index as u32, &casters, opaque, sums, self.modes)
         });
         count(counters, &bins, sorted.len(), scattered.len());
+        if self.modes.ordered {
+            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
+            counters.unordered += overflowed.iter().filter(filters).count() as u64;
+        }
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
         filter(&mut maps, self.soften_window);
         maps
@@ -193,10 +214,19 @@ impl<'a> SceneRecords<'a> {
             casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
         });
         let mut projected: Vec<Projected> = chunks.into_iter().flatten().collect();
+        if !params.unseen {
+            let casts =
+                |i: usize| Class::of(&self.materials[self.casters[i].material() as usize]).casts();
+            for i in (0..projected.len()).filter(|&i| !casts(i)) {
+                projected[i] = Projected::INVISIBLE;
+            }
+        }
         let mut setups = Vec::with_capacity(self.triangles.len());
         for (i, triangle) in self.triangles.iter().enumerate() {
             let (of_triangle, setup) = project_triangle(view, 0, triangle, i as u32, i as u32);
-            projected.push(of_triangle);
+            let material = &self.materials[triangle.material as usize];
+            let is_listed = params.unseen || Class::of(material).casts();
+            projected.push(if is_listed { of_triangle } else { Projected::INVISIBLE });
             setups.push(setup);
         }
         ViewCasters {
@@ -221,6 +251,7 @@ impl<'a> SceneRecords<'a> {
             nearest: vec![1.0; texels],
             opaque: vec![1.0; texels],
             curve: None,
+            owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
             for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
@@ -228,6 +259,9 @@ impl<'a> SceneRecords<'a> {
                 maps.filter[at] = resolve(tile[place].light, self.modes.gain);
                 maps.nearest[at] = tile[place].nearest;
                 maps.opaque[at] = opaque[place];
+                if self.modes.owners {
+                    maps.owner[at] = tile[place].owner;
+                }
             }
         }
         maps
@@ -236,11 +270,14 @@ impl<'a> SceneRecords<'a> {
 
 /// What curve mode and nearest-depth mode have in common.
 fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
-    let mut texels =
-        TileTexels::filled(Accumulated { light: Light::Passed(Vec3::ONE), nearest: 1.0 });
+    let mut texels = TileTexels::filled(Accumulated {
+        light: Light::Passed(Vec3::ONE),
+        nearest: 1.0,
+        owner: NO_OWNER,
+    });
     for place in 0..TEXELS {
         let CurveTexel { passed, nearest, .. } = tile[place];
-        texels[place] = Accumulated { light: Light::Passed(passed), nearest };
+        texels[place] = Accumulated { light: Light::Passed(passed), nearest, owner: NO_OWNER };
     }
     texels
 }
@@ -248,7 +285,7 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
 /// Whether all that filters light is what [`CurveModes::slabs`] says.
 fn only_discs(scene: &Scene) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
-    let filters = |id: u32| Class::of(material(id)) == Class::Translucent;
+    let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
     !scene.particles.iter().any(|p| filters(p.material) && !is_plain(material(p.material)))
         && !scene.triangles.iter().any(|triangle| filters(triangle.material))
 }

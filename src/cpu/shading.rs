@@ -2,7 +2,9 @@
 //! reaches a point, and what of it the camera sees.
 use super::receive::{MapTexel, receive, receive_curve};
 use crate::{
+    caster::{Material, Receives},
     frame::ViewMaps,
+    owner::owner_tag,
     scene::Scene,
     stage::shade::GpuLight,
     view::{GpuView, View},
@@ -44,6 +46,21 @@ pub struct Surface {
     pub roughness: f32,
     /// How far what is in the map may lie off the point [m].
     pub reach: f32,
+    pub receiver: Receiver,
+}
+
+/// Who receives light.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    receives: Receives,
+    /// Of its object.
+    tag: u16,
+}
+
+impl Receiver {
+    pub fn new(material: &Material, id: u32) -> Self {
+        Self { receives: material.receives, tag: owner_tag(id) }
+    }
 }
 
 /// What a pane scatters and what it mirrors of the lights.
@@ -77,19 +94,33 @@ impl<'a> Lighting<'a> {
         self.ambient * (0.85 + 0.15 * normal.y)
     }
 
-    fn receive_texel(&self, view: usize, texel: Vec2, z: f32, bias: f32) -> Vec3 {
+    fn receive_texel(
+        &self,
+        view: usize,
+        texel: Vec2,
+        z: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
         let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
-        if let Some(curve) = &map.curve {
+        let tinted = match receiver.receives {
+            Receives::Curve | Receives::Nearest => true,
+            Receives::Opaque => false,
+            Receives::Others => map.owner.get(i) != Some(&receiver.tag),
+        };
+        // A curve knows no owners.
+        let by_curve = matches!(receiver.receives, Receives::Curve | Receives::Others);
+        if let Some(curve) = map.curve.as_ref().filter(|_| by_curve) {
             return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
         }
-        let filter = Vec3::from_array(map.filter[i]);
+        let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
         receive(z, &MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] }, bias)
     }
 
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
-    fn receive(&self, index: usize, point: Vec3, bias: f32) -> Vec3 {
+    fn receive(&self, index: usize, point: Vec3, bias: f32, receiver: Receiver) -> Vec3 {
         let view = &self.views[index];
         let p = view.view_from_world.transform_point3(point);
         let distance = -p.z;
@@ -109,7 +140,7 @@ impl<'a> Lighting<'a> {
         for i in 0..9 {
             let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
             let weight = x[i % 3] * y[i / 3];
-            light += weight * self.receive_texel(index, middle + step, z, bias / range);
+            light += weight * self.receive_texel(index, middle + step, z, bias / range, receiver);
         }
         light
     }
@@ -131,13 +162,14 @@ impl<'a> Lighting<'a> {
         normal: Vec3,
         sine: f32,
         bias: f32,
+        receiver: Receiver,
     ) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
             let at = self.lifted(&self.views[index], point, normal, sine);
             let share = window_share(&self.views[index], at);
             if share > 0.0 {
-                sum += self.receive(index, at, bias) * (rest * share);
+                sum += self.receive(index, at, bias, receiver) * (rest * share);
                 rest *= 1.0 - share;
             }
         }
@@ -152,12 +184,13 @@ impl<'a> Lighting<'a> {
         normal: Vec3,
         sine: f32,
         bias: f32,
+        receiver: Receiver,
     ) -> (Vec3, f32) {
         let view = &self.views[first];
         let index = match view.part {
             PART_WINDOW => {
                 let windows = first..first + view.part_count as usize;
-                return self.through_windows(windows, point, normal, sine, bias);
+                return self.through_windows(windows, point, normal, sine, bias, receiver);
             }
             // The first face looks along x.
             PART_FACE => {
@@ -167,7 +200,7 @@ impl<'a> Lighting<'a> {
             _ => first,
         };
         let at = self.lifted(&self.views[index], point, normal, sine);
-        (self.receive(index, at, bias), 1.0)
+        (self.receive(index, at, bias, receiver), 1.0)
     }
 
     /// Of all shadows of a light the least light, per channel. `normal` is on the light's side.
@@ -178,6 +211,7 @@ impl<'a> Lighting<'a> {
         normal: Vec3,
         toward: Vec3,
         bias: f32,
+        receiver: Receiver,
     ) -> Vec3 {
         if light.view_count == 0 {
             return Vec3::ONE;
@@ -185,11 +219,11 @@ impl<'a> Lighting<'a> {
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let first = light.first_view as usize;
-        let (own, share) = self.through_shadow(first, point, normal, sine, bias);
+        let (own, share) = self.through_shadow(first, point, normal, sine, bias, receiver);
         let mut passed = Vec3::ONE.lerp(own, share);
         let mut next = first + self.views[first].part_count as usize;
         while next < first + light.view_count as usize {
-            let (further, share) = self.through_shadow(next, point, normal, sine, bias);
+            let (further, share) = self.through_shadow(next, point, normal, sine, bias, receiver);
             passed = passed.lerp(passed.min(further), share);
             next += self.views[next].part_count as usize;
         }
@@ -203,7 +237,8 @@ impl<'a> Lighting<'a> {
             let cosine = surface.normal.dot(toward);
             if cosine > 0.0 && surface.face.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any() {
                 let bias = self.bias + surface.reach;
-                let passed = self.shadow(light, surface.point, surface.face, toward, bias);
+                let passed =
+                    self.shadow(light, surface.point, surface.face, toward, bias, surface.receiver);
                 let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
                 sum += color * passed * (cosine * (surface.albedo * FRAC_1_PI + shine));
             }
@@ -218,7 +253,8 @@ impl<'a> Lighting<'a> {
             let (toward, color) = incoming(light, surface.point);
             let cosine = surface.normal.dot(toward);
             let side = if surface.face.dot(toward) > 0.0 { surface.face } else { -surface.face };
-            let passed = color * self.shadow(light, surface.point, side, toward, self.bias);
+            let passed = color
+                * self.shadow(light, surface.point, side, toward, self.bias, surface.receiver);
             lit.diffuse += passed * (cosine.abs() * FRAC_1_PI);
             if cosine > 0.0 {
                 let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
@@ -229,11 +265,12 @@ impl<'a> Lighting<'a> {
     }
 
     /// A particle of colour 1, by the light at its middle.
-    pub fn light_particle(&self, point: Vec3, radius: f32) -> Vec3 {
+    pub fn light_particle(&self, point: Vec3, radius: f32, receiver: Receiver) -> Vec3 {
         let mut sum = self.ambient;
         for light in &self.lights {
             let (toward, color) = incoming(light, point);
-            let passed = self.shadow(light, point, Vec3::ZERO, toward, self.bias + radius);
+            let passed =
+                self.shadow(light, point, Vec3::ZERO, toward, self.bias + radius, receiver);
             sum += color * passed * (0.5 * FRAC_1_PI);
         }
         sum

@@ -74,7 +74,8 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter = self.config.scatters() && plan.class == Class::Translucent && !self.camera;
+        let may_scatter = plan.class == *Class::FILTERING.start() && !plan.is_composed();
+        let scatter = self.config.scatters() && may_scatter && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
@@ -92,8 +93,7 @@ impl Context<'_, '_> {
 }
 
 /// What a shadow view lists: what blocks light, and what filters it.
-pub(super) const LISTS: [RangeInclusive<Class>; 2] =
-    [Class::Opaque..=Class::Dithered, Class::Translucent..=Class::Translucent];
+pub(super) const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FILTERING];
 
 /// A view to be rendered.
 #[derive(Clone, Copy, Debug)]
@@ -200,13 +200,9 @@ impl Plan {
             } else {
                 Features { plain: false, ..features }
             };
-            let class = if solid { Class::Opaque } else { Class::Translucent };
-            ListPlan { class, ..ListPlan::new(&list, features, casters, &[&visible]) }
+            ListPlan::new(&list, features, casters, &[&visible])
         };
-        let lists = [
-            list(Class::Opaque..=Class::Opaque, true),
-            list(Class::Dithered..=Class::Unseen, false),
-        ];
+        let lists = [list(Class::SOLID, true), list(Class::BLENDED, false)];
         let small_chunks = Vec::new();
         Self { views: vec![view], tile_count, lists, small_chunks, kept: false, cleared: false }
     }
@@ -321,7 +317,8 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
-        let tiny = if context.config.scatters() { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let may_scatter = context.config.scatters() && !plan.lists[1].is_composed();
+        let tiny = if may_scatter { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
@@ -602,6 +599,14 @@ impl ClassBatch {
             to_map = shared.summed(shared.hits([tiles, &counters, pairs, footprints], &hit));
             let own = [dispatches, segments, &partials, &counters, pairs, footprints];
             to_sums = shared.hits(own, &hit);
+        } else if let Some(composed) =
+            context.scratch.composed.as_ref().filter(|_| features.is_composed())
+        {
+            let composed = composed.as_entire_binding();
+            resolve.push(composed.clone());
+            to_map = shared.hits([tiles, pairs, footprints], &hit);
+            let own = [dispatches, segments, tiles, &composed, pairs, footprints];
+            to_sums = shared.summed(shared.hits(own, &hit));
         } else {
             to_map = shared.hits([tiles, pairs, footprints], &hit);
             to_sums = shared.summed(shared.hits([dispatches, segments, pairs, footprints], &hit));

@@ -40,6 +40,8 @@ impl Variant {
             Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
+            Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,
+            Self::ResolveTiles if features.is_composed() => &resolve::ORDERED,
             Self::OccludeTiles if features.solid => &occlude::TRIANGLE_TILES,
             Self::OccludeTiles => &occlude::TILES,
             Self::OccludeSegments => &occlude::SEGMENTS,

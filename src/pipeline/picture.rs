@@ -192,7 +192,7 @@ impl Pipeline {
             Variant::ShadeCasters,
             clear_features,
             &[
-                &uniforms[2..],
+                &uniforms[1..],
                 &[texture(&scratch.footprints), texture(&scratch.rects), texture(&caster_view)],
                 &shadows,
                 &over[1..],

@@ -24,6 +24,7 @@ pub(super) fn empty_scene() -> Scene {
         materials: Vec::new(),
         textures: Vec::new(),
         animated: Vec::new(),
+        displaced: Vec::new(),
         particles: Vec::new(),
         triangles: Vec::new(),
         ambient: Vec3::new(0.18, 0.20, 0.24),
@@ -104,5 +105,5 @@ pub(super) fn add_ground(scene: &mut Scene) {
         tint: Vec4::new(0.72, 0.72, 0.70, 1.0),
         ..Material::default()
     });
-    scene.triangles.extend(shapes::shape(KindOfShape::Plane, transform, material, u32::MAX));
+    scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));
 }

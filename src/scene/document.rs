@@ -1,8 +1,8 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
-    caster::{Profile, Shape, Transfer},
+    caster::{Profile, Receives, Shape, Transfer},
     dither::Pattern,
-    scene::{generate::Generate, noise::Noise},
+    scene::{displace::Displace, generate::Generate, noise::Noise},
     settings::Receiver,
 };
 use serde::{
@@ -208,6 +208,13 @@ pub(super) struct MaterialTable {
     pub emission: Option<[f32; 3]>,
     pub transmission: Option<f32>,
     pub roughness: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub attenuation_color: Option<[f32; 3]>,
+    /// [m]
+    pub attenuation_distance: Option<f32>,
+    pub receives: Option<Receives>,
+    pub visible: Option<bool>,
+    pub casts: Option<bool>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -232,6 +239,10 @@ pub(super) enum KindOfShape {
 pub(super) struct ShapeTable {
     pub kind: KindOfShape,
     pub material: String,
+    /// Subdivisions of a sphere.
+    pub level: Option<u32>,
+    /// Of a sphere.
+    pub displace: Option<Displace>,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
     /// Euler xyz [degrees].

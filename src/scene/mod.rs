@@ -1,5 +1,6 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod defaults;
+pub mod displace;
 mod document;
 mod error;
 pub mod generate;
@@ -59,6 +60,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Textures that follow the time.
     pub animated: Vec<noise::Animated>,
+    /// Triangles that follow the time.
+    pub displaced: Vec<displace::Displaced>,
     pub particles: Vec<Particle>,
     pub triangles: Vec<Triangle>,
     /// Light that comes from everywhere: linear rgb.

@@ -56,11 +56,14 @@ impl Scene {
     /// Frames of a second of [`Self::set_time`], where frames are numbered.
     pub const FRAME_RATE: f64 = 24.0;
 
-    /// Makes the textures that follow the time what they are then [s].
+    /// Makes the textures and triangles that follow the time what they are then [s].
     pub fn set_time(&mut self, seconds: f64) {
         for Animated { texture, noise } in &self.animated {
             let texture = &mut self.textures[*texture as usize];
             *texture = noise.texture(std::mem::take(&mut texture.name), seconds);
+        }
+        for displaced in &self.displaced {
+            displaced.set_time(&mut self.triangles[displaced.triangles()], seconds);
         }
     }
 }

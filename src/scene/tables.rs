@@ -6,7 +6,7 @@ use super::{
     source::Source,
 };
 use crate::{
-    caster::Material,
+    caster::{Material, Transfer},
     dither::MAX_SCALE,
     settings::{ClusterSettings, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
     stage::cluster::MAX_TILE,
@@ -210,6 +210,23 @@ pub(super) fn material(
         let help = format!("a cell of a pattern is 1 to {MAX_SCALE} texels");
         return Err(check.fault("scale", format!("scale is {pattern_scale}"), &help));
     }
+    let attenuation_color = given.attenuation_color.unwrap_or([1.0; 3]);
+    for v in attenuation_color {
+        check.share("attenuation_color", v)?;
+    }
+    let attenuation_distance = match given.attenuation_distance {
+        None if given.attenuation_color.is_some() => {
+            let help = "give it an attenuation_distance [m]";
+            return Err(check.fault("attenuation_color", "colour without a distance", help));
+        }
+        None => f32::INFINITY,
+        Some(v) => check.number("attenuation_distance", v, |v| v > 0.0, "above 0")?,
+    };
+    if attenuation_distance.is_finite() && (transfer.is_opaque() || transfer == Transfer::None) {
+        let message = "a volume of a material that does not filter";
+        let help = "use another transfer, such as \"filter\"";
+        return Err(check.fault("attenuation_distance", message, help));
+    }
     if let Some(TextureSource::Noise(noise)) = &given.texture {
         noise_values(&check, noise)?;
     }
@@ -228,6 +245,11 @@ pub(super) fn material(
         emission: emission.into(),
         transmission: share("transmission", given.transmission, usual.transmission)?,
         roughness: share("roughness", given.roughness, usual.roughness)?,
+        attenuation_color: attenuation_color.into(),
+        attenuation_distance,
+        receives: given.receives.unwrap_or_default(),
+        visible: given.visible.unwrap_or(usual.visible),
+        casts: given.casts.unwrap_or(usual.casts),
     };
     Ok((material, given.texture.clone()))
 }

@@ -62,6 +62,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         materials,
         textures: Vec::new(),
         animated: Vec::new(),
+        displaced: Vec::new(),
         particles: Vec::new(),
         triangles: Vec::new(),
         ambient: Vec3::ZERO,

@@ -1,5 +1,6 @@
 // Four pixels while what is not solid is laid over them, front to back. CPU twin: src/cpu/shade.rs.
-// Needs common/caster_hit.wgsl, sheet.wgsl, surface.wgsl, cost.wgsl; the kernel binds `surfaces` and `lit`.
+// Needs common/caster_hit.wgsl, fog.wgsl, sheet.wgsl, surface.wgsl, cost.wgsl; the kernel binds `surfaces`
+// and `lit`.
 //
 // Casters come in order of their nearest corner. A pane reaches from there far back, so it waits
 // until what comes next is behind it; the order is exact while at most two panes wait. What the
@@ -33,6 +34,9 @@ fn start(view: GpuView, pixel: vec2<u32>) {
         opaque_depth[i] = textureLoad(surfaces, pixel + vec2(0u, i), 0).a;
         passed[i] = vec3(1.0);
         color[i] = vec3(0.0);
+        if HAS_VOLUMES {
+            start_fog(view, corner + vec2(0.5, f32(i) + 0.5), i);
+        }
         if HAS_TRIANGLES {
             near[i] = NO_LAYER;
             far[i] = NO_LAYER;
@@ -47,7 +51,15 @@ fn lay(i: u32, own: vec3<f32>, pass_on: vec3<f32>) {
     passed[i] *= pass_on;
 }
 
+// What volumes let pass up to light depth `depth`.
+fn lay_fog(i: u32, depth: f32) {
+    if HAS_VOLUMES {
+        passed[i] *= fog_to(i, depth);
+    }
+}
+
 fn lay_pane(i: u32, layer: Layer) {
+    lay_fog(i, layer.depth);
     let shown = Layer(layer.depth, vec3(0.0), passed[i], layer.look);
     if layer.look.x != 0u && first[i].look.x == 0u {
         first[i] = shown;
@@ -55,6 +67,9 @@ fn lay_pane(i: u32, layer: Layer) {
         second[i] = shown;
     }
     lay(i, layer.own, layer.passed);
+    if HAS_VOLUMES && layer.look.x != 0u {
+        passed[i] *= cross_face(i, layer.look.y, layer.depth);
+    }
 }
 
 // The panes before light depth `depth`, nearest first.
@@ -92,6 +107,7 @@ fn pane_light(view: GpuView, pixel: vec2<f32>, layer: Layer) -> vec3<f32> {
     let id = layer.look.x & ~TRIANGLE_BIT;
     let surface =
         triangle_surface(view, pixel, layer.depth, id, layer.look.y, albedo, material.roughness);
+    set_receiver(material, setup_texel(layer.look.y, 6u).w);
     let lit = light_sheet(surface);
     return scattered_share(hit, material) * albedo * lit.diffuse + hit.opacity * lit.shine
         + mirrored_share(hit, layer.look.y, surface.to_eye) * sky(reflect(-surface.to_eye, surface.normal));
@@ -111,6 +127,9 @@ fn finish(view: GpuView) {
     if HAS_TRIANGLES {
         for (var i = 0u; i < 4u; i += 1u) {
             lay_waiting(i, 2.0);
+            if whole {
+                lay_fog(i, opaque_depth[i]);
+            }
         }
         for (var k = 0u; k < 8u; k += 1u) {
             let i = k % 4u;
@@ -157,6 +176,7 @@ fn visit_particle(view: GpuView, place: vec4<u32>, look: vec4<u32>, arriving: ve
     if hit.depth >= 0.0 && hit.depth < opaque_depth[i] {
         if HAS_TRIANGLES {
             lay_waiting(i, hit.depth);
+            lay_fog(i, hit.depth);
         }
         let material = materials[hit.material];
         let adds = material.transfer == TRANSFER_NONE;
