@@ -94,6 +94,7 @@ impl GpuEngine {
         let views = shadow_views(scene);
         pipeline.set_pair_budget(scene.shadow.pair_budget);
         pipeline.set_soften(scene.shadow.soften);
+        pipeline.set_colored(scene.shadow.colored);
         let Scene { particles, triangles, materials, textures, .. } = scene;
         let casters =
             CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;
@@ -184,6 +185,10 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
+    let colored: Vec<[f32; 4]> = match &maps.colored {
+        Some(colored) => gpu.try_read_texture(colored)?,
+        None => Vec::new(),
+    };
     let atlas = maps.filters.size();
     let view_maps = views.iter().zip(&maps.places).map(|(view, place)| {
         let texels = || {
@@ -199,6 +204,7 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
             filter: texels().map(rgb).collect(),
             nearest: texels().map(|t| nearests[t]).collect(),
             opaque: texels().map(|t| opaques[t]).collect(),
+            colored: texels().filter_map(|t| colored.get(t)).map(|&[r, g, b, _]| [r, g, b]).collect(),
         }
     });
     Ok(view_maps.collect())

@@ -27,6 +27,8 @@ pub struct ShadowSettings {
     pub pair_budget: u32,
     /// Whether dithered surfaces become a grey filter, blurred over a window of their pattern.
     pub soften: bool,
+    /// Whether dithered casters block each channel by a threshold of its own.
+    pub colored: bool,
 }
 
 impl Default for ShadowSettings {
@@ -39,6 +41,7 @@ impl Default for ShadowSettings {
             normal_bias: 1.5,
             pair_budget: 1 << 24,
             soften: false,
+            colored: false,
         }
     }
 }

@@ -4,6 +4,7 @@ use super::{
     accumulate::{Accumulated, Modes, ScatterSums, accumulate},
     bin::{Bins, bin},
     caster_hit::{Records, Target},
+    colored::{filter_colored, occlude_colored},
     filter::filter,
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
@@ -11,7 +12,7 @@ use super::{
     sort,
     texture::Image,
     threads::each,
-    tile::{Tile, TileTexels},
+    tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
     caster::{Material, Transfer},
@@ -25,7 +26,7 @@ use crate::{
     scene::Scene,
     view::{GpuView, View},
 };
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 
 /// Casters that a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -41,6 +42,7 @@ pub(super) struct SceneRecords<'a> {
     pair_budget: u32,
     /// 0 where dithered surfaces stay as they are [texels].
     soften_window: u32,
+    colored: bool,
 }
 
 /// One view's casters.
@@ -83,6 +85,7 @@ impl<'a> SceneRecords<'a> {
             modes: Modes { gain: uses(Transfer::Gain), ordered: uses(Transfer::Over) },
             pair_budget: scene.shadow.pair_budget,
             soften_window: if scene.shadow.soften { window(materials) } else { 0 },
+            colored: scene.shadow.colored && uses(Transfer::Dither),
         }
     }
 
@@ -114,12 +117,19 @@ impl<'a> SceneRecords<'a> {
                 }
             }
         }
-        let opaque = each(tile_count, |index| {
+        let blocking = |index: usize| {
             let pairs = bins.tile(index).iter().map(|pair| pair.footprint);
             let casters = pairs.chain(unbinned[index].iter().copied());
-            let tile = Tile::new(&gpu_view, index as u32);
-            occlude(records, &tile, casters.map(|i| &footprints[i as usize]))
+            casters.map(|i| &footprints[i as usize])
+        };
+        let tile = |index: usize| Tile::new(&gpu_view, index as u32);
+        let colored = self.colored.then(|| {
+            each(tile_count, |i| occlude_colored(records, &tile(i), blocking(i)))
         });
+        let opaque = match &colored {
+            None => each(tile_count, |i| occlude(records, &tile(i), blocking(i))),
+            Some(colored) => colored.iter().map(last_depths).collect(),
+        };
         let mut sums = None;
         for &i in &scattered {
             sums.get_or_insert_with(|| ScatterSums::new(tile_count)).scatter(
@@ -138,7 +148,18 @@ impl<'a> SceneRecords<'a> {
         });
         count(counters, &bins, sorted.len(), scattered.len());
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
-        filter(&mut maps, self.soften_window);
+        if let Some(colored) = &colored {
+            maps.colored = vec![[1.0; 3]; maps.opaque.len()];
+            for (index, depths) in colored.iter().enumerate() {
+                for (place, texel) in tile(index).texels() {
+                    let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                    maps.colored[at] = depths[place].to_array();
+                }
+            }
+            filter_colored(&mut maps, self.soften_window);
+        } else {
+            filter(&mut maps, self.soften_window);
+        }
         maps
     }
 
@@ -181,6 +202,7 @@ impl<'a> SceneRecords<'a> {
             filter: vec![[1.0; 3]; texels],
             nearest: vec![1.0; texels],
             opaque: vec![1.0; texels],
+            colored: Vec::new(),
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
             for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
@@ -192,6 +214,15 @@ impl<'a> SceneRecords<'a> {
         }
         maps
     }
+}
+
+/// Behind which no channel is left.
+fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
+    let mut last = TileTexels::filled(1.0);
+    for place in 0..TEXELS {
+        last[place] = colored[place].max_element();
+    }
+    last
 }
 
 /// Visible footprints, front to back; equal keys in order of footprints.

@@ -18,6 +18,6 @@ mod threads;
 pub mod tile;
 
 pub use maps::render_maps;
-pub use receive::{MapTexel, receive};
+pub use receive::{MapTexel, light_by_channel, receive};
 pub use shade::render_picture;
 pub use sort::{Pair, sort};

@@ -1,6 +1,6 @@
 //! Twin of `wgsl/common/receive.wgsl`, `shading.wgsl`, `sheet.wgsl` and `tone.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
-use super::receive::{MapTexel, receive};
+use super::receive::{MapTexel, light_by_channel, receive};
 use crate::{
     frame::ViewMaps,
     scene::Scene,
@@ -80,7 +80,9 @@ impl<'a> Lighting<'a> {
         let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
         let filter = Vec3::from_array(map.filter[i]);
-        receive(z, &MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] }, bias)
+        let texel = MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] };
+        let light = receive(z, &texel, bias);
+        map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
     }
 
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.

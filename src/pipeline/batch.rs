@@ -199,6 +199,8 @@ impl ListPlan {
 pub(super) struct Batch {
     scratch: Arc<Scratch>,
     tile_count: u32,
+    /// What finds the opaque depths: tiles, segments, overflow, resolve.
+    blocking: [Variant; 4],
     opaque: ClassBatch,
     translucent: ClassBatch,
 }
@@ -229,11 +231,13 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
+        let blocking = blocking(maps.colored.is_some());
         let tiny = if context.config.scatter_tiny { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             tile_count: plan.tile_count,
+            blocking,
             opaque: ClassBatch::opaque(context, maps, opaque, plan.lists[0].features, &views),
             translucent: ClassBatch::translucent(
                 context,
@@ -254,24 +258,25 @@ impl Batch {
     ) {
         use Variant as V;
         let Self { opaque, translucent, .. } = self;
+        let [tiles_of, segments_of, overflow_of, resolve_of] = self.blocking;
         let tiles = [self.tile_count, 1, 1];
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let merged = Dispatch::Merged.offset();
         // Without opaque casters the opaque depth stays what `Maps` filled in: 1.
         if opaque.list.footprint_count > 0 {
-            self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
+            self.record_lists(opaque, kernels, encoder, timeline, None, overflow_of);
             let mut pass = timeline.pass(encoder, "occlude");
             let kernel = |variant| kernels.get(variant, opaque.features);
-            kernel(V::OccludeTiles).record(&mut pass, &opaque.tiles, tiles);
-            kernel(V::OccludeSegments).record_indirect(
+            kernel(tiles_of).record(&mut pass, &opaque.tiles, tiles);
+            kernel(segments_of).record_indirect(
                 &mut pass,
                 &opaque.segments,
                 dispatches,
                 segments,
             );
             let resolve = &opaque.resolve;
-            kernel(V::ResolveOpaque).record_indirect(&mut pass, resolve, dispatches, merged);
+            kernel(resolve_of).record_indirect(&mut pass, resolve, dispatches, merged);
         }
 
         let tiny = Some(V::AccumulateTiny);
@@ -390,6 +395,16 @@ impl<'a> Shared<'a> {
     }
 }
 
+/// Tiles, segments, overflow, resolve.
+fn blocking(colored: bool) -> [Variant; 4] {
+    use Variant as V;
+    if colored {
+        [V::ColoredTiles, V::ColoredSegments, V::ColoredOverflow, V::ColoredResolve]
+    } else {
+        [V::OccludeTiles, V::OccludeSegments, V::OccludeOverflow, V::ResolveOpaque]
+    }
+}
+
 impl ClassBatch {
     fn opaque(
         context: &mut Context<'_, '_>,
@@ -398,9 +413,9 @@ impl ClassBatch {
         features: Features,
         views: &Buffer,
     ) -> Self {
-        use Variant as V;
         let device = context.allocator.device;
-        for variant in [V::OccludeTiles, V::OccludeSegments, V::OccludeOverflow, V::ResolveOpaque] {
+        let variants = blocking(maps.colored.is_some());
+        for variant in variants {
             context.kernels.make(device, variant, features);
         }
         let shared = Shared::new(context, &list, views);
@@ -414,22 +429,22 @@ impl ClassBatch {
         };
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
+        let colored = maps.colored.as_ref().map(array_view);
+        let depths = std::iter::once(&opaques).chain(&colored).map(BindingResource::TextureView);
+        let depths: Vec<_> = depths.collect();
         let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
-        to_map.push(texture(&opaques));
-        let resolve = vec![
-            shared.views.clone(),
-            dispatches.clone(),
-            merged_tiles.clone(),
-            tiles.clone(),
-            texture(&opaques),
-        ];
+        to_map.extend_from_slice(&depths);
+        let mut resolve =
+            vec![shared.views.clone(), dispatches.clone(), merged_tiles.clone(), tiles.clone()];
+        resolve.extend(depths);
         let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
+        let [tiles_of, segments_of, overflow_of, resolve_of] = variants;
         let (tiles, segments, overflow, resolve) = (
-            bind(V::OccludeTiles, to_map),
-            bind(V::OccludeSegments, shared.summed(to_sums)),
-            bind(V::OccludeOverflow, shared.summed(rest)),
-            bind(V::ResolveOpaque, shared.summed(resolve)),
+            bind(tiles_of, to_map),
+            bind(segments_of, shared.summed(to_sums)),
+            bind(overflow_of, shared.summed(rest)),
+            bind(resolve_of, shared.summed(resolve)),
         );
         Self { list, features, tiny: None, overflow, tiles, segments, resolve }
     }

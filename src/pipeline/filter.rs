@@ -2,7 +2,7 @@
 use super::{batch::Plan, kernels::Kernels, list::view_array, maps::Maps};
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline, array_view},
+    gpu::{Allocator, Kernel, Timeline, array_view},
     stage::filter::{FilterParams, GROUP_SIZE},
     view::{GpuView, MAX_VIEWS},
 };
@@ -13,6 +13,18 @@ use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages
 #[derive(Debug)]
 pub(super) struct Filter {
     passes: Vec<Pass>,
+    colored: bool,
+}
+
+impl Filter {
+    /// Rows and columns.
+    fn kernels(kernels: &Kernels, colored: bool) -> [&Kernel; 2] {
+        if colored {
+            [&kernels.colored_rows, &kernels.colored_columns]
+        } else {
+            [&kernels.filter_rows, &kernels.filter_columns]
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -36,6 +48,11 @@ impl Filter {
         let soft = maps.softened(allocator)?;
         let like = maps.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
+        let colored = maps.colored.is_some();
+        let [rows_kernel, columns_kernel] = Self::kernels(kernels, colored);
+        // Of each view two layers where there are channels.
+        let layers = size[2] * if colored { 2 } else { 1 };
+        let size = [size[0], size[1], layers];
         let rows =
             allocator.texture("filter_rows", Rgba32Float, size, TextureUsages::STORAGE_BINDING)?;
         let params = allocator.uniform::<FilterParams>("filter_params");
@@ -45,6 +62,7 @@ impl Filter {
             [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
         let [soft_filters, soft_nearests, soft_opaques] =
             [&soft.filters, &soft.nearests, &soft.opaques].map(array_view);
+        let blocked = array_view(maps.colored.as_ref().unwrap_or(&maps.opaques));
         let rows = array_view(&rows);
         let texture = BindingResource::TextureView;
         let passes = plans
@@ -56,11 +74,11 @@ impl Filter {
                 let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
                 let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));
                 Pass {
-                    rows: kernels.filter_rows.bind(
+                    rows: rows_kernel.bind(
                         device,
-                        &[params.clone(), views.clone(), texture(&opaques), texture(&rows)],
+                        &[params.clone(), views.clone(), texture(&blocked), texture(&rows)],
                     ),
-                    columns: kernels.filter_columns.bind(
+                    columns: columns_kernel.bind(
                         device,
                         &[
                             params,
@@ -78,7 +96,7 @@ impl Filter {
                 }
             })
             .collect();
-        Ok((soft, Self { passes }))
+        Ok((soft, Self { passes, colored }))
     }
 
     pub(super) fn record(
@@ -87,10 +105,11 @@ impl Filter {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
+        let [rows_kernel, columns_kernel] = Self::kernels(kernels, self.colored);
         for Pass { rows, columns, groups } in &self.passes {
             let mut pass = timeline.pass(encoder, "filter");
-            kernels.filter_rows.record(&mut pass, rows, *groups);
-            kernels.filter_columns.record(&mut pass, columns, *groups);
+            rows_kernel.record(&mut pass, rows, *groups);
+            columns_kernel.record(&mut pass, columns, *groups);
         }
     }
 }

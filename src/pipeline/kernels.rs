@@ -3,7 +3,7 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, bin, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
+        accumulate, bin, colored, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
     },
 };
 use std::collections::HashMap;
@@ -14,6 +14,10 @@ pub(crate) enum Variant {
     OccludeTiles,
     OccludeSegments,
     OccludeOverflow,
+    ColoredTiles,
+    ColoredSegments,
+    ColoredOverflow,
+    ColoredResolve,
     AccumulateTiles,
     AccumulateSegments,
     AccumulateTiny,
@@ -35,6 +39,10 @@ impl Variant {
             Self::OccludeTiles => &occlude::TILES,
             Self::OccludeSegments => &occlude::SEGMENTS,
             Self::OccludeOverflow => &occlude::OVERFLOW,
+            Self::ColoredTiles => &colored::TILES,
+            Self::ColoredSegments => &colored::SEGMENTS,
+            Self::ColoredOverflow => &colored::OVERFLOW,
+            Self::ColoredResolve => &colored::RESOLVE,
             Self::AccumulateTiles => &accumulate::TILES,
             Self::AccumulateSegments => &accumulate::SEGMENTS,
             Self::AccumulateTiny => &accumulate::TINY,
@@ -66,6 +74,8 @@ pub struct Kernels {
     pub(crate) bin_dispatch: Kernel,
     pub(crate) filter_rows: Kernel,
     pub(crate) filter_columns: Kernel,
+    pub(crate) colored_rows: Kernel,
+    pub(crate) colored_columns: Kernel,
     variants: HashMap<(Variant, Features), Kernel>,
 }
 
@@ -85,6 +95,8 @@ impl Kernels {
             bin_dispatch: kernel(&bin::DISPATCH),
             filter_rows: kernel(&filter::ROWS),
             filter_columns: kernel(&filter::COLUMNS),
+            colored_rows: kernel(&colored::ROWS),
+            colored_columns: kernel(&colored::COLUMNS),
             variants: HashMap::new(),
         }
     }

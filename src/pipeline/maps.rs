@@ -6,7 +6,7 @@ use crate::{
 };
 use glam::UVec2;
 use wgpu::{
-    TextureFormat::{R32Float, Rgba16Float},
+    TextureFormat::{R32Float, Rgba16Float, Rgba32Float},
     TextureUsages,
 };
 
@@ -27,6 +27,8 @@ pub struct Maps {
     pub nearests: wgpu::Texture,
     /// `Z`, r32float.
     pub opaques: wgpu::Texture,
+    /// `Z` by channel, rgba32float, where dithering is coloured; `opaques` is the last of them.
+    pub colored: Option<wgpu::Texture>,
     /// Of each view.
     pub places: Vec<MapPlace>,
 }
@@ -36,6 +38,7 @@ impl Maps {
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         views: &[View],
+        colored: bool,
     ) -> Result<Self, Error> {
         // Whole tiles, so that no workgroup writes into a neighbour's map.
         let largest = views
@@ -48,10 +51,18 @@ impl Maps {
         let opaques =
             allocator.texture("opaques", R32Float, size, usage | TextureUsages::COPY_DST)?;
         fill(queue, &opaques, 1.0);
+        let usage_of_colored = usage | TextureUsages::COPY_DST;
+        let colored = colored
+            .then(|| allocator.texture("colored", Rgba32Float, size, usage_of_colored))
+            .transpose()?;
+        if let Some(colored) = &colored {
+            fill(queue, colored, [1.0_f32; 4]);
+        }
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
             opaques,
+            colored,
             places,
         })
     }
@@ -67,13 +78,14 @@ impl Maps {
             filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
+            colored: None,
             places: self.places.clone(),
         })
     }
 }
 
-/// Every texel of an r32float array.
-fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
+/// Every texel of an array.
+fn fill<T: bytemuck::NoUninit>(queue: &wgpu::Queue, texture: &wgpu::Texture, value: T) {
     let size = texture.size();
     let layer = vec![value; (size.width * size.height) as usize];
     for z in 0..size.depth_or_array_layers {
@@ -85,7 +97,7 @@ fn fill(queue: &wgpu::Queue, texture: &wgpu::Texture, value: f32) {
             bytemuck::cast_slice(&layer),
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(size.width * 4),
+                bytes_per_row: Some(size.width * size_of::<T>() as u32),
                 rows_per_image: None,
             },
             wgpu::Extent3d { depth_or_array_layers: 1, ..size },

@@ -38,6 +38,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Whether dithered casters block each channel by a threshold of its own.
+    pub colored: bool,
 }
 
 impl Config {
@@ -48,6 +50,7 @@ impl Config {
             pair_budget: 1 << 24,
             scatter_tiny: true,
             soften: false,
+            colored: false,
         }
     }
 }
@@ -89,6 +92,11 @@ impl Pipeline {
         self.config.soften = soften;
     }
 
+    /// For the next `prepare`.
+    pub fn set_colored(&mut self, colored: bool) {
+        self.config.colored = colored;
+    }
+
     pub fn kernels(&mut self) -> &mut Kernels {
         &mut self.kernels
     }
@@ -105,7 +113,8 @@ impl Pipeline {
     ) -> Result<Prepared, Error> {
         let mut memory = casters.memory.clone();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, queue, views)?;
+        let colored = self.config.colored && casters.dither_window > 0;
+        let maps = Maps::new(&mut allocator, queue, views, colored)?;
         let plans = batch::plan(views, casters, &maps)?;
         let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
         let mut batches = Vec::with_capacity(plans.len());

@@ -113,7 +113,7 @@ impl Pipeline {
                 footprint_count: clear_plan.footprint_count,
                 bias: scene.shadow.bias,
                 normal_bias: scene.shadow.normal_bias,
-                pad_0: 0,
+                colored: u32::from(maps.colored.is_some()),
                 pad_1: 0,
             },
         );
@@ -146,8 +146,8 @@ impl Pipeline {
         let texture = BindingResource::TextureView;
         let [caster_view, triangle_view] = [view(&casters.casters), view(&casters.triangles)];
         let images = array_view(&casters.images);
-        let [filters, nearests, opaques] =
-            [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
+        let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
+        let [filters, nearests, opaques] = [&maps.filters, &maps.nearests, blocking].map(array_view);
         let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
         let whole = Buffer::as_entire_binding;
         let uniforms = [

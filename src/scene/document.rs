@@ -79,6 +79,7 @@ pub(super) struct ShadowTable {
     pub normal_bias: Option<f32>,
     pub pair_budget: Option<u32>,
     pub soften: Option<bool>,
+    pub colored: Option<bool>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

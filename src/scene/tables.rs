@@ -79,7 +79,7 @@ pub(super) fn shadow(
     table: &Spanned<ShadowTable>,
 ) -> Result<ShadowSettings, SceneError> {
     let check = Table { source, table };
-    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget, soften } =
+    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget, soften, colored } =
         table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
@@ -103,6 +103,7 @@ pub(super) fn shadow(
         normal_bias: not_negative("normal_bias", normal_bias.unwrap_or(usual.normal_bias))?,
         pair_budget,
         soften: soften.unwrap_or(usual.soften),
+        colored: colored.unwrap_or(usual.colored),
     })
 }
 

@@ -1,6 +1,7 @@
 //! The pipeline, stage by stage, in dispatch order.
 pub mod accumulate;
 pub mod bin;
+pub mod colored;
 pub mod filter;
 pub mod hits;
 pub mod occlude;
@@ -27,6 +28,8 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &bin::DISPATCH,
     &filter::ROWS,
     &filter::COLUMNS,
+    &colored::ROWS,
+    &colored::COLUMNS,
     &shade::CASTERS_LIT,
     &shade::SEEN[0],
     &shade::SURFACES[0],
@@ -43,6 +46,10 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::DISC_SEGMENTS[0],
     &resolve::TILES[0],
     &resolve::OPAQUE[0],
+    &colored::TILES[0],
+    &colored::SEGMENTS[0],
+    &colored::OVERFLOW[0],
+    &colored::RESOLVE[0],
     &occlude::TILES[1],
     &occlude::SEGMENTS[1],
     &occlude::OVERFLOW[1],
@@ -54,6 +61,10 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::DISC_SEGMENTS[1],
     &resolve::TILES[1],
     &resolve::OPAQUE[1],
+    &colored::TILES[1],
+    &colored::SEGMENTS[1],
+    &colored::OVERFLOW[1],
+    &colored::RESOLVE[1],
     &shade::SEEN[1],
     &shade::SURFACES[1],
     &shade::LAYERS[1],

@@ -361,7 +361,8 @@ pub struct PictureParams {
     pub bias: f32,
     /// [texels]
     pub normal_bias: f32,
-    pub pad_0: u32,
+    /// 1 where opaque depths are by channel.
+    pub colored: u32,
     pub pad_1: u32,
 }
 crate::gpu_layout!(PictureParams {
@@ -372,6 +373,6 @@ crate::gpu_layout!(PictureParams {
     footprint_count,
     bias,
     normal_bias,
-    pad_0,
+    colored,
     pad_1
 });

@@ -27,6 +27,6 @@ struct PictureParams {
     footprint_count: u32,
     bias: f32,        // [m]
     normal_bias: f32, // [texels]
-    pad_0: u32,
+    colored: u32,     // 1 where opaque depths are by channel
     pad_1: u32,
 }
