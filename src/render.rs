@@ -63,6 +63,14 @@ impl Renderer {
         }
     }
 
+    /// Whether particles of at most 2x2 texels skip sort and bin; what is usual depends on the
+    /// adapter ([`Config::scatter_tiny`]). The CPU twin has one path only.
+    pub fn set_scatter_tiny(&mut self, scatter: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.pipeline.set_scatter_tiny(scatter);
+        }
+    }
+
     /// One frame. The views' maps are read back only with `maps`.
     pub fn render(&mut self, scene: &Scene, maps: bool) -> Result<Frame, Error> {
         match &mut self.engine {

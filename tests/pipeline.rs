@@ -1,6 +1,6 @@
 //! The kernels against the twin, and what must hold of a whole frame on the GPU.
 use crate::common::{
-    TIERS, render,
+    TIERS, render, render_tiny,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
@@ -186,6 +186,22 @@ fn overflow_costs_no_light() {
             maps.iter().map(|view| view.opaque.clone()).collect()
         };
         assert_eq!(depths(&whole.maps), depths(&scattered.maps));
+    }
+}
+
+#[test]
+fn tiny_particles_give_one_map_on_both_paths() {
+    let mut scene = mixture(1000);
+    for particle in &mut scene.particles {
+        particle.radius *= 0.02;
+    }
+    for tier in TIERS {
+        let scattered = render_tiny(tier, &scene, true);
+        let tiled = render_tiny(tier, &scene, false);
+        assert!(scattered.counters.scattered > 1000, "{:?}", scattered.counters);
+        assert_eq!(tiled.counters.scattered, 0);
+        let apart = largest_apart(&scattered.maps, &tiled.maps);
+        assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
     }
 }
 

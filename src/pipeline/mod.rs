@@ -34,7 +34,8 @@ pub struct Config {
     pub sort: sort::Shape,
     /// Pairs that one batch may hold; what does not fit takes the scatter path.
     pub pair_budget: u32,
-    /// Whether particles of at most 2x2 texels skip sort and bin.
+    /// Whether particles of at most 2x2 texels skip sort and bin. Off on software adapters, whose
+    /// atomics cost more than their sort.
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
@@ -48,7 +49,7 @@ impl Config {
             tier,
             sort: sort::Shape::of(adapter),
             pair_budget: 1 << 24,
-            scatter_tiny: true,
+            scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
             colored: false,
         }
@@ -85,6 +86,11 @@ impl Pipeline {
     /// For the next `prepare`.
     pub fn set_pair_budget(&mut self, pairs: u32) {
         self.config.pair_budget = pairs;
+    }
+
+    /// For the next `prepare`.
+    pub fn set_scatter_tiny(&mut self, scatter: bool) {
+        self.config.scatter_tiny = scatter;
     }
 
     /// For the next `prepare`.

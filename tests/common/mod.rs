@@ -17,8 +17,14 @@ pub(crate) fn gpu() -> Gpu {
     Gpu::headless().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A frame with its maps. The tier's device and kernels are made once and shared by all tests.
+/// A frame with its maps; tiny particles take the scatter path, as on a GPU.
 pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
+    render_tiny(tier, scene, true)
+}
+
+/// A frame with its maps; tiny particles take the scatter path or not. The tier's device and
+/// kernels are made once and shared by all tests.
+pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
     static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
     let renderer = RENDERERS[tier as usize].get_or_init(|| {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
@@ -27,6 +33,7 @@ pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
         Mutex::new(Renderer::on(gpu))
     });
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
+    renderer.set_scatter_tiny(scatter);
     renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
 }
 
