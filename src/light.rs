@@ -30,6 +30,8 @@ pub struct Light {
     pub casts: bool,
     /// Of a directional light, 1..=6.
     pub cascades: u32,
+    /// Whether the air scatters its light, where the scene has any.
+    pub shafts: bool,
 }
 
 impl Light {

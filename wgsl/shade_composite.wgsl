@@ -21,6 +21,7 @@
 @group(0) @binding(16) var opaques: texture_2d_array<f32>;
 @group(0) @binding(17) var surfaces: texture_2d<f32>;
 @group(0) @binding(18) var lit: texture_2d<f32>;
+@group(0) @binding(19) var air: texture_2d_array<f32>;
 
 @compute @workgroup_size(LANES)
 fn shade_composite(

@@ -19,6 +19,7 @@
 @group(0) @binding(14) var nearests: texture_2d_array<f32>;
 @group(0) @binding(15) var opaques: texture_2d_array<f32>;
 @group(0) @binding(16) var surfaces: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(17) var air: texture_2d_array<f32>;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
     if HAS_TRIANGLES && (id & TRIANGLE_BIT) != 0u {
@@ -79,6 +80,10 @@ fn shade_surfaces(
             var color = sky(normalize(world_point(view, at, 1.0) - eye()));
             if nearest[i] < 1.0 {
                 color = shade(view, at, nearest[i], seen[i], setup_of[i]);
+            }
+            if params.air_slices > 0u {
+                let before = air_at(at, nearest[i]);
+                color = color * before.a + before.rgb;
             }
             textureStore(surfaces, pixel + vec2(0u, i), vec4(color, nearest[i]));
         }

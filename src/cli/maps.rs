@@ -162,6 +162,7 @@ mod tests {
             size: None,
             casts: true,
             cascades: 1,
+            shafts: true,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The reference: each stage again, plainly, on the CPU.
 pub mod accumulate;
+pub mod air;
 pub mod bin;
 pub mod caster_hit;
 pub mod colored;

@@ -1,5 +1,6 @@
 //! Twin of `wgsl/common/receive.wgsl`, `shading.wgsl`, `sheet.wgsl` and `tone.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
+use super::air::phase;
 use super::receive::{MapTexel, light_by_channel, receive};
 use crate::{
     frame::ViewMaps,
@@ -42,6 +43,23 @@ pub struct Surface {
     pub roughness: f32,
     /// How far what is in the map may lie off the point [m].
     pub reach: f32,
+}
+
+/// How much is mirrored: all of what reflects by itself, of the rest what shines like glass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    pub reflectivity: f32,
+    /// 1 of glass, 0 of what is not there.
+    pub polish: f32,
+}
+
+impl Gloss {
+    const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
+
+    /// `cosine` of the angle between the eye and the normal.
+    pub fn mirrored(self, cosine: f32) -> f32 {
+        self.reflectivity + (1.0 - self.reflectivity) * self.polish * fresnel(cosine)
+    }
 }
 
 /// What a pane scatters and what it mirrors of the lights.
@@ -134,7 +152,7 @@ impl<'a> Lighting<'a> {
             if cosine > 0.0 && surface.face.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any() {
                 let bias = self.bias + surface.reach;
                 let passed = self.shadow(light, surface.point, surface.face, toward, bias);
-                let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
+                let shine = highlight(surface, toward, Gloss::SOLID);
                 sum += color * passed * (cosine * (surface.albedo * FRAC_1_PI + shine));
             }
         }
@@ -142,7 +160,7 @@ impl<'a> Lighting<'a> {
     }
 
     /// A thin sheet, lit from both sides.
-    pub fn light_sheet(&self, surface: &Surface) -> Lit {
+    pub fn light_sheet(&self, surface: &Surface, gloss: Gloss) -> Lit {
         let mut lit = Lit { diffuse: self.ambient_light(surface.normal), shine: Vec3::ZERO };
         for light in &self.lights {
             let (toward, color) = incoming(light, surface.point);
@@ -151,11 +169,24 @@ impl<'a> Lighting<'a> {
             let passed = color * self.shadow(light, surface.point, side, toward, self.bias);
             lit.diffuse += passed * (cosine.abs() * FRAC_1_PI);
             if cosine > 0.0 {
-                let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
+                let shine = highlight(surface, toward, gloss);
                 lit.shine += passed * (cosine * shine);
             }
         }
         lit
+    }
+
+    /// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
+    pub fn scattered(&self, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
+        let mut sum = self.ambient;
+        for light in self.lights.iter().filter(|light| light.shafts != 0) {
+            let (toward, color) = incoming(light, point);
+            if color.cmpgt(Vec3::ZERO).any() {
+                let passed = self.shadow(light, point, Vec3::ZERO, toward, self.bias);
+                sum += color * passed * phase(toward.dot(ray), anisotropy);
+            }
+        }
+        sum
     }
 
     /// A particle of colour 1, by the light at its middle.
@@ -205,17 +236,18 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
 }
 
 /// Schlick 1994, of glass and most that is no metal.
-pub fn fresnel(cosine: f32) -> f32 {
+fn fresnel(cosine: f32) -> f32 {
     0.04 + 0.96 * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
 /// Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.
-fn highlight(normal: Vec3, toward: Vec3, to_eye: Vec3, roughness: f32) -> f32 {
+fn highlight(surface: &Surface, toward: Vec3, gloss: Gloss) -> f32 {
+    let Surface { normal, to_eye, roughness, .. } = *surface;
     let middle = (toward + to_eye).normalize();
     let width = (roughness * roughness).max(0.04);
     let exponent = 2.0 / (width * width) - 1.0;
     let lobe = normal.dot(middle).max(1e-6).powf(exponent);
-    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * fresnel(to_eye.dot(middle))
+    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle))
 }
 
 /// World space, of a point of the camera's map at light depth `depth`.

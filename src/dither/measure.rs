@@ -207,3 +207,30 @@ pub fn colored_error(pattern: Pattern) -> ShadowError {
     let soft = light(&maps(&scene, Vec2::ZERO));
     ShadowError { dithered: rms(&hard, &exact), softened: rms(&soft, &exact) }
 }
+
+/// Edge of the map of the cost table [texels]; a texel is a metre wide.
+pub const COST_SIZE: u32 = 512;
+
+/// What is duplicated: so clear that no texel is ever settled, and every caster is walked.
+pub fn duplicated() -> Material {
+    Material {
+        profile: Profile::Flat,
+        tint: Vec4::new(1.0, 1.0, 1.0, 1.0 / 512.0),
+        ..dithered(Pattern::default())
+    }
+}
+
+/// One disc of 80 texels radius, again and again, one behind the other. All in the same tiles: the
+/// first caster of a tile costs more than those that follow.
+pub fn duplicates(count: u32) -> Vec<Particle> {
+    (0..count)
+        .map(|id| Particle {
+            center: Vec3::new(0.3, 0.1, -1.0 - 8.0 * id as f32 / count as f32),
+            radius: 80.0,
+            color: Vec4::ONE,
+            rotation: 0.0,
+            material: 0,
+            id,
+        })
+        .collect()
+}

@@ -3,7 +3,7 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, bin, colored, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
+        accumulate, air, bin, colored, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
     },
 };
 use std::collections::HashMap;
@@ -72,6 +72,8 @@ pub struct Kernels {
     pub(crate) bin_ranges: Kernel,
     pub(crate) bin_segments: Kernel,
     pub(crate) bin_dispatch: Kernel,
+    pub(crate) air_scatter: Kernel,
+    pub(crate) air_sum: Kernel,
     pub(crate) filter_rows: Kernel,
     pub(crate) filter_columns: Kernel,
     pub(crate) colored_rows: Kernel,
@@ -93,6 +95,8 @@ impl Kernels {
             bin_ranges: kernel(&bin::RANGES),
             bin_segments: kernel(&bin::SEGMENTS),
             bin_dispatch: kernel(&bin::DISPATCH),
+            air_scatter: kernel(&air::SCATTER),
+            air_sum: kernel(&air::SUM),
             filter_rows: kernel(&filter::ROWS),
             filter_columns: kernel(&filter::COLUMNS),
             colored_rows: kernel(&colored::ROWS),

@@ -2,6 +2,7 @@
 //!
 //! A guest in its host's renderer: [`Pipeline::prepare`] uploads and allocates,
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
+mod air;
 mod batch;
 mod casters;
 mod filter;

@@ -1,5 +1,6 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
 use super::{
+    air::PreparedAir,
     CasterSet, Maps, Pipeline,
     batch::{Context, Plan},
     kernels::{Kernels, Variant},
@@ -38,6 +39,7 @@ pub struct PreparedPicture {
     composite: BindGroup,
     clear_count: u32,
     pixels: Buffer,
+    air: Option<PreparedAir>,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -114,7 +116,7 @@ impl Pipeline {
                 bias: scene.shadow.bias,
                 normal_bias: scene.shadow.normal_bias,
                 colored: u32::from(maps.colored.is_some()),
-                pad_1: 0,
+                air_slices: scene.air.map_or(0, |air| air.steps),
             },
         );
         let padded = (camera.tiles() * TILE_SIZE).as_u64vec2();
@@ -169,7 +171,19 @@ impl Pipeline {
         };
         let shadows = [texture(&filters), texture(&nearests), texture(&opaques)];
         let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
-        let over = [texture(&surface_view), texture(&lit_view)];
+        let air = PreparedAir::new(
+            context.allocator,
+            queue,
+            kernels,
+            scene,
+            [&uniforms[0], &uniforms[2], &uniforms[3], &uniforms[4]],
+            &shadows,
+        )?;
+        let clear_air = array_view(&air.0);
+        let (surface, lit, air_binding) =
+            (texture(&surface_view), texture(&lit_view), texture(&clear_air));
+        let over_solid = [surface.clone(), air_binding.clone()];
+        let over_clear = [surface, lit.clone(), air_binding];
         let bind = |variant, features, resources: &[&[BindingResource<'_>]]| {
             kernels.get(variant, features).bind(device, &resources.concat())
         };
@@ -183,7 +197,7 @@ impl Pipeline {
                 &[whole(&scratch.tiles), whole(&partials)],
                 &hits(&solid),
                 &lit_by,
-                &over[..1],
+                &over_solid,
             ],
         );
         let lit_casters = bind(
@@ -193,13 +207,13 @@ impl Pipeline {
                 &uniforms[2..],
                 &[texture(&scratch.footprints), texture(&scratch.rects), texture(&caster_view)],
                 &shadows,
-                &over[1..],
+                &[lit],
             ],
         );
         let layers = bind(
             Variant::ShadeLayers,
             clear_features,
-            &[&uniforms, &by_segment, &hits(&clear), &lit_by, &over],
+            &[&uniforms, &by_segment, &hits(&clear), &lit_by, &over_clear],
         );
         let composite = bind(
             Variant::ShadeComposite,
@@ -209,7 +223,7 @@ impl Pipeline {
                 &[whole(&scratch.tiles), whole(&partials), whole(&pixels)],
                 &hits(&clear),
                 &lit_by,
-                &over,
+                &over_clear,
             ],
         );
         Ok(PreparedPicture {
@@ -227,6 +241,7 @@ impl Pipeline {
             composite,
             clear_count: clear_plan.footprint_count,
             pixels,
+            air: air.1,
             memory,
         })
     }
@@ -245,6 +260,9 @@ impl PreparedPicture {
         let segments = Dispatch::Segment.offset();
         let solid = |variant| kernels.get(variant, self.solid_features);
         let clear = |variant| kernels.get(variant, self.clear_features);
+        if let Some(air) = &self.air {
+            air.record(kernels, encoder, timeline);
+        }
         self.record_list(&self.solid, kernels, encoder, timeline);
         let mut pass = timeline.pass(encoder, "shade");
         let seen = solid(Variant::ShadeSeen);

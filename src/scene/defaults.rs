@@ -27,6 +27,7 @@ pub(super) fn empty_scene() -> Scene {
         triangles: Vec::new(),
         ambient: Vec3::new(0.18, 0.20, 0.24),
         background: Vec3::new(0.52, 0.62, 0.75),
+        air: None,
         skipped: Skipped::new(),
     }
 }
@@ -58,6 +59,7 @@ pub(super) fn sun() -> Light {
         size: None,
         casts: true,
         cascades: 1,
+        shafts: true,
     }
 }
 

@@ -41,6 +41,7 @@ pub(super) struct Document {
     #[serde(default)]
     pub shadow: Option<Spanned<ShadowTable>>,
     pub environment: Option<Spanned<EnvironmentTable>>,
+    pub air: Option<Spanned<AirTable>>,
     #[serde(default)]
     pub light: Vec<Spanned<LightTable>>,
     #[serde(default)]
@@ -91,6 +92,17 @@ pub(super) struct EnvironmentTable {
     pub background: Option<[f32; 3]>,
 }
 
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AirTable {
+    /// [1/m]
+    pub density: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub albedo: Option<[f32; 3]>,
+    pub anisotropy: Option<f32>,
+    pub steps: Option<u32>,
+}
+
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum KindOfLight {
@@ -114,6 +126,7 @@ pub(super) struct LightTable {
     pub color: Option<[f32; 3]>,
     pub intensity: Option<f32>,
     pub cascades: Option<u32>,
+    pub shafts: Option<bool>,
     pub near: Option<f32>,
     pub far: Option<f32>,
     pub size: Option<u32>,

@@ -136,6 +136,7 @@ fn light(
         size: None,
         casts: true,
         cascades: 1,
+        shafts: true,
     })
 }
 

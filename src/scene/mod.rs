@@ -27,7 +27,7 @@ use crate::{
     caster::{Material, Particle, Texture, Triangle},
     counters::Skipped,
     light::Light,
-    settings::ShadowSettings,
+    settings::{Air, ShadowSettings},
 };
 use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;
@@ -63,6 +63,8 @@ pub struct Scene {
     pub ambient: Vec3,
     /// What the camera sees where there is nothing: linear rgb.
     pub background: Vec3,
+    /// What scatters light on its way to the eye; `None` where it is clear.
+    pub air: Option<Air>,
     /// Inputs left out, by reason.
     pub skipped: Skipped,
 }

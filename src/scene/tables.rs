@@ -1,7 +1,7 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable, TextureSource},
+    document::{AirTable, CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable, TextureSource},
     noise::Noise,
     source::Source,
 };
@@ -9,7 +9,7 @@ use crate::{
     caster::Material,
     dither::MAX_SCALE,
     light::{Light, LightKind},
-    settings::{MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    settings::{Air, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
 };
 use glam::{UVec2, Vec3, Vec4};
 use toml::Spanned;
@@ -105,6 +105,31 @@ pub(super) fn shadow(
         soften: soften.unwrap_or(usual.soften),
         colored: colored.unwrap_or(usual.colored),
     })
+}
+
+/// `None` where the density is 0.
+pub(super) fn air(
+    source: &Source<'_>,
+    table: &Spanned<AirTable>,
+) -> Result<Option<Air>, SceneError> {
+    let check = Table { source, table };
+    let AirTable { density, albedo, anisotropy, steps } = table.get_ref();
+    let usual = Air::default();
+    let albedo = albedo.unwrap_or(usual.albedo.to_array());
+    for v in albedo {
+        check.share("albedo", v)?;
+    }
+    let density = density.unwrap_or(usual.density);
+    let density = check.number("density", density, |v| (0.0..=1e3).contains(&v), "0 to 1000")?;
+    let g = anisotropy.unwrap_or(usual.anisotropy);
+    let within = |v: f32| v.abs() <= 0.95;
+    let anisotropy = check.number("anisotropy", g, within, "from -0.95 to 0.95")?;
+    let steps = steps.unwrap_or(usual.steps);
+    if !(1..=MAX_AIR_STEPS).contains(&steps) {
+        let help = format!("1 to {MAX_AIR_STEPS} steps");
+        return Err(check.fault("steps", format!("steps is {steps}"), &help));
+    }
+    Ok((density > 0.0).then_some(Air { density, albedo: albedo.into(), anisotropy, steps }))
 }
 
 /// `base` fills what the table leaves out; without it the eye is where `bounds` fill the picture.
@@ -230,6 +255,7 @@ pub(super) fn light(
         size: light.size.map(|size| check.map_size(size)).transpose()?,
         casts: light.casts.unwrap_or(true),
         cascades,
+        shafts: light.shafts.unwrap_or(true),
     })
 }
 

@@ -1,5 +1,6 @@
 //! The pipeline, stage by stage, in dispatch order.
 pub mod accumulate;
+pub mod air;
 pub mod bin;
 pub mod colored;
 pub mod filter;
@@ -30,6 +31,8 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &filter::COLUMNS,
     &colored::ROWS,
     &colored::COLUMNS,
+    &air::SCATTER,
+    &air::SUM,
     &shade::CASTERS_LIT,
     &shade::SEEN[0],
     &shade::SURFACES[0],

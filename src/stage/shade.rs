@@ -27,12 +27,13 @@ pub const MAX_SHADOW_VIEWS: usize = 512;
 /// Invocations of a workgroup of [`CASTERS_LIT`].
 pub const CASTER_LANES: u32 = 64;
 
-const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
-const LIGHTS: Binding = Binding::uniform::<[GpuLight; MAX_LIGHTS]>("lights");
-const SHADOW_VIEWS: Binding = Binding::uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
+pub(super) const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
+pub(super) const LIGHTS: Binding = Binding::uniform::<[GpuLight; MAX_LIGHTS]>("lights");
+pub(super) const SHADOW_VIEWS: Binding = Binding::uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
+const AIR: Binding = Binding::texture("air", FLOAT).array();
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
-const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
-const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
+pub(super) const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
+pub(super) const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
 
 macro_rules! seen {
     ($tier:ident, $walk:literal) => {
@@ -106,6 +107,7 @@ macro_rules! surfaces {
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
+                "common/air.wgsl",
                 "shade_surfaces.wgsl"
             ],
             bindings: &[
@@ -126,6 +128,7 @@ macro_rules! surfaces {
                 NEARESTS,
                 OPAQUES,
                 Binding::texture_write("surfaces", Rgba32Float),
+                AIR,
             ],
             constants: &[
                 ("HAS_PARTICLES", 1.0),
@@ -158,6 +161,7 @@ macro_rules! layers {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
+                "common/air.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -188,6 +192,7 @@ macro_rules! layers {
                 OPAQUES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
+                AIR,
             ],
             constants: &[
                 ("HAS_PARTICLES", 1.0),
@@ -219,6 +224,7 @@ macro_rules! composite {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
+                "common/air.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
@@ -250,6 +256,7 @@ macro_rules! composite {
                 OPAQUES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
+                AIR,
             ],
             constants: &[
                 ("HAS_PARTICLES", 1.0),
@@ -307,8 +314,9 @@ pub struct GpuLight {
     /// Cosines of half the angle of a spot: where its light ends, and where it begins to fade.
     pub cone_outer: f32,
     pub cone_inner: f32,
+    /// 1 where the air scatters its light.
+    pub shafts: u32,
     pub pad_0: u32,
-    pub pad_1: u32,
 }
 crate::gpu_layout!(GpuLight {
     position,
@@ -319,8 +327,8 @@ crate::gpu_layout!(GpuLight {
     view_count,
     cone_outer,
     cone_inner,
-    pad_0,
-    pad_1
+    shafts,
+    pad_0
 });
 
 impl GpuLight {
@@ -341,8 +349,8 @@ impl GpuLight {
             view_count: views.iter().filter(|view| own(view)).count() as u32,
             cone_outer: (angle * 0.5).cos(),
             cone_inner: (angle * 0.5 * 0.85).cos(),
+            shafts: u32::from(light.shafts),
             pad_0: 0,
-            pad_1: 0,
         }
     }
 }
@@ -363,7 +371,8 @@ pub struct PictureParams {
     pub normal_bias: f32,
     /// 1 where opaque depths are by channel.
     pub colored: u32,
-    pub pad_1: u32,
+    /// 0: the air is clear.
+    pub air_slices: u32,
 }
 crate::gpu_layout!(PictureParams {
     world_from_view,
@@ -374,5 +383,5 @@ crate::gpu_layout!(PictureParams {
     bias,
     normal_bias,
     colored,
-    pad_1
+    air_slices
 });

@@ -65,6 +65,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         triangles: Vec::new(),
         ambient: Vec3::ZERO,
         background: Vec3::ZERO,
+        air: None,
         skipped: Default::default(),
     }
 }
@@ -80,6 +81,7 @@ pub(crate) fn light(kind: LightKind) -> Light {
         size: None,
         casts: true,
         cascades: 1,
+        shafts: true,
     }
 }
 

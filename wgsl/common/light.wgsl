@@ -9,8 +9,8 @@ struct GpuLight {
     view_count: u32,      // 0: casts no shadow
     cone_outer: f32,      // cosines of half the angle of a spot
     cone_inner: f32,
+    shafts: u32,          // 1 where the air scatters its light
     pad_0: u32,
-    pad_1: u32,
 }
 
 const LIGHT_DIRECTIONAL: u32 = 0u;
@@ -28,5 +28,5 @@ struct PictureParams {
     bias: f32,        // [m]
     normal_bias: f32, // [texels]
     colored: u32,     // 1 where opaque depths are by channel
-    pad_1: u32,
+    air_slices: u32,  // 0: the air is clear
 }
