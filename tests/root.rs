@@ -1,4 +1,5 @@
 //! One test binary: wgpu is linked once, helpers are shared.
+mod air;
 mod bench;
 mod bin;
 mod brute_force;

@@ -10,6 +10,7 @@ mod gltf_mesh;
 mod gltf_texture;
 mod load;
 pub mod noise;
+mod painted;
 mod particles;
 mod ply;
 mod shapes;

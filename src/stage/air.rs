@@ -89,4 +89,4 @@ impl AirParams {
 }
 
 /// Of a slice: the edge of a shaft that crosses it is not a step.
-const SAMPLES: u32 = 4;
+const SAMPLES: u32 = 2;
