@@ -122,7 +122,8 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
     let one = fastest(Transfer::Dither, 1)?;
     writeln!(table, "| 1 | {:.2} | {one:.2} | - |", fastest(Transfer::Opaque, 1)?)?;
     for count in COUNTS {
-        let (opaque, dithered) = (fastest(Transfer::Opaque, count)?, fastest(Transfer::Dither, count)?);
+        let (opaque, dithered) =
+            (fastest(Transfer::Opaque, count)?, fastest(Transfer::Dither, count)?);
         let per_caster = (dithered - one) * 1e3 / f64::from(count - 1);
         writeln!(table, "| {count} | {opaque:.2} | {dithered:.2} | {per_caster:.2} |")?;
     }

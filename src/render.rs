@@ -212,7 +212,10 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
             filter: texels().map(rgb).collect(),
             nearest: texels().map(|t| nearests[t]).collect(),
             opaque: texels().map(|t| opaques[t]).collect(),
-            colored: texels().filter_map(|t| colored.get(t)).map(|&[r, g, b, _]| [r, g, b]).collect(),
+            colored: texels()
+                .filter_map(|t| colored.get(t))
+                .map(|&[r, g, b, _]| [r, g, b])
+                .collect(),
         }
     });
     Ok(view_maps.collect())

@@ -62,8 +62,8 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
             let light = (0..3).all(|c| (a.filter[i][c] - b.filter[i][c]).abs() < 2e-3);
             let near = |a: f32, b: f32| (a - b).abs() < 2e-6;
             let depths = near(a.nearest[i], b.nearest[i]) && near(a.opaque[i], b.opaque[i]);
-            let channels = a.colored.is_empty()
-                || (0..3).all(|c| near(a.colored[i][c], b.colored[i][c]));
+            let channels =
+                a.colored.is_empty() || (0..3).all(|c| near(a.colored[i][c], b.colored[i][c]));
             apart += usize::from(!(light && depths && channels));
             count += 1;
         }
@@ -150,8 +150,7 @@ fn each_channel_lets_its_transmittance_through() {
         for channel in 0..3 {
             let open = maps.colored.iter().filter(|z| z[channel] == 1.0).count() as f32;
             let share = open / maps.colored.len() as f32;
-            let exact: f32 =
-                tints.iter().map(|t| 1.0 - t.w * (1.0 - t[channel])).product();
+            let exact: f32 = tints.iter().map(|t| 1.0 - t.w * (1.0 - t[channel])).product();
             // A level of the coarsest pattern, and a map a little larger than what it shows.
             assert!((share - exact).abs() < 0.08, "{pattern:?} {channel}: {share} not {exact}");
         }

@@ -3,8 +3,8 @@ use crate::common::{TIERS, render, scenes::empty};
 use gobo::{
     caster::{Material, Transfer},
     dither::{Pattern, measure},
-    light::{Light, LightKind},
     glam::Vec3,
+    light::{Light, LightKind},
     scene::Scene,
 };
 
@@ -110,9 +110,8 @@ fn duplicates(count: u32, transfer: Transfer) -> Scene {
 /// The last column of the table: microseconds a caster.
 #[test]
 fn stated_time_per_caster_is_flat() {
-    let times = [10, 100, 1_000, 100_000].map(|count: u32| {
-        *row("cost", &count.to_string()).last().expect("a time")
-    });
+    let times = [10, 100, 1_000, 100_000]
+        .map(|count: u32| *row("cost", &count.to_string()).last().expect("a time"));
     let (least, most) = times.iter().fold((f32::MAX, 0.0_f32), |(a, b), t| (a.min(*t), b.max(*t)));
     assert!(least > 0.0 && most / least <= 1.3, "{times:?}");
 }

@@ -5,6 +5,7 @@ use gobo::{
     gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc, Tier},
     stage::{
         KERNELS,
+        air::AirParams,
         bin::{BatchCounters, BinParams, Segment, Tile},
         filter::FilterParams,
         project::{Chunk, ProjectParams},
@@ -30,6 +31,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<BatchCounters>,
     struct_agrees::<Tile>,
     struct_agrees::<Segment>,
+    struct_agrees::<AirParams>,
     struct_agrees::<FilterParams>,
     struct_agrees::<GpuLight>,
     struct_agrees::<PictureParams>,

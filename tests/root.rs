@@ -25,3 +25,4 @@ mod scene;
 mod shade;
 mod shaders;
 mod sort;
+mod textured;

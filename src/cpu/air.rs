@@ -75,7 +75,8 @@ impl AirVolume {
         let along = depth.clamp(0.0, 1.0) * self.slices as f32 - 1.0;
         let slice = along.floor() as i32;
         let layer = |slice: i32| {
-            let texel = |x: u32, y: u32| self.columns[(y * self.size.x + x) as usize][slice as usize];
+            let texel =
+                |x: u32, y: u32| self.columns[(y * self.size.x + x) as usize][slice as usize];
             if slice < 0 {
                 return Vec4::W;
             }

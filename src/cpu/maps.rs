@@ -123,9 +123,9 @@ impl<'a> SceneRecords<'a> {
             casters.map(|i| &footprints[i as usize])
         };
         let tile = |index: usize| Tile::new(&gpu_view, index as u32);
-        let colored = self.colored.then(|| {
-            each(tile_count, |i| occlude_colored(records, &tile(i), blocking(i)))
-        });
+        let colored = self
+            .colored
+            .then(|| each(tile_count, |i| occlude_colored(records, &tile(i), blocking(i))));
         let opaque = match &colored {
             None => each(tile_count, |i| occlude(records, &tile(i), blocking(i))),
             Some(colored) => colored.iter().map(last_depths).collect(),

@@ -1,8 +1,8 @@
 //! Twin of `wgsl/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
 //! shaded instead of summed.
 use super::{
-    air::AirVolume,
     accumulate::SEGMENT,
+    air::AirVolume,
     bin::{Bins, bin},
     caster_hit::{Hit, Records, Target},
     maps::{SceneRecords, ViewCasters, depth_order},
@@ -34,9 +34,10 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let world_from_view = camera.view_from_world.inverse();
     let lighting = Lighting::new(scene, views, maps);
-    let air = scene.air.as_ref().map(|air| {
-        AirVolume::new(&view, &world_from_view, &lighting, &AirParams::new(air))
-    });
+    let air = scene
+        .air
+        .as_ref()
+        .map(|air| AirVolume::new(&view, &world_from_view, &lighting, &AirParams::new(air)));
     let eye = Eye { view, world_from_view, lighting, air };
     let solid_scene = of_classes(scene, &[Class::Opaque]);
     let clear_scene = of_classes(scene, &[Class::Dithered, Class::Translucent, Class::Unseen]);
@@ -360,7 +361,9 @@ impl Eye<'_> {
             + lit.shine
             + mirrored * self.lighting.sky(reflected);
         let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
-        let passed = hit.light * behind;
+        // What gathers light gathers that of lamps, not what the eye sees behind it.
+        let gathers = material.transfer == Transfer::Gain;
+        let passed = behind * if gathers { Vec3::ONE } else { hit.light };
         let own = emitted + before.truncate() * (1.0 - passed);
         Layer { depth, own, shown: Some(shown * before.w), passed }
     }

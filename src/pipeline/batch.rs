@@ -269,12 +269,7 @@ impl Batch {
             let mut pass = timeline.pass(encoder, "occlude");
             let kernel = |variant| kernels.get(variant, opaque.features);
             kernel(tiles_of).record(&mut pass, &opaque.tiles, tiles);
-            kernel(segments_of).record_indirect(
-                &mut pass,
-                &opaque.segments,
-                dispatches,
-                segments,
-            );
+            kernel(segments_of).record_indirect(&mut pass, &opaque.segments, dispatches, segments);
             let resolve = &opaque.resolve;
             kernel(resolve_of).record_indirect(&mut pass, resolve, dispatches, merged);
         }

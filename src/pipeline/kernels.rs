@@ -3,7 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, air, bin, colored, filter, hits::Features, occlude, project, resolve, shade, sort::Sort,
+        accumulate, air, bin, colored, filter, hits::Features, occlude, project, resolve, shade,
+        sort::Sort,
     },
 };
 use std::collections::HashMap;

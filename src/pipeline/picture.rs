@@ -1,7 +1,7 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
 use super::{
-    air::PreparedAir,
     CasterSet, Maps, Pipeline,
+    air::PreparedAir,
     batch::{Context, Plan},
     kernels::{Kernels, Variant},
     list::{List, ListCounters, Scratch, view_array},
@@ -149,7 +149,8 @@ impl Pipeline {
         let [caster_view, triangle_view] = [view(&casters.casters), view(&casters.triangles)];
         let images = array_view(&casters.images);
         let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
-        let [filters, nearests, opaques] = [&maps.filters, &maps.nearests, blocking].map(array_view);
+        let [filters, nearests, opaques] =
+            [&maps.filters, &maps.nearests, blocking].map(array_view);
         let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
         let whole = Buffer::as_entire_binding;
         let uniforms = [

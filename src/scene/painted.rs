@@ -64,7 +64,7 @@ fn net(uv: Vec2, cells: u32, seed: u32, age: f32) -> f32 {
 /// Least light, that of a border, and how fast it falls off.
 const FLOOR: f32 = 0.08;
 const PEAK: f32 = 0.92;
-const SHARPNESS: f32 = 9.0;
+const SHARPNESS: f32 = 10.8;
 
 #[cfg(test)]
 mod tests {

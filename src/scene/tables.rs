@@ -1,7 +1,9 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{AirTable, CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable, TextureSource},
+    document::{
+        AirTable, CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable, TextureSource,
+    },
     noise::Noise,
     source::Source,
 };

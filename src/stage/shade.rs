@@ -29,7 +29,8 @@ pub const CASTER_LANES: u32 = 64;
 
 pub(super) const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
 pub(super) const LIGHTS: Binding = Binding::uniform::<[GpuLight; MAX_LIGHTS]>("lights");
-pub(super) const SHADOW_VIEWS: Binding = Binding::uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
+pub(super) const SHADOW_VIEWS: Binding =
+    Binding::uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
 const AIR: Binding = Binding::texture("air", FLOAT).array();
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
 pub(super) const FILTERS: Binding = Binding::texture("filters", FLOAT).array();

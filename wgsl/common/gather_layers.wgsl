@@ -160,7 +160,9 @@ fn visit_pane(view: GpuView, look: vec4<u32>, i: u32) {
     let covers = material.transfer == TRANSFER_OVER;
     let scattered = select(scattered_share(hit, material), 0.0, covers);
     let behind = (1.0 - mirrored_share(sheet_gloss(hit, material), look.x, to_eye)) * (1.0 - scattered);
-    var layer = Layer(hit.depth, hit.opacity * material.emission, hit.light * behind, vec2(look.w, look.x));
+    // What gathers light gathers that of lamps, not what the eye sees behind it.
+    let light = select(hit.light, vec3(1.0), material.transfer == TRANSFER_GAIN);
+    var layer = Layer(hit.depth, hit.opacity * material.emission, light * behind, vec2(look.w, look.x));
     if material.transfer == TRANSFER_NONE {
         layer.own += hit.opacity * hit.color;
         layer.passed = vec3(1.0);
