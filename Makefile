@@ -3,7 +3,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 
 DEMOS := smoke glass
 
-.PHONY: demo test bench tables setup
+.PHONY: demo test bench tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -23,6 +23,10 @@ bench: setup
 # The figures of docs/dither.md.
 tables: setup
 	cargo run --release --quiet --example dither_tables
+
+# The figures of docs/curves.md.
+quality: setup
+	cargo run --release --quiet --example curve_tables
 
 # Installs a Vulkan driver and a C++ compiler where they are missing.
 setup:

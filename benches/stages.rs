@@ -5,12 +5,15 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
     caster::{Material, Particle},
     cpu::{self, Pair, project::ProjectParams},
+    cull::{Frustum, GroupTree, order, widened},
     footprint::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     glam::{Mat4, UVec2, Vec3, Vec4},
     gpu::{Gpu, Timeline},
+    light::{Light, LightKind},
     pipeline::{CasterSet, Config, Pipeline},
+    scene::Bounds,
     stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
-    view::{Projection, View},
+    view::{Part, Projection, View, light_views},
     wgpu,
 };
 use std::{hint::black_box, time::Duration};
@@ -47,6 +50,7 @@ fn particles(count: u32, footprint: f32) -> Vec<Particle> {
 
 fn view() -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,
@@ -110,6 +114,86 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
         });
         group.finish();
     }
+}
+
+/// Of the spheres of `particles`, by `groups` in Morton order.
+fn group_boxes(particles: &[Particle], groups: usize) -> Vec<Bounds> {
+    let centers: Vec<Vec3> = particles.iter().map(|particle| particle.center).collect();
+    let order = order::morton(&centers);
+    let start = |group: usize| group * particles.len() / groups;
+    let around = |members: &[u32]| {
+        let members = members.iter().map(|&i| &particles[i as usize]);
+        members.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius))
+    };
+    (0..groups).map(|group| around(&order[start(group)..start(group + 1)])).collect()
+}
+
+/// Lamps among the particles, and above them: `angle` is a spot's whole cone [radians].
+fn lamps(count: u64, angle: f32, far: f32) -> Vec<Frustum> {
+    let lamp = |id: u64| {
+        let unit = |salt: u64| (mix(id * 8 + salt) >> 40) as f32 / (1 << 24) as f32;
+        let position = Vec3::new(2.0 * unit(1) - 1.0, 2.0 * unit(2) - 1.0, -1.8 * unit(3));
+        let direction = (Vec3::new(unit(4), unit(5), unit(6)) - 0.5).normalize();
+        let light = Light {
+            kind: LightKind::Spot { position, direction, angle },
+            near: Some(0.01),
+            far: Some(far),
+            ..Light::default()
+        };
+        Frustum::new(&light_views(0, &light, 512, None, &Bounds::EMPTY)[0].to_gpu(
+            0,
+            UVec2::ZERO,
+            0,
+        ))
+    };
+    (0..count).map(lamp).collect()
+}
+
+fn cpu_cull(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("cpu/cull");
+    let casters = particles(COUNTS[1], FOOTPRINTS[0]);
+    for (groups, angle, far) in [(4096, 1.0, 1.0), (100_000, 0.6, 1.6)] {
+        let boxes = group_boxes(&casters, groups);
+        let tree = GroupTree::new(&boxes);
+        let lamps = lamps(64, angle, far);
+        let mut visible = Vec::new();
+        let mut sum = 0;
+        for lamp in &lamps {
+            visible.clear();
+            tree.cull(lamp, &mut visible);
+            sum += visible.len();
+        }
+        eprintln!("{groups} groups: {:.2}% visible", sum as f64 / (64 * groups) as f64 * 100.0);
+        group.throughput(Throughput::Elements(64));
+        group.bench_function(BenchmarkId::new("tree, 64 views", groups), |bencher| {
+            bencher.iter(|| {
+                for lamp in &lamps {
+                    visible.clear();
+                    tree.cull(black_box(lamp), &mut visible);
+                    black_box(&visible);
+                }
+            });
+        });
+        let wide: Vec<Bounds> = boxes.iter().filter_map(widened).collect();
+        group.bench_function(BenchmarkId::new("loop, 64 views", groups), |bencher| {
+            bencher.iter(|| {
+                for lamp in &lamps {
+                    visible.clear();
+                    let seen = wide.iter().zip(0..).filter(|(bounds, _)| lamp.sees(bounds));
+                    visible.extend(seen.map(|(_, group)| group));
+                    black_box(&visible);
+                }
+            });
+        });
+        let mut refitted = tree.clone();
+        group.bench_function(BenchmarkId::new("refit", groups), |bencher| {
+            bencher.iter(|| refitted.refit(black_box(&boxes)));
+        });
+        group.bench_function(BenchmarkId::new("build", groups), |bencher| {
+            bencher.iter(|| GroupTree::new(black_box(&boxes)));
+        });
+    }
+    group.finish();
 }
 
 /// Timestamps; where there are none, or a software adapter's, which mean nothing, the wall clock.
@@ -214,6 +298,7 @@ fn main() {
         .configure_from_args();
     cpu_sort(&mut criterion);
     cpu_project_and_bin(&mut criterion);
+    cpu_cull(&mut criterion);
     gpu_sort(&mut criterion, &gpu);
     gpu_stages(&mut criterion, &gpu);
     criterion.final_summary();

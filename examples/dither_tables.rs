@@ -5,7 +5,7 @@ use gobo::{
     glam::{Mat4, UVec2},
     gpu::{Gpu, Timeline},
     pipeline::{CasterSet, Config, Pipeline},
-    view::{Projection, View},
+    view::{Part, Projection, View},
     wgpu,
 };
 use std::{
@@ -164,6 +164,7 @@ impl Clock {
 /// Looks along -z; a texel is a metre wide.
 fn view() -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

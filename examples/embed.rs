@@ -37,11 +37,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         far: None,
         size: None,
         casts: true,
-        cascades: 1,
+        cascades: None,
+        shadows: Vec::new(),
         shafts: true,
     };
     let bounds = Bounds { min: Vec3::new(-1.2, 0.0, -1.2), max: Vec3::new(1.2, 1.2, 1.2) };
-    let views = light_views(0, &sun, 512, &bounds);
+    let views = light_views(0, &sun, 512, None, &bounds);
 
     // Once, or when casters change: uploads and allocates.
     let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter));

@@ -4,11 +4,17 @@ use std::collections::BTreeMap;
 /// Inputs that were left out, by reason. A skipped particle changes nothing else.
 pub type Skipped = BTreeMap<&'static str, u64>;
 
-/// Counts of one frame, over all shadow views.
+/// Counts of one frame, over all shadow views that were rendered.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counters {
     /// Particles and triangles in the scene.
     pub casters: u64,
+    /// Shadow views whose maps were rendered.
+    pub views_rendered: u64,
+    /// Shadow views whose maps stay from an earlier frame, because nothing that they see changed.
+    pub views_kept: u64,
+    /// (caster, view) that were not projected, because their group is outside the view.
+    pub culled: u64,
     /// (caster, view) that touch a texel.
     pub visible: u64,
     /// (caster, tile) that were binned.
@@ -19,6 +25,14 @@ pub struct Counters {
     pub scattered: u64,
     /// Of those, for lack of room in the pair budget.
     pub overflowed: u64,
+    /// Hits that came late, inside a merged ramp of a curve.
+    pub disordered: u64,
+    /// (light, cluster of the camera) that the picture's lists have.
+    pub cluster_lights: u64,
+    /// Clusters whose list did not fit, so that their pixels ask all lights.
+    pub clusters_overflowed: u64,
+    /// Maps that are smaller than they should be, for lack of room in the atlas.
+    pub shrunk: u64,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

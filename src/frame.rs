@@ -1,5 +1,5 @@
 //! What one frame yields.
-use crate::{counters::Counters, view::View};
+use crate::{counters::Counters, cpu::curve::CurveMap, debug::DebugMode, view::View};
 use glam::UVec2;
 
 /// The maps of one view, read back. Texel `(x, y)` is at `y * size.x + x`; row 0 is the top.
@@ -14,6 +14,8 @@ pub struct ViewMaps {
     pub opaque: Vec<f32>,
     /// `Z` by channel, where dithering is coloured; else empty. `opaque` is the last of the three.
     pub colored: Vec<[f32; 3]>,
+    /// Light as a function of depth; in curve mode.
+    pub curve: Option<CurveMap>,
 }
 
 /// The lit picture.
@@ -29,6 +31,8 @@ pub struct Picture {
 #[derive(Clone, Debug)]
 pub struct Frame {
     pub picture: Picture,
+    /// Those that were asked for.
+    pub debug: Vec<(DebugMode, Picture)>,
     /// Empty unless maps were asked for.
     pub maps: Vec<ViewMaps>,
     pub counters: Counters,

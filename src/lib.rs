@@ -4,9 +4,12 @@
 //! opaque depth, the product of the filters and the nearest translucent depth. The pipeline is a
 //! list of stages; each is a kernel in `wgsl/`, its host side in [`stage`] and its plain twin in
 //! [`cpu`].
+pub mod atlas;
 pub mod caster;
 pub mod counters;
 pub mod cpu;
+pub mod cull;
+pub mod debug;
 pub mod dither;
 pub mod error;
 pub mod footprint;

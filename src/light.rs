@@ -12,6 +12,52 @@ pub enum LightKind {
     Point { position: Vec3 },
 }
 
+/// Shadow maps of a directional light that follow the camera: fine near it, coarse far from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cascades {
+    /// 1..=6; less or more counts as these.
+    pub count: u32,
+    /// Of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios.
+    pub lambda: f32,
+    /// Share of a map's half edge over which it fades into the next, 0..=0.5.
+    pub fade: f32,
+    /// How far from the camera there are shadows [m]; as far as the scene reaches when `None`.
+    pub range: Option<f32>,
+}
+
+impl Default for Cascades {
+    fn default() -> Self {
+        Self { count: 4, lambda: 0.8, fade: 0.1, range: None }
+    }
+}
+
+impl Cascades {
+    /// Within its range.
+    pub fn count(&self) -> u32 {
+        self.count.clamp(1, MAX_CASCADES)
+    }
+}
+
+/// Most cascades of a shadow.
+pub const MAX_CASCADES: u32 = 6;
+/// Most shadows of a light, its own included.
+pub const MAX_SHADOWS: usize = 4;
+
+/// One shadow of a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shadow {
+    /// From where the shadow is seen: standard maps for a direction or a cone, a cube map for a
+    /// point.
+    pub kind: LightKind,
+    /// First and last depth of its views [m]; chosen from the bounds when `None`.
+    pub near: Option<f32>,
+    pub far: Option<f32>,
+    /// Of each view's map [texels]; chosen when `None`.
+    pub size: Option<u32>,
+    /// Of a direction; one view that fits the whole scene when `None`.
+    pub cascades: Option<Cascades>,
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     pub name: String,
@@ -21,26 +67,81 @@ pub struct Light {
     /// Irradiance of a directional light at normal incidence; intensity of the others, which falls
     /// off with the square of the distance [m].
     pub intensity: f32,
-    /// First and last depth of the shadow views [m]; chosen from the bounds when `None`.
+    /// First and last depth of the shadow views [m]; chosen from the bounds when `None`. The light of
+    /// a spot or a point fades out towards `far`, and has no end when `None`.
     pub near: Option<f32>,
     pub far: Option<f32>,
-    /// Of each view's map [texels]; the scene's when `None`.
+    /// Of each view's map [texels]; by the light's importance in the picture, up to the scene's,
+    /// when `None`.
     pub size: Option<u32>,
     /// Whether the light has shadow views at all.
     pub casts: bool,
-    /// Of a directional light, 1..=6.
-    pub cascades: u32,
+    /// Of a directional light; one view that fits the whole scene when `None`.
+    pub cascades: Option<Cascades>,
+    /// Further shadows of the same light, at most three; more are not looked at. Of all its shadows the one that lets the least light
+    /// through counts, per channel; outside its maps a further shadow lets all through.
+    pub shadows: Vec<Shadow>,
     /// Whether the air scatters its light, where the scene has any.
     pub shafts: bool,
 }
 
-impl Light {
-    /// Shadow views that the light needs.
+impl Default for Light {
+    /// White, straight down.
+    fn default() -> Self {
+        Self {
+            name: "light".to_owned(),
+            kind: LightKind::Directional { direction: Vec3::NEG_Y },
+            color: Vec3::ONE,
+            intensity: 1.0,
+            near: None,
+            far: None,
+            size: None,
+            casts: true,
+            cascades: None,
+            shadows: Vec::new(),
+            shafts: true,
+        }
+    }
+}
+
+impl Shadow {
+    /// Views that the shadow needs.
     pub fn view_count(&self) -> usize {
         match self.kind {
-            _ if !self.casts => 0,
-            LightKind::Directional { .. } | LightKind::Spot { .. } => 1,
+            LightKind::Directional { .. } => self.cascades.map_or(1, |c| c.count() as usize),
+            LightKind::Spot { .. } => 1,
             LightKind::Point { .. } => 6,
+        }
+    }
+}
+
+impl Light {
+    /// How far the light reaches [m]; `None` for no end.
+    pub fn range(&self) -> Option<f32> {
+        match self.kind {
+            LightKind::Directional { .. } => None,
+            LightKind::Spot { .. } | LightKind::Point { .. } => self.far.filter(|&far| far > 0.0),
+        }
+    }
+
+    /// Its own shadow, then the further ones; none of a light that casts none.
+    pub fn all_shadows(&self) -> impl Iterator<Item = Shadow> + '_ {
+        let Self { kind, near, far, size, cascades, .. } = *self;
+        let own = Shadow { kind, near, far, size, cascades };
+        let all = std::iter::once(own).chain(self.shadows.iter().copied());
+        all.take(if self.casts { MAX_SHADOWS } else { 0 })
+    }
+
+    /// Shadow views that the light needs.
+    pub fn view_count(&self) -> usize {
+        self.all_shadows().map(|shadow| shadow.view_count()).sum()
+    }
+
+    /// From where on its irradiance is less than 0.01 [m]; everywhere for a directional light.
+    pub fn reach(&self) -> f32 {
+        match self.kind {
+            LightKind::Directional { .. } => f32::INFINITY,
+            _ => (self.color.max_element() * self.intensity / 0.01).max(0.0).sqrt(),
         }
     }
 }

@@ -1,13 +1,16 @@
 //! Scenes to frames, on a GPU or on the CPU.
 use crate::{
+    atlas::AtlasLimits,
     counters::Counters,
-    cpu,
+    cpu::{self, curve::CurveMap},
+    debug::{self, DebugMode},
     error::Error,
     frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
     pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
-    view::{View, shadow_views},
+    stage::sort::pair_limit,
+    view::{View, fitted_views},
 };
 use half::f16;
 
@@ -15,6 +18,7 @@ use half::f16;
 #[derive(Debug)]
 pub struct Renderer {
     engine: Engine,
+    debug: Vec<DebugMode>,
 }
 
 #[derive(Debug)]
@@ -28,13 +32,16 @@ struct GpuEngine {
     gpu: Gpu,
     pipeline: Pipeline,
     timeline: Timeline,
+    keep: bool,
+    /// Of the frame before, where its maps are kept.
+    kept: Option<(CasterSet, Prepared)>,
 }
 
 impl Renderer {
     /// `adapter`: part of the adapter's name; case does not matter.
     pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
         if backend == Backend::Cpu {
-            return Ok(Self { engine: Engine::Cpu });
+            return Ok(Self { engine: Engine::Cpu, debug: Vec::new() });
         }
         let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
         Ok(Self::on(Gpu::new(&selection)?))
@@ -49,7 +56,23 @@ impl Renderer {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline })) }
+        let engine =
+            Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline, keep: false, kept: None }));
+        Self { engine, debug: Vec::new() }
+    }
+
+    /// Whether the maps of a frame stay for the next one, which then renders only the views that
+    /// see a change. Off at first; the twin renders all views in any case.
+    pub fn keep_maps(&mut self, keep: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.keep = keep;
+            engine.kept = None;
+        }
+    }
+
+    /// What the next frames show beside the picture. The CPU twin has none of it.
+    pub fn set_debug(&mut self, modes: &[DebugMode]) {
+        self.debug = modes.to_vec();
     }
 
     /// What renders, for people.
@@ -74,21 +97,23 @@ impl Renderer {
     /// One frame. The views' maps are read back only with `maps`.
     pub fn render(&mut self, scene: &Scene, maps: bool) -> Result<Frame, Error> {
         match &mut self.engine {
-            Engine::Gpu(engine) => engine.render(scene, maps),
+            Engine::Gpu(engine) => engine.render(scene, maps, &self.debug),
             Engine::Cpu => Ok(render_on_cpu(scene, maps)),
         }
     }
 }
 
 fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
-    let views = shadow_views(scene);
+    let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     let clock = std::time::Instant::now();
-    let (view_maps, counters) = cpu::render_maps(scene, &views);
+    let (view_maps, mut counters) = cpu::render_maps(scene, &views);
+    counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = cpu::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
     Frame {
         picture,
+        debug: Vec::new(),
         maps: if maps { view_maps } else { Vec::new() },
         counters,
         stages: vec![("maps", maps_ms), ("picture", picture_ms)],
@@ -97,18 +122,39 @@ fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
 }
 
 impl GpuEngine {
-    fn render(&mut self, scene: &Scene, with_maps: bool) -> Result<Frame, Error> {
-        let Self { gpu, pipeline, timeline } = self;
-        let views = shadow_views(scene);
-        pipeline.set_pair_budget(scene.shadow.pair_budget);
+    fn render(
+        &mut self,
+        scene: &Scene,
+        with_maps: bool,
+        debug: &[DebugMode],
+    ) -> Result<Frame, Error> {
+        let Self { gpu, pipeline, timeline, keep, kept } = self;
+        let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
+        let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
+        pipeline.set_pair_budget(budget);
         pipeline.set_soften(scene.shadow.soften);
         pipeline.set_colored(scene.shadow.colored);
+        pipeline.set_nodes(scene.shadow.curve_nodes());
         let Scene { particles, triangles, materials, textures, .. } = scene;
-        let casters =
-            CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?;
+        let (casters, mut earlier) = kept.take().unzip();
+        let casters = casters.and_then(|mut casters| {
+            casters.update(&gpu.queue, particles, triangles, materials, textures).then_some(casters)
+        });
+        let casters = match casters {
+            Some(casters) => casters,
+            None => {
+                CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?
+            }
+        };
         let mut pairs = None;
         let (prepared, opaque, translucent, mut stages) = loop {
-            let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, pairs)?;
+            let (device, queue) = (&gpu.device, &gpu.queue);
+            let mut prepared = match earlier.take() {
+                Some(earlier) => {
+                    pipeline.prepare_again(device, queue, &casters, &views, pairs, earlier)?
+                }
+                None => pipeline.prepare(device, queue, &casters, &views, pairs)?,
+            };
             submit(gpu, timeline, |encoder, timeline| {
                 prepared.record(pipeline.kernels(), encoder, timeline);
             });
@@ -116,15 +162,17 @@ impl GpuEngine {
             gpu.check()?;
             let needed = opaque.pairs_needed.max(translucent.pairs_needed);
             let room = prepared.pair_capacity();
-            if needed <= room || room >= scene.shadow.pair_budget {
+            if needed <= room || room >= budget {
                 break (prepared, opaque, translucent, timeline.read(&gpu.device));
             }
             pairs = Some(needed);
+            prepared.forget();
+            earlier = Some(prepared);
         };
         let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
         let mut pairs = None;
-        let picture = loop {
+        let prepared_picture = loop {
             let picture = pipeline.prepare_picture(
                 &gpu.device,
                 &gpu.queue,
@@ -140,25 +188,57 @@ impl GpuEngine {
             let lists = picture.read_counters(&gpu.device, &gpu.queue)?;
             let needed = lists[0].pairs_needed.max(lists[1].pairs_needed);
             let room = picture.pair_capacity();
-            if needed <= room || room >= scene.shadow.pair_budget {
+            if needed <= room || room >= budget {
                 break picture;
             }
             pairs = Some(needed);
         };
         let of_picture: f64 = timeline.read(&gpu.device).iter().map(|(_, ms)| ms).sum();
         stages.push(("picture", of_picture));
-        for &(name, bytes) in &picture.memory.0 {
+        for &(name, bytes) in &prepared_picture.memory.0 {
             memory.add(name, bytes);
         }
-        let picture = picture.read(gpu)?;
+        let picture = prepared_picture.read(gpu)?;
+        let clusters = prepared_picture.read_cluster_counters(gpu)?;
+        let mut shown = Vec::new();
+        for &mode in debug {
+            let image = match mode {
+                DebugMode::Clusters => debug::clusters(gpu, &prepared_picture, scene, &picture)?,
+                DebugMode::Cost => {
+                    pipeline.set_count_cost(true);
+                    let costs = pipeline.prepare_picture(
+                        &gpu.device,
+                        &gpu.queue,
+                        &casters,
+                        scene,
+                        &views,
+                        &prepared.maps,
+                        pairs,
+                    );
+                    pipeline.set_count_cost(false);
+                    let costs = costs?;
+                    submit(gpu, timeline, |encoder, timeline| {
+                        costs.record(pipeline.kernels(), encoder, timeline);
+                    });
+                    debug::cost(&picture, &costs.read_costs(gpu)?)
+                }
+            };
+            shown.push((mode, image));
+        }
         gpu.check()?;
-        Ok(Frame {
-            picture,
-            maps,
-            counters: counters(scene, &opaque, &translucent),
-            stages,
-            memory: memory.0,
-        })
+        let counters = Counters {
+            views_rendered: prepared.rendered_count() as u64,
+            views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
+            culled: prepared.culled_count(),
+            shrunk: shrunk as u64,
+            cluster_lights: clusters.needed.into(),
+            clusters_overflowed: clusters.overflowed.into(),
+            ..counters(scene, &opaque, &translucent)
+        };
+        if *keep {
+            *kept = Some((casters, prepared));
+        }
+        Ok(Frame { picture, debug: shown, maps, counters, stages, memory: memory.0 })
     }
 }
 
@@ -184,7 +264,9 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
         segments: sum(|c| c.segment_count),
         scattered: sum(|c| c.scattered + c.overflowed),
         overflowed: sum(|c| c.overflowed),
+        disordered: sum(|c| c.disordered),
         skipped: scene.skipped.clone(),
+        ..Counters::default()
     }
 }
 
@@ -197,7 +279,15 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
         Some(colored) => gpu.try_read_texture(colored)?,
         None => Vec::new(),
     };
+    let curves: Vec<[[u32; 2]; 2]> =
+        if maps.nodes > 0 { gpu.try_read_texture(&maps.curves)? } else { Vec::new() };
     let atlas = maps.filters.size();
+    let layer = (atlas.width * atlas.height) as usize;
+    let nodes_of = |texel: usize| {
+        let (z, rest) = (texel / layer, texel % layer);
+        let pairs = maps.nodes as usize / 2;
+        (0..pairs).flat_map(|pair| curves[(z * pairs + pair) * layer + rest]).collect::<Vec<_>>()
+    };
     let view_maps = views.iter().zip(&maps.places).map(|(view, place)| {
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
@@ -216,6 +306,11 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
                 .filter_map(|t| colored.get(t))
                 .map(|&[r, g, b, _]| [r, g, b])
                 .collect(),
+            curve: (maps.nodes > 0).then(|| CurveMap {
+                nodes: maps.nodes as usize,
+                gain: maps.gain,
+                packed: texels().flat_map(nodes_of).collect(),
+            }),
         }
     });
     Ok(view_maps.collect())

@@ -25,10 +25,19 @@ pub struct ShadowSettings {
     pub normal_bias: f32,
     /// Pairs that one batch of views may hold; casters past it take the scatter path.
     pub pair_budget: u32,
+    /// Texels that the maps of all views may take together; maps are halved until they fit.
+    pub texel_budget: u64,
     /// Whether dithered surfaces become a grey filter, blurred over a window of their pattern.
     pub soften: bool,
     /// Whether dithered casters block each channel by a threshold of its own.
     pub colored: bool,
+}
+
+impl ShadowSettings {
+    /// K of the curves that receivers read; 0 where they read none.
+    pub fn curve_nodes(&self) -> u32 {
+        if self.receiver == Receiver::Curve { self.nodes } else { 0 }
+    }
 }
 
 impl Default for ShadowSettings {
@@ -39,7 +48,8 @@ impl Default for ShadowSettings {
             nodes: 8,
             bias: 0.01,
             normal_bias: 1.5,
-            pair_budget: 1 << 24,
+            pair_budget: crate::stage::sort::PAIR_LIMIT,
+            texel_budget: 1 << 27,
             soften: false,
             colored: false,
         }
@@ -67,6 +77,31 @@ impl Default for Air {
 
 /// Slices of the air: layers of a texture that every device has.
 pub const MAX_AIR_STEPS: u32 = 256;
+
+/// The `[clusters]` table of a scene: how the camera's frustum is cut for its lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClusterSettings {
+    /// Edge of a cluster on the screen [pixels], 16..=256.
+    pub tile: u32,
+    /// Slices in depth, 1..=64.
+    pub slices: u32,
+    /// Where the first slice ends [m]; a hundredth of the camera's far plane when `None`.
+    pub near: Option<f32>,
+    /// Lights that the lists of all clusters together may hold; clusters past it are shaded with
+    /// all lights. With 0, all are.
+    pub budget: u32,
+}
+
+impl ClusterSettings {
+    pub const MAX_SLICES: u32 = 64;
+    pub const MAX_BUDGET: u32 = 1 << 24;
+}
+
+impl Default for ClusterSettings {
+    fn default() -> Self {
+        Self { tile: 32, slices: 24, near: None, budget: 1 << 22 }
+    }
+}
 
 /// Largest edge of a map: a tile's coordinate must fit 8 bits [texels].
 pub const MAX_MAP_SIZE: u32 = 4096;

@@ -1,10 +1,15 @@
 //! Shadow cameras, and the picture's camera, which is one more.
-use crate::{
-    light::{Light, LightKind},
-    scene::{Bounds, Camera, Scene},
-};
+mod cascades;
+mod fit;
+mod importance;
+
+pub use cascades::splits;
+pub use fit::{fitted_views, light_views, shadow_views};
+
+use crate::scene::{Bounds, Camera};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4};
+use fit::{depth_range, looking};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 /// Edge of a tile [texels]. WGSL: `wgsl/common/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
@@ -19,6 +24,31 @@ pub enum Projection {
     Perspective,
 }
 
+/// What a view is among those of its shadow.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Part {
+    /// All of it: a cone, or a window on the whole scene.
+    #[default]
+    Whole,
+    /// One of the six faces of a cube: +x, -x, +y, -y, +z, -z.
+    Face(u32),
+    /// One of several windows, of which the first that holds a point is read: a cascade, or a
+    /// further shadow. It fades into the next over `fade` [share of its half edge]; beyond the
+    /// last there is no shadow.
+    Window { index: u32, count: u32, fade: f32 },
+}
+
+impl Part {
+    /// Number in its shadow, and how many there are.
+    pub fn place(self) -> (u32, u32) {
+        match self {
+            Self::Whole => (0, 1),
+            Self::Face(index) => (index, 6),
+            Self::Window { index, count, .. } => (index, count),
+        }
+    }
+}
+
 /// One shadow camera: a directional view, a spot, one face of a point light's cube.
 /// View space has x right, y up and looks along -z.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +57,7 @@ pub struct View {
     pub light: Option<usize>,
     /// Unique among the views of a light.
     pub name: &'static str,
+    pub part: Part,
     pub projection: Projection,
     /// Of the map [texels].
     pub size: UVec2,
@@ -62,6 +93,14 @@ pub struct GpuView {
     pub layer: u32,
     /// Index of the light; `u32::MAX` for the picture's camera.
     pub light: u32,
+    /// [`Part`]: 0 whole, 1 face, 2 window.
+    pub part: u32,
+    /// Number in its shadow: the cascade, the face.
+    pub part_index: u32,
+    /// Views of its shadow.
+    pub part_count: u32,
+    /// Of a window: how wide its border fades [texels].
+    pub fade: f32,
 }
 crate::gpu_layout!(GpuView {
     view_from_world,
@@ -74,13 +113,24 @@ crate::gpu_layout!(GpuView {
     tiles_x,
     origin,
     layer,
-    light
+    light,
+    part,
+    part_index,
+    part_count,
+    fade
 });
 
+/// Tiles per row and column of a map of `size` texels. Rows have a multiple of four, so that a row
+/// of texels of 4 bytes is a multiple of the 256 bytes that copies ask for.
+pub fn tiles_of(size: UVec2) -> UVec2 {
+    let tiles = (size + TILE_SIZE - 1) / TILE_SIZE;
+    UVec2::new(tiles.x.next_multiple_of(4), tiles.y)
+}
+
 impl View {
-    /// Tiles per row and column.
+    /// Tiles per row and column: [`tiles_of`] its size.
     pub fn tiles(&self) -> UVec2 {
-        (self.size + TILE_SIZE - 1) / TILE_SIZE
+        tiles_of(self.size)
     }
 
     /// Where the light is; for an orthographic view the middle of its near plane.
@@ -124,11 +174,14 @@ impl View {
     pub fn from_camera(camera: &Camera, bounds: &Bounds) -> Self {
         let view_from_world =
             looking(camera.eye, (camera.target - camera.eye).normalize(), camera.up);
-        let (_, far) = depth_range(&view_from_world, &bounds.or_unit());
+        let (_, farthest) = depth_range(&view_from_world, &bounds.or_unit());
+        // A floor that is seen from straight above must not lie on the plane, where the sky is.
+        let far = farthest * 1.001;
         let near = (far * 1e-4).max(1e-4);
         Self {
             light: None,
             name: "camera",
+            part: Part::Whole,
             projection: Projection::Perspective,
             size: camera.size,
             near,
@@ -139,6 +192,12 @@ impl View {
     }
 
     pub fn to_gpu(&self, first_tile: u32, origin: UVec2, layer: u32) -> GpuView {
+        let (part_index, part_count) = self.part.place();
+        let (part, fade) = match self.part {
+            Part::Whole => (0, 0.0),
+            Part::Face(_) => (1, 0.0),
+            Part::Window { fade, .. } => (2, fade * 0.5 * self.size.min_element() as f32),
+        };
         GpuView {
             view_from_world: self.view_from_world,
             size: self.size.as_vec2(),
@@ -151,136 +210,10 @@ impl View {
             origin,
             layer,
             light: self.light.map_or(u32::MAX, |light| light as u32),
+            part,
+            part_index,
+            part_count,
+            fade,
         }
-    }
-}
-
-/// The up of a light that looks along `forward` (unit).
-fn light_up(forward: Vec3) -> Vec3 {
-    if forward.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y }
-}
-
-/// `view_from_world` of a view that looks along `forward` (unit).
-fn looking(position: Vec3, forward: Vec3, up: Vec3) -> Mat4 {
-    let right = forward.cross(up).normalize();
-    let axes = Mat3::from_cols(right, right.cross(forward), -forward).transpose();
-    Mat4::from_cols(
-        axes.x_axis.extend(0.0),
-        axes.y_axis.extend(0.0),
-        axes.z_axis.extend(0.0),
-        (-(axes * position)).extend(1.0),
-    )
-}
-
-/// Depths along the axis that enclose the box [m].
-fn depth_range(view_from_world: &Mat4, bounds: &Bounds) -> (f32, f32) {
-    bounds
-        .corners()
-        .iter()
-        .map(|&c| -view_from_world.transform_point3(c).z)
-        .fold((f32::INFINITY, f32::NEG_INFINITY), |(near, far), depth| {
-            (near.min(depth), far.max(depth))
-        })
-}
-
-/// The faces of a point light's cube.
-const CUBE: [(&str, Vec3); 6] = [
-    ("px", Vec3::X),
-    ("nx", Vec3::NEG_X),
-    ("py", Vec3::Y),
-    ("ny", Vec3::NEG_Y),
-    ("pz", Vec3::Z),
-    ("nz", Vec3::NEG_Z),
-];
-
-/// The shadow views of all lights, in order of lights.
-pub fn shadow_views(scene: &Scene) -> Vec<View> {
-    let bounds = scene.bounds().or_unit();
-    let lights = scene.lights.iter().enumerate().filter(|(_, light)| light.casts);
-    lights
-        .flat_map(|(index, light)| light_views(index, light, scene.shadow.size, &bounds))
-        .collect()
-}
-
-/// The shadow views of one light. `index` is the light's, `size` its maps' edge [texels] where it
-/// has none of its own, `bounds` holds all casters and receivers (world space [m]).
-pub fn light_views(index: usize, light: &Light, size: u32, bounds: &Bounds) -> Vec<View> {
-    let size = UVec2::splat(light.size.unwrap_or(size));
-    match light.kind {
-        LightKind::Directional { direction } => {
-            vec![directional(index, light, size, direction, bounds)]
-        }
-        LightKind::Spot { position, direction, angle } => {
-            vec![perspective(
-                index,
-                light,
-                size,
-                "0",
-                looking(position, direction, light_up(direction)),
-                angle,
-                bounds,
-            )]
-        }
-        LightKind::Point { position } => CUBE
-            .iter()
-            .map(|&(name, forward)| {
-                let view_from_world = looking(position, forward, light_up(forward));
-                let right_angle = std::f32::consts::FRAC_PI_2;
-                perspective(index, light, size, name, view_from_world, right_angle, bounds)
-            })
-            .collect(),
-    }
-}
-
-/// Fits the box: the window is square, its planes enclose every caster and receiver.
-fn directional(index: usize, light: &Light, size: UVec2, direction: Vec3, box_: &Bounds) -> View {
-    let axes = looking(Vec3::ZERO, direction, light_up(direction));
-    let corners = box_.corners().map(|corner| axes.transform_point3(corner));
-    let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
-    let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
-    // A margin keeps what lies on the box off the window's border and off depths 0 and 1.
-    let margin = (box_.radius() * 0.01).max(1e-4);
-    let window = (max - min).truncate().max_element() + 2.0 * margin;
-    let middle = (min + max) * 0.5;
-    let near = light.near.unwrap_or(0.0);
-    let far = light.far.unwrap_or_else(|| {
-        (max.z - min.z + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3))
-    });
-    let shift = Mat4::from_translation(-Vec3::new(middle.x, middle.y, max.z + margin));
-    View {
-        light: Some(index),
-        name: "0",
-        projection: Projection::Orthographic,
-        size,
-        near,
-        far,
-        view_from_world: shift * axes,
-        scale: size.x as f32 / window,
-    }
-}
-
-fn perspective(
-    index: usize,
-    light: &Light,
-    size: UVec2,
-    name: &'static str,
-    view_from_world: Mat4,
-    angle: f32,
-    bounds: &Bounds,
-) -> View {
-    let (_, deepest) = depth_range(&view_from_world, bounds);
-    let margin = (bounds.radius() * 0.01).max(1e-4);
-    let beyond = light.near.map_or(margin, |near| near * 2.0);
-    let far = light.far.unwrap_or_else(|| (deepest + margin).max(beyond));
-    let near = light.near.unwrap_or(far * 1e-4);
-    View {
-        light: Some(index),
-        name,
-        projection: Projection::Perspective,
-        size,
-        near,
-        far,
-        view_from_world,
-        scale: size.x as f32 * 0.5 / (angle * 0.5).tan(),
     }
 }

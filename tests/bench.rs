@@ -63,7 +63,7 @@ fn both_paths_are_measured_and_agree() {
         assert!(stages.map(|ms| ms.as_f64().unwrap()).sum::<f64>() > 0.0);
         assert!(row["bytes"]["filters"].as_u64().unwrap() >= 2 * 128 * 128 * 8);
         let scattered = number("scattered");
-        assert_eq!(scattered > 0.0, number("footprint") < 1.0, "{scattered} scattered");
+        assert!(scattered == 0.0 || number("footprint") < 1.0, "{scattered} scattered");
     }
     assert_eq!(page.matches("<svg").count(), 3);
     assert!(!page.contains("http") && !page.contains("<script"));

@@ -151,6 +151,8 @@ fn bad_usage_is_2() {
         &["render", "scene.toml", "--shard", "4/4"],
         &["render", "scene.toml", "--backend", "voodoo"],
         &["render", "scene.toml", "--set", "shadow.size"],
+        &["render", "scene.toml", "--debug", "everything"],
+        &["render", "scene.toml", "--backend", "cpu", "--debug", "clusters"],
         &["export", "--target", "cobol", "-o", "out"],
         &["export", "--target", "wgsl"],
     ] {
@@ -174,7 +176,7 @@ fn help_and_version_are_results() {
     assert!(folder.run(&["--version"]).starts_with("gobo "));
     let help = folder.run(&["render", "--help"]);
     for option in
-        ["--frames", "--frame", "--shard", "--backend", "--adapter", "--maps", "--set", "--json"]
+        ["--frames", "--shard", "--backend", "--adapter", "--maps", "--debug", "--set", "--json"]
     {
         assert!(help.contains(option), "{option}");
     }
@@ -221,6 +223,10 @@ fn render_writes_pictures_and_maps() {
         "0..5",
         "--shard",
         "1/3",
+        "--debug",
+        "clusters",
+        "--debug",
+        "cost",
     ];
     let stdout = folder.run(&arguments);
     let lines: Vec<Value> = stdout.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
@@ -245,6 +251,11 @@ fn render_writes_pictures_and_maps() {
     let mut expected = vec!["scene.toml".to_owned()];
     for frame in ["frame_0001", "frame_0004"] {
         expected.push(format!("o/{frame}.png"));
+        for (mode, height) in [("clusters", 24), ("cost", 48)] {
+            expected.push(format!("o/{frame}.{mode}.png"));
+            let image = image::open(folder.0.join(format!("o/{frame}.{mode}.png"))).unwrap();
+            assert_eq!((image.width(), image.height()), (40, height), "{mode}");
+        }
         expected.push(format!("o/maps/{frame}/views.json"));
         for (light, view, size) in &views {
             for (map, shape) in [

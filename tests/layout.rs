@@ -7,6 +7,7 @@ use gobo::{
         KERNELS,
         air::AirParams,
         bin::{BatchCounters, BinParams, Segment, Tile},
+        cluster::{ClusterCounters, ClusterParams},
         filter::FilterParams,
         project::{Chunk, ProjectParams},
         shade::{GpuLight, PictureParams},
@@ -33,6 +34,8 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<Segment>,
     struct_agrees::<AirParams>,
     struct_agrees::<FilterParams>,
+    struct_agrees::<ClusterParams>,
+    struct_agrees::<ClusterCounters>,
     struct_agrees::<GpuLight>,
     struct_agrees::<PictureParams>,
 ];

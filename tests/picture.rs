@@ -12,7 +12,7 @@ use gobo::{
 use nv_flip::{FlipImageRgb8, FlipPool};
 use std::path::{Path, PathBuf};
 
-const SCENES: [&str; 4] = ["smoke", "glass", "box", "mixed"];
+const SCENES: [&str; 5] = ["smoke", "glass", "box", "mixed", "cascades"];
 
 /// Mean FLIP error (Andersson et al. 2020) under which two pictures look the same; a different
 /// driver rounds a few channels differently, which stays below a tenth of it.

@@ -1,12 +1,17 @@
 //! One test binary: wgpu is linked once, helpers are shared.
 mod air;
+mod bake;
 mod bench;
 mod bin;
 mod brute_force;
+mod cascades;
 mod cli;
 mod closed_forms;
+mod cluster;
 mod colored;
 mod common;
+mod cull;
+mod curve;
 mod device;
 mod dither;
 mod dither_figures;
@@ -16,7 +21,9 @@ mod filter;
 mod gltf;
 mod hostile;
 mod layout;
+mod lights;
 mod noise;
+mod occlude;
 mod particles;
 mod picture;
 mod pipeline;

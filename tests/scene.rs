@@ -4,7 +4,7 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     light::LightKind,
     scene::{self, Bounds, Scene, SceneError, generate::uniform_discs},
-    settings::Receiver,
+    settings::{ClusterSettings, Receiver},
     view,
 };
 use std::{
@@ -135,7 +135,9 @@ fn every_key_is_heard() {
     let [sun, lamp, bulb] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
     assert_eq!(sun.kind, LightKind::Directional { direction: Vec3::NEG_Y });
     assert_eq!((sun.color, sun.intensity), (Vec3::new(1.0, 0.9, 0.8), 2.5));
-    assert_eq!((sun.cascades, sun.near, sun.far, sun.size), (3, None, None, None));
+    let cascades = sun.cascades.map(|c| (c.count, c.lambda, c.fade, c.range));
+    assert_eq!(cascades, Some((3, 0.8, 0.1, None)));
+    assert_eq!((sun.near, sun.far, sun.size), (None, None, None));
     let LightKind::Spot { position, direction, angle } = lamp.kind else { panic!("{lamp:?}") };
     assert_eq!((position, direction), (Vec3::Y * 5.0, Vec3::NEG_Y));
     assert!((angle - 40f32.to_radians()).abs() < 1e-6);
@@ -399,4 +401,27 @@ fn a_chosen_far_plane_is_behind_the_given_near() {
             }
         }
     }
+}
+
+#[test]
+fn clusters_are_as_the_file_says() {
+    let scene = read("").unwrap();
+    assert_eq!(scene.clusters, ClusterSettings::default());
+    let scene = read("[clusters]\ntile = 48\nslices = 64\nnear = 0.5\nbudget = 0\n").unwrap();
+    let expected = ClusterSettings { tile: 48, slices: 64, near: Some(0.5), budget: 0 };
+    assert_eq!(scene.clusters, expected);
+    for (key, value) in [
+        ("tile", "8"),
+        ("tile", "40"),
+        ("tile", "272"),
+        ("slices", "0"),
+        ("slices", "65"),
+        ("near", "0"),
+        ("near", "nan"),
+        ("budget", "16777217"),
+    ] {
+        let error = read(&format!("[clusters]\n{key} = {value}\n")).unwrap_err();
+        assert!(error.to_string().contains(key), "{error}");
+    }
+    assert!(read("[clusters]\nslice = 4\n").is_err());
 }

@@ -62,7 +62,10 @@ fn stage() -> Scene {
     scene.lights = vec![
         bright(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }, 2.0),
         bright(LightKind::Spot { position: spot, direction: -spot.normalize(), angle: 0.8 }, 20.0),
-        bright(LightKind::Point { position: Vec3::new(-1.1, 1.2, 0.4) }, 4.0),
+        Light {
+            far: Some(5.0),
+            ..bright(LightKind::Point { position: Vec3::new(-1.1, 1.2, 0.4) }, 4.0)
+        },
     ];
     let down = Vec3::new(0.0, -1.0, 0.0);
     scene.triangles.extend(square(down, Vec3::X * 4.0, Vec3::NEG_Z * 4.0, STONE));

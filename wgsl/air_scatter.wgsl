@@ -3,13 +3,14 @@
 // CPU twin: src/cpu/air.rs. Host: src/stage/air.rs. Needs common/receive.wgsl, air_params.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> params: PictureParams;
-@group(0) @binding(2) var<uniform> lights: array<GpuLight, MAX_LIGHTS>;
-@group(0) @binding(3) var<uniform> shadow_views: array<GpuView, MAX_SHADOW_VIEWS>;
-@group(0) @binding(4) var<uniform> air_params: AirParams;
+@group(0) @binding(2) var<uniform> air_params: AirParams;
+@group(0) @binding(3) var lights: texture_2d<u32>;
+@group(0) @binding(4) var clusters: texture_2d<u32>;
 @group(0) @binding(5) var filters: texture_2d_array<f32>;
 @group(0) @binding(6) var nearests: texture_2d_array<f32>;
 @group(0) @binding(7) var opaques: texture_2d_array<f32>;
-@group(0) @binding(8) var sources: texture_storage_2d_array<rgba32float, write>;
+@group(0) @binding(8) var curves: texture_2d_array<u32>;
+@group(0) @binding(9) var sources: texture_storage_2d_array<rgba32float, write>;
 
 const AIR_CELL: u32 = 4u;
 const PER_FOUR_PI: f32 = 0.07957747;
@@ -24,7 +25,7 @@ fn phase(cosine: f32, g: f32) -> f32 {
 fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
     var sum = params.ambient;
     for (var i = 0u; i < params.light_count; i += 1u) {
-        let light = lights[i];
+        let light = light_record(i);
         let arriving = incoming(light, point);
         if light.shafts != 0u && any(arriving.color > vec3(0.0)) {
             let passed = shadow(light, point, vec3(0.0), arriving.toward, params.bias);

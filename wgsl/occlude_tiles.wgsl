@@ -1,7 +1,8 @@
 // occlude, tiles: opaque depth of every tile that one workgroup finishes. One workgroup per tile,
-// four texels per invocation; no clip and no blending, only a minimum in registers.
+// a column of texels per invocation; no clip and no blending, only a minimum in registers.
 // CPU twin: src/cpu/occlude.rs. Host: src/stage/occlude.rs.
-// Needs common/gather_depth.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl.
+// Needs common/gather_depth.wgsl or gather_triangles.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl,
+// small.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(2) var<storage, read> tiles: array<Tile>;
@@ -11,6 +12,7 @@
 @group(0) @binding(6) var setups: texture_2d<u32>;
 @group(0) @binding(7) var images: texture_2d_array<f32>;
 @group(0) @binding(8) var opaques: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(9) var<storage, read> small_depths: array<u32>;
 
 @compute @workgroup_size(LANES)
 fn occlude_tiles(
@@ -27,7 +29,9 @@ fn occlude_tiles(
     let texel = tile_texel(view, tile_id) + lane_texel(lane);
     start(view, texel);
     walk(view, tile.first, tile.end);
-    for (var i = 0u; i < 4u; i += 1u) {
-        textureStore(opaques, view.origin + texel + vec2(0u, i), view.layer, vec4(nearest[i]));
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let at = texel + vec2(0u, i);
+        let depth = min(nearest_texel(i), small_depth(view, at));
+        textureStore(opaques, view.origin + at, view.layer, vec4(depth));
     }
 }

@@ -1,7 +1,8 @@
 // project: triangles -> footprints, depth keys, tile rectangles and setups. One invocation per
 // triangle and view; a workgroup takes a chunk.
 // CPU twin: src/cpu/project.rs. Host: src/stage/project.rs.
-// Needs common/record.wgsl, view.wgsl, tile_rect.wgsl, chunk.wgsl, octahedral.wgsl.
+// Needs common/record.wgsl, view.wgsl, tile_rect.wgsl, chunk.wgsl, octahedral.wgsl,
+// triangle_edges.wgsl.
 @group(0) @binding(0) var<uniform> params: ProjectParams;
 @group(0) @binding(1) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(2) var<storage, read> chunks: array<Chunk>;
@@ -23,10 +24,6 @@ fn put(index: u32, key: u32, rect: vec2<u32>) {
 
 fn put_setup(setup_index: u32, texel: u32, value: vec4<u32>) {
     textureStore(setups, record_texel(setup_index * SETUP_TEXELS + texel), value);
-}
-
-fn precedes(a: vec2<f32>, b: vec2<f32>) -> bool {
-    return a.x < b.x || (a.x == b.x && a.y < b.y);
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -123,14 +120,8 @@ fn project_triangles(
         for (var i = 0u; i < 3u; i += 1u) {
             let j = (i + 1u) % 3u;
             let k = (i + 2u) % 3u;
-            // Both triangles of a shared edge must start from the same corner, so that their edge
-            // functions are each other's negative to the last bit.
-            let forward = precedes(p[j], p[k]);
-            let start = select(p[k], p[j], forward);
-            let end = select(p[j], p[k], forward);
-            let straight = forward == (area > 0.0);
-            edges[i] = vec4(start, (end - start) * select(-1.0, 1.0, straight));
-            ties |= select(0u, 1u << i, straight);
+            edges[i] = edge_line(p[j], p[k], area);
+            ties |= select(0u, 1u << i, owns_edge(p[j], p[k], area));
         }
     }
     lo = clamp(lo, vec2(-1.0), view.size + 1.0);

@@ -1,12 +1,14 @@
 // resolve, opaque: opaque depth of the tiles that several workgroups or the scatter path added to.
 // Leaves the sums zero. One workgroup per tile, four texels per invocation.
 // CPU twin: src/cpu/resolve.rs. Host: src/stage/resolve.rs.
-// Needs common/sums.wgsl, sums_*.wgsl, dispatch.wgsl, view.wgsl, tile.wgsl, lane.wgsl.
+// Needs common/sums.wgsl, sums_*.wgsl, dispatch.wgsl, view.wgsl, tile.wgsl, lane.wgsl,
+// small.wgsl.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<storage, read> dispatches: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> merged_tiles: array<u32>;
 @group(0) @binding(7) var<storage, read> tiles: array<Tile>;
 @group(0) @binding(8) var opaques: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(9) var<storage, read> small_depths: array<u32>;
 
 @compute @workgroup_size(LANES)
 fn resolve_opaque(
@@ -23,8 +25,9 @@ fn resolve_opaque(
     let place = lane_texel(lane);
     for (var i = 0u; i < 4u; i += 1u) {
         let sum = sum_index(tile, place + vec2(0u, i));
-        let at = view.origin + tile_texel(view, tile) + place + vec2(0u, i);
-        textureStore(opaques, at, view.layer, vec4(nearness_to_depth(load_nearness(sum))));
+        let at = tile_texel(view, tile) + place + vec2(0u, i);
+        let depth = min(nearness_to_depth(load_nearness(sum)), small_depth(view, at));
+        textureStore(opaques, view.origin + at, view.layer, vec4(depth));
         clear_sums(sum);
     }
 }

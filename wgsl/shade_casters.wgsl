@@ -2,15 +2,16 @@
 // through the shadow maps. One invocation per footprint of the camera's view.
 // CPU twin: src/cpu/shading.rs. Host: src/stage/shade.rs. Needs common/receive.wgsl, record.wgsl.
 @group(0) @binding(0) var<uniform> params: PictureParams;
-@group(0) @binding(1) var<uniform> lights: array<GpuLight, MAX_LIGHTS>;
-@group(0) @binding(2) var<uniform> shadow_views: array<GpuView, MAX_SHADOW_VIEWS>;
-@group(0) @binding(3) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(4) var rects: texture_storage_2d<rg32uint, read>;
-@group(0) @binding(5) var casters: texture_2d<u32>;
+@group(0) @binding(1) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(2) var rects: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(3) var casters: texture_2d<u32>;
+@group(0) @binding(4) var lights: texture_2d<u32>;
+@group(0) @binding(5) var clusters: texture_2d<u32>;
 @group(0) @binding(6) var filters: texture_2d_array<f32>;
 @group(0) @binding(7) var nearests: texture_2d_array<f32>;
 @group(0) @binding(8) var opaques: texture_2d_array<f32>;
-@group(0) @binding(9) var lit: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(9) var curves: texture_2d_array<u32>;
+@group(0) @binding(10) var lit: texture_storage_2d<rgba16float, write>;
 
 override WORKGROUP_SIZE: u32;
 
@@ -28,15 +29,17 @@ fn shade_casters(
         return;
     }
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(caster * 2u), 0));
-    textureStore(lit, record_texel(footprint), vec4(light_particle(place.xyz, place.w), 1.0));
+    let seen = bitcast<vec4<f32>>(textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS)));
+    let light = light_particle(place.xyz, place.w, cluster_lights(seen.xy, seen.w));
+    textureStore(lit, record_texel(footprint), vec4(light, 1.0));
 }
 
 // Of colour 1. Scatters alike in all directions; smoke is thick enough to scatter more than once,
 // so that it is half as bright as paper that faces the light.
-fn light_particle(point: vec3<f32>, radius: f32) -> vec3<f32> {
+fn light_particle(point: vec3<f32>, radius: f32, list: LightList) -> vec3<f32> {
     var sum = params.ambient;
-    for (var i = 0u; i < params.light_count; i += 1u) {
-        let light = lights[i];
+    for (var i = 0u; i < list.count; i += 1u) {
+        let light = listed_light(list, i);
         let arriving = incoming(light, point);
         if any(arriving.color > vec3(0.0)) {
             // Not behind itself: the bias is its radius.

@@ -5,23 +5,24 @@
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(2) var<uniform> params: PictureParams;
-@group(0) @binding(3) var<uniform> lights: array<GpuLight, MAX_LIGHTS>;
-@group(0) @binding(4) var<uniform> shadow_views: array<GpuView, MAX_SHADOW_VIEWS>;
-@group(0) @binding(5) var<storage, read> tiles: array<Tile>;
-@group(0) @binding(6) var<storage, read> partials: array<vec4<u32>>;
-@group(0) @binding(7) var<storage, read_write> pixels: array<u32>;
-@group(0) @binding(8) var pairs: texture_storage_2d<rg32uint, read>;
-@group(0) @binding(9) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(10) var casters: texture_2d<u32>;
-@group(0) @binding(11) var setups: texture_2d<u32>;
-@group(0) @binding(12) var images: texture_2d_array<f32>;
-@group(0) @binding(13) var triangles: texture_2d<u32>;
+@group(0) @binding(3) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(4) var<storage, read> partials: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> pixels: array<u32>;
+@group(0) @binding(6) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(7) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(8) var casters: texture_2d<u32>;
+@group(0) @binding(9) var setups: texture_2d<u32>;
+@group(0) @binding(10) var images: texture_2d_array<f32>;
+@group(0) @binding(11) var triangles: texture_2d<u32>;
+@group(0) @binding(12) var lights: texture_2d<u32>;
+@group(0) @binding(13) var clusters: texture_2d<u32>;
 @group(0) @binding(14) var filters: texture_2d_array<f32>;
 @group(0) @binding(15) var nearests: texture_2d_array<f32>;
 @group(0) @binding(16) var opaques: texture_2d_array<f32>;
-@group(0) @binding(17) var surfaces: texture_2d<f32>;
-@group(0) @binding(18) var lit: texture_2d<f32>;
-@group(0) @binding(19) var air: texture_2d_array<f32>;
+@group(0) @binding(17) var curves: texture_2d_array<u32>;
+@group(0) @binding(18) var surfaces: texture_2d<f32>;
+@group(0) @binding(19) var lit: texture_2d<f32>;
+@group(0) @binding(20) var air: texture_2d_array<f32>;
 
 @compute @workgroup_size(LANES)
 fn shade_composite(
@@ -43,6 +44,8 @@ fn shade_composite(
         for (var k = 0u; k < 4u * count; k += 1u) {
             let i = k % 4u;
             let partial = partials[sum_index(tile.merged - 1u + k / 4u, place + vec2(0u, i))];
+            walked += select(0u, partial.w & 0xffffu, i == 0u);
+            asked_of[i] += partial.w >> 16u;
             let middle = unpack2x16float(partial.y);
             lay(
                 i,
@@ -55,8 +58,14 @@ fn shade_composite(
     for (var i = 0u; i < 4u; i += 1u) {
         let at = pixel + vec2(0u, i);
         if all(at < size) {
-            let light = color[i] + passed[i] * textureLoad(surfaces, at, 0).rgb;
-            pixels[at.y * size.x + at.x] = pack4x8unorm(vec4(to_srgb(tone_mapped(light)), 1.0));
+            let surface = textureLoad(surfaces, at, 0).rgb;
+            let light = color[i] + passed[i] * surface;
+            var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(light)), 1.0));
+            if COUNT_COST {
+                let cost = min(vec2(walked, asked_of[i]) + vec2<u32>(surface.rg), vec2(0xffffu));
+                shown = cost.x | (cost.y << 16u);
+            }
+            pixels[at.y * size.x + at.x] = shown;
         }
     }
 }

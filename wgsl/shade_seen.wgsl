@@ -29,7 +29,7 @@ fn shade_seen(
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);
     for (var i = 0u; i < 4u; i += 1u) {
-        let partial = vec4(bitcast<u32>(nearest[i]), seen[i], setup_of[i], 0u);
+        let partial = vec4(bitcast<u32>(nearest[i]), seen[i], setup_of[i], walked);
         partials[sum_index(index, place + vec2(0u, i))] = partial;
     }
 }

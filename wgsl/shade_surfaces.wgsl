@@ -5,21 +5,22 @@
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(2) var<uniform> params: PictureParams;
-@group(0) @binding(3) var<uniform> lights: array<GpuLight, MAX_LIGHTS>;
-@group(0) @binding(4) var<uniform> shadow_views: array<GpuView, MAX_SHADOW_VIEWS>;
-@group(0) @binding(5) var<storage, read> tiles: array<Tile>;
-@group(0) @binding(6) var<storage, read> partials: array<vec4<u32>>;
-@group(0) @binding(7) var pairs: texture_storage_2d<rg32uint, read>;
-@group(0) @binding(8) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(9) var casters: texture_2d<u32>;
-@group(0) @binding(10) var setups: texture_2d<u32>;
-@group(0) @binding(11) var images: texture_2d_array<f32>;
-@group(0) @binding(12) var triangles: texture_2d<u32>;
+@group(0) @binding(3) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(4) var<storage, read> partials: array<vec4<u32>>;
+@group(0) @binding(5) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(6) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(7) var casters: texture_2d<u32>;
+@group(0) @binding(8) var setups: texture_2d<u32>;
+@group(0) @binding(9) var images: texture_2d_array<f32>;
+@group(0) @binding(10) var triangles: texture_2d<u32>;
+@group(0) @binding(11) var lights: texture_2d<u32>;
+@group(0) @binding(12) var clusters: texture_2d<u32>;
 @group(0) @binding(13) var filters: texture_2d_array<f32>;
 @group(0) @binding(14) var nearests: texture_2d_array<f32>;
 @group(0) @binding(15) var opaques: texture_2d_array<f32>;
-@group(0) @binding(16) var surfaces: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(17) var air: texture_2d_array<f32>;
+@group(0) @binding(16) var curves: texture_2d_array<u32>;
+@group(0) @binding(17) var surfaces: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(18) var air: texture_2d_array<f32>;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
     if HAS_TRIANGLES && (id & TRIANGLE_BIT) != 0u {
@@ -43,7 +44,9 @@ fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> ve
     // Round, whatever way the disc faces.
     let aside = (point - place.xyz) / place.w;
     let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
-    let surface = Surface(point, normal, normal, to_eye, albedo, material.roughness, place.w);
+    let list = cluster_lights(pixel, depth);
+    let surface =
+        Surface(point, normal, normal, to_eye, albedo, material.roughness, place.w, list);
     return shade_solid(surface) + material.emission;
 }
 
@@ -66,6 +69,7 @@ fn shade_surfaces(
         for (var k = 0u; k < 4u * count; k += 1u) {
             let i = k % 4u;
             let partial = partials[sum_index(tile.merged - 1u + k / 4u, place + vec2(0u, i))];
+            walked += select(0u, partial.w, i == 0u);
             let depth = bitcast<f32>(partial.x);
             if depth < nearest[i] {
                 nearest[i] = depth;
@@ -77,6 +81,7 @@ fn shade_surfaces(
     for (var i = 0u; i < 4u; i += 1u) {
         let at = corner + vec2(0.5, f32(i) + 0.5);
         if all(at < view.size) {
+            asked = 0u;
             var color = sky(normalize(world_point(view, at, 1.0) - eye()));
             if nearest[i] < 1.0 {
                 color = shade(view, at, nearest[i], seen[i], setup_of[i]);
@@ -84,6 +89,9 @@ fn shade_surfaces(
             if params.air_slices > 0u {
                 let before = air_at(at, nearest[i]);
                 color = color * before.a + before.rgb;
+            }
+            if COUNT_COST {
+                color = vec3(f32(walked), f32(asked), 0.0);
             }
             textureStore(surfaces, pixel + vec2(0u, i), vec4(color, nearest[i]));
         }

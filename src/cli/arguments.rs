@@ -1,7 +1,7 @@
 //! What can be asked for.
 use super::bench::BenchArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use gobo::gpu::Backend;
+use gobo::{debug::DebugMode, gpu::Backend};
 use std::{ops::Range, path::PathBuf, str::FromStr};
 
 /// Coloured translucent shadows by compute shaders alone
@@ -65,6 +65,9 @@ pub(crate) struct RenderArguments {
     /// Write the shadow maps too
     #[arg(long)]
     pub(crate) maps: bool,
+    /// Also draw, beside the picture, what it is made of
+    #[arg(long, value_name = "MODE")]
+    pub(crate) debug: Vec<DebugName>,
     /// Replace a value of the scene file: shadow.size=512
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(crate) set: Vec<(String, String)>,
@@ -76,6 +79,17 @@ pub(crate) struct RenderArguments {
 impl RenderArguments {
     pub(crate) fn backend(&self) -> Backend {
         self.backend.into()
+    }
+
+    /// Each mode once, in order.
+    pub(crate) fn debug(&self) -> Vec<DebugMode> {
+        let mut modes: Vec<DebugMode> = Vec::new();
+        for mode in self.debug.iter().map(|&name| name.into()) {
+            if !modes.contains(&mode) {
+                modes.push(mode);
+            }
+        }
+        modes
     }
 
     /// The frames of this shard, ascending; frame 0 where none are named.
@@ -113,6 +127,23 @@ impl From<BackendName> for Backend {
             BackendName::Dx12 => Self::Dx12,
             BackendName::Gl => Self::Gl,
             BackendName::Cpu => Self::Cpu,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DebugName {
+    /// Lights of the cluster that each pixel is in
+    Clusters,
+    /// Pairs that each pixel walked, and lights that it asked
+    Cost,
+}
+
+impl From<DebugName> for DebugMode {
+    fn from(name: DebugName) -> Self {
+        match name {
+            DebugName::Clusters => Self::Clusters,
+            DebugName::Cost => Self::Cost,
         }
     }
 }
@@ -213,6 +244,7 @@ mod tests {
             ["--set", "novalue"],
             ["--set", "=1"],
             ["--backend", "cuda"],
+            ["--debug", "everything"],
         ] {
             assert_eq!(frames(&bad), None, "{bad:?}");
         }

@@ -63,7 +63,7 @@ pub(crate) fn write(
 ) -> Result<(), Failure> {
     files::create_dir(dir)?;
     let mut entries = Vec::with_capacity(maps.len());
-    for ViewMaps { view, filter, nearest, opaque, colored } in maps {
+    for ViewMaps { view, filter, nearest, opaque, colored, .. } in maps {
         let Some(light) = view.light.filter(|&light| light < lights.len()) else { continue };
         let [width, height] = view.size.to_array();
         let (rows, columns) = (height as usize, width as usize);
@@ -89,7 +89,8 @@ pub(crate) fn write(
 }
 
 fn describe<'a>(view: &'a View, light: &Light, name: &'a str) -> ViewEntry<'a> {
-    let (kind, position, direction) = match light.kind {
+    let shadow = light.all_shadows().nth(view.shadow_index());
+    let (kind, position, direction) = match shadow.map_or(light.kind, |shadow| shadow.kind) {
         LightKind::Directional { direction } => ("directional", None, Some(direction)),
         LightKind::Spot { position, .. } => ("spot", Some(position), None),
         LightKind::Point { position } => ("point", Some(position), None),
@@ -150,6 +151,7 @@ pub(crate) fn png(image: &DynamicImage) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gobo::{light::Shadow, scene::Bounds, view::light_views};
 
     fn named(name: &str) -> Light {
         Light {
@@ -161,7 +163,8 @@ mod tests {
             far: None,
             size: None,
             casts: true,
-            cascades: 1,
+            cascades: None,
+            shadows: Vec::new(),
             shafts: true,
         }
     }
@@ -171,6 +174,22 @@ mod tests {
         let lights = ["sun", "../etc/a.b", "", "Sun", "sun", "灯"].map(named);
         let expected = ["sun", "___etc_a_b", "light2", "Sun_2", "sun_3", "_"];
         assert_eq!(light_names(&lights), expected);
+    }
+
+    #[test]
+    fn a_further_shadow_is_described_by_its_own_kind() {
+        let mut lamp = named("lamp");
+        let spot =
+            LightKind::Spot { position: glam::Vec3::Y, direction: glam::Vec3::NEG_Y, angle: 1.0 };
+        lamp.shadows =
+            vec![Shadow { kind: spot, near: None, far: None, size: None, cascades: None }];
+        let bounds = Bounds::EMPTY.with_sphere(glam::Vec3::ZERO, 2.0);
+        let views = light_views(0, &lamp, 16, None, &bounds);
+        let described = views.iter().map(|view| describe(view, &lamp, "lamp"));
+        let places: Vec<_> =
+            described.map(|entry| (entry.kind, entry.view, entry.position)).collect();
+        assert_eq!(places[5], ("point", "nz", Some([0.0; 3])));
+        assert_eq!(places[6], ("spot", "s1_0", Some([0.0, 1.0, 0.0])));
     }
 
     #[test]

@@ -3,6 +3,7 @@ use super::{arguments::RenderArguments, failure::Failure, files, maps};
 use gobo::{
     counters::Counters,
     frame::{Frame, Picture},
+    gpu::Backend,
     render::Renderer,
     scene::{self, Scene},
 };
@@ -29,21 +30,33 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
+    if arguments.backend() == Backend::Cpu && !arguments.debug().is_empty() {
+        let message = "--debug needs an adapter: leave --backend cpu out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    renderer.keep_maps(true);
+    renderer.set_debug(&arguments.debug());
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
 
     let frames = arguments.frames();
+    let mut shrunk = 0;
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
         scene.set_time(f64::from(index) / Scene::FRAME_RATE);
         let frame = renderer.render(&scene, arguments.maps)?;
+        shrunk = shrunk.max(frame.counters.shrunk);
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
         if arguments.maps {
             let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
             maps::write(&dir, &frame.maps, &scene.lights, &light_names)?;
+        }
+        for (mode, image) in &frame.debug {
+            let path = arguments.out.join(format!("frame_{index:04}.{}.png", mode.name()));
+            files::write(&path, &maps::png(&image_of(image)))?;
         }
         // Last, so that a picture says that its frame is complete.
         files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
@@ -56,6 +69,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         progress.inc(1);
     }
     progress.finish_and_clear();
+    if shrunk > 0 {
+        tracing::warn!(
+            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
+             smaller size for some lights, or a larger texel_budget of [shadow]"
+        );
+    }
     let skipped = &scene.skipped;
     if !skipped.is_empty() {
         let reasons: Vec<_> =
@@ -113,6 +132,7 @@ mod tests {
     fn a_report_has_every_figure() {
         let frame = Frame {
             picture: Picture { size: glam::UVec2::ONE, rgb: vec![[0; 3]] },
+            debug: Vec::new(),
             maps: Vec::new(),
             counters: Counters { pairs: 7, skipped: [("radius", 2)].into(), ..Default::default() },
             stages: vec![("sort", 1.5), ("bin", 1.0), ("sort", 0.5)],
@@ -128,7 +148,19 @@ mod tests {
         assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
         assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
         assert_eq!(value["peak_bytes"], 64);
-        for name in ["casters", "visible", "segments", "scattered", "overflowed"] {
+        for name in [
+            "casters",
+            "views_rendered",
+            "views_kept",
+            "culled",
+            "visible",
+            "segments",
+            "scattered",
+            "overflowed",
+            "shrunk",
+            "cluster_lights",
+            "clusters_overflowed",
+        ] {
             assert_eq!(value[name], 0, "{name}");
         }
     }

@@ -163,6 +163,14 @@ impl ScatterSums {
     }
 }
 
+impl ScatterSums {
+    /// Optical depth and nearest depth of a tile's texel.
+    pub fn texel(&self, tile: u32, place: usize) -> (IVec3, f32) {
+        let at = tile as usize * TEXELS + place;
+        (self.tau[at], self.nearest[at])
+    }
+}
+
 /// Tile of a texel, counted from the view's first, and its place in the tile.
 fn place_of(view: &GpuView, texel: UVec2) -> (usize, usize) {
     let tile = texel / TILE_SIZE;

@@ -1,10 +1,14 @@
 //! The stages in order, for every shadow view.
 use super::{
     Pair,
-    accumulate::{Accumulated, Modes, ScatterSums, accumulate},
+    accumulate::{Accumulated, Light, Modes, ScatterSums, accumulate},
     bin::{Bins, bin},
     caster_hit::{Records, Target},
     colored::{filter_colored, occlude_colored},
+    curve::{
+        CurveMap,
+        tile::{CurveModes, CurveTexel, curves},
+    },
     filter::filter,
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
@@ -23,7 +27,9 @@ use crate::{
         TriangleSetup,
     },
     frame::ViewMaps,
+    pipeline::{Class, is_plain},
     scene::Scene,
+    stage::curve::CURVE_SEGMENT,
     view::{GpuView, View},
 };
 use glam::{UVec2, Vec3};
@@ -39,6 +45,8 @@ pub(super) struct SceneRecords<'a> {
     pub casters: Vec<Caster>,
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
+    /// In curve mode.
+    curve_modes: Option<CurveModes>,
     pair_budget: u32,
     /// 0 where dithered surfaces stay as they are [texels].
     soften_window: u32,
@@ -58,6 +66,7 @@ pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
     let records = SceneRecords::new(scene);
     let mut counters = Counters {
         casters: (scene.particles.len() + scene.triangles.len()) as u64,
+        views_rendered: views.len() as u64,
         skipped: scene.skipped.clone(),
         ..Counters::default()
     };
@@ -83,6 +92,12 @@ impl<'a> SceneRecords<'a> {
             casters: scene.particles.iter().map(caster).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
             modes: Modes { gain: uses(Transfer::Gain), ordered: uses(Transfer::Over) },
+            curve_modes: (scene.shadow.curve_nodes() > 0).then(|| CurveModes {
+                nodes: scene.shadow.curve_nodes(),
+                gain: uses(Transfer::Gain),
+                slabs: only_discs(scene),
+                segment: CURVE_SEGMENT as usize,
+            }),
             pair_budget: scene.shadow.pair_budget,
             soften_window: if scene.shadow.soften { window(materials) } else { 0 },
             colored: scene.shadow.colored && uses(Transfer::Dither),
@@ -93,7 +108,10 @@ impl<'a> SceneRecords<'a> {
         let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;
-        let params = ProjectParams { scatter: !self.modes.ordered, unseen: false };
+        let params = ProjectParams {
+            scatter: !self.modes.ordered && self.curve_modes.is_none(),
+            unseen: false,
+        };
         let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
         let sorted = depth_order(&keys);
         let bins = bin(&sorted, &rects, &[gpu_view], tile_count as u32, self.pair_budget);
@@ -139,6 +157,27 @@ impl<'a> SceneRecords<'a> {
                 &opaque,
                 self.modes,
             );
+        }
+        if let Some(modes) = self.curve_modes {
+            count(counters, &bins, sorted.len(), scattered.len());
+            let tiles = each(tile_count, |index| {
+                let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
+                let pairs: Vec<_> = pairs.map(|i| (&footprints[i], keys[i])).collect();
+                curves(records, index as u32, &pairs, &opaque[index], sums.as_ref(), modes)
+            });
+            let accumulated: Vec<_> = tiles.iter().map(without_curves).collect();
+            let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
+            let nodes = modes.nodes as usize;
+            let mut packed = vec![[0; 2]; maps.nearest.len() * nodes];
+            for (index, tile) in tiles.iter().enumerate() {
+                for (place, texel) in Tile::new(&gpu_view, index as u32).texels() {
+                    let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                    packed[at * nodes..(at + 1) * nodes].copy_from_slice(&tile[place].nodes);
+                    counters.disordered += u64::from(tile[place].disordered);
+                }
+            }
+            maps.curve = Some(CurveMap { nodes, gain: modes.gain, packed });
+            return maps;
         }
         let accumulated = each(tile_count, |index| {
             let casters: Vec<&Footprint> =
@@ -203,6 +242,7 @@ impl<'a> SceneRecords<'a> {
             nearest: vec![1.0; texels],
             opaque: vec![1.0; texels],
             colored: Vec::new(),
+            curve: None,
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
             for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
@@ -223,6 +263,25 @@ fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
         last[place] = colored[place].max_element();
     }
     last
+}
+
+/// What curve mode and nearest-depth mode have in common.
+fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
+    let mut texels =
+        TileTexels::filled(Accumulated { light: Light::Passed(Vec3::ONE), nearest: 1.0 });
+    for place in 0..TEXELS {
+        let CurveTexel { passed, nearest, .. } = tile[place];
+        texels[place] = Accumulated { light: Light::Passed(passed), nearest };
+    }
+    texels
+}
+
+/// Whether all that filters light is what [`CurveModes::slabs`] says.
+fn only_discs(scene: &Scene) -> bool {
+    let material = |id: u32| &scene.materials[id as usize];
+    let filters = |id: u32| Class::of(material(id)) == Class::Translucent;
+    !scene.particles.iter().any(|p| filters(p.material) && !is_plain(material(p.material)))
+        && !scene.triangles.iter().any(|triangle| filters(triangle.material))
 }
 
 /// Visible footprints, front to back; equal keys in order of footprints.

@@ -3,7 +3,9 @@ pub mod accumulate;
 pub mod air;
 pub mod bin;
 pub mod caster_hit;
+pub mod cluster;
 pub mod colored;
+pub mod curve;
 pub mod filter;
 pub mod hit;
 pub mod maps;
@@ -19,6 +21,6 @@ mod threads;
 pub mod tile;
 
 pub use maps::render_maps;
-pub use receive::{MapTexel, light_by_channel, receive};
+pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
 pub use shade::render_picture;
 pub use sort::{Pair, sort};

@@ -12,6 +12,11 @@ pub struct MapTexel {
     pub opaque: f32,
 }
 
+/// Light that reaches light depth `z`, per channel; curve mode. `light_at` is the curve.
+pub fn receive_curve(z: f32, opaque: f32, bias: f32, light_at: impl FnOnce(f32) -> Vec3) -> Vec3 {
+    if z > opaque + bias { Vec3::ZERO } else { light_at(z - bias) }
+}
+
 /// Light that reaches light depth `z`, per channel; nearest-depth mode.
 pub fn receive(z: f32, texel: &MapTexel, bias: f32) -> Vec3 {
     if z > texel.opaque + bias {

@@ -1,7 +1,9 @@
 //! Twin of `wgsl/common/receive.wgsl`, `shading.wgsl`, `sheet.wgsl` and `tone.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
-use super::air::phase;
-use super::receive::{MapTexel, light_by_channel, receive};
+use super::{
+    air::phase,
+    receive::{MapTexel, light_by_channel, receive, receive_curve},
+};
 use crate::{
     frame::ViewMaps,
     scene::Scene,
@@ -9,12 +11,14 @@ use crate::{
     view::{GpuView, View},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
-use std::f32::consts::FRAC_1_PI;
+use std::{f32::consts::FRAC_1_PI, ops::Range};
 
 /// Numbers of [`GpuLight::kind`].
 const DIRECTIONAL: u32 = 0;
 const SPOT: u32 = 1;
-const POINT: u32 = 2;
+/// Numbers of [`GpuView::part`].
+const PART_FACE: u32 = 1;
+const PART_WINDOW: u32 = 2;
 
 /// What lights the picture.
 #[derive(Clone, Debug)]
@@ -97,6 +101,9 @@ impl<'a> Lighting<'a> {
         let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
+        if let Some(curve) = &map.curve {
+            return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
+        }
         let filter = Vec3::from_array(map.filter[i]);
         let texel = MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] };
         let light = receive(z, &texel, bias);
@@ -129,19 +136,86 @@ impl<'a> Lighting<'a> {
         light
     }
 
-    /// `normal`, on the light's side, lifts the point off its own shadow.
-    fn shadow(&self, light: &GpuLight, point: Vec3, normal: Vec3, toward: Vec3, bias: f32) -> Vec3 {
+    /// `normal` lifts the point off its own shadow; `sine` of the angle between the normal and the
+    /// way to the light.
+    fn lifted(&self, view: &GpuView, point: Vec3, normal: Vec3, sine: f32) -> Vec3 {
+        let along = -view.view_from_world.transform_point3(point).z;
+        let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
+        point + normal * ((self.normal_bias + 0.5) * sine * texel)
+    }
+
+    /// Light through the first window that holds the point, faded into the next; and how much it
+    /// counts.
+    fn through_windows(
+        &self,
+        windows: Range<usize>,
+        point: Vec3,
+        normal: Vec3,
+        sine: f32,
+        bias: f32,
+    ) -> (Vec3, f32) {
+        let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
+        for index in windows {
+            let at = self.lifted(&self.views[index], point, normal, sine);
+            let share = window_share(&self.views[index], at);
+            if share > 0.0 {
+                sum += self.receive(index, at, bias) * (rest * share);
+                rest *= 1.0 - share;
+            }
+        }
+        (sum / (1.0 - rest).max(1e-6), 1.0 - rest)
+    }
+
+    /// Through the shadow that starts at view `first`.
+    fn through_shadow(
+        &self,
+        first: usize,
+        point: Vec3,
+        normal: Vec3,
+        sine: f32,
+        bias: f32,
+    ) -> (Vec3, f32) {
+        let view = &self.views[first];
+        let index = match view.part {
+            PART_WINDOW => {
+                let windows = first..first + view.part_count as usize;
+                return self.through_windows(windows, point, normal, sine, bias);
+            }
+            // The first face looks along x.
+            PART_FACE => {
+                let p = view.view_from_world.transform_point3(point);
+                first + cube_face(Vec3::new(-p.z, p.y, p.x))
+            }
+            _ => first,
+        };
+        let at = self.lifted(&self.views[index], point, normal, sine);
+        (self.receive(index, at, bias), 1.0)
+    }
+
+    /// Of all shadows of a light the least light, per channel. `normal` is on the light's side.
+    pub fn shadow(
+        &self,
+        light: &GpuLight,
+        point: Vec3,
+        normal: Vec3,
+        toward: Vec3,
+        bias: f32,
+    ) -> Vec3 {
         if light.view_count == 0 {
             return Vec3::ONE;
         }
-        let face = if light.kind == POINT { cube_face(point - light.position) } else { 0 };
-        let index = light.first_view as usize + face;
-        let view = &self.views[index];
-        let along = -view.view_from_world.transform_point3(point).z;
-        let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-        self.receive(index, point + normal * ((self.normal_bias + 0.5) * sine * texel), bias)
+        let first = light.first_view as usize;
+        let (own, share) = self.through_shadow(first, point, normal, sine, bias);
+        let mut passed = Vec3::ONE.lerp(own, share);
+        let mut next = first + self.views[first].part_count as usize;
+        while next < first + light.view_count as usize {
+            let (further, share) = self.through_shadow(next, point, normal, sine, bias);
+            passed = passed.lerp(passed.min(further), share);
+            next += self.views[next].part_count as usize;
+        }
+        passed
     }
 
     pub fn shade_solid(&self, surface: &Surface) -> Vec3 {
@@ -206,7 +280,20 @@ fn spline(t: f32) -> [f32; 3] {
     [0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)]
 }
 
-/// The view of a point light's cube that looks towards `away` from the light.
+/// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+fn window_share(view: &GpuView, point: Vec3) -> f32 {
+    let p = view.view_from_world.transform_point3(point);
+    let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
+    let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+    // All nine texels are the window's own.
+    let border = place.min(view.size - place).min_element() - 1.5;
+    if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {
+        return 0.0;
+    }
+    (border / view.fade.max(1e-3)).min(1.0)
+}
+
+/// The face of a cube that looks towards `away` from its middle.
 fn cube_face(away: Vec3) -> usize {
     let size = away.abs();
     if size.x >= size.y && size.x >= size.z {
@@ -226,7 +313,9 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     let away = point - light.position;
     let square = away.length_squared().max(1e-4);
     let ray = away / square.sqrt();
-    let mut color = light.color / square;
+    let part = square * light.per_range2;
+    let window = (1.0 - part * part).max(0.0);
+    let mut color = light.color / square * (window * window);
     if light.kind == SPOT {
         let (outer, inner) = (light.cone_outer, light.cone_inner);
         let t = ((ray.dot(light.direction) - outer) / (inner - outer)).clamp(0.0, 1.0);

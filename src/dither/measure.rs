@@ -5,7 +5,7 @@ use crate::{
     cpu::{MapTexel, light_by_channel, receive, render_maps},
     frame::ViewMaps,
     scene::Scene,
-    view::{Projection, View},
+    view::{Part, Projection, View},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
@@ -71,6 +71,7 @@ fn dithered(pattern: Pattern) -> Material {
 /// Looks along -z; `moved` by texels.
 fn view(moved: Vec2) -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -1,11 +1,12 @@
 //! The air of a picture, bound and ready to be recorded after the maps it is lit through.
-use super::Kernels;
+use super::kernels::{Kernels, Variant};
 use crate::{
     cpu::air::columns,
     error::Error,
     gpu::{Allocator, Timeline, array_view},
     scene::Scene,
     stage::air::{AirParams, GROUP_SIZE},
+    stage::hits::Features,
 };
 use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages};
 
@@ -15,18 +16,20 @@ pub(super) struct PreparedAir {
     sum: BindGroup,
     /// Of columns, and slices.
     groups: [u32; 3],
+    features: Features,
 }
 
 impl PreparedAir {
-    /// The volume, and what fills it where the scene has any air. `uniforms`: views, params, lights
-    /// and shadow views; `shadows`: the maps.
+    /// The volume, and what fills it where the scene has any air. `uniforms`: views and params;
+    /// `shadows`: lights and maps.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &Kernels,
+        kernels: &mut Kernels,
+        features: Features,
         scene: &Scene,
-        uniforms: [&BindingResource<'_>; 4],
-        shadows: &[BindingResource<'_>; 3],
+        uniforms: [&BindingResource<'_>; 2],
+        shadows: &[BindingResource<'_>; 6],
     ) -> Result<(wgpu::Texture, Option<Self>), Error> {
         let usage = TextureUsages::STORAGE_BINDING;
         let Some(air) = &scene.air else {
@@ -48,9 +51,9 @@ impl PreparedAir {
         scatter.push(texture(&source_view));
         let sum = [uniforms[0].clone(), params, texture(&source_view), texture(&volume_view)];
         let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), air.steps];
-        let scatter = kernels.air_scatter.bind(device, &scatter);
+        let scatter = kernels.make(device, Variant::AirScatter, features).bind(device, &scatter);
         let sum = kernels.air_sum.bind(device, &sum);
-        Ok((volume, Some(Self { scatter, sum, groups })))
+        Ok((volume, Some(Self { scatter, sum, groups, features })))
     }
 
     pub(super) fn record(
@@ -60,7 +63,11 @@ impl PreparedAir {
         timeline: &mut Timeline,
     ) {
         let mut pass = timeline.pass(encoder, "air");
-        kernels.air_scatter.record(&mut pass, &self.scatter, self.groups);
+        kernels.get(Variant::AirScatter, self.features).record(
+            &mut pass,
+            &self.scatter,
+            self.groups,
+        );
         let [x, y, _] = self.groups;
         kernels.air_sum.record(&mut pass, &self.sum, [x, y, 1]);
     }

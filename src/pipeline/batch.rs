@@ -1,27 +1,27 @@
 //! A batch: as many views as share the scratch memory at once, from casters to maps.
 use super::{
     Config,
-    casters::{CasterSet, Class, Span},
+    casters::{CasterSet, Class},
     kernels::{Kernels, Variant},
     list::{ChunkBuffers, Chunks, List, ListCounters, ListPlan, Scratch, view_array},
     maps::Maps,
+    small::{SmallTriangles, copy_depths},
 };
 use crate::{
+    atlas::MapPlace,
     error::Error,
     footprint::{FOOTPRINT_TEXELS, ROW},
     gpu::{Allocator, Timeline, array_view, view},
     stage::{
         accumulate::TINY_GROUPS,
         bin::Dispatch,
+        curve::CURVE_SEGMENT,
         hits::Features,
-        project::{CHUNK_SIZE, Chunk, ProjectParams},
+        project::{Chunk, ProjectParams},
     },
-    view::{GpuView, MAX_VIEWS, View},
+    view::{GpuView, MAX_VIEWS, TILE_SIZE, View},
 };
-use std::{
-    ops::{Range, RangeInclusive},
-    sync::Arc,
-};
+use std::{ops::RangeInclusive, sync::Arc};
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
 
 /// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
@@ -34,6 +34,12 @@ pub(super) struct Plan {
     pub tile_count: u32,
     /// Opaque, translucent.
     pub lists: [ListPlan; 2],
+    /// The maps hold something already.
+    pub kept: bool,
+    /// The maps have been filled with what they are without translucent casters.
+    pub cleared: bool,
+    /// Of opaque triangles that are in no list.
+    pub small_chunks: Vec<Chunk>,
 }
 
 /// What `prepare` works with.
@@ -68,7 +74,7 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter = self.config.scatter_tiny && plan.class == Class::Translucent && !self.camera;
+        let scatter = self.config.scatters() && plan.class == Class::Translucent && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
@@ -86,104 +92,156 @@ impl Context<'_, '_> {
 }
 
 /// What a shadow view lists: what blocks light, and what filters it.
-const LISTS: [RangeInclusive<Class>; 2] =
+pub(super) const LISTS: [RangeInclusive<Class>; 2] =
     [Class::Opaque..=Class::Dithered, Class::Translucent..=Class::Translucent];
 
-/// Cuts the views into batches and lists their casters.
-pub(super) fn plan(views: &[View], casters: &CasterSet, maps: &Maps) -> Result<Vec<Plan>, Error> {
-    let per_view =
-        LISTS.map(|list| casters.span(list).count()).into_iter().max().unwrap_or(0) as u64;
+/// A view to be rendered.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen<'a> {
+    pub view: &'a View,
+    pub place: MapPlace,
+    /// Indices of the groups that it may see, in order.
+    pub groups: &'a [u32],
+}
+
+/// Cuts the views into batches and lists their casters. `nodes`: K of the curves, 0 for none;
+/// `kept`: the maps hold something already.
+pub(super) fn plan(
+    views: &[Seen<'_>],
+    casters: &CasterSet,
+    nodes: u32,
+    kept: bool,
+) -> Result<Vec<Plan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
-    if per_view > most_footprints {
-        return Err(Error::Limit {
-            limit: "casters of one class",
-            have: most_footprints,
-            need: per_view,
-            remedy: "split the scene",
-        });
-    }
     let mut plans = Vec::new();
-    let mut batch: Vec<GpuView> = Vec::new();
+    let mut batch = Vec::new();
+    let mut footprints = [0; 2];
     let mut tile_count = 0;
-    for (view, place) in views.iter().zip(&maps.places) {
+    for seen in views {
+        let Seen { view, place, groups } = *seen;
+        let listed = LISTS.map(|list| count(casters, groups, &list));
+        if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
+            return Err(Error::Limit {
+                limit: "casters of one class in a view",
+                have: most_footprints,
+                need,
+                remedy: "split the scene",
+            });
+        }
         let tiles = view.tiles().element_product();
         let mut gpu_view = view.to_gpu(tile_count, place.origin, place.layer);
         let full = tile_count + tiles > MAX_TILES
             || batch.len() == MAX_VIEWS
-            || batch.first().is_some_and(|v| v.perspective != gpu_view.perspective)
-            || per_view * (batch.len() as u64 + 1) > most_footprints;
+            || batch
+                .first()
+                .is_some_and(|(v, _): &(GpuView, _)| v.perspective != gpu_view.perspective)
+            || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
         if full && !batch.is_empty() {
-            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters));
-            tile_count = 0;
+            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, nodes, kept));
+            (tile_count, footprints) = (0, [0; 2]);
             gpu_view.first_tile = 0;
         }
-        batch.push(gpu_view);
+        batch.push((gpu_view, groups));
         tile_count += tiles;
+        footprints = [0, 1].map(|i| footprints[i] + listed[i]);
     }
     if !batch.is_empty() {
-        plans.push(Plan::new(batch, tile_count, casters));
+        plans.push(Plan::new(batch, tile_count, casters, nodes, kept));
     }
     Ok(plans)
 }
 
+/// Casters of a list in groups.
+fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u64 {
+    let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+    groups.filter(|group| list.contains(&group.class)).map(|group| group.casters.len() as u64).sum()
+}
+
 impl Plan {
-    fn new(views: Vec<GpuView>, tile_count: u32, casters: &CasterSet) -> Self {
+    /// (caster, view) that are projected.
+    pub(super) fn caster_count(&self) -> u64 {
+        let listed: u64 = self.lists.iter().map(|list| u64::from(list.footprint_count)).sum();
+        listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
+    }
+
+    /// `nodes`: K of the curves, 0 for none.
+    fn new(
+        seen: Vec<(GpuView, &[u32])>,
+        tile_count: u32,
+        casters: &CasterSet,
+        nodes: u32,
+        kept: bool,
+    ) -> Self {
+        let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
         let perspective = views[0].perspective > 0.0;
         let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
-        let [blocking, filtering] = LISTS.map(|list| {
-            let span = casters.span(list.clone());
-            let features = span.features.of_views(perspective, has_opaque);
-            ListPlan::new(*list.start(), Span { features, ..span }, views.len() as u32)
+        let [mut blocking, filtering] = LISTS.map(|list| {
+            let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
+            ListPlan::new(&list, features, casters, &groups)
         });
-        let first = casters.span(LISTS[1].clone()).particles.start;
-        let may_be_tiny = |chunk: &&Chunk| {
-            let extent = &casters.extents()[((chunk.first_caster - first) / CHUNK_SIZE) as usize];
-            extent.may_be_tiny(&views[chunk.view as usize])
-        };
-        let tiny_chunks = filtering.particle_chunks.iter().filter(may_be_tiny).copied().collect();
-        let lists = [blocking, ListPlan { tiny_chunks, ..filtering }];
-        Self { views, tile_count, lists }
+        let small_chunks = blocking.take_triangles(|chunk| {
+            let small = casters.triangle_group(chunk.first_caster).triangles;
+            small.is_some_and(|extent| extent.is_small(&views[chunk.view as usize]))
+        });
+        blocking.features.small = !small_chunks.is_empty();
+        let tiny_chunks = filtering.tiny(casters, &groups, &views);
+        let features = Features { nodes, ..filtering.features };
+        let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
+        Self { views, tile_count, lists, small_chunks, kept, cleared: false }
     }
 
     /// Of the picture: what is solid, and all else that is seen.
     pub(super) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
-        let solid = casters.span(Class::Opaque..=Class::Opaque);
-        let clear = casters.span(Class::Dithered..=Class::Unseen);
-        let features = Features { plain: false, ..clear.features };
+        let visible = casters.visible(&view);
+        let list = |list: RangeInclusive<Class>, solid: bool| {
+            let features = casters.span(list.clone()).features;
+            let features = if solid {
+                features.of_views(false, false)
+            } else {
+                Features { plain: false, ..features }
+            };
+            let class = if solid { Class::Opaque } else { Class::Translucent };
+            ListPlan { class, ..ListPlan::new(&list, features, casters, &[&visible]) }
+        };
         let lists = [
-            ListPlan::new(
-                Class::Opaque,
-                Span { features: solid.features.of_views(false, false), ..solid },
-                1,
-            ),
-            ListPlan::new(Class::Translucent, Span { features, ..clear }, 1),
+            list(Class::Opaque..=Class::Opaque, true),
+            list(Class::Dithered..=Class::Unseen, false),
         ];
-        Self { views: vec![view], tile_count, lists }
+        let small_chunks = Vec::new();
+        Self { views: vec![view], tile_count, lists, small_chunks, kept: false, cleared: false }
     }
 }
 
 impl ListPlan {
-    /// A span of casters, in every view.
-    fn new(class: Class, span: Span, view_count: u32) -> Self {
+    /// Of the classes of `list`, what each view may see.
+    fn new(
+        list: &RangeInclusive<Class>,
+        features: Features,
+        casters: &CasterSet,
+        visible: &[&[u32]],
+    ) -> Self {
         let mut footprint_count = 0;
-        let mut list = |range: Range<u32>| {
+        let mut chunks_of = |is_triangles| {
             let mut chunks = Vec::new();
-            for view in 0..view_count {
-                for first_caster in range.clone().step_by(CHUNK_SIZE as usize) {
-                    let count = (range.end - first_caster).min(CHUNK_SIZE);
-                    let first_footprint = footprint_count;
-                    chunks.push(Chunk { view, first_caster, count, first_footprint });
-                    footprint_count += count;
+            for (view, groups) in (0..).zip(visible) {
+                let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+                for group in groups {
+                    if group.is_triangles() == is_triangles && list.contains(&group.class) {
+                        let count = group.casters.len() as u32;
+                        let (first_caster, first_footprint) =
+                            (group.casters.start, footprint_count);
+                        chunks.push(Chunk { view, first_caster, count, first_footprint });
+                        footprint_count += count;
+                    }
                 }
             }
             chunks
         };
-        let Span { particles, triangles, features } = span;
-        let particle_chunks = list(particles);
-        let triangle_chunks = list(triangles);
+        let particle_chunks = chunks_of(false);
+        let triangle_chunks = chunks_of(true);
         let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
         Self {
-            class,
+            class: *list.start(),
             features,
             particle_chunks,
             tiny_chunks: Vec::new(),
@@ -192,15 +250,49 @@ impl ListPlan {
             first_setup,
         }
     }
+
+    /// Those of the particles' chunks that may have tiny ones.
+    fn tiny(&self, casters: &CasterSet, visible: &[&[u32]], views: &[GpuView]) -> Vec<Chunk> {
+        let groups = casters.groups();
+        let extents = visible.iter().flat_map(|visible| {
+            let listed = visible.iter().map(|&group| &groups[group as usize]);
+            listed
+                .filter(|group| group.class == Class::Translucent && !group.is_triangles())
+                .map(|group| &group.extent)
+        });
+        let chunks = self.particle_chunks.iter().zip(extents);
+        chunks
+            .filter(|(chunk, extent)| extent.may_be_tiny(&views[chunk.view as usize]))
+            .map(|(chunk, _)| *chunk)
+            .collect()
+    }
+
+    /// Takes the chunks out that `is_taken` says.
+    fn take_triangles(&mut self, is_taken: impl FnMut(&Chunk) -> bool) -> Vec<Chunk> {
+        let (taken, mut rest): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);
+        self.footprint_count = self.first_setup;
+        for chunk in &mut rest {
+            chunk.first_footprint = self.footprint_count;
+            self.footprint_count += chunk.count;
+        }
+        self.triangle_chunks = rest;
+        taken
+    }
 }
 
 /// A batch, bound and ready to be recorded.
 #[derive(Debug)]
 pub(super) struct Batch {
     scratch: Arc<Scratch>,
+    views: Vec<GpuView>,
     tile_count: u32,
     /// What finds the opaque depths: tiles, segments, overflow, resolve.
     blocking: [Variant; 4],
+    kept: bool,
+    cleared: bool,
+    opaques: wgpu::Texture,
+    small: Option<SmallTriangles>,
     opaque: ClassBatch,
     translucent: ClassBatch,
 }
@@ -232,12 +324,17 @@ impl Batch {
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
         let blocking = blocking(maps.colored.is_some());
-        let tiny = if context.config.scatter_tiny { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let tiny = if context.config.scatters() { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
+            views: plan.views.clone(),
             tile_count: plan.tile_count,
             blocking,
+            kept: plan.kept,
+            cleared: plan.cleared,
+            opaques: maps.opaques.clone(),
+            small: SmallTriangles::new(context, &plan.small_chunks, &views)?,
             opaque: ClassBatch::opaque(context, maps, opaque, plan.lists[0].features, &views),
             translucent: ClassBatch::translucent(
                 context,
@@ -263,8 +360,18 @@ impl Batch {
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let merged = Dispatch::Merged.offset();
-        // Without opaque casters the opaque depth stays what `Maps` filled in: 1.
-        if opaque.list.footprint_count > 0 {
+        if let Some(small) = &self.small {
+            let texels = self.tile_count * TILE_SIZE * TILE_SIZE;
+            small.record(&self.scratch, texels, kernels, encoder, timeline);
+            if opaque.list.footprint_count == 0 {
+                timeline.step(encoder, "occlude");
+                copy_depths(&self.scratch, &self.views, &self.opaques, encoder);
+            }
+        }
+        // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
+        let has_old_depths = self.kept && self.small.is_none();
+        let by_channel = self.blocking[0] == V::ColoredTiles && self.small.is_some();
+        if opaque.list.footprint_count > 0 || has_old_depths || by_channel {
             self.record_lists(opaque, kernels, encoder, timeline, None, overflow_of);
             let mut pass = timeline.pass(encoder, "occlude");
             let kernel = |variant| kernels.get(variant, opaque.features);
@@ -274,11 +381,20 @@ impl Batch {
             kernel(resolve_of).record_indirect(&mut pass, resolve, dispatches, merged);
         }
 
+        // `prepare` may have filled the maps with what they are without translucent casters.
+        if translucent.list.footprint_count == 0 && self.cleared {
+            return;
+        }
         let tiny = Some(V::AccumulateTiny);
         self.record_lists(translucent, kernels, encoder, timeline, tiny, V::AccumulateOverflow);
         let mut pass = timeline.pass(encoder, "accumulate");
         let kernel = |variant| kernels.get(variant, translucent.features);
         kernel(V::AccumulateTiles).record(&mut pass, &translucent.tiles, tiles);
+        // A tile has each footprint once: few make no second segment of a curve.
+        let curved = translucent.features.nodes > 0;
+        if curved && translucent.list.footprint_count <= CURVE_SEGMENT {
+            return;
+        }
         kernel(V::AccumulateSegments).record_indirect(
             &mut pass,
             &translucent.segments,
@@ -418,6 +534,7 @@ impl ClassBatch {
         let images = array_view(&context.casters.images);
         let opaques = array_view(&maps.opaques);
         let texture = BindingResource::TextureView;
+        let small = context.scratch.small.depths.as_entire_binding();
         let hit = [texture(&casters), texture(&context.scratch.setups), texture(&images)];
         let bind = |variant, resources: Vec<BindingResource<'_>>| {
             context.kernels.get(variant, features).bind(device, &resources)
@@ -425,13 +542,19 @@ impl ClassBatch {
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
         let colored = maps.colored.as_ref().map(array_view);
-        let depths = std::iter::once(&opaques).chain(&colored).map(BindingResource::TextureView);
-        let depths: Vec<_> = depths.collect();
+        let colored = colored.as_ref().map(texture);
         let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
-        to_map.extend_from_slice(&depths);
-        let mut resolve =
-            vec![shared.views.clone(), dispatches.clone(), merged_tiles.clone(), tiles.clone()];
-        resolve.extend(depths);
+        to_map.extend([texture(&opaques), small.clone()]);
+        let mut resolve = vec![
+            shared.views.clone(),
+            dispatches.clone(),
+            merged_tiles.clone(),
+            tiles.clone(),
+            texture(&opaques),
+            small,
+        ];
+        to_map.extend(colored.clone());
+        resolve.extend(colored);
         let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
         let [tiles_of, segments_of, overflow_of, resolve_of] = variants;
@@ -481,16 +604,28 @@ impl ClassBatch {
         };
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
-        let outputs = [texture(&filters), texture(&nearests)];
-        let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
-        to_map.extend(outputs.clone());
+        let curves = array_view(&maps.curves);
+        let counters = list.counters.as_entire_binding();
+        let partials = context.scratch.partials.as_entire_binding();
+        let curved = features.nodes > 0;
+        let mut outputs = vec![texture(&filters), texture(&nearests)];
         let mut resolve =
             vec![shared.views.clone(), dispatches.clone(), merged_tiles.clone(), tiles.clone()];
+        let (mut to_map, to_sums);
+        if curved {
+            outputs.push(texture(&curves));
+            resolve.push(partials.clone());
+            to_map = shared.summed(shared.hits([tiles, &counters, pairs, footprints], &hit));
+            let own = [dispatches, segments, &partials, &counters, pairs, footprints];
+            to_sums = shared.hits(own, &hit);
+        } else {
+            to_map = shared.hits([tiles, pairs, footprints], &hit);
+            to_sums = shared.summed(shared.hits([dispatches, segments, pairs, footprints], &hit));
+        }
+        to_map.extend(outputs.clone());
         resolve.extend(outputs);
-        let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
         let tiny = tiny.map(|ChunkBuffers { count, chunks, params }| {
-            let counters = list.counters.as_entire_binding();
             let chunks = chunks.as_entire_binding();
             let own = [&chunks, scattered_tiles, &counters, rects, footprints];
             let mut resources = shared.hits(own, &hit);
@@ -499,7 +634,7 @@ impl ClassBatch {
         });
         let (tiles, segments, overflow, resolve) = (
             bind(V::AccumulateTiles, to_map),
-            bind(V::AccumulateSegments, shared.summed(to_sums)),
+            bind(V::AccumulateSegments, to_sums),
             bind(V::AccumulateOverflow, shared.summed(rest)),
             bind(V::ResolveTiles, shared.summed(resolve)),
         );

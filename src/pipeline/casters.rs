@@ -1,4 +1,5 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
+use super::groups::{Group, Groups, Members, now, sort_by_place};
 use crate::{
     caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
     dither::{Pattern, blue_ranks, window},
@@ -7,12 +8,14 @@ use crate::{
         CASTER_TEXELS, Caster, GpuMaterial, MAX_MATERIALS, ROW, TRIANGLE_TEXELS, TriangleRecord,
     },
     gpu::{Allocator, Memory},
-    scene::Bounds,
-    stage::{hits::Features, project::CHUNK_SIZE},
+    stage::hits::Features,
     view::GpuView,
 };
 use bytemuck::Zeroable as _;
-use std::ops::{Range, RangeInclusive};
+use std::{
+    hash::{DefaultHasher, Hash as _, Hasher as _},
+    ops::{Range, RangeInclusive},
+};
 use wgpu::{
     TextureFormat::{Rgba8UnormSrgb, Rgba32Uint},
     TextureUsages,
@@ -43,6 +46,7 @@ impl Class {
 }
 
 const CLASSES: usize = 4;
+const ALL: [Class; CLASSES] = [Class::Opaque, Class::Dithered, Class::Translucent, Class::Unseen];
 
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
@@ -59,39 +63,9 @@ impl Span {
     }
 }
 
-/// What a chunk's particles are within.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
-    /// World space [m].
-    pub bounds: Bounds,
-    /// [m]
-    pub min_radius: f32,
-}
-
-impl Extent {
-    fn of(casters: &[Caster]) -> Self {
-        let none = Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY };
-        casters.iter().fold(none, |extent, caster| Self {
-            bounds: extent.bounds.with_sphere(caster.center, caster.radius),
-            min_radius: extent.min_radius.min(caster.radius),
-        })
-    }
-
-    /// Whether some particle may be at most 2x2 texels in the view: then its radius is below 1.5.
-    pub(super) fn may_be_tiny(&self, view: &GpuView) -> bool {
-        let texels_per_metre = if view.perspective > 0.0 {
-            let center = -view.view_from_world.transform_point3(self.bounds.center()).z;
-            let farthest = (center + self.bounds.radius()).min(view.far);
-            view.scale / farthest.max(view.near)
-        } else {
-            view.scale
-        };
-        self.min_radius * texels_per_metre < 1.5
-    }
-}
-
 /// Particles, triangles, materials and images in kernel form. Within each kind the casters are
-/// ordered by class, and stay in the scene's order within a class.
+/// ordered by class. Within a class triangles stay in the scene's order, and particles do where
+/// some filter depends on the order; otherwise neighbours are put together.
 #[derive(Debug)]
 pub struct CasterSet {
     pub casters: wgpu::Texture,
@@ -99,14 +73,45 @@ pub struct CasterSet {
     pub images: wgpu::Texture,
     pub materials: wgpu::Buffer,
     particle_ranges: [Range<u32>; CLASSES],
-    /// Of translucent particles: what each [`CHUNK_SIZE`] of them are within.
-    extents: Vec<Extent>,
     triangle_ranges: [Range<u32>; CLASSES],
     features: [Features; CLASSES],
     /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
     pub dither_window: u32,
     /// Bytes by texture and buffer.
     pub memory: Memory,
+    groups: Groups,
+    source: Source,
+    /// When it was made: no other set has the same.
+    id: u64,
+}
+
+/// What was uploaded, to tell what changes.
+#[derive(Debug)]
+struct Source {
+    /// Indices into the scene's particles and triangles, in the order of the upload.
+    particle_order: Vec<u32>,
+    triangle_order: Vec<u32>,
+    /// Particles, then the ranks of the blue noise.
+    casters: Vec<Caster>,
+    triangles: Vec<TriangleRecord>,
+    materials: Vec<Material>,
+    /// Hashes.
+    textures: Vec<u64>,
+    /// [texels]
+    texture_sizes: Vec<(u32, u32)>,
+    blue_first: u32,
+}
+
+/// What decides where a material's casters are in the upload.
+fn layout(material: &Material) -> (Class, bool, bool) {
+    let blue = material.transfer == Transfer::Dither && material.pattern == Pattern::Blue;
+    (Class::of(material), material.transfer == Transfer::Over, blue)
+}
+
+fn hash(texture: &Texture) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (texture.width, texture.height, &texture.rgba).hash(&mut hasher);
+    hasher.finish()
 }
 
 impl CasterSet {
@@ -129,8 +134,16 @@ impl CasterSet {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
-        let (particle_order, particle_ranges) =
+        let layouts: Vec<_> = materials.iter().map(layout).collect();
+        let (mut particle_order, particle_ranges) =
             by_class(&particles.iter().map(|p| classes[p.material as usize]));
+        let is_ordered = |class| layouts.iter().any(|&(of, over, _)| of == class && over);
+        for (class, range) in ALL.into_iter().zip(&particle_ranges) {
+            if !is_ordered(class) {
+                let particles_of = &mut particle_order[range.start as usize..range.end as usize];
+                sort_by_place(particles_of, |i| particles[i as usize].center);
+            }
+        }
         let (triangle_order, triangle_ranges) =
             by_class(&triangles.iter().map(|t| classes[t.material as usize]));
         let mut casters: Vec<_> = particle_order
@@ -140,18 +153,14 @@ impl CasterSet {
             .collect();
         let records: Vec<_> =
             triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
-        let mut features = [Features::NONE; CLASSES];
-        for particle in particles {
-            add_features(&mut features, &materials[particle.material as usize], true);
-        }
-        for triangle in triangles {
-            add_features(&mut features, &materials[triangle.material as usize], false);
-        }
-        let Range { start, end } = particle_ranges[Class::Translucent as usize];
-        let translucent = &casters[start as usize..end as usize];
-        let extents = translucent.chunks(CHUNK_SIZE as usize).map(Extent::of).collect();
+        let features = features_of(particles, triangles, materials);
+        let by = |ranges: &[Range<u32>; CLASSES]| {
+            ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
+        };
+        let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
+        let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges));
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
-        if materials.iter().any(|m| m.transfer == Transfer::Dither && m.pattern == Pattern::Blue) {
+        if layouts.iter().any(|&(_, _, blue)| blue) {
             // Behind the particles, because every kernel that dithers reads these already.
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
@@ -160,13 +169,139 @@ impl CasterSet {
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
             images: upload_images(&mut allocator, queue, textures)?,
             materials: upload_materials(&mut allocator, queue, materials, textures, blue_first),
-            extents,
             particle_ranges,
             triangle_ranges,
             features,
             dither_window: window(materials),
             memory,
+            groups,
+            source: Source {
+                particle_order,
+                triangle_order,
+                casters,
+                triangles: records,
+                materials: materials.to_vec(),
+                textures: textures.iter().map(hash).collect(),
+                texture_sizes: textures.iter().map(|t| (t.width, t.height)).collect(),
+                blue_first,
+            },
+            id: now(),
         })
+    }
+
+    /// Takes over what has changed in the scene and uploads that alone. False where it could not,
+    /// and a new set must be made: with another number of casters, materials or textures, other
+    /// sizes of textures, casters of another class, or particles that have drifted so far apart
+    /// that other neighbours should be together.
+    pub fn update(
+        &mut self,
+        queue: &wgpu::Queue,
+        particles: &[Particle],
+        triangles: &[Triangle],
+        materials: &[Material],
+        textures: &[Texture],
+    ) -> bool {
+        let Self { source, groups, .. } = self;
+        let same_layouts = materials.len() == source.materials.len()
+            && materials.iter().map(layout).eq(source.materials.iter().map(layout));
+        let sizes = textures.iter().map(|t| (t.width, t.height));
+        if !same_layouts
+            || particles.len() != source.particle_order.len()
+            || triangles.len() != source.triangle_order.len()
+            || !sizes.eq(source.texture_sizes.iter().copied())
+        {
+            return false;
+        }
+        let classes: Vec<_> = materials.iter().map(Class::of).collect();
+        let in_place = |order: &[u32], ranges: &[Range<u32>; CLASSES], of: &dyn Fn(u32) -> u32| {
+            ALL.into_iter().zip(ranges).all(|(class, range)| {
+                let members = &order[range.start as usize..range.end as usize];
+                members.iter().all(|&i| classes[of(i) as usize] == class)
+            })
+        };
+        if !in_place(&source.particle_order, &self.particle_ranges, &|i| {
+            particles[i as usize].material
+        }) || !in_place(&source.triangle_order, &self.triangle_ranges, &|i| {
+            triangles[i as usize].material
+        }) {
+            return false;
+        }
+
+        let hashes: Vec<u64> = textures.iter().map(hash).collect();
+        let new_texture: Vec<bool> =
+            hashes.iter().zip(&source.textures).map(|(new, old)| new != old).collect();
+        for (layer, _) in new_texture.iter().enumerate().filter(|&(_, &new)| new) {
+            upload_image(queue, &self.images, layer, &textures[layer]);
+        }
+        let new_material: Vec<bool> = materials
+            .iter()
+            .zip(&source.materials)
+            .map(|(new, old)| new != old || new.texture.is_some_and(|t| new_texture[t as usize]))
+            .collect();
+        if new_material.contains(&true) {
+            let records = material_records(materials, textures, source.blue_first);
+            queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&records));
+        }
+        (source.materials, source.textures) = (materials.to_vec(), hashes);
+        self.features = features_of(particles, triangles, materials);
+        self.dither_window = window(materials);
+
+        let changed_at = now();
+        let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
+        for group in &mut groups.groups {
+            let range = group.casters.start as usize..group.casters.end as usize;
+            let is_new = if group.is_triangles() {
+                let records = &mut source.triangles[range.clone()];
+                replace(records, &source.triangle_order[range], |i| {
+                    let triangle = &triangles[i as usize];
+                    (TriangleRecord::new(triangle), new_material[triangle.material as usize])
+                })
+            } else {
+                let records = &mut source.casters[range.clone()];
+                replace(records, &source.particle_order[range], |i| {
+                    let particle = &particles[i as usize];
+                    let material = particle.material as usize;
+                    (Caster::new(particle, &materials[material]), new_material[material])
+                })
+            };
+            if is_new {
+                let order = &source.triangle_order;
+                let members = Members { casters: &source.casters, triangles, order, materials };
+                group.refit(members, changed_at);
+                let parts =
+                    if group.is_triangles() { &mut new_triangles } else { &mut new_particles };
+                parts.push(group.casters.clone());
+            }
+        }
+        upload_parts(queue, &self.casters, &source.casters, CASTER_TEXELS, &new_particles);
+        upload_parts(queue, &self.triangles, &source.triangles, TRIANGLE_TEXELS, &new_triangles);
+        (new_particles.is_empty() && new_triangles.is_empty()) || groups.refit()
+    }
+
+    /// Casters that lie together, in the order of the upload: particles first.
+    pub fn groups(&self) -> &[Group] {
+        &self.groups.groups
+    }
+
+    /// The group that a triangle of the upload is in.
+    pub(super) fn triangle_group(&self, triangle: u32) -> &Group {
+        self.groups.of_triangle(triangle)
+    }
+
+    /// Indices of the groups that a view may see, in order: all that touch one of its texels, and
+    /// few others.
+    pub fn visible(&self, view: &GpuView) -> Vec<u32> {
+        self.groups.visible(view)
+    }
+
+    /// When something in it last changed.
+    pub(super) fn changed_at(&self) -> u64 {
+        self.groups.groups.iter().map(|group| group.changed_at).max().unwrap_or(0)
+    }
+
+    /// No other set has the same.
+    pub(super) fn id(&self) -> u64 {
+        self.id
     }
 
     /// The casters of `classes`.
@@ -179,26 +314,48 @@ impl CasterSet {
             features: self.features[first..=last].iter().fold(Features::NONE, |a, &b| a.or(b)),
         }
     }
-
-    /// Of the chunks of the translucent particles.
-    pub fn extents(&self) -> &[Extent] {
-        &self.extents
-    }
 }
 
 /// Stable order by class, and each class's range in it.
 fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Range<u32>; CLASSES]) {
     let mut order = Vec::new();
     let mut ranges = [const { 0..0 }; CLASSES];
-    for (class, range) in [Class::Opaque, Class::Dithered, Class::Translucent, Class::Unseen]
-        .into_iter()
-        .zip(&mut ranges)
-    {
+    for (class, range) in ALL.into_iter().zip(&mut ranges) {
         let first = order.len() as u32;
         order.extend((0..).zip(classes.clone()).filter(|&(_, c)| c == class).map(|(i, _)| i));
         *range = first..order.len() as u32;
     }
     (order, ranges)
+}
+
+fn features_of(
+    particles: &[Particle],
+    triangles: &[Triangle],
+    materials: &[Material],
+) -> [Features; CLASSES] {
+    let mut features = [Features::NONE; CLASSES];
+    for particle in particles {
+        add_features(&mut features, &materials[particle.material as usize], true);
+    }
+    for triangle in triangles {
+        add_features(&mut features, &materials[triangle.material as usize], false);
+    }
+    features
+}
+
+/// Puts what is made of each index into the records. Whether one differs, or must be new.
+fn replace<T: PartialEq>(
+    records: &mut [T],
+    order: &[u32],
+    make: impl Fn(u32) -> (T, bool),
+) -> bool {
+    let mut is_new = false;
+    for (record, &index) in records.iter_mut().zip(order) {
+        let (made, must) = make(index);
+        is_new |= must || *record != made;
+        *record = made;
+    }
+    is_new
 }
 
 fn add_features(features: &mut [Features; CLASSES], material: &Material, is_particle: bool) {
@@ -210,12 +367,17 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.quads |= is_particle && material.shape == Shape::Quad;
     features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
-    features.plain &= is_particle
-        && material.shape == Shape::Disc
+    features.solid &= !is_particle && material.transfer == Transfer::Opaque;
+    features.plain &= is_particle && is_plain(material);
+}
+
+/// Whether a particle is a soft disc of the `filter` transfer and nothing else.
+pub(crate) fn is_plain(material: &Material) -> bool {
+    material.shape == Shape::Disc
         && material.profile == Profile::Soft
         && material.transfer == Transfer::Filter
         && material.reflectivity == 0.0
-        && material.texture.is_none();
+        && material.texture.is_none()
 }
 
 fn upload<T: bytemuck::Pod>(
@@ -226,9 +388,52 @@ fn upload<T: bytemuck::Pod>(
     texels: u32,
 ) -> Result<wgpu::Texture, Error> {
     let count = records.len() as u64 * u64::from(texels);
-    let texture = allocator.records(name, Rgba32Uint, count, TextureUsages::COPY_DST)?;
-    let row = ROW as usize * 16;
+    let texture = allocator.records(
+        name,
+        Rgba32Uint,
+        count,
+        TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING,
+    )?;
+    write_rows(queue, &texture, 0, bytemuck::cast_slice(records));
+    Ok(texture)
+}
+
+/// Bytes of a row of a record texture.
+const ROW_BYTES: usize = ROW as usize * 16;
+
+/// The rows that hold the records of `parts`, which are in order.
+fn upload_parts<T: bytemuck::Pod>(
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    records: &[T],
+    texels: u32,
+    parts: &[Range<u32>],
+) {
     let bytes: &[u8] = bytemuck::cast_slice(records);
+    let write = |rows: Range<u32>| {
+        let end = (rows.end as usize * ROW_BYTES).min(bytes.len());
+        write_rows(queue, texture, rows.start, &bytes[rows.start as usize * ROW_BYTES..end]);
+    };
+    let mut pending = 0..0;
+    for part in parts {
+        let rows = part.start * texels / ROW..(part.end * texels).div_ceil(ROW);
+        if rows.start <= pending.end && !pending.is_empty() {
+            pending.end = pending.end.max(rows.end);
+        } else {
+            if !pending.is_empty() {
+                write(pending);
+            }
+            pending = rows;
+        }
+    }
+    if !pending.is_empty() {
+        write(pending);
+    }
+}
+
+/// Whole rows, and what is left in the last one.
+fn write_rows(queue: &wgpu::Queue, texture: &wgpu::Texture, first_row: u32, bytes: &[u8]) {
+    let row = ROW_BYTES;
     let whole = bytes.len() / row * row;
     let write = |first_row: u32, bytes: &[u8]| {
         queue.write_texture(
@@ -252,12 +457,11 @@ fn upload<T: bytemuck::Pod>(
     // A write is staged in one buffer, whose size is limited: 32 MiB at a time.
     let stretch = 512 * row;
     for (i, part) in bytes[..whole].chunks(stretch).enumerate() {
-        write((i * 512) as u32, part);
+        write(first_row + (i * 512) as u32, part);
     }
     if whole < bytes.len() {
-        write((whole / row) as u32, &bytes[whole..]);
+        write(first_row + (whole / row) as u32, &bytes[whole..]);
     }
-    Ok(texture)
 }
 
 fn upload_images(
@@ -270,25 +474,25 @@ fn upload_images(
     let size = [width, height, textures.len().max(1) as u32].map(u64::from);
     let images = allocator.texture("images", Rgba8UnormSrgb, size, TextureUsages::COPY_DST)?;
     for (layer, texture) in textures.iter().enumerate() {
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
-                ..images.as_image_copy()
-            },
-            &texture.rgba,
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(texture.width * 4),
-                rows_per_image: None,
-            },
-            wgpu::Extent3d {
-                width: texture.width,
-                height: texture.height,
-                depth_or_array_layers: 1,
-            },
-        );
+        upload_image(queue, &images, layer, texture);
     }
     Ok(images)
+}
+
+fn upload_image(queue: &wgpu::Queue, images: &wgpu::Texture, layer: usize, texture: &Texture) {
+    queue.write_texture(
+        wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
+            ..images.as_image_copy()
+        },
+        &texture.rgba,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(texture.width * 4),
+            rows_per_image: None,
+        },
+        wgpu::Extent3d { width: texture.width, height: texture.height, depth_or_array_layers: 1 },
+    );
 }
 
 fn upload_materials(
@@ -299,9 +503,18 @@ fn upload_materials(
     blue_first: u32,
 ) -> wgpu::Buffer {
     let buffer = allocator.uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
+    let records = material_records(materials, textures, blue_first);
+    queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
+    buffer
+}
+
+fn material_records(
+    materials: &[Material],
+    textures: &[Texture],
+    blue_first: u32,
+) -> Vec<GpuMaterial> {
     let record = |m| GpuMaterial { blue_first, ..GpuMaterial::new(m, textures) };
     let mut records: Vec<_> = materials.iter().map(record).collect();
     records.resize(MAX_MATERIALS, GpuMaterial::zeroed());
-    queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
-    buffer
+    records
 }

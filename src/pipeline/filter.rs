@@ -12,19 +12,12 @@ use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages
 /// Both passes, bound for each batch of views.
 #[derive(Debug)]
 pub(super) struct Filter {
+    /// What the maps are before.
+    pub raw: Maps,
+    pub window: u32,
+    rows: wgpu::Texture,
+    params: wgpu::Buffer,
     passes: Vec<Pass>,
-    colored: bool,
-}
-
-impl Filter {
-    /// Rows and columns.
-    fn kernels(kernels: &Kernels, colored: bool) -> [&Kernel; 2] {
-        if colored {
-            [&kernels.colored_rows, &kernels.colored_columns]
-        } else {
-            [&kernels.filter_rows, &kernels.filter_columns]
-        }
-    }
 }
 
 #[derive(Debug)]
@@ -35,37 +28,56 @@ struct Pass {
 }
 
 impl Filter {
-    /// And the maps that it fills from `maps`; `window` as in [`crate::dither::window`].
+    /// And the maps that it fills from `raw`; `window` as in [`crate::dither::window`].
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &Kernels,
-        plans: &[Plan],
-        maps: &Maps,
+        raw: Maps,
         window: u32,
     ) -> Result<(Maps, Self), Error> {
-        let device = allocator.device;
-        let soft = maps.softened(allocator)?;
-        let like = maps.filters.size();
+        let soft = raw.softened(allocator)?;
+        let like = raw.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
-        let colored = maps.colored.is_some();
-        let [rows_kernel, columns_kernel] = Self::kernels(kernels, colored);
         // Of each view two layers where there are channels.
-        let layers = size[2] * if colored { 2 } else { 1 };
+        let layers = size[2] * if raw.colored.is_some() { 2 } else { 1 };
         let size = [size[0], size[1], layers];
         let rows =
             allocator.texture("filter_rows", Rgba32Float, size, TextureUsages::STORAGE_BINDING)?;
         let params = allocator.uniform::<FilterParams>("filter_params");
         let value = FilterParams { radius: (window / 2) as i32, pad_0: 0, pad_1: 0, pad_2: 0 };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
+        Ok((soft, Self { raw, window, rows, params, passes: Vec::new() }))
+    }
+
+    /// Rows and columns.
+    fn kernels<'a>(&self, kernels: &'a Kernels) -> [&'a Kernel; 2] {
+        if self.raw.colored.is_some() {
+            [&kernels.colored_rows, &kernels.colored_columns]
+        } else {
+            [&kernels.filter_rows, &kernels.filter_columns]
+        }
+    }
+
+    /// To the views of `plans`.
+    pub(super) fn bind(
+        &mut self,
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        kernels: &Kernels,
+        plans: &[Plan],
+        soft: &Maps,
+    ) {
+        let device = allocator.device;
+        let [rows_kernel, columns_kernel] = self.kernels(kernels);
+        let Self { raw, rows, params, .. } = &*self;
         let [filters, nearests, opaques] =
-            [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
+            [&raw.filters, &raw.nearests, &raw.opaques].map(array_view);
         let [soft_filters, soft_nearests, soft_opaques] =
             [&soft.filters, &soft.nearests, &soft.opaques].map(array_view);
-        let blocked = array_view(maps.colored.as_ref().unwrap_or(&maps.opaques));
-        let rows = array_view(&rows);
+        let blocked = array_view(raw.colored.as_ref().unwrap_or(&raw.opaques));
+        let rows = array_view(rows);
         let texture = BindingResource::TextureView;
-        let passes = plans
+        self.passes = plans
             .iter()
             .map(|plan| {
                 let views = allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
@@ -96,7 +108,6 @@ impl Filter {
                 }
             })
             .collect();
-        Ok((soft, Self { passes, colored }))
     }
 
     pub(super) fn record(
@@ -105,7 +116,7 @@ impl Filter {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let [rows_kernel, columns_kernel] = Self::kernels(kernels, self.colored);
+        let [rows_kernel, columns_kernel] = self.kernels(kernels);
         for Pass { rows, columns, groups } in &self.passes {
             let mut pass = timeline.pass(encoder, "filter");
             rows_kernel.record(&mut pass, rows, *groups);

@@ -3,8 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, air, bin, colored, filter, hits::Features, occlude, project, resolve, shade,
-        sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, occlude, project,
+        resolve, shade, sort::Sort,
     },
 };
 use std::collections::HashMap;
@@ -25,6 +25,7 @@ pub(crate) enum Variant {
     AccumulateOverflow,
     ResolveTiles,
     ResolveOpaque,
+    AirScatter,
     ShadeSeen,
     ShadeSurfaces,
     ShadeCasters,
@@ -35,8 +36,16 @@ pub(crate) enum Variant {
 impl Variant {
     fn desc(self, tier: Tier, features: Features) -> &'static KernelDesc {
         let [core, native] = match self {
+            Self::AccumulateTiles if features.nodes > 0 && features.plain => &curve::DISC_TILES,
+            Self::AccumulateSegments if features.nodes > 0 && features.plain => {
+                &curve::DISC_SEGMENTS
+            }
+            Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
+            Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
+            Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
+            Self::OccludeTiles if features.solid => &occlude::TRIANGLE_TILES,
             Self::OccludeTiles => &occlude::TILES,
             Self::OccludeSegments => &occlude::SEGMENTS,
             Self::OccludeOverflow => &occlude::OVERFLOW,
@@ -52,6 +61,7 @@ impl Variant {
             Self::ResolveOpaque => &resolve::OPAQUE,
             Self::ShadeSeen => &shade::SEEN,
             Self::ShadeSurfaces => &shade::SURFACES,
+            Self::AirScatter => return &air::SCATTER,
             Self::ShadeCasters => return &shade::CASTERS_LIT,
             Self::ShadeLayers => &shade::LAYERS,
             Self::ShadeComposite => &shade::COMPOSITE,
@@ -66,6 +76,7 @@ pub struct Kernels {
     pub(crate) tier: Tier,
     pub(crate) project_particles: Kernel,
     pub(crate) project_triangles: Kernel,
+    pub(crate) occlude_small: Kernel,
     pub(crate) sort: Sort,
     pub(crate) bin_count: Kernel,
     pub(crate) bin_scan: Kernel,
@@ -73,8 +84,10 @@ pub struct Kernels {
     pub(crate) bin_ranges: Kernel,
     pub(crate) bin_segments: Kernel,
     pub(crate) bin_dispatch: Kernel,
-    pub(crate) air_scatter: Kernel,
     pub(crate) air_sum: Kernel,
+    pub(crate) cluster_count: Kernel,
+    pub(crate) cluster_scan: Kernel,
+    pub(crate) cluster_emit: Kernel,
     pub(crate) filter_rows: Kernel,
     pub(crate) filter_columns: Kernel,
     pub(crate) colored_rows: Kernel,
@@ -89,6 +102,7 @@ impl Kernels {
             tier: config.tier,
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
+            occlude_small: kernel(&occlude::SMALL),
             sort: Sort::new(device, config.sort),
             bin_count: kernel(&bin::COUNT),
             bin_scan: kernel(&bin::SCAN),
@@ -96,8 +110,10 @@ impl Kernels {
             bin_ranges: kernel(&bin::RANGES),
             bin_segments: kernel(&bin::SEGMENTS),
             bin_dispatch: kernel(&bin::DISPATCH),
-            air_scatter: kernel(&air::SCATTER),
             air_sum: kernel(&air::SUM),
+            cluster_count: kernel(&cluster::COUNT),
+            cluster_scan: kernel(&cluster::SCAN),
+            cluster_emit: kernel(&cluster::EMIT),
             filter_rows: kernel(&filter::ROWS),
             filter_columns: kernel(&filter::COLUMNS),
             colored_rows: kernel(&colored::ROWS),

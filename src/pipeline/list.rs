@@ -4,6 +4,7 @@ use super::{
     batch::{Context, Plan},
     casters::Class,
     kernels::Kernels,
+    small::SmallDepths,
 };
 use crate::{
     error::Error,
@@ -11,9 +12,10 @@ use crate::{
     gpu::{Allocator, Tier, Timeline, view},
     stage::{
         bin::{self, BatchCounters, BinParams, Dispatch, SEGMENT_LENGTH, Segment, Tile},
+        curve::{CURVE_SEGMENT, partial_bytes},
         hits::Features,
         project::{Chunk, grid},
-        sort::{PAIR_FORMAT, PAIR_LIMIT, SortBindings, SortCount},
+        sort::{PAIR_FORMAT, SortBindings, SortCount, pair_limit},
     },
     view::{GpuView, MAX_VIEWS, TILE_SIZE},
 };
@@ -34,6 +36,7 @@ impl ListCounters {
         self.overflowed += other.overflowed;
         self.segment_count += other.segment_count;
         self.merged_count += other.merged_count;
+        self.disordered += other.disordered;
     }
 }
 
@@ -55,6 +58,64 @@ pub(super) struct Scratch {
     pub overflow: Buffer,
     pub dispatches: Buffer,
     pub sums: Sums,
+    /// Curves of segments.
+    pub partials: Buffer,
+    /// For curves, whose tiles take what was scattered themselves: zero.
+    pub nothing_scattered: Buffer,
+    pub small: SmallDepths,
+    room: Room,
+}
+
+/// What the largest of some lists and batches needs.
+#[derive(Clone, Copy, Debug)]
+struct Room {
+    footprints: u64,
+    setups: u64,
+    tiles: u64,
+    /// Of batches with small triangles.
+    small_tiles: u64,
+    pairs: u32,
+    /// K of the curves, 0 for none.
+    nodes: u32,
+}
+
+/// Partial curves for so many pairs: only tiles with more than one segment have any.
+fn partial_count(pairs: u32) -> u64 {
+    2 * (u64::from(pairs) / u64::from(CURVE_SEGMENT)) + 1
+}
+
+impl Room {
+    /// `limit`: of the pairs.
+    fn of(
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+        limit: u32,
+        nodes: u32,
+        limits: &wgpu::Limits,
+    ) -> Self {
+        let lists = || plans.iter().flat_map(|plan| &plan.lists);
+        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
+        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
+        // A first guess; a frame that needed more says so, and the next is prepared with it.
+        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
+        let limit = match nodes {
+            0 => limit,
+            _ => {
+                let room = limits.max_storage_buffer_binding_size / partial_bytes(nodes);
+                let most = (room - 1) / 2 * u64::from(CURVE_SEGMENT);
+                u32::try_from(most).unwrap_or(u32::MAX).min(limit)
+            }
+        };
+        Self {
+            footprints,
+            setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
+            tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
+            nodes,
+        }
+    }
 }
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
@@ -103,17 +164,17 @@ impl Scratch {
 
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
         config: &Config,
         plans: &[Plan],
         pairs: Option<u32>,
+        nodes: u32,
     ) -> Result<Self, Error> {
-        let lists = || plans.iter().flat_map(|plan| &plan.lists);
-        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
-        let setups = lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0);
-        let tiles = plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0);
-        // A first guess; a frame that needed more says so, and the next is prepared with it.
-        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
-        let pair_capacity = pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, PAIR_LIMIT);
+        const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
+        let limits = allocator.device.limits();
+        let room = Room::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
+        let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity, .. } = room;
+        let partial_count = if nodes == 0 { 0 } else { partial_count(pair_capacity) };
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |name, format, texels| {
@@ -153,8 +214,40 @@ impl Scratch {
                 Dispatch::COUNT,
                 BufferUsages::INDIRECT,
             )?,
-            sums: Sums::new(allocator, config.tier, tiles * u64::from(TILE_SIZE * TILE_SIZE))?,
+            partials: allocator.storage::<[u32; 4]>(
+                "partials",
+                partial_count * partial_bytes(nodes) / 16,
+                none,
+            )?,
+            nothing_scattered: allocator.storage::<u32>(
+                "nothing_scattered",
+                if nodes == 0 { 1 } else { tiles },
+                none,
+            )?,
+            sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
+            small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
+            room,
         })
+    }
+
+    /// Whether it has room for other plans, and no more pairs than the budget allows.
+    pub(super) fn fits(
+        &self,
+        device: &wgpu::Device,
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+        nodes: u32,
+    ) -> bool {
+        let limits = device.limits();
+        let need = Room::of(config, plans, pairs, pair_limit(device), nodes, &limits);
+        let room = self.room;
+        need.footprints <= room.footprints
+            && need.setups <= room.setups
+            && need.tiles <= room.tiles
+            && need.small_tiles <= room.small_tiles
+            && need.nodes == room.nodes
+            && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
     }
 }
 
@@ -267,6 +360,7 @@ impl List {
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
+        let curved = plan.features.nodes > 0 && !context.camera;
         let run_length = bin::run_length(plan.footprint_count);
         let run_count = plan.footprint_count.div_ceil(run_length);
         let params = context.uniform(
@@ -279,7 +373,7 @@ impl List {
                 tile_count,
                 view_count,
                 segment_capacity: scratch.segment_capacity,
-                segment_length: SEGMENT_LENGTH,
+                segment_length: if curved { CURVE_SEGMENT } else { SEGMENT_LENGTH },
             },
         );
         let (mut depth_sort, mut tile_sort) = (None, None);
@@ -346,7 +440,8 @@ impl List {
                 params.as_entire_binding(),
                 views.as_entire_binding(),
                 counters.as_entire_binding(),
-                scratch.scattered_tiles.as_entire_binding(),
+                if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles }
+                    .as_entire_binding(),
                 scratch.tiles.as_entire_binding(),
                 scratch.segments.as_entire_binding(),
                 scratch.merged_tiles.as_entire_binding(),

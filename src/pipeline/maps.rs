@@ -1,22 +1,15 @@
 //! The shadow atlas: every view's filter, nearest depth and opaque depth.
 use crate::{
+    atlas::{Atlas, AtlasLimits, MapPlace},
     error::Error,
     gpu::Allocator,
-    view::{TILE_SIZE, View},
+    view::View,
 };
 use glam::UVec2;
 use wgpu::{
-    TextureFormat::{R32Float, Rgba16Float, Rgba32Float},
+    TextureFormat::{R32Float, Rgba16Float, Rgba32Float, Rgba32Uint},
     TextureUsages,
 };
-
-/// Where a view's map is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MapPlace {
-    /// First texel.
-    pub origin: UVec2,
-    pub layer: u32,
-}
 
 /// Texture arrays that hold all views' maps.
 #[derive(Debug)]
@@ -29,6 +22,13 @@ pub struct Maps {
     pub opaques: wgpu::Texture,
     /// `Z` by channel, rgba32float, where dithering is coloured; `opaques` is the last of them.
     pub colored: Option<wgpu::Texture>,
+    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers to a layer of the others; of
+    /// one texel where there are none.
+    pub curves: wgpu::Texture,
+    /// K; 0 where there are no curves.
+    pub nodes: u32,
+    /// Curves may brighten.
+    pub gain: bool,
     /// Of each view.
     pub places: Vec<MapPlace>,
 }
@@ -38,47 +38,70 @@ impl Maps {
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         views: &[View],
+        nodes: u32,
         colored: bool,
     ) -> Result<Self, Error> {
-        // Whole tiles, so that no workgroup writes into a neighbour's map.
-        let largest = views
-            .iter()
-            .fold(UVec2::splat(TILE_SIZE), |size, view| size.max(view.tiles() * TILE_SIZE));
-        let size = [largest.x, largest.y, views.len().max(1) as u32].map(u64::from);
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-        let places =
-            (0..views.len() as u32).map(|layer| MapPlace { origin: UVec2::ZERO, layer }).collect();
-        let opaques =
-            allocator.texture("opaques", R32Float, size, usage | TextureUsages::COPY_DST)?;
-        fill(queue, &opaques, 1.0);
-        let usage_of_colored = usage | TextureUsages::COPY_DST;
-        let colored = colored
-            .then(|| allocator.texture("colored", Rgba32Float, size, usage_of_colored))
-            .transpose()?;
+        let limits = AtlasLimits::of(&allocator.device.limits());
+        let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
+        let atlas = Atlas::pack(&sizes, &limits).ok_or(Error::Limit {
+            limit: "layers of the shadow atlas",
+            have: u64::from(limits.layers),
+            need: views.len() as u64,
+            remedy: "use smaller maps or fewer lights; `view::fitted_views` makes maps smaller",
+        })?;
+        let size = [atlas.size.x, atlas.size.y, atlas.layers].map(u64::from);
+        let usage =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        let places = atlas.places;
+        let opaques = allocator.texture("opaques", R32Float, size, usage)?;
+        fill(queue, &opaques, 1.0_f32);
+        let colored =
+            colored.then(|| allocator.texture("colored", Rgba32Float, size, usage)).transpose()?;
         if let Some(colored) = &colored {
             fill(queue, colored, [1.0_f32; 4]);
         }
+        let of_curves =
+            if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
             opaques,
             colored,
+            curves: allocator.texture("curves", Rgba32Uint, of_curves, usage)?,
+            nodes,
+            gain: false,
             places,
         })
     }
 }
 
 impl Maps {
+    /// What they are where nothing is translucent.
+    pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
+        fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
+        fill(queue, &self.nearests, 1.0_f32);
+    }
+
+    /// All that a view's map consists of.
+    pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
+        let Self { filters, nearests, opaques, .. } = self;
+        [filters, nearests, opaques]
+    }
+
     /// Of the same size and places, with nothing in them.
     pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
         let like = self.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let usage =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
         Ok(Self {
             filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
             colored: None,
+            curves: self.curves.clone(),
+            nodes: self.nodes,
+            gain: self.gain,
             places: self.places.clone(),
         })
     }

@@ -3,29 +3,40 @@
 //! A guest in its host's renderer: [`Pipeline::prepare`] uploads and allocates,
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod air;
+mod bake;
 mod batch;
 mod casters;
+mod clusters;
 mod filter;
+mod groups;
 mod kernels;
 mod list;
 mod maps;
+mod moved;
 mod picture;
+mod small;
 
+pub use crate::atlas::MapPlace;
+pub(crate) use casters::is_plain;
 pub use casters::{CasterSet, Class, Span};
+pub use groups::{Extent, Group};
 pub use kernels::Kernels;
 pub use list::ListCounters;
-pub use maps::{MapPlace, Maps};
+pub use maps::Maps;
 pub use picture::PreparedPicture;
+pub use small::{SMALL_SIDE, TriangleExtent};
 
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Tier, Timeline},
-    stage::sort,
+    stage::sort::{self, PAIR_LIMIT},
     view::View,
 };
-use batch::Batch;
+use bake::Bake;
+use batch::{Batch, LISTS, Seen};
 use filter::Filter;
 use list::Scratch;
+use moved::Moved;
 use std::sync::Arc;
 
 /// How the pipeline runs on a device.
@@ -42,6 +53,10 @@ pub struct Config {
     pub soften: bool,
     /// Whether dithered casters block each channel by a threshold of its own.
     pub colored: bool,
+    /// Of a curve (K); 0: nearest-depth mode, without curves.
+    pub nodes: u32,
+    /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
+    pub count_cost: bool,
 }
 
 impl Config {
@@ -49,11 +64,20 @@ impl Config {
         Self {
             tier,
             sort: sort::Shape::of(adapter),
-            pair_budget: 1 << 24,
+            pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
             colored: false,
+            nodes: 0,
+            count_cost: false,
         }
+    }
+}
+
+impl Config {
+    /// A curve needs its hits in order: tiny casters go through tiles.
+    fn scatters(&self) -> bool {
+        self.scatter_tiny && self.nodes == 0
     }
 }
 
@@ -70,7 +94,12 @@ pub struct Prepared {
     pub maps: Maps,
     batches: Vec<Batch>,
     filter: Option<Filter>,
-    pair_capacity: u32,
+    scratch: Arc<Scratch>,
+    bake: Bake,
+    moved: Option<Moved>,
+    culled: u64,
+    maps_memory: Memory,
+    scratch_memory: Memory,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -104,6 +133,16 @@ impl Pipeline {
         self.config.colored = colored;
     }
 
+    /// K of the curves, 0 for none; for the next `prepare`.
+    pub fn set_nodes(&mut self, nodes: u32) {
+        self.config.nodes = nodes;
+    }
+
+    /// For the next `prepare_picture`.
+    pub fn set_count_cost(&mut self, count_cost: bool) {
+        self.config.count_cost = count_cost;
+    }
+
     pub fn kernels(&mut self) -> &mut Kernels {
         &mut self.kernels
     }
@@ -118,12 +157,103 @@ impl Pipeline {
         views: &[View],
         pairs: Option<u32>,
     ) -> Result<Prepared, Error> {
-        let mut memory = casters.memory.clone();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        self.prepare_from(None, device, queue, casters, views, pairs)
+    }
+
+    /// As [`Self::prepare`], with the maps of an earlier frame: only those views are recorded
+    /// whose own numbers, visible groups or something within these have changed since it was
+    /// recorded; the texels of all others stay. A view that is rendered has the same bits as in a
+    /// whole frame of the same [`CasterSet`], unless pairs go past the budget. Where the number of
+    /// views or a map's size differs, the maps that stay are copied to their new places.
+    pub fn prepare_again(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+        earlier: Prepared,
+    ) -> Result<Prepared, Error> {
+        self.prepare_from(Some(earlier), device, queue, casters, views, pairs)
+    }
+
+    fn prepare_from(
+        &mut self,
+        earlier: Option<Prepared>,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+    ) -> Result<Prepared, Error> {
+        let window = if self.config.soften { casters.dither_window } else { 0 };
+        let nodes = self.config.nodes;
         let colored = self.config.colored && casters.dither_window > 0;
-        let maps = Maps::new(&mut allocator, queue, views, colored)?;
-        let plans = batch::plan(views, casters, &maps)?;
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, &plans, pairs)?);
+        let earlier = earlier
+            // Channels are rendered anew each time.
+            .filter(|earlier| !colored && !earlier.is_colored())
+            .filter(|earlier| earlier.filter.as_ref().map_or(0, |filter| filter.window) == window)
+            // Curves stay in their places only.
+            .filter(|earlier| {
+                earlier.maps.nodes == nodes && (nodes == 0 || earlier.bake.fits(views))
+            });
+        let (mut old, mut maps, mut scratch) = (None, None, None);
+        let mut bake = Bake::default();
+        if let Some(earlier) = earlier {
+            let of_maps = (earlier.maps, earlier.filter, earlier.maps_memory);
+            if earlier.bake.fits(views) {
+                maps = Some(of_maps);
+            } else {
+                old = Some(of_maps);
+            }
+            bake = earlier.bake;
+            scratch = Some((earlier.scratch, earlier.scratch_memory));
+        }
+        let kept = maps.is_some();
+        let (maps, mut filter, maps_memory) = match maps {
+            Some(maps) => maps,
+            None => new_maps(device, queue, views, window, nodes, colored)?,
+        };
+        let gain = casters.span(LISTS[1].clone()).features.gain;
+        let maps = Maps { gain, ..maps };
+        let bake = Bake::after(bake, casters, views);
+        let moved = old.and_then(|(old, old_filter, _)| {
+            Moved::new(old, old_filter, bake.kept(), views, &maps)
+        });
+        let pending = bake.pending.iter().map(|&index| Seen {
+            view: &views[index],
+            place: maps.places[index],
+            groups: bake.groups(index),
+        });
+        let pending: Vec<_> = pending.collect();
+        let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
+        let mut plans = batch::plan(&pending, casters, nodes, kept)?;
+        let listed: u64 = plans.iter().map(batch::Plan::caster_count).sum();
+        let culled = (all * pending.len()) as u64 - listed;
+
+        let usable =
+            scratch.filter(|(scratch, _)| scratch.fits(device, &self.config, &plans, pairs, nodes));
+        let (scratch, scratch_memory) = if let Some(usable) = usable {
+            usable
+        } else {
+            let mut memory = Memory::default();
+            let mut allocator = Allocator { device, memory: &mut memory };
+            let scratch = Scratch::new(&mut allocator, queue, &self.config, &plans, pairs, nodes)?;
+            (Arc::new(scratch), memory)
+        };
+        let mut memory = casters.memory.clone();
+        for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
+            memory.add(name, bytes);
+        }
+        if let Some(moved) = &moved {
+            moved.count(&mut memory);
+        }
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let raw = filter.as_ref().map_or(&maps, |filter| &filter.raw);
+        if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
+            raw.fill_clear(queue);
+            plans.iter_mut().for_each(|plan| plan.cleared = true);
+        }
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
             let mut context = batch::Context {
@@ -135,39 +265,92 @@ impl Pipeline {
                 scratch: &scratch,
                 camera: false,
             };
-            batches.push(Batch::new(&mut context, plan, &maps)?);
+            batches.push(Batch::new(&mut context, plan, raw)?);
         }
-        let window = if self.config.soften { casters.dither_window } else { 0 };
-        let (maps, filter) = if window > 0 {
-            let (maps, filter) =
-                Filter::new(&mut allocator, queue, &self.kernels, &plans, &maps, window)?;
-            (maps, Some(filter))
-        } else {
-            (maps, None)
-        };
-        Ok(Prepared { maps, batches, filter, pair_capacity: scratch.pair_capacity, memory })
+        if let Some(filter) = &mut filter {
+            filter.bind(&mut allocator, queue, &self.kernels, &plans, &maps);
+        }
+        Ok(Prepared {
+            maps,
+            batches,
+            filter,
+            scratch,
+            bake,
+            moved,
+            culled,
+            maps_memory,
+            scratch_memory,
+            memory,
+        })
     }
 }
 
+/// Maps of `views`, what softens them, and their sizes.
+fn new_maps(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    views: &[View],
+    window: u32,
+    nodes: u32,
+    colored: bool,
+) -> Result<(Maps, Option<Filter>, Memory), Error> {
+    let mut memory = Memory::default();
+    let mut allocator = Allocator { device, memory: &mut memory };
+    let maps = Maps::new(&mut allocator, queue, views, nodes, colored)?;
+    if window == 0 {
+        return Ok((maps, None, memory));
+    }
+    let (soft, filter) = Filter::new(&mut allocator, queue, maps, window)?;
+    Ok((soft, Some(filter), memory))
+}
+
 impl Prepared {
-    /// Pairs that a batch has room for.
-    pub fn pair_capacity(&self) -> u32 {
-        self.pair_capacity
+    fn is_colored(&self) -> bool {
+        self.filter.as_ref().map_or(&self.maps, |filter| &filter.raw).colored.is_some()
     }
 
-    /// Records every stage of every view.
+    /// Pairs that a batch has room for.
+    pub fn pair_capacity(&self) -> u32 {
+        self.scratch.pair_capacity
+    }
+
+    /// Views that [`Self::record`] renders; the others are as they were.
+    pub fn rendered_count(&self) -> usize {
+        self.bake.pending.len()
+    }
+
+    pub fn view_count(&self) -> usize {
+        self.bake.view_count()
+    }
+
+    /// (caster, view) that are not even projected: their groups are outside the view.
+    pub fn culled_count(&self) -> u64 {
+        self.culled
+    }
+
+    /// Has the next [`Pipeline::prepare_again`] render again what this one does, as when pairs
+    /// did not fit.
+    pub fn forget(&mut self) {
+        self.bake.forget();
+    }
+
+    /// Records every stage of every view that must be rendered.
     pub fn record(
         &self,
         kernels: &Kernels,
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
+        if let Some(moved) = &self.moved {
+            moved.record(&self.maps, self.filter.as_ref(), encoder);
+        }
         for batch in &self.batches {
             batch.record(kernels, encoder, timeline);
         }
         if let Some(filter) = &self.filter {
             filter.record(kernels, encoder, timeline);
         }
+        self.bake.mark_recorded();
     }
 
     /// What the last frame counted; blocks. `(opaque, translucent)`, summed over the batches.

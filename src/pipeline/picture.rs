@@ -3,6 +3,7 @@ use super::{
     CasterSet, Maps, Pipeline,
     air::PreparedAir,
     batch::{Context, Plan},
+    clusters::Clusters,
     kernels::{Kernels, Variant},
     list::{List, ListCounters, Scratch, view_array},
 };
@@ -13,19 +14,25 @@ use crate::{
     scene::Scene,
     stage::{
         bin::{Dispatch, SEGMENT_LENGTH},
+        cluster::{ClusterCounters, Grid},
         hits::Features,
-        shade::{CASTER_LANES, GpuLight, MAX_LIGHTS, MAX_SHADOW_VIEWS, PictureParams},
+        shade::{CASTER_LANES, PictureParams},
     },
     view::{GpuView, MAX_VIEWS, TILE_SIZE, View},
 };
 use glam::UVec2;
 use std::sync::Arc;
-use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, TextureUsages};
+use wgpu::{
+    BindGroup, BindingResource, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages,
+};
 
 /// A picture, bound and ready to be recorded after the maps it is lit through.
 #[derive(Debug)]
 pub struct PreparedPicture {
     scratch: Arc<Scratch>,
+    clusters: Clusters,
+    surface_texture: Texture,
+    lit_texture: Texture,
     size: UVec2,
     tile_count: u32,
     solid: List,
@@ -58,22 +65,13 @@ impl Pipeline {
         maps: &Maps,
         pairs: Option<u32>,
     ) -> Result<PreparedPicture, Error> {
-        let limit = |limit, have: usize, need: usize| {
-            let remedy = "use fewer lights";
-            if need > have {
-                return Err(Error::Limit { limit, have: have as u64, need: need as u64, remedy });
-            }
-            Ok(())
-        };
-        limit("lights of a picture", MAX_LIGHTS, scene.lights.len())?;
-        limit("shadow views of a picture", MAX_SHADOW_VIEWS, views.len())?;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let camera = View::from_camera(&scene.camera, &scene.bounds());
         let tile_count = camera.tiles().element_product();
         let plan = Plan::of_camera(camera.to_gpu(0, UVec2::ZERO, 0), tile_count, casters);
         let plans = std::slice::from_ref(&plan);
-        let scratch = Arc::new(Scratch::new(&mut allocator, &self.config, plans, pairs)?);
+        let scratch = Arc::new(Scratch::new(&mut allocator, queue, &self.config, plans, pairs, 0)?);
         let mut context = Context {
             allocator: &mut allocator,
             queue,
@@ -89,32 +87,29 @@ impl Pipeline {
         let solid = List::new(&mut context, solid_plan, &camera_views, 1, tile_count)?;
         let clear = List::new(&mut context, clear_plan, &camera_views, 1, tile_count)?;
 
-        let mut lights: Vec<_> = (0..)
-            .zip(&scene.lights)
-            .map(|(index, light)| GpuLight::new(light, index, views))
-            .collect();
-        let light_count = lights.len() as u32;
-        lights.resize(MAX_LIGHTS, bytemuck::Zeroable::zeroed());
-        let light_buffer = context.allocator.uniform::<[GpuLight; MAX_LIGHTS]>("lights");
-        queue.write_buffer(&light_buffer, 0, bytemuck::cast_slice(&lights));
-        let mut shadow_views: Vec<_> = views
+        let shadow_views: Vec<_> = views
             .iter()
             .zip(&maps.places)
             .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
             .collect();
-        shadow_views.resize(MAX_SHADOW_VIEWS, bytemuck::Zeroable::zeroed());
-        let view_buffer = context.allocator.uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
-        queue.write_buffer(&view_buffer, 0, bytemuck::cast_slice(&shadow_views));
+        let clusters = Clusters::new(&mut context, scene, &camera, views, &shadow_views)?;
+        let grid = &clusters.grid;
         let params = context.uniform(
             "picture_params",
             &PictureParams {
                 world_from_view: camera.view_from_world.inverse(),
                 ambient: scene.ambient,
-                light_count,
+                light_count: scene.lights.len() as u32,
                 background: scene.background,
                 footprint_count: clear_plan.footprint_count,
                 bias: scene.shadow.bias,
                 normal_bias: scene.shadow.normal_bias,
+                near: grid.near,
+                depth_range: grid.depth_range,
+                cells: grid.cells,
+                tile: grid.tile,
+                first_slice: grid.first_slice,
+                slices_per_doubling: grid.slices_per_doubling,
                 colored: u32::from(maps.colored.is_some()),
                 air_slices: scene.air.map_or(0, |air| air.steps),
             },
@@ -122,11 +117,11 @@ impl Pipeline {
         let padded = (camera.tiles() * TILE_SIZE).as_u64vec2();
         let size = [padded.x, padded.y, 1];
         let storage = TextureUsages::STORAGE_BINDING;
+        let read = storage | TextureUsages::COPY_SRC;
         let surfaces =
-            context.allocator.texture("surfaces", TextureFormat::Rgba32Float, size, storage)?;
+            context.allocator.texture("surfaces", TextureFormat::Rgba32Float, size, read)?;
         let lit_count = u64::from(clear_plan.footprint_count);
-        let lit =
-            context.allocator.records("lit", TextureFormat::Rgba16Float, lit_count, storage)?;
+        let lit = context.allocator.records("lit", TextureFormat::Rgba16Float, lit_count, read)?;
         let pixel_count = u64::from(camera.size.element_product());
         let pixels =
             context.allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
@@ -137,7 +132,11 @@ impl Pipeline {
         let none = BufferUsages::empty();
         let partials = context.allocator.storage::<[u32; 4]>("partials", texels, none)?;
 
-        let (solid_features, clear_features) = (solid_plan.features, clear_plan.features);
+        let cost = self.config.count_cost;
+        // Of the maps that light comes through.
+        let (nodes, gain) = (maps.nodes, maps.gain);
+        let [solid_features, clear_features] =
+            [solid_plan, clear_plan].map(|plan| Features { cost, nodes, gain, ..plan.features });
         let kernels = context.kernels;
         for variant in [Variant::ShadeSeen, Variant::ShadeSurfaces] {
             kernels.make(device, variant, solid_features);
@@ -152,14 +151,9 @@ impl Pipeline {
         let [filters, nearests, opaques] =
             [&maps.filters, &maps.nearests, blocking].map(array_view);
         let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
+        let [light_view, cluster_view] = [view(&clusters.lights), view(&clusters.lists)];
         let whole = Buffer::as_entire_binding;
-        let uniforms = [
-            whole(&camera_views),
-            whole(&casters.materials),
-            whole(&params),
-            whole(&light_buffer),
-            whole(&view_buffer),
-        ];
+        let uniforms = [whole(&camera_views), whole(&casters.materials), whole(&params)];
         let by_segment = [whole(&scratch.dispatches), whole(&scratch.segments), whole(&partials)];
         let hits = |list: &List| {
             [
@@ -170,27 +164,36 @@ impl Pipeline {
                 texture(&images),
             ]
         };
-        let shadows = [texture(&filters), texture(&nearests), texture(&opaques)];
+        let curves = array_view(&maps.curves);
+        let shadows = [
+            texture(&light_view),
+            texture(&cluster_view),
+            texture(&filters),
+            texture(&nearests),
+            texture(&opaques),
+            texture(&curves),
+        ];
         let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
         let air = PreparedAir::new(
             context.allocator,
             queue,
             kernels,
+            clear_features,
             scene,
-            [&uniforms[0], &uniforms[2], &uniforms[3], &uniforms[4]],
+            [&uniforms[0], &uniforms[2]],
             &shadows,
         )?;
         let clear_air = array_view(&air.0);
-        let (surface, lit, air_binding) =
+        let (over_surfaces, over_lit, over_air) =
             (texture(&surface_view), texture(&lit_view), texture(&clear_air));
-        let over_solid = [surface.clone(), air_binding.clone()];
-        let over_clear = [surface, lit.clone(), air_binding];
+        let over_solid = [over_surfaces.clone(), over_air.clone()];
+        let over_clear = [over_surfaces, over_lit.clone(), over_air];
         let bind = |variant, features, resources: &[&[BindingResource<'_>]]| {
             kernels.get(variant, features).bind(device, &resources.concat())
         };
         let seen =
             bind(Variant::ShadeSeen, solid_features, &[&uniforms[..2], &by_segment, &hits(&solid)]);
-        let surfaces = bind(
+        let surface_bindings = bind(
             Variant::ShadeSurfaces,
             solid_features,
             &[
@@ -208,7 +211,7 @@ impl Pipeline {
                 &uniforms[2..],
                 &[texture(&scratch.footprints), texture(&scratch.rects), texture(&caster_view)],
                 &shadows,
-                &[lit],
+                &[over_lit],
             ],
         );
         let layers = bind(
@@ -229,6 +232,9 @@ impl Pipeline {
         );
         Ok(PreparedPicture {
             scratch,
+            clusters,
+            surface_texture: surfaces,
+            lit_texture: lit,
             size: camera.size,
             tile_count,
             solid,
@@ -236,7 +242,7 @@ impl Pipeline {
             solid_features,
             clear_features,
             seen,
-            surfaces,
+            surfaces: surface_bindings,
             casters: lit_casters,
             layers,
             composite,
@@ -256,6 +262,7 @@ impl PreparedPicture {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
+        self.clusters.record(kernels, encoder, timeline);
         let tiles = [self.tile_count, 1, 1];
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
@@ -308,6 +315,43 @@ impl PreparedPicture {
         queue: &wgpu::Queue,
     ) -> Result<[ListCounters; 2], Error> {
         Ok([self.solid.read_counters(device, queue)?, self.clear.read_counters(device, queue)?])
+    }
+
+    /// Blocks.
+    pub fn read_cluster_counters(&self, gpu: &Gpu) -> Result<ClusterCounters, Error> {
+        self.clusters.read_counters(gpu)
+    }
+
+    /// How the frustum is cut.
+    pub fn grid(&self) -> &Grid {
+        &self.clusters.grid
+    }
+
+    /// The lights of each cluster, ascending; `None` where all lights are asked. Blocks.
+    pub fn read_clusters(&self, gpu: &Gpu) -> Result<Vec<Option<Vec<u32>>>, Error> {
+        self.clusters.read(gpu)
+    }
+
+    /// What the camera sees that is solid, row by row: linear light and light depth, 1 for the sky.
+    /// Blocks.
+    pub fn read_surfaces(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
+        let texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.surface_texture)?;
+        let width = self.surface_texture.width() as usize;
+        let rows = texels.chunks_exact(width).take(self.size.y as usize);
+        Ok(rows.flat_map(|row| &row[..self.size.x as usize]).copied().collect())
+    }
+
+    /// The light that reaches each particle that is seen and not solid: fp16 bits. Blocks.
+    pub fn read_lit(&self, gpu: &Gpu) -> Result<Vec<[u16; 4]>, Error> {
+        let mut texels: Vec<[u16; 4]> = gpu.try_read_texture(&self.lit_texture)?;
+        texels.truncate(self.clear_count as usize);
+        Ok(texels)
+    }
+
+    /// Of each pixel, where [`super::Config::count_cost`] asked for it: pairs that were walked, and
+    /// lights that were asked, both up to 65,535. Blocks.
+    pub fn read_costs(&self, gpu: &Gpu) -> Result<Vec<[u16; 2]>, Error> {
+        gpu.try_read(&self.pixels)
     }
 
     /// Blocks.

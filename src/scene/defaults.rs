@@ -4,7 +4,7 @@ use crate::{
     caster::{Material, Transfer},
     counters::Skipped,
     light::{Light, LightKind},
-    settings::ShadowSettings,
+    settings::{ClusterSettings, ShadowSettings},
 };
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
@@ -19,6 +19,7 @@ pub(super) fn empty_scene() -> Scene {
     Scene {
         camera: camera(&Bounds::EMPTY),
         shadow: ShadowSettings::default(),
+        clusters: ClusterSettings::default(),
         lights: Vec::new(),
         materials: Vec::new(),
         textures: Vec::new(),
@@ -58,7 +59,8 @@ pub(super) fn sun() -> Light {
         far: None,
         size: None,
         casts: true,
-        cascades: 1,
+        cascades: None,
+        shadows: Vec::new(),
         shafts: true,
     }
 }

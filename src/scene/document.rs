@@ -40,6 +40,7 @@ pub(super) struct Document {
     pub camera: Option<Spanned<CameraTable>>,
     #[serde(default)]
     pub shadow: Option<Spanned<ShadowTable>>,
+    pub clusters: Option<Spanned<ClustersTable>>,
     pub environment: Option<Spanned<EnvironmentTable>>,
     pub air: Option<Spanned<AirTable>>,
     #[serde(default)]
@@ -79,8 +80,20 @@ pub(super) struct ShadowTable {
     pub bias: Option<f32>,
     pub normal_bias: Option<f32>,
     pub pair_budget: Option<u32>,
+    pub texel_budget: Option<u64>,
     pub soften: Option<bool>,
     pub colored: Option<bool>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ClustersTable {
+    /// [pixels]
+    pub tile: Option<u32>,
+    pub slices: Option<u32>,
+    /// [m]
+    pub near: Option<f32>,
+    pub budget: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -127,10 +140,36 @@ pub(super) struct LightTable {
     pub intensity: Option<f32>,
     pub cascades: Option<u32>,
     pub shafts: Option<bool>,
+    pub lambda: Option<f32>,
+    pub fade: Option<f32>,
+    pub range: Option<f32>,
     pub near: Option<f32>,
     pub far: Option<f32>,
     pub size: Option<u32>,
     pub casts: Option<bool>,
+    /// Further shadows.
+    #[serde(default)]
+    pub shadow: Vec<Spanned<LightShadowTable>>,
+}
+
+/// A further shadow of a light; what is left out of where it is and looks is the light's.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LightShadowTable {
+    pub kind: Option<KindOfLight>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub position: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub direction: Option<[f32; 3]>,
+    /// Of the whole cone [degrees].
+    pub angle: Option<f32>,
+    pub cascades: Option<u32>,
+    pub lambda: Option<f32>,
+    pub fade: Option<f32>,
+    pub range: Option<f32>,
+    pub near: Option<f32>,
+    pub far: Option<f32>,
+    pub size: Option<u32>,
 }
 
 /// A file, or what to make.

@@ -135,7 +135,8 @@ fn light(
         far: None,
         size: None,
         casts: true,
-        cascades: 1,
+        cascades: None,
+        shadows: Vec::new(),
         shafts: true,
     })
 }

@@ -3,7 +3,7 @@ use super::{
     Scene, SceneError, defaults,
     document::{Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable, TextureSource},
     generate::Generate,
-    gltf,
+    gltf, light_tables,
     noise::Animated,
     particles::{self, FARTHEST},
     shapes,
@@ -113,6 +113,9 @@ impl Loader<'_> {
             Some(table) => tables::shadow(source, table)?,
             None => ShadowSettings::default(),
         };
+        if let Some(table) = &document.clusters {
+            self.scene.clusters = tables::clusters(source, table)?;
+        }
         if let Some(table) = &document.environment {
             let EnvironmentTable { ambient, background } = table.get_ref();
             let color = |key, value: &Option<[f32; 3]>, usual: Vec3| match value {
@@ -136,7 +139,7 @@ impl Loader<'_> {
             self.scene.air = tables::air(source, table)?;
         }
         for (index, table) in document.light.iter().enumerate() {
-            let light = tables::light(source, table, index)?;
+            let light = light_tables::light(source, table, index)?;
             if self.scene.lights.iter().any(|known| known.name == light.name) {
                 let message = format!("a second light named {:?}", light.name);
                 return Err(self.error(

@@ -8,6 +8,7 @@ mod gltf_file;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_texture;
+mod light_tables;
 mod load;
 pub mod noise;
 mod painted;
@@ -28,7 +29,7 @@ use crate::{
     caster::{Material, Particle, Texture, Triangle},
     counters::Skipped,
     light::Light,
-    settings::{Air, ShadowSettings},
+    settings::{Air, ClusterSettings, ShadowSettings},
 };
 use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;
@@ -53,6 +54,7 @@ pub struct Camera {
 pub struct Scene {
     pub camera: Camera,
     pub shadow: ShadowSettings,
+    pub clusters: ClusterSettings,
     pub lights: Vec<Light>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
@@ -102,6 +104,12 @@ impl Bounds {
     /// Of the sphere around the box [m].
     pub fn radius(&self) -> f32 {
         (self.max - self.min).length() * 0.5
+    }
+
+    /// Half the surface [m²].
+    pub fn half_area(&self) -> f32 {
+        let edge = self.max - self.min;
+        edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
     }
 
     pub fn corners(&self) -> [Vec3; 8] {

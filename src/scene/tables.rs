@@ -1,35 +1,34 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{
-        AirTable, CameraTable, KindOfLight, LightTable, MaterialTable, ShadowTable, TextureSource,
-    },
+    document::{AirTable, CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
     noise::Noise,
     source::Source,
 };
 use crate::{
     caster::Material,
     dither::MAX_SCALE,
-    light::{Light, LightKind},
-    settings::{Air, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    settings::{Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    stage::cluster::MAX_TILE,
 };
 use glam::{UVec2, Vec3, Vec4};
+use std::ops::RangeInclusive;
 use toml::Spanned;
 
 /// A table whose values are being checked.
-struct Table<'a, T> {
-    source: &'a Source<'a>,
-    table: &'a Spanned<T>,
+pub(super) struct Table<'a, T> {
+    pub source: &'a Source<'a>,
+    pub table: &'a Spanned<T>,
 }
 
 impl<T> Table<'_, T> {
     /// At the value of `key`, or at the table where it has none.
-    fn fault(&self, key: &str, message: impl Into<String>, help: &str) -> SceneError {
+    pub(super) fn fault(&self, key: &str, message: impl Into<String>, help: &str) -> SceneError {
         self.source.error_at(&self.table.span(), key, message, help)
     }
 
     /// A number that must be in a range; what the range is, in words.
-    fn number(
+    pub(super) fn number(
         &self,
         key: &str,
         value: f32,
@@ -42,18 +41,18 @@ impl<T> Table<'_, T> {
         Err(self.fault(key, format!("{key} is {value}"), &format!("{key} must be {range}")))
     }
 
-    fn share(&self, key: &str, value: f32) -> Result<f32, SceneError> {
+    pub(super) fn share(&self, key: &str, value: f32) -> Result<f32, SceneError> {
         self.number(key, value, |v| (0.0..=1.0).contains(&v), "from 0 to 1")
     }
 
-    fn vector(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
+    pub(super) fn vector(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
         for v in value {
             self.number(key, v, |v| v.abs() <= 1e7, "finite and within 1e7")?;
         }
         Ok(value.into())
     }
 
-    fn direction(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
+    pub(super) fn direction(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
         let vector = self.vector(key, value)?;
         // Squares of short vectors would vanish.
         (vector / vector.abs().max_element())
@@ -62,12 +61,12 @@ impl<T> Table<'_, T> {
     }
 
     /// [degrees] to [radians]; the ends leave room for a tangent in 32 bits.
-    fn angle(&self, key: &str, degrees: f32) -> Result<f32, SceneError> {
+    pub(super) fn angle(&self, key: &str, degrees: f32) -> Result<f32, SceneError> {
         let valid = |v| (0.01..=179.9).contains(&v);
         Ok(self.number(key, degrees, valid, "between 0 and 180 (0.01 to 179.9)")?.to_radians())
     }
 
-    fn map_size(&self, value: u32) -> Result<u32, SceneError> {
+    pub(super) fn map_size(&self, value: u32) -> Result<u32, SceneError> {
         if (MIN_MAP_SIZE..=MAX_MAP_SIZE).contains(&value) {
             return Ok(value);
         }
@@ -81,8 +80,17 @@ pub(super) fn shadow(
     table: &Spanned<ShadowTable>,
 ) -> Result<ShadowSettings, SceneError> {
     let check = Table { source, table };
-    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget, soften, colored } =
-        table.get_ref();
+    let ShadowTable {
+        size,
+        receiver,
+        nodes,
+        bias,
+        normal_bias,
+        pair_budget,
+        texel_budget,
+        soften,
+        colored,
+    } = table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
     let nodes = nodes.unwrap_or(usual.nodes);
@@ -97,6 +105,10 @@ pub(super) fn shadow(
     if pair_budget == 0 {
         return Err(check.fault("pair_budget", "pair_budget is 0", "at least 1"));
     }
+    let texel_budget = texel_budget.unwrap_or(usual.texel_budget);
+    if texel_budget == 0 {
+        return Err(check.fault("texel_budget", "texel_budget is 0", "at least 1"));
+    }
     Ok(ShadowSettings {
         size: check.map_size(size.unwrap_or(usual.size))?,
         receiver: receiver.unwrap_or(usual.receiver),
@@ -104,6 +116,7 @@ pub(super) fn shadow(
         bias: not_negative("bias", bias.unwrap_or(usual.bias))?,
         normal_bias: not_negative("normal_bias", normal_bias.unwrap_or(usual.normal_bias))?,
         pair_budget,
+        texel_budget,
         soften: soften.unwrap_or(usual.soften),
         colored: colored.unwrap_or(usual.colored),
     })
@@ -132,6 +145,34 @@ pub(super) fn air(
         return Err(check.fault("steps", format!("steps is {steps}"), &help));
     }
     Ok((density > 0.0).then_some(Air { density, albedo: albedo.into(), anisotropy, steps }))
+}
+
+pub(super) fn clusters(
+    source: &Source<'_>,
+    table: &Spanned<ClustersTable>,
+) -> Result<ClusterSettings, SceneError> {
+    let check = Table { source, table };
+    let ClustersTable { tile, slices, near, budget } = *table.get_ref();
+    let usual = ClusterSettings::default();
+    let within = |key: &str, value: Option<u32>, usual: u32, range: RangeInclusive<u32>| {
+        let value = value.unwrap_or(usual);
+        if range.contains(&value) {
+            return Ok(value);
+        }
+        let help = format!("{key} is {} to {}", range.start(), range.end());
+        Err(check.fault(key, format!("{key} is {value}"), &help))
+    };
+    let tile = within("tile", tile, usual.tile, 16..=MAX_TILE)?;
+    if tile % 16 != 0 {
+        return Err(check.fault("tile", format!("tile is {tile}"), "tile is a multiple of 16"));
+    }
+    let near = near.map(|v| check.number("near", v, |v| v > 0.0 && v <= 1e7, "a distance above 0"));
+    Ok(ClusterSettings {
+        tile,
+        slices: within("slices", slices, usual.slices, 1..=ClusterSettings::MAX_SLICES)?,
+        near: near.transpose()?,
+        budget: within("budget", budget, usual.budget, 0..=ClusterSettings::MAX_BUDGET)?,
+    })
 }
 
 /// `base` fills what the table leaves out; without it the eye is where `bounds` fill the picture.
@@ -175,90 +216,6 @@ pub(super) fn camera(
         camera.up = Vec3::Z;
     }
     Ok(camera)
-}
-
-pub(super) fn light(
-    source: &Source<'_>,
-    table: &Spanned<LightTable>,
-    index: usize,
-) -> Result<Light, SceneError> {
-    let check = Table { source, table };
-    let light = table.get_ref();
-    let missing = |key: &str, kind: &str| {
-        check.fault(key, format!("a {kind} light without {key}"), &format!("give it a {key}"))
-    };
-    let surplus = |key: &str, kind: &str| {
-        check.fault(key, format!("a {kind} light has no {key}"), &format!("remove {key}"))
-    };
-    let position = |kind| {
-        let value = light.position.ok_or_else(|| missing("position", kind))?;
-        check.vector("position", value)
-    };
-    let direction = |kind| {
-        let value = light.direction.ok_or_else(|| missing("direction", kind))?;
-        check.direction("direction", value)
-    };
-    let name_of_kind = match light.kind {
-        KindOfLight::Directional => "directional",
-        KindOfLight::Spot => "spot",
-        KindOfLight::Point => "point",
-    };
-    let has = [
-        ("position", light.position.is_some(), "directional"),
-        ("direction", light.direction.is_some(), "point"),
-        ("angle", light.angle.is_some(), "directional"),
-        ("angle", light.angle.is_some(), "point"),
-    ];
-    if let Some((key, ..)) = has.iter().find(|(_, has, kind)| *has && *kind == name_of_kind) {
-        return Err(surplus(key, name_of_kind));
-    }
-    let kind = match light.kind {
-        KindOfLight::Directional => LightKind::Directional { direction: direction(name_of_kind)? },
-        KindOfLight::Spot => {
-            let angle = light.angle.unwrap_or(45.0);
-            LightKind::Spot {
-                position: position(name_of_kind)?,
-                direction: direction(name_of_kind)?,
-                angle: check.angle("angle", angle)?,
-            }
-        }
-        KindOfLight::Point => LightKind::Point { position: position(name_of_kind)? },
-    };
-    let color = light.color.unwrap_or([1.0; 3]);
-    for v in color {
-        check.number("color", v, |v| v >= 0.0, "0 or more")?;
-    }
-    let intensity = light.intensity.unwrap_or(3.0);
-    let cascades = light.cascades.unwrap_or(1);
-    if !(1..=6).contains(&cascades) {
-        return Err(check.fault("cascades", format!("cascades is {cascades}"), "1 to 6 cascades"));
-    }
-    let depth = |key: &str, value: Option<f32>| {
-        let positive = !matches!(light.kind, KindOfLight::Directional);
-        let valid = |v: f32| v <= 1e7 && (v > 0.0 || !positive);
-        value.map(|v| check.number(key, v, valid, "a distance above 0")).transpose()
-    };
-    let (near, far) = (depth("near", light.near)?, depth("far", light.far)?);
-    let first = near.or(matches!(light.kind, KindOfLight::Directional).then_some(0.0));
-    if let (Some(near), Some(far)) = (first, far)
-        && near >= far
-    {
-        let key = if light.near.is_some() { "near" } else { "far" };
-        let message = format!("near {near} is not before far {far}");
-        return Err(check.fault(key, message, "near < far"));
-    }
-    Ok(Light {
-        name: light.name.clone().unwrap_or_else(|| format!("light{index}")),
-        kind,
-        color: color.into(),
-        intensity: check.number("intensity", intensity, |v| v >= 0.0, "0 or more")?,
-        near,
-        far,
-        size: light.size.map(|size| check.map_size(size)).transpose()?,
-        casts: light.casts.unwrap_or(true),
-        cascades,
-        shafts: light.shafts.unwrap_or(true),
-    })
 }
 
 /// The material, and where its texture is from.

@@ -6,7 +6,7 @@
 //! What is solid, and what is laid over it, takes its share at its own depth (`shade`).
 use super::{
     hits::{OPAQUES, VIEWS},
-    shade::{FILTERS, LIGHTS, NEARESTS, PARAMS, SHADOW_VIEWS},
+    shade::{CLUSTERS, CURVES, FILTERS, LIGHTS, NEARESTS, PARAMS},
 };
 use crate::{
     gpu::{Binding, FLOAT, KernelDesc, Tier},
@@ -26,8 +26,11 @@ const AIR_PARAMS: Binding = Binding::uniform::<AirParams>("air_params");
 pub const SCATTER: KernelDesc = KernelDesc {
     name: "air_scatter",
     sources: crate::sources![
+        "common/record.wgsl",
         "common/view.wgsl",
         "common/light.wgsl",
+        "common/curve.wgsl",
+        "common/curve_light.wgsl",
         "common/receive.wgsl",
         "common/air_params.wgsl",
         "air_scatter.wgsl"
@@ -35,15 +38,16 @@ pub const SCATTER: KernelDesc = KernelDesc {
     bindings: &[
         VIEWS,
         PARAMS,
-        LIGHTS,
-        SHADOW_VIEWS,
         AIR_PARAMS,
+        LIGHTS,
+        CLUSTERS,
         FILTERS,
         NEARESTS,
         OPAQUES,
+        CURVES,
         Binding::texture_write("sources", Rgba32Float).array(),
     ],
-    constants: &[],
+    constants: &[("NODES", 0.0), ("HAS_GAIN", 0.0)],
     tier: Tier::Core,
 };
 

@@ -170,7 +170,8 @@ pub struct BatchCounters {
     pub overflowed: u32,
     pub segment_count: u32,
     pub merged_count: u32,
-    pub pad: u32,
+    /// Hits whose place in a curve was lost.
+    pub disordered: u32,
 }
 crate::gpu_layout!(BatchCounters {
     pairs_needed,
@@ -180,7 +181,7 @@ crate::gpu_layout!(BatchCounters {
     overflowed,
     segment_count,
     merged_count,
-    pad
+    disordered
 });
 
 /// Of `pair_count` among the counters.

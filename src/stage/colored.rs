@@ -7,7 +7,7 @@
 use super::{
     bin::{Segment, Tile},
     filter::FilterParams,
-    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS},
+    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, SMALL_DEPTHS, VIEWS},
 };
 use crate::gpu::{Binding, FLOAT, KernelDesc, Tier};
 use wgpu::{
@@ -39,6 +39,7 @@ macro_rules! tiles {
                 "common/tile.wgsl",
                 "common/gather_colored.wgsl",
                 $walk,
+                "common/small.wgsl",
                 "colored_tiles.wgsl"
             ],
             bindings: &[
@@ -51,6 +52,7 @@ macro_rules! tiles {
                 SETUPS,
                 IMAGES,
                 Binding::texture_write("opaques", R32Float).array(),
+                SMALL_DEPTHS,
                 Binding::texture_write("colored", Rgba32Float).array(),
             ],
             constants: &[
@@ -61,6 +63,7 @@ macro_rules! tiles {
                 ("HAS_DITHER", 1.0),
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_SMALL", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -195,6 +198,7 @@ macro_rules! resolve {
                 "common/sums.wgsl",
                 $sums_file,
                 "common/dispatch.wgsl",
+                "common/small.wgsl",
                 "colored_resolve.wgsl"
             ],
             bindings: crate::sums_then![
@@ -204,9 +208,10 @@ macro_rules! resolve {
                 Binding::read::<u32>("merged_tiles"),
                 Binding::read::<Tile>("tiles"),
                 Binding::texture_write("opaques", R32Float).array(),
+                SMALL_DEPTHS,
                 Binding::texture_write("colored", Rgba32Float).array()
             ],
-            constants: &[("HAS_GAIN", 0.0)],
+            constants: &[("HAS_GAIN", 0.0), ("HAS_SMALL", 0.0)],
             tier: Tier::$tier,
         }
     };

@@ -16,12 +16,20 @@ pub struct Features {
     pub quads: bool,
     pub gain: bool,
     pub dither: bool,
+    /// Opaque triangles of a few texels took a path of their own.
+    pub small: bool,
     /// Soft discs of the `filter` transfer and nothing else.
     pub plain: bool,
+    /// Opaque triangles without texture or pattern and nothing else.
+    pub solid: bool,
     /// The views are perspective ones; of plain casters only.
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
     pub opaque: bool,
+    /// Of a curve (K); 0 where there are none.
+    pub nodes: u32,
+    /// Kernels of the picture count what each pixel costs; no property of casters.
+    pub cost: bool,
 }
 
 impl Features {
@@ -34,9 +42,13 @@ impl Features {
         quads: false,
         gain: false,
         dither: false,
+        small: false,
         plain: true,
+        solid: true,
         perspective: false,
         opaque: false,
+        nodes: 0,
+        cost: false,
     };
 
     pub const ALL: Self = Self {
@@ -47,9 +59,13 @@ impl Features {
         quads: true,
         gain: true,
         dither: true,
+        small: false,
         plain: false,
+        solid: false,
         perspective: false,
         opaque: false,
+        nodes: 0,
+        cost: false,
     };
 
     /// Of two sets of casters together.
@@ -63,9 +79,13 @@ impl Features {
             quads: self.quads || other.quads,
             gain: self.gain || other.gain,
             dither: self.dither || other.dither,
+            small: self.small || other.small,
             plain: self.plain && other.plain,
+            solid: self.solid && other.solid,
             perspective: false,
             opaque: false,
+            nodes: 0,
+            cost: false,
         }
     }
 
@@ -77,7 +97,7 @@ impl Features {
 
     /// Values of the overrides of `constants`.
     pub fn constants(self, constants: &[(&'static str, f64)]) -> Vec<(&'static str, f64)> {
-        let value = |name: &str| match name {
+        let flag = |name: &str| match name {
             "HAS_PARTICLES" => Some(self.particles),
             "HAS_TRIANGLES" => Some(self.triangles),
             "HAS_TEXTURES" => Some(self.textures),
@@ -85,14 +105,17 @@ impl Features {
             "HAS_QUADS" => Some(self.quads),
             "HAS_GAIN" => Some(self.gain),
             "HAS_DITHER" => Some(self.dither),
+            "HAS_SMALL" => Some(self.small),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),
+            "COUNT_COST" => Some(self.cost),
             _ => None,
         };
-        constants
-            .iter()
-            .map(|&(name, usual)| (name, value(name).map_or(usual, |v| f64::from(u8::from(v)))))
-            .collect()
+        let value = |name: &str, usual: f64| match name {
+            "NODES" => f64::from(self.nodes),
+            _ => flag(name).map_or(usual, |v| f64::from(u8::from(v))),
+        };
+        constants.iter().map(|&(name, usual)| (name, value(name, usual))).collect()
     }
 }
 
@@ -101,6 +124,8 @@ pub(super) const MATERIALS: Binding = Binding::uniform::<[GpuMaterial; MAX_MATER
 pub(super) const CASTERS: Binding = Binding::texture("casters", Uint);
 pub(super) const SETUPS: Binding = Binding::texture("setups", Uint);
 pub(super) const IMAGES: Binding = Binding::texture("images", FLOAT).array();
+/// Opaque depths of triangles of a few texels.
+pub(super) const SMALL_DEPTHS: Binding = Binding::read::<u32>("small_depths");
 pub(super) const OPAQUES: Binding = Binding::texture("opaques", FLOAT).array();
 
 /// The sums of the native tier: textures that take atomics.

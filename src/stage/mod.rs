@@ -2,7 +2,9 @@
 pub mod accumulate;
 pub mod air;
 pub mod bin;
+pub mod cluster;
 pub mod colored;
+pub mod curve;
 pub mod filter;
 pub mod hits;
 pub mod occlude;
@@ -33,12 +35,17 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &colored::COLUMNS,
     &air::SCATTER,
     &air::SUM,
+    &cluster::COUNT,
+    &cluster::SCAN,
+    &cluster::EMIT,
     &shade::CASTERS_LIT,
     &shade::SEEN[0],
     &shade::SURFACES[0],
     &shade::LAYERS[0],
     &shade::COMPOSITE[0],
+    &occlude::SMALL,
     &occlude::TILES[0],
+    &occlude::TRIANGLE_TILES[0],
     &occlude::SEGMENTS[0],
     &occlude::OVERFLOW[0],
     &accumulate::TINY[0],
@@ -53,7 +60,13 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &colored::SEGMENTS[0],
     &colored::OVERFLOW[0],
     &colored::RESOLVE[0],
+    &curve::TILES[0],
+    &curve::SEGMENTS[0],
+    &curve::DISC_TILES[0],
+    &curve::DISC_SEGMENTS[0],
+    &curve::RESOLVE[0],
     &occlude::TILES[1],
+    &occlude::TRIANGLE_TILES[1],
     &occlude::SEGMENTS[1],
     &occlude::OVERFLOW[1],
     &accumulate::TINY[1],
@@ -68,6 +81,11 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &colored::SEGMENTS[1],
     &colored::OVERFLOW[1],
     &colored::RESOLVE[1],
+    &curve::TILES[1],
+    &curve::SEGMENTS[1],
+    &curve::DISC_TILES[1],
+    &curve::DISC_SEGMENTS[1],
+    &curve::RESOLVE[1],
     &shade::SEEN[1],
     &shade::SURFACES[1],
     &shade::LAYERS[1],

@@ -48,6 +48,7 @@ pub const TRIANGLES: KernelDesc = KernelDesc {
         "common/tile_rect.wgsl",
         "common/chunk.wgsl",
         "common/octahedral.wgsl",
+        "common/triangle_edges.wgsl",
         "project_triangles.wgsl"
     ],
     bindings: &[

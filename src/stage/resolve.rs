@@ -1,6 +1,9 @@
 //! resolve: sums to filter, nearest and opaque depth, for the tiles that several workgroups or the
 //! scatter path added to.
-use super::{bin::Tile, hits::VIEWS};
+use super::{
+    bin::Tile,
+    hits::{SMALL_DEPTHS, VIEWS},
+};
 use crate::gpu::{Binding, KernelDesc, Tier};
 use wgpu::TextureFormat::{R32Float, Rgba16Float};
 
@@ -51,6 +54,7 @@ macro_rules! opaque {
                 "common/sums.wgsl",
                 $sums_file,
                 "common/dispatch.wgsl",
+                "common/small.wgsl",
                 "resolve_opaque.wgsl"
             ],
             bindings: crate::sums_then![
@@ -59,9 +63,10 @@ macro_rules! opaque {
                 Binding::read::<[u32; 4]>("dispatches"),
                 Binding::read::<u32>("merged_tiles"),
                 Binding::read::<Tile>("tiles"),
-                Binding::texture_write("opaques", R32Float).array()
+                Binding::texture_write("opaques", R32Float).array(),
+                SMALL_DEPTHS
             ],
-            constants: &[("HAS_GAIN", 0.0)],
+            constants: &[("HAS_GAIN", 0.0), ("HAS_SMALL", 0.0)],
             tier: Tier::$tier,
         }
     };

@@ -14,27 +14,34 @@ use crate::{
     view::{GpuView, View},
 };
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec3};
+use glam::{Mat4, UVec3, Vec3};
 use wgpu::{
     TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},
     TextureSampleType::Uint,
 };
 
-/// Lights of a picture: the length of the uniform array.
-pub const MAX_LIGHTS: usize = 512;
-/// Shadow views of a picture: the length of the uniform array.
-pub const MAX_SHADOW_VIEWS: usize = 512;
+/// Lights of a picture. A pixel that asks all of them for its surface and for both panes of its four
+/// rows stays below the 65,535 iterations that llvmpipe allows an invocation.
+pub const MAX_LIGHTS: usize = 4096;
+/// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
+pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
+/// Texels of a [`GpuLight`]. WGSL: `wgsl/common/light.wgsl`.
+pub const LIGHT_TEXELS: u32 = 4;
+const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);
+/// Texels of a [`GpuView`]. WGSL: `wgsl/common/light.wgsl`.
+pub const VIEW_TEXELS: u32 = 8;
+const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 /// Invocations of a workgroup of [`CASTERS_LIT`].
 pub const CASTER_LANES: u32 = 64;
 
 pub(super) const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
-pub(super) const LIGHTS: Binding = Binding::uniform::<[GpuLight; MAX_LIGHTS]>("lights");
-pub(super) const SHADOW_VIEWS: Binding =
-    Binding::uniform::<[GpuView; MAX_SHADOW_VIEWS]>("shadow_views");
+pub(super) const LIGHTS: Binding = Binding::texture("lights", Uint);
+pub(super) const CLUSTERS: Binding = Binding::texture("clusters", Uint);
 const AIR: Binding = Binding::texture("air", FLOAT).array();
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
 pub(super) const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
 pub(super) const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
+pub(super) const CURVES: Binding = Binding::texture("curves", Uint).array();
 
 macro_rules! seen {
     ($tier:ident, $walk:literal) => {
@@ -54,6 +61,7 @@ macro_rules! seen {
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
                 "common/solid.wgsl",
+                "common/cost.wgsl",
                 "common/gather_seen.wgsl",
                 $walk,
                 "shade_seen.wgsl"
@@ -76,6 +84,7 @@ macro_rules! seen {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -101,10 +110,13 @@ macro_rules! surfaces {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/solid.wgsl",
+                "common/cost.wgsl",
                 "common/gather_seen.wgsl",
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -115,8 +127,6 @@ macro_rules! surfaces {
                 VIEWS,
                 MATERIALS,
                 PARAMS,
-                LIGHTS,
-                SHADOW_VIEWS,
                 Binding::read::<Tile>("tiles"),
                 Binding::read::<[u32; 4]>("partials"),
                 Binding::texture_read("pairs", Rg32Uint),
@@ -125,9 +135,12 @@ macro_rules! surfaces {
                 SETUPS,
                 IMAGES,
                 TRIANGLES,
+                LIGHTS,
+                CLUSTERS,
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture_write("surfaces", Rgba32Float),
                 AIR,
             ],
@@ -137,6 +150,9 @@ macro_rules! surfaces {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -163,10 +179,13 @@ macro_rules! layers {
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
                 "common/air.wgsl",
+                "common/cost.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -177,8 +196,6 @@ macro_rules! layers {
                 VIEWS,
                 MATERIALS,
                 PARAMS,
-                LIGHTS,
-                SHADOW_VIEWS,
                 Binding::read::<[u32; 4]>("dispatches"),
                 Binding::read::<Segment>("segments"),
                 Binding::read_write::<[u32; 4]>("partials"),
@@ -188,9 +205,12 @@ macro_rules! layers {
                 SETUPS,
                 IMAGES,
                 TRIANGLES,
+                LIGHTS,
+                CLUSTERS,
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
                 AIR,
@@ -201,6 +221,9 @@ macro_rules! layers {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -226,10 +249,13 @@ macro_rules! composite {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/air.wgsl",
+                "common/cost.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
+                "common/curve.wgsl",
+                "common/curve_light.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -241,8 +267,6 @@ macro_rules! composite {
                 VIEWS,
                 MATERIALS,
                 PARAMS,
-                LIGHTS,
-                SHADOW_VIEWS,
                 Binding::read::<Tile>("tiles"),
                 Binding::read::<[u32; 4]>("partials"),
                 Binding::read_write::<u32>("pixels"),
@@ -252,9 +276,12 @@ macro_rules! composite {
                 SETUPS,
                 IMAGES,
                 TRIANGLES,
+                LIGHTS,
+                CLUSTERS,
                 FILTERS,
                 NEARESTS,
                 OPAQUES,
+                CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
                 AIR,
@@ -265,6 +292,9 @@ macro_rules! composite {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
+                ("NODES", 0.0),
+                ("HAS_GAIN", 0.0),
+                ("COUNT_COST", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -279,22 +309,25 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
         "common/record.wgsl",
         "common/view.wgsl",
         "common/light.wgsl",
+        "common/curve.wgsl",
+        "common/curve_light.wgsl",
         "common/receive.wgsl",
         "shade_casters.wgsl"
     ],
     bindings: &[
         PARAMS,
-        LIGHTS,
-        SHADOW_VIEWS,
         Binding::texture_read("footprints", Rgba32Uint),
         Binding::texture_read("rects", Rg32Uint),
         CASTERS,
+        LIGHTS,
+        CLUSTERS,
         FILTERS,
         NEARESTS,
         OPAQUES,
+        CURVES,
         Binding::texture_write("lit", Rgba16Float),
     ],
-    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64)],
+    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64), ("NODES", 0.0), ("HAS_GAIN", 0.0)],
     tier: Tier::Core,
 };
 
@@ -315,9 +348,10 @@ pub struct GpuLight {
     /// Cosines of half the angle of a spot: where its light ends, and where it begins to fade.
     pub cone_outer: f32,
     pub cone_inner: f32,
+    /// One over the square of the range [1/m^2]; 0 where the light has no end.
+    pub per_range2: f32,
     /// 1 where the air scatters its light.
     pub shafts: u32,
-    pub pad_0: u32,
 }
 crate::gpu_layout!(GpuLight {
     position,
@@ -328,11 +362,16 @@ crate::gpu_layout!(GpuLight {
     view_count,
     cone_outer,
     cone_inner,
-    shafts,
-    pad_0
+    per_range2,
+    shafts
 });
 
 impl GpuLight {
+    /// Of all lights; `views`: their shadow views.
+    pub fn all(lights: &[Light], views: &[View]) -> Vec<Self> {
+        (0..).zip(lights).map(|(index, light)| Self::new(light, index, views)).collect()
+    }
+
     /// `views`: the shadow views of all lights.
     pub fn new(light: &Light, index: usize, views: &[View]) -> Self {
         let own = |view: &View| view.light == Some(index);
@@ -350,8 +389,8 @@ impl GpuLight {
             view_count: views.iter().filter(|view| own(view)).count() as u32,
             cone_outer: (angle * 0.5).cos(),
             cone_inner: (angle * 0.5 * 0.85).cos(),
+            per_range2: light.range().map_or(0.0, |range| 1.0 / (range * range)),
             shafts: u32::from(light.shafts),
-            pad_0: 0,
         }
     }
 }
@@ -370,6 +409,17 @@ pub struct PictureParams {
     pub bias: f32,
     /// [texels]
     pub normal_bias: f32,
+    /// Of the camera [m].
+    pub near: f32,
+    /// From the camera's near to its far plane [m].
+    pub depth_range: f32,
+    /// Of the clusters, in x, y and depth.
+    pub cells: UVec3,
+    /// Edge of a cluster [pixels].
+    pub tile: u32,
+    /// Where the first slice ends [m].
+    pub first_slice: f32,
+    pub slices_per_doubling: f32,
     /// 1 where opaque depths are by channel.
     pub colored: u32,
     /// 0: the air is clear.
@@ -383,6 +433,12 @@ crate::gpu_layout!(PictureParams {
     footprint_count,
     bias,
     normal_bias,
+    near,
+    depth_range,
+    cells,
+    tile,
+    first_slice,
+    slices_per_doubling,
     colored,
     air_slices
 });

@@ -23,8 +23,8 @@ use wgpu::TextureFormat::{R32Uint, Rg32Uint};
 
 /// Pairs in a row of a pair texture.
 pub const PAIR_ROW: u32 = 4096;
-/// The most pairs that a texture holds within WebGPU's limits.
-pub const PAIR_LIMIT: u32 = PAIR_ROW * 8192;
+/// The most pairs that a texture of any device holds here.
+pub const PAIR_LIMIT: u32 = PAIR_ROW * 16384;
 pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 
 /// A subgroup of llvmpipe; more would only lengthen the tail.
@@ -50,6 +50,11 @@ pub const WIDE_BLOCK: u32 = 4096;
 
 /// Row of the histograms that holds the totals; above it, one row per digit.
 pub const TOTAL_ROW: u32 = 256;
+
+/// The most pairs that a texture of `device` holds.
+pub fn pair_limit(device: &wgpu::Device) -> u32 {
+    PAIR_LIMIT.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
+}
 
 /// Of a texture with room for `capacity` pairs [texels].
 pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
@@ -208,10 +213,11 @@ impl Sort {
             SortCount::Known(capacity) => (&own_count(capacity), 0, capacity),
             SortCount::FromBuffer { counts, index, capacity } => (counts, index, capacity),
         };
-        if capacity > PAIR_LIMIT {
+        let limit = pair_limit(device);
+        if capacity > limit {
             return Err(Error::Limit {
                 limit: "pairs to sort",
-                have: PAIR_LIMIT.into(),
+                have: limit.into(),
                 need: capacity.into(),
                 remedy: "lower the pair budget or the number of casters",
             });

@@ -4,8 +4,8 @@ use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     light::{Light, LightKind},
     scene::{Camera, Scene},
-    settings::ShadowSettings,
-    view::{Projection, View},
+    settings::{ClusterSettings, ShadowSettings},
+    view::{Part, Projection, View},
 };
 
 /// Seeded numbers (Steele et al. 2014, `SplitMix64`).
@@ -57,6 +57,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
             size: UVec2::new(64, 64),
         },
         shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
+        clusters: ClusterSettings::default(),
         lights: Vec::new(),
         materials,
         textures: Vec::new(),
@@ -80,7 +81,8 @@ pub(crate) fn light(kind: LightKind) -> Light {
         far: None,
         size: None,
         casts: true,
-        cascades: 1,
+        cascades: None,
+        shadows: Vec::new(),
         shafts: true,
     }
 }
@@ -96,6 +98,7 @@ pub(crate) fn particle(center: Vec3, radius: f32, color: Vec4) -> Particle {
 /// World space is view space: looks along -z, `far` at z = -10; `size / scale` metres wide.
 pub(crate) fn flat_view(size: u32, scale: f32) -> View {
     View {
+        part: Part::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -19,7 +19,7 @@ struct BatchCounters {
     overflowed: atomic<u32>,
     segment_count: atomic<u32>,
     merged_count: atomic<u32>, // tiles that several workgroups add to
-    pad: u32,
+    disordered: atomic<u32>,   // hits whose place in a curve was lost
 }
 
 // llvmpipe lets all loops of one invocation run 65,535 times in total; a run's footprints and

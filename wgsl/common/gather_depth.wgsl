@@ -23,6 +23,10 @@ fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
     visit_texel(view, place, look, 3u);
 }
 
+fn nearest_texel(i: u32) -> f32 {
+    return nearest[i];
+}
+
 // Nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     return all(nearest <= vec4(front));

@@ -1,5 +1,5 @@
 // Four pixels while what is not solid is laid over them, front to back. CPU twin: src/cpu/shade.rs.
-// Needs common/caster_hit.wgsl, sheet.wgsl, surface.wgsl; the kernel binds `surfaces` and `lit`.
+// Needs common/caster_hit.wgsl, sheet.wgsl, surface.wgsl, cost.wgsl; the kernel binds `surfaces` and `lit`.
 //
 // Casters come in order of their nearest corner. A pane reaches from there far back, so it waits
 // until what comes next is behind it; the order is exact while at most two panes wait. What the
@@ -25,6 +25,7 @@ var<private> near: array<Layer, 4>; // panes that wait
 var<private> far: array<Layer, 4>;
 var<private> first: array<Layer, 4>; // panes to be lit; `passed` is of what is before them
 var<private> second: array<Layer, 4>;
+var<private> asked_of: vec4<u32>; // lights, for the cost of each pixel
 
 fn start(view: GpuView, pixel: vec2<u32>) {
     corner = vec2<f32>(pixel);
@@ -137,11 +138,13 @@ fn finish(view: GpuView) {
             }
             if layer.look.x != 0u {
                 let pixel = corner + vec2(0.5, f32(i) + 0.5);
+                asked = 0u;
                 var shown = layer.passed * pane_light(view, pixel, layer);
                 if params.air_slices > 0u {
                     shown *= air_at(pixel, layer.depth).a;
                 }
                 color[i] += shown;
+                asked_of[i] += asked;
             }
         }
     }
@@ -188,6 +191,7 @@ fn visit_particle(view: GpuView, place: vec4<u32>, look: vec4<u32>, arriving: ve
 }
 
 fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+    count_pair();
     if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
         visit_pane(view, look, 0u);
         visit_pane(view, look, 1u);

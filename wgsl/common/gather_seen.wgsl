@@ -1,4 +1,4 @@
-// The nearest solid caster of four pixels. CPU twin: src/cpu/shade.rs. Needs common/solid.wgsl.
+// The nearest solid caster of four pixels. CPU twin: src/cpu/shade.rs. Needs common/solid.wgsl, cost.wgsl.
 var<private> corner: vec2<f32>; // first of the four pixels
 var<private> nearest: vec4<f32>;
 var<private> seen: vec4<u32>;   // caster
@@ -20,6 +20,7 @@ fn visit_pixel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
 }
 
 fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+    count_pair();
     visit_pixel(view, place, look, 0u);
     visit_pixel(view, place, look, 1u);
     visit_pixel(view, place, look, 2u);

@@ -1,13 +1,16 @@
 // The light that arrives at a point through the shadow maps. CPU twin: src/cpu/receive.rs.
-// Needs common/light.wgsl; the kernel binds `params`, `lights`, `shadow_views`, `filters`,
-// `nearests`, `opaques`.
+// Needs common/light.wgsl; the kernel binds `params`, `lights`, `clusters`, `filters`, `nearests`,
+// `opaques`, `curves`. Needs common/curve.wgsl, curve_light.wgsl.
 
-// What one texel lets through to light depth z: rules 1 and 2 of the receiver. Texels beside the
+// What one texel lets through to light depth z: the rules of the receiver. Texels beside the
 // view's map are those on its border.
 fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
     let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
     let depths = textureLoad(opaques, at, view.layer, 0).rgb;
     let solid = select(depths.rrr, depths, params.colored != 0u);
+    if NODES > 0u {
+        return select(curve_light(view, at, z - bias), vec3(0.0), vec3(z) > solid + bias);
+    }
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0).rgb;
     let passed = select(vec3(1.0), filtered, z > nearest + bias);
@@ -47,7 +50,7 @@ fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
         + receive_row(view, middle + vec2(0.0, 1.0), x, z, bias / range) * y.z;
 }
 
-// The view of a point light's cube that looks towards `away` from the light.
+// The face of a cube that looks towards `away` from its middle.
 fn cube_face(away: vec3<f32>) -> u32 {
     let size = abs(away);
     if size.x >= size.y && size.x >= size.z {
@@ -71,24 +74,89 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     let away = point - light.position;
     let square = max(dot(away, away), 1e-4);
     let ray = away * inverseSqrt(square);
-    var color = light.color / square;
+    // Fades out towards the end of its range: glTF KHR_lights_punctual, Karis 2013.
+    let part = square * light.per_range2;
+    let window = max(1.0 - part * part, 0.0);
+    var color = light.color / square * (window * window);
     if light.kind == LIGHT_SPOT {
         color *= smoothstep(light.cone_outer, light.cone_inner, dot(ray, light.direction));
     }
     return Incoming(-ray, color);
 }
 
-// `normal`, on the light's side, lifts the point off its own shadow by what the slope of the
-// surface hides within nine texels; zero where there is none. `bias` [m].
-fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
-    if light.view_count == 0u {
-        return vec3(1.0);
-    }
-    let face = select(0u, cube_face(point - light.position), light.kind == LIGHT_POINT);
-    let view = shadow_views[light.first_view + face];
+// `normal` lifts the point off its own shadow by what the slope of the surface hides within nine
+// texels; `sine` of the angle between the normal and the way to the light.
+fn lifted(view: GpuView, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> vec3<f32> {
     let along = -(view.view_from_world * vec4(point, 1.0)).z;
     let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
+    return point + normal * ((params.normal_bias + 0.5) * sine * texel);
+}
+
+// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    let spread = view.scale / select(1.0, max(-p.z, 1e-6), view.perspective > 0.0);
+    let place = vec2(p.x, -p.y) * spread + view.size * 0.5;
+    let inner = min(place, view.size - place);
+    // All nine texels are the window's own.
+    let border = min(inner.x, inner.y) - 1.5;
+    if !(border > 0.0 && -p.z >= view.near && -p.z <= view.far) {
+        return 0.0;
+    }
+    return min(border / max(view.fade, 1e-3), 1.0);
+}
+
+// The view that tells about a point: of a cube's faces the one that looks there.
+fn view_of(first: u32, point: vec3<f32>) -> u32 {
+    // The first face looks along x.
+    let view = shadow_view(first);
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), view.part == PART_FACE);
+}
+
+// How much view `index` counts at a point.
+fn view_share(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> f32 {
+    let view = shadow_view(index);
+    return select(1.0, window_share(view, lifted(view, point, normal, sine)), view.part == PART_WINDOW);
+}
+
+fn through_view(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32, bias: f32) -> vec3<f32> {
+    let view = shadow_view(index);
+    return receive(view, lifted(view, point, normal, sine), bias);
+}
+
+// Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
+// where there is none; `bias` [m].
+// Where branches cost what they skip, one loop asks fewer maps than a branch for each kind.
+fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    return receive(view, point + normal * ((params.normal_bias + 0.5) * sine * texel), bias);
+    let end = light.first_view + light.view_count;
+    let own_count = shadow_part(light.first_view).count;
+    var least = vec3(1.0); // of the shadows before
+    var sum = vec3(0.0);   // of the windows of this shadow
+    var rest = 1.0;
+    var first = light.first_view; // of what this shadow has left
+    while first < end {
+        var index = view_of(first, point);
+        let part = shadow_part(first);
+        let last = first + part.count - 1u - part.index;
+        var share = view_share(index, point, normal, sine);
+        while share <= 0.0 && index < last {
+            index += 1u;
+            share = view_share(index, point, normal, sine);
+        }
+        sum += through_view(index, point, normal, sine, bias) * (rest * share);
+        rest *= 1.0 - share;
+        let is_done = rest <= 0.0 || index == last;
+        let passed = sum / max(1.0 - rest, 1e-6);
+        // A light's own shadow may make it brighter than it is.
+        let own = last < light.first_view + own_count;
+        let less = mix(least, select(min(least, passed), passed, own), 1.0 - rest);
+        least = select(least, less, is_done);
+        sum = select(sum, vec3(0.0), is_done);
+        rest = select(rest, 1.0, is_done);
+        first = select(index, last, is_done) + 1u;
+    }
+    return least;
 }

@@ -1,5 +1,5 @@
 // How what the camera sees scatters light to it. CPU twin: src/cpu/shading.rs.
-// Needs common/receive.wgsl.
+// Needs common/receive.wgsl, cost.wgsl.
 const PER_PI: f32 = 0.31830989;
 
 // What is seen, and mirrored, where there is nothing: brighter above.
@@ -44,12 +44,14 @@ struct Surface {
     albedo: vec3<f32>,
     roughness: f32,
     reach: f32,        // how far what is in the map may lie off the point [m]
+    lights: LightList,
 }
 
 fn shade_solid(surface: Surface) -> vec3<f32> {
     var sum = surface.albedo * ambient_light(surface.normal);
-    for (var i = 0u; i < params.light_count; i += 1u) {
-        let light = lights[i];
+    count_lights(surface.lights.count);
+    for (var i = 0u; i < surface.lights.count; i += 1u) {
+        let light = listed_light(surface.lights, i);
         let arriving = incoming(light, surface.point);
         let cosine = dot(surface.normal, arriving.toward);
         if cosine > 0.0 && dot(surface.face, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0)) {

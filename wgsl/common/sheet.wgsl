@@ -7,8 +7,9 @@ struct Lit {
 
 fn light_sheet(surface: Surface, gloss: Gloss) -> Lit {
     var lit = Lit(ambient_light(surface.normal), vec3(0.0));
-    for (var i = 0u; i < params.light_count; i += 1u) {
-        let light = lights[i];
+    count_lights(surface.lights.count);
+    for (var i = 0u; i < surface.lights.count; i += 1u) {
+        let light = listed_light(surface.lights, i);
         let arriving = incoming(light, surface.point);
         if any(arriving.color > vec3(0.0)) {
             let cosine = dot(surface.normal, arriving.toward);

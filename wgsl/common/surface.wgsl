@@ -42,5 +42,7 @@ fn triangle_surface(
     let point = world_point(view, pixel, depth);
     let to_eye = normalize(eye() - point);
     let normal = toward(to_eye, triangle_normal(id, triangle_weights(setup, pixel).xyz));
-    return Surface(point, normal, toward(to_eye, face_normal(setup)), to_eye, albedo, roughness, 0.0);
+    let face = toward(to_eye, face_normal(setup));
+    let list = cluster_lights(pixel, depth);
+    return Surface(point, normal, face, to_eye, albedo, roughness, 0.0, list);
 }

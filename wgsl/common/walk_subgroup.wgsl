@@ -11,7 +11,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     // broadcast a float.)
     let texel = vec2<u32>(corner);
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
-    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
+    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5);
     for (var base = first; base < end; base += size) {
         let pair = min(base + lane, end - 1u);
         let footprint = textureLoad(pairs, record_texel(pair)).g;

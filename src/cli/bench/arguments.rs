@@ -30,6 +30,12 @@ pub(crate) struct BenchArguments {
     /// 4 and 12 texels wide where --footprint is not given
     #[arg(long, conflicts_with_all = ["opacity", "layout", "lights"])]
     pub(super) occlude: bool,
+    /// What the maps hold: nearest depth and filter, or curves as well
+    #[arg(long, default_value = "nearest", conflicts_with_all = ["vs", "occlude"])]
+    pub(super) receiver: ReceiverName,
+    /// Nodes of a curve: 4, 8 or 16
+    #[arg(long, value_parser = nodes, default_value_t = 8)]
+    pub(super) nodes: u32,
     /// Measured frames of each path, after two to warm up; times are their median
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5)]
     pub(super) runs: u32,
@@ -64,6 +70,12 @@ pub(super) enum Layout {
     Corner,
     /// All centred in one tile
     Tile,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ReceiverName {
+    Nearest,
+    Curve,
 }
 
 impl Layout {
@@ -115,6 +127,13 @@ fn whole(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String
     match text.trim().parse() {
         Ok(value) if range.contains(&value) => Ok(value),
         _ => Err(format!("{text:?} is not in {}..={}", range.start(), range.end())),
+    }
+}
+
+fn nodes(text: &str) -> Result<u32, String> {
+    match text.trim().parse() {
+        Ok(value @ (4 | 8 | 16)) => Ok(value),
+        _ => Err(format!("{text:?} is not 4, 8 or 16")),
     }
 }
 

@@ -3,7 +3,7 @@ use super::arguments::{BenchArguments, Layout};
 use gobo::{
     caster::{Material, Particle, Triangle},
     glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4},
-    view::{Projection, TILE_SIZE, View},
+    view::{Part, Projection, TILE_SIZE, View},
 };
 
 /// One row of the results.
@@ -129,6 +129,7 @@ impl Case {
             let right = forward.cross(up);
             let axes = Mat3::from_cols(right, right.cross(forward), -forward).transpose();
             View {
+                part: Part::Whole,
                 light: Some(light),
                 name: "0",
                 projection: Projection::Orthographic,

@@ -120,6 +120,11 @@ impl Bench {
         Self { clock: Clock::new(&gpu), gpu, pipeline, runs }
     }
 
+    /// K of the curves that the maps hold besides.
+    pub(super) fn set_nodes(&mut self, nodes: u32) {
+        self.pipeline.set_nodes(nodes);
+    }
+
     pub(super) fn run(&mut self, case: Case, with_raster: bool) -> Result<Row, Failure> {
         let (particles, views) = (case.particles(), case.views());
         let device = &self.gpu.device;
@@ -226,7 +231,7 @@ impl Bench {
                 prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
             let needed = opaque.pairs_needed.max(translucent.pairs_needed);
             let room = prepared.pair_capacity();
-            let full = room >= self.pipeline.config().pair_budget || pairs.is_some();
+            let full = pairs.is_some();
             if needed <= room || full {
                 return Ok(prepared);
             }

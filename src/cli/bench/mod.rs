@@ -14,6 +14,7 @@ mod raster;
 pub(crate) use arguments::BenchArguments;
 
 use super::{failure::Failure, files};
+use arguments::ReceiverName;
 use gobo::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
 use report::Report;
@@ -29,6 +30,9 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     }
     let selection = Selection { backend, adapter: arguments.adapter.clone(), tier: None };
     let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget);
+    if arguments.receiver == ReceiverName::Curve {
+        bench.set_nodes(arguments.nodes);
+    }
     let mut report = Report::new(&bench, arguments.occlude);
     files::print(&report.heading())?;
     for case in case::cases(arguments) {

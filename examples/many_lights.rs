@@ -1,0 +1,100 @@
+//! What clusters save: the time of a picture whose pixels ask the lights of their cluster, and of
+//! the same picture whose pixels ask all lights.
+//!
+//! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
+use gobo::{
+    gpu::{Gpu, Timeline},
+    pipeline::{CasterSet, Config, Pipeline, PreparedPicture},
+    scene::load_with,
+    view::shadow_views,
+};
+use std::{path::Path, time::Instant};
+
+/// After one to warm up: drivers compile at the first use.
+const RUNS: usize = 7;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let (set, paths): (Vec<_>, Vec<_>) = arguments.iter().partition(|a| a.contains('='));
+    let set: Vec<(String, String)> = set
+        .iter()
+        .filter_map(|a| a.split_once('='))
+        .map(|(key, value)| (key.to_owned(), value.to_owned()))
+        .collect();
+    let path = paths.first().map_or("data/lamps.toml", |path| path.as_str());
+    let mut scene = load_with(Path::new(path), &set)?;
+
+    let gpu = Gpu::headless()?;
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter));
+    let gobo::scene::Scene { particles, triangles, materials, textures, .. } = &scene;
+    let casters = CasterSet::new(device, queue, particles, triangles, materials, textures)?;
+    let views = shadow_views(&scene);
+    let prepared = pipeline.prepare(device, queue, &casters, &views, None)?;
+    let mut encoder = device.create_command_encoder(&Default::default());
+    prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
+    queue.submit([encoder.finish()]);
+
+    println!("{}; {path}: {} lights, {} views", gpu.adapter.name, scene.lights.len(), views.len());
+    let mut pictures = Vec::new();
+    for (name, budget) in [("clusters", scene.clusters.budget), ("all lights", 0)] {
+        scene.clusters.budget = budget;
+        let maps = &prepared.maps;
+        let picture =
+            pipeline.prepare_picture(device, queue, &casters, &scene, &views, maps, None)?;
+        let mut times: Vec<[f64; 3]> = Vec::new();
+        for _ in 0..=RUNS {
+            times.push(frame(&gpu, &mut pipeline, &picture)?);
+        }
+        let median = |i: usize| {
+            let mut sorted: Vec<f64> = times[1..].iter().map(|time| time[i]).collect();
+            sorted.sort_by(f64::total_cmp);
+            sorted[sorted.len() / 2]
+        };
+        let counters = picture.read_cluster_counters(&gpu)?;
+        let mean = f64::from(counters.needed) / f64::from(picture.grid().cluster_count());
+        println!(
+            "{name:>10}: cluster {:.2} ms, shade {:.2} ms, whole picture {:.2} ms; {} clusters, \
+             {mean:.1} lights in the mean, {} at most, {} clusters without a list",
+            median(0),
+            median(1),
+            median(2),
+            picture.grid().cluster_count(),
+            counters.longest,
+            counters.overflowed,
+        );
+        pictures.push(picture.read(&gpu)?.rgb);
+    }
+    println!(
+        "the pictures are {}",
+        if pictures[0] == pictures[1] { "the same" } else { "different" }
+    );
+    Ok(())
+}
+
+/// Of the stages `cluster` and `shade`, and of all [ms].
+fn frame(
+    gpu: &Gpu,
+    pipeline: &mut Pipeline,
+    picture: &PreparedPicture,
+) -> Result<[f64; 3], gobo::error::Error> {
+    // A software adapter stamps when it records, not when the work is done.
+    let mut timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
+        Timeline::stepped(&gpu.device, &gpu.queue)
+    } else {
+        Timeline::new(&gpu.device, &gpu.queue)
+    };
+    let start = Instant::now();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
+    timeline.finish(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    picture.read_counters(&gpu.device, &gpu.queue)?;
+    let wall = start.elapsed().as_secs_f64() * 1e3;
+    let stages = timeline.read(&gpu.device);
+    let of = |wanted: &[&str]| {
+        let known = stages.iter().filter(|(name, _)| wanted.contains(name));
+        known.map(|(_, ms)| ms).sum::<f64>()
+    };
+    Ok([of(&["cluster"]), of(&["shade"]), wall])
+}

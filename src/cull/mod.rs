@@ -1,0 +1,22 @@
+//! cull: which groups of casters a view may see, on the CPU.
+//!
+//! 1. Casters that lie together form a *group*: at most a chunk of `project`'s, with a box around
+//!    all that they can reach ([`order`]).
+//! 2. A tree over the boxes is built once, refitted when groups move and built anew when it has
+//!    degraded ([`GroupTree`]).
+//! 3. Each view walks the tree once with its six planes ([`Frustum`]).
+//!
+//! What a view sees is always among what the walk yields: planes and boxes are widened by what
+//! `project` enlarges and by what rounding may move. The range of a spot or point light is its far
+//! *plane*, not a sphere: light depth is measured along the view's axis, so the corners of a view
+//! reach farther than `far`.
+//!
+//! Unlike raster engines: nothing is left out for being behind opaque surfaces. A view is wholly
+//! covered at a known depth only where one flat surface fills its window, which few scenes have;
+//! `accumulate` stops at the opaque depth texel by texel instead.
+mod frustum;
+pub mod order;
+mod tree;
+
+pub use frustum::{Frustum, widened};
+pub use tree::{DOUBLED, GroupTree, typical_size};

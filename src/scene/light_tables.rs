@@ -1,0 +1,184 @@
+//! Tables of lights and of their shadows, checked and in the units of the library.
+use super::{
+    SceneError,
+    document::{KindOfLight, LightShadowTable, LightTable},
+    source::Source,
+    tables::Table,
+};
+use crate::light::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+use toml::Spanned;
+
+pub(super) fn light(
+    source: &Source<'_>,
+    table: &Spanned<LightTable>,
+    index: usize,
+) -> Result<Light, SceneError> {
+    let check = Table { source, table };
+    let light = table.get_ref();
+    let own = LightShadowTable {
+        kind: Some(light.kind),
+        position: light.position,
+        direction: light.direction,
+        angle: light.angle,
+        cascades: light.cascades,
+        lambda: light.lambda,
+        fade: light.fade,
+        range: light.range,
+        near: light.near,
+        far: light.far,
+        size: light.size,
+    };
+    let Shadow { kind, near, far, size, cascades } = shadow(&check, &own, "light", None)?;
+    let color = light.color.unwrap_or([1.0; 3]);
+    for v in color {
+        check.number("color", v, |v| v >= 0.0, "0 or more")?;
+    }
+    let intensity = light.intensity.unwrap_or(3.0);
+    let intensity = check.number("intensity", intensity, |v| v >= 0.0, "0 or more")?;
+    if light.shadow.len() >= MAX_SHADOWS {
+        let message = format!("{} further shadows", light.shadow.len());
+        let help = format!("a light has at most {}", MAX_SHADOWS - 1);
+        return Err(check.fault("shadow", message, &help));
+    }
+    let further = |table: &Spanned<LightShadowTable>| {
+        shadow(&Table { source, table }, table.get_ref(), "shadow", Some(kind))
+    };
+    Ok(Light {
+        name: light.name.clone().unwrap_or_else(|| format!("light{index}")),
+        kind,
+        color: color.into(),
+        intensity,
+        near,
+        far,
+        size,
+        casts: light.casts.unwrap_or(true),
+        cascades,
+        shafts: light.shafts.unwrap_or(true),
+        shadows: light.shadow.iter().map(further).collect::<Result<_, _>>()?,
+    })
+}
+
+/// `noun` says whose keys they are; `of_light` fills what the table leaves out.
+fn shadow<T>(
+    check: &Table<'_, T>,
+    given: &LightShadowTable,
+    noun: &str,
+    of_light: Option<LightKind>,
+) -> Result<Shadow, SceneError> {
+    let kind = light_kind(check, given, noun, of_light)?;
+    let is_directional = matches!(kind, LightKind::Directional { .. });
+    let depth = |key: &str, value: Option<f32>| {
+        let valid = |v: f32| v <= 1e7 && (v > 0.0 || is_directional);
+        value.map(|v| check.number(key, v, valid, "a distance above 0")).transpose()
+    };
+    let (near, far) = (depth("near", given.near)?, depth("far", given.far)?);
+    let first = near.or(is_directional.then_some(0.0));
+    if let (Some(near), Some(far)) = (first, far)
+        && near >= far
+    {
+        let key = if given.near.is_some() { "near" } else { "far" };
+        let message = format!("near {near} is not before far {far}");
+        return Err(check.fault(key, message, "near < far"));
+    }
+    Ok(Shadow {
+        kind,
+        near,
+        far,
+        size: given.size.map(|size| check.map_size(size)).transpose()?,
+        cascades: cascades(check, given, noun, is_directional)?,
+    })
+}
+
+fn light_kind<T>(
+    check: &Table<'_, T>,
+    given: &LightShadowTable,
+    noun: &str,
+    of_light: Option<LightKind>,
+) -> Result<LightKind, SceneError> {
+    let (of_kind, position, direction, angle) = match of_light {
+        None => (None, None, None, None),
+        Some(LightKind::Directional { direction }) => {
+            (Some(KindOfLight::Directional), None, Some(direction), None)
+        }
+        Some(LightKind::Spot { position, direction, angle }) => {
+            (Some(KindOfLight::Spot), Some(position), Some(direction), Some(angle))
+        }
+        Some(LightKind::Point { position }) => {
+            (Some(KindOfLight::Point), Some(position), None, None)
+        }
+    };
+    let kind = given.kind.or(of_kind).unwrap_or(KindOfLight::Directional);
+    let name = match kind {
+        KindOfLight::Directional => "directional",
+        KindOfLight::Spot => "spot",
+        KindOfLight::Point => "point",
+    };
+    let has = [
+        ("position", given.position.is_some(), "directional"),
+        ("direction", given.direction.is_some(), "point"),
+        ("angle", given.angle.is_some(), "directional"),
+        ("angle", given.angle.is_some(), "point"),
+    ];
+    if let Some((key, ..)) = has.iter().find(|(_, has, kind)| *has && *kind == name) {
+        let message = format!("a {name} {noun} has no {key}");
+        return Err(check.fault(key, message, &format!("remove {key}")));
+    }
+    let missing = |key: &str| {
+        check.fault(key, format!("a {name} {noun} without {key}"), &format!("give it a {key}"))
+    };
+    let position = || match given.position {
+        Some(value) => check.vector("position", value),
+        None => position.ok_or_else(|| missing("position")),
+    };
+    let direction = || match given.direction {
+        Some(value) => check.direction("direction", value),
+        None => direction.ok_or_else(|| missing("direction")),
+    };
+    Ok(match kind {
+        KindOfLight::Directional => LightKind::Directional { direction: direction()? },
+        KindOfLight::Spot => LightKind::Spot {
+            position: position()?,
+            direction: direction()?,
+            angle: match (given.angle, angle) {
+                (None, Some(angle)) => angle,
+                (degrees, _) => check.angle("angle", degrees.unwrap_or(45.0))?,
+            },
+        },
+        KindOfLight::Point => LightKind::Point { position: position()? },
+    })
+}
+
+fn cascades<T>(
+    check: &Table<'_, T>,
+    given: &LightShadowTable,
+    noun: &str,
+    is_directional: bool,
+) -> Result<Option<Cascades>, SceneError> {
+    let LightShadowTable { cascades: count, lambda, fade, range, .. } = *given;
+    let usual = Cascades::default();
+    let Some(count) = count else {
+        let keys = [("lambda", lambda), ("fade", fade), ("range", range)];
+        return match keys.iter().find(|(_, value)| value.is_some()) {
+            None => Ok(None),
+            Some((key, _)) => {
+                Err(check.fault(key, format!("{key} without cascades"), "add cascades = 4"))
+            }
+        };
+    };
+    if !(1..=MAX_CASCADES).contains(&count) {
+        let help = format!("1 to {MAX_CASCADES} cascades");
+        return Err(check.fault("cascades", format!("cascades is {count}"), &help));
+    }
+    if !is_directional {
+        let message = format!("only a directional {noun} has cascades");
+        return Err(check.fault("cascades", message, "remove cascades"));
+    }
+    let most = |v: f32| v > 0.0 && v <= 1e7;
+    let is_half = |v: f32| (0.0..=0.5).contains(&v);
+    Ok(Some(Cascades {
+        count,
+        lambda: check.share("lambda", lambda.unwrap_or(usual.lambda))?,
+        fade: check.number("fade", fade.unwrap_or(usual.fade), is_half, "from 0 to 0.5")?,
+        range: range.map(|v| check.number("range", v, most, "a distance above 0")).transpose()?,
+    }))
+}

@@ -1,0 +1,157 @@
+//! Cascades: windows of a directional light that follow the camera without a shimmer.
+//!
+//! Each window holds the sphere around the camera's frustum up to its split, so that its size does
+//! not depend on where the camera looks, and moves by whole texels (Valient 2007, "Stable Rendering
+//! of Cascaded Shadow Maps"). The frusta are nested: where a window fades, the next one holds the
+//! point too. Depths enclose the whole scene, so that every caster is in front of its receivers,
+//! and don't change while the scene's bounds do not.
+use super::{
+    Part, Projection, View,
+    fit::{light_up, looking},
+};
+use crate::{
+    light::Cascades,
+    scene::{Bounds, Camera},
+};
+use glam::{DVec2, DVec3, Mat4, UVec2, Vec3};
+
+/// What is nearer to the eye than this share of the range adds nothing to a split.
+const NEAREST: f64 = 1e-3;
+/// Beside what a window must hold: a texel of filtering, the spline's half and half a texel of
+/// snapping, on each side [texels].
+const BORDER: f64 = 3.0;
+
+/// Where each cascade ends [m from the eye, along its axis]; the last is `range` (Zhang et al.
+/// 2006, "Parallel-Split Shadow Maps", section 3: the practical split).
+pub fn splits(cascades: &Cascades, range: f32) -> Vec<f32> {
+    let (far, lambda) = (f64::from(range), f64::from(cascades.lambda));
+    let near = far * NEAREST;
+    let count = cascades.count();
+    let split = |i: u32| {
+        let share = f64::from(i) / f64::from(count);
+        let ratio = near * (far / near).powf(share);
+        let even = near + (far - near) * share;
+        (lambda * ratio + (1.0 - lambda) * even) as f32
+    };
+    (1..count).map(split).chain([range]).collect()
+}
+
+/// How far there are shadows where nobody says: as far as the scene is wide, doubled until it
+/// holds the scene's farthest corner. In steps, so that the windows keep their size while the
+/// camera moves [m].
+pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
+    let farthest = bounds.corners().iter().fold(0f32, |far, c| far.max(c.distance(camera.eye)));
+    let mut range = (2.0 * bounds.radius()).clamp(1e-3, 1e8);
+    while range < farthest && range < 1e8 {
+        range *= 2.0;
+    }
+    range
+}
+
+/// Rounded up to sixteenths of a power of two: products with whole numbers are exact, and what
+/// comes out differently in the last bit stays the same.
+fn rounded_up(length: f64) -> f64 {
+    let unit = length.log2().floor().exp2() / 16.0;
+    (length / unit).ceil() * unit
+}
+
+/// The sphere around the camera's frustum up to `split` [m from the eye]: how far its centre is
+/// from the eye, and its radius, per metre of split.
+fn frustum_sphere(camera: &Camera) -> (f64, f64) {
+    let aspect = f64::from(camera.size.x) / f64::from(camera.size.y);
+    let slope = (f64::from(camera.fov_y) * 0.5).tan() * (1.0 + aspect * aspect).sqrt();
+    if slope >= 1.0 {
+        (1.0, slope)
+    } else {
+        ((1.0 + slope * slope) * 0.5, (1.0 + slope * slope) * 0.5)
+    }
+}
+
+/// Of the window that holds the whole scene [m].
+fn window_of(min: Vec3, max: Vec3, margin: f32) -> f32 {
+    (max - min).truncate().max_element() + 2.0 * margin
+}
+
+/// What all cascades of a light share.
+pub(super) struct Fit<'a> {
+    pub light: usize,
+    /// Of each cascade.
+    pub names: &'a [&'static str],
+    /// Where the light travels (unit, world space).
+    pub direction: Vec3,
+    pub near: Option<f32>,
+    pub far: Option<f32>,
+    pub camera: &'a Camera,
+    /// Of all casters and receivers.
+    pub bounds: &'a Bounds,
+}
+
+impl Fit<'_> {
+    /// `size_of`: edge of each cascade's map [texels].
+    pub(super) fn views(&self, cascades: &Cascades, size_of: &dyn Fn(usize) -> u32) -> Vec<View> {
+        // From where on a window would be as large as the scene, the last one holds all of it.
+        let (_, radius) = frustum_sphere(self.camera);
+        let (min, max, margin) = self.in_light_space();
+        let covering = f64::from(window_of(min, max, margin)) / (2.0 * radius);
+        let range = cascades.range.unwrap_or_else(|| usual_range(self.camera, self.bounds));
+        let range = range.min(covering as f32);
+        let splits = splits(cascades, range);
+        let count = splits.len();
+        let cascade = |(index, split): (usize, &f32)| {
+            let last = index + 1 == count;
+            self.view(cascades, index, f64::from(*split), last, size_of(index))
+        };
+        splits.iter().enumerate().map(cascade).collect()
+    }
+
+    /// World space to a space that looks along the light.
+    fn axes(&self) -> Mat4 {
+        looking(Vec3::ZERO, self.direction, light_up(self.direction))
+    }
+
+    /// The corners of the scene in [`Self::axes`], and what keeps it off a window's border [m].
+    fn in_light_space(&self) -> (Vec3, Vec3, f32) {
+        let axes = self.axes();
+        let corners = self.bounds.corners().map(|corner| axes.transform_point3(corner));
+        let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
+        let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
+        (min, max, (self.bounds.radius() * 0.01).max(1e-4))
+    }
+
+    fn view(&self, cascades: &Cascades, index: usize, split: f64, last: bool, size: u32) -> View {
+        let axes = self.axes();
+        let (min, max, margin) = self.in_light_space();
+        let (ahead, radius) = frustum_sphere(self.camera);
+        let (forward, eye) = (self.camera.target - self.camera.eye, self.camera.eye);
+        let center = eye.as_dvec3() + forward.as_dvec3().normalize() * (ahead * split);
+        // The border of the last window lies outside what the camera sees.
+        let inner = if last { 1.0 - f64::from(cascades.fade) } else { 1.0 };
+        let whole = f64::from(size);
+        let texel = 2.0 * radius * split / (whole * inner - 2.0 * BORDER).max(1.0);
+        let of_scene = f64::from(window_of(min, max, margin)) / whole;
+        let (texel, middle, fade) = if texel < of_scene {
+            let texel = rounded_up(texel);
+            let in_light = axes.as_dmat4().transform_point3(center);
+            let snapped = (DVec2::new(in_light.x, in_light.y) / texel + 0.5).floor() * texel;
+            (texel, snapped, cascades.fade)
+        } else {
+            // No window need be larger than the scene.
+            let middle = (min + max).as_dvec3() * 0.5;
+            (of_scene, middle.truncate(), 0.0)
+        };
+        let near = self.near.unwrap_or(0.0);
+        let deepest = (max.z - min.z + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3));
+        let shift = -DVec3::new(middle.x, middle.y, f64::from(max.z + margin)).as_vec3();
+        View {
+            light: Some(self.light),
+            name: self.names[index],
+            part: Part::Window { index: index as u32, count: cascades.count(), fade },
+            projection: Projection::Orthographic,
+            size: UVec2::splat(size),
+            near,
+            far: self.far.unwrap_or(deepest),
+            view_from_world: Mat4::from_translation(shift) * axes,
+            scale: (1.0 / texel) as f32,
+        }
+    }
+}

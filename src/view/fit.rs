@@ -1,0 +1,230 @@
+//! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
+use super::{Part, Projection, View, cascades, importance};
+use crate::{
+    atlas::{AtlasLimits, Wish, shrink_to_fit},
+    light::{Light, LightKind, MAX_SHADOWS, Shadow},
+    scene::{Bounds, Camera, Scene},
+};
+use glam::{Mat3, Mat4, UVec2, Vec3};
+
+/// The up of a light that looks along `forward` (unit).
+pub(super) fn light_up(forward: Vec3) -> Vec3 {
+    if forward.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y }
+}
+
+/// `view_from_world` of a view that looks along `forward` (unit).
+pub(super) fn looking(position: Vec3, forward: Vec3, up: Vec3) -> Mat4 {
+    let right = forward.cross(up).normalize();
+    let axes = Mat3::from_cols(right, right.cross(forward), -forward).transpose();
+    Mat4::from_cols(
+        axes.x_axis.extend(0.0),
+        axes.y_axis.extend(0.0),
+        axes.z_axis.extend(0.0),
+        (-(axes * position)).extend(1.0),
+    )
+}
+
+/// Depths along the axis that enclose the box [m].
+pub(super) fn depth_range(view_from_world: &Mat4, bounds: &Bounds) -> (f32, f32) {
+    bounds
+        .corners()
+        .iter()
+        .map(|&c| -view_from_world.transform_point3(c).z)
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(near, far), depth| {
+            (near.min(depth), far.max(depth))
+        })
+}
+
+/// Where the faces of a point light's cube look, in order of [`Part::Face`].
+const CUBE: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+
+/// Names of a shadow's faces, and of its cascades.
+type Names = ([&'static str; 6], [&'static str; 6]);
+/// Of a light's shadows; its own is the first.
+const NAMES: [Names; MAX_SHADOWS] = [
+    (["px", "nx", "py", "ny", "pz", "nz"], ["0", "1", "2", "3", "4", "5"]),
+    (
+        ["s1_px", "s1_nx", "s1_py", "s1_ny", "s1_pz", "s1_nz"],
+        ["s1_0", "s1_1", "s1_2", "s1_3", "s1_4", "s1_5"],
+    ),
+    (
+        ["s2_px", "s2_nx", "s2_py", "s2_ny", "s2_pz", "s2_nz"],
+        ["s2_0", "s2_1", "s2_2", "s2_3", "s2_4", "s2_5"],
+    ),
+    (
+        ["s3_px", "s3_nx", "s3_py", "s3_ny", "s3_pz", "s3_nz"],
+        ["s3_0", "s3_1", "s3_2", "s3_3", "s3_4", "s3_5"],
+    ),
+];
+
+impl View {
+    /// Which of its light's shadows it belongs to; see [`Light::all_shadows`].
+    pub fn shadow_index(&self) -> usize {
+        let has = |names: &Names| names.0.contains(&self.name) || names.1.contains(&self.name);
+        NAMES.iter().position(has).unwrap_or(0)
+    }
+}
+
+/// Of a further shadow's cone: how wide its border fades to light [share of its half edge].
+const EDGE_FADE: f32 = 0.1;
+
+/// The shadow views of all lights, in order of lights; see [`fitted_views`].
+pub fn shadow_views(scene: &Scene) -> Vec<View> {
+    fitted_views(scene, &AtlasLimits::CORE).0
+}
+
+/// The shadow views of all lights, in order of lights, in sizes that an atlas of the scene's
+/// texel budget and of `limits` holds; and how many are smaller than they should be for that.
+pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
+    let bounds = scene.bounds().or_unit();
+    let mut wishes: Vec<Wish> = Vec::new();
+    for light in &scene.lights {
+        let usual = importance::map_size(light, &scene.camera, scene.shadow.size);
+        for shadow in light.all_shadows() {
+            let size = UVec2::splat(shadow.size.unwrap_or(usual));
+            let wish = Wish { size, fixed: shadow.size.is_some() };
+            wishes.extend(std::iter::repeat_n(wish, shadow.view_count()));
+        }
+    }
+    let shrunk = shrink_to_fit(&mut wishes, &limits.within(scene.shadow.texel_budget));
+    let mut views: Vec<View> = Vec::with_capacity(wishes.len());
+    for (index, light) in scene.lights.iter().enumerate() {
+        let first = views.len();
+        let size_of = |i: usize| wishes[first + i].size.x;
+        views.extend(views_of(index, light, &size_of, Some(&scene.camera), &bounds));
+    }
+    (views, shrunk)
+}
+
+/// The shadow views of one light. `index` is the light's, `size` its maps' edge [texels] where it
+/// has none of its own, `bounds` holds all casters and receivers (world space [m]). Without the
+/// `camera` that they follow, a light has no cascades but one view of the whole scene.
+pub fn light_views(
+    index: usize,
+    light: &Light,
+    size: u32,
+    camera: Option<&Camera>,
+    bounds: &Bounds,
+) -> Vec<View> {
+    let sizes: Vec<u32> = light
+        .all_shadows()
+        .flat_map(|s| std::iter::repeat_n(s.size.unwrap_or(size), s.view_count()))
+        .collect();
+    views_of(index, light, &|i| sizes[i], camera, bounds)
+}
+
+/// `size_of`: edge of the map of each of the light's views [texels].
+fn views_of(
+    index: usize,
+    light: &Light,
+    size_of: &dyn Fn(usize) -> u32,
+    camera: Option<&Camera>,
+    bounds: &Bounds,
+) -> Vec<View> {
+    let mut views = Vec::with_capacity(light.view_count());
+    let mut first = 0;
+    for (number, shadow) in light.all_shadows().enumerate() {
+        let size_of = |i: usize| size_of(first + i);
+        // Only a light's own shadow reaches as far as its light.
+        let part = match shadow.kind {
+            _ if number == 0 => Part::Whole,
+            LightKind::Directional { .. } => Part::Window { index: 0, count: 1, fade: 0.0 },
+            _ => Part::Window { index: 0, count: 1, fade: EDGE_FADE },
+        };
+        let owner = Owner { light: index, names: &NAMES[number], part };
+        views.extend(owner.shadow_views(&shadow, &size_of, camera, bounds));
+        first += shadow.view_count();
+    }
+    views
+}
+
+/// Whose views they are.
+struct Owner<'a> {
+    light: usize,
+    names: &'a Names,
+    /// Of a view that is alone.
+    part: Part,
+}
+
+impl Owner<'_> {
+    fn shadow_views(
+        &self,
+        shadow: &Shadow,
+        size_of: &dyn Fn(usize) -> u32,
+        camera: Option<&Camera>,
+        bounds: &Bounds,
+    ) -> Vec<View> {
+        let Shadow { near, far, .. } = *shadow;
+        let (faces, numbers) = self.names;
+        match (shadow.kind, shadow.cascades, camera) {
+            (LightKind::Directional { direction }, Some(cascades), Some(camera)) => {
+                let light = self.light;
+                let fit =
+                    cascades::Fit { light, names: numbers, direction, near, far, camera, bounds };
+                fit.views(&cascades, size_of)
+            }
+            (LightKind::Directional { direction }, ..) => {
+                vec![self.directional(shadow, size_of(0), direction, bounds)]
+            }
+            (LightKind::Spot { position, direction, angle }, ..) => {
+                let view_from_world = looking(position, direction, light_up(direction));
+                let base = self.base(numbers[0], self.part, size_of(0), view_from_world);
+                vec![perspective(base, shadow, angle, bounds)]
+            }
+            (LightKind::Point { position }, ..) => (0..6)
+                .map(|face| {
+                    let view_from_world = looking(position, CUBE[face], light_up(CUBE[face]));
+                    let part = Part::Face(face as u32);
+                    let base = self.base(faces[face], part, size_of(face), view_from_world);
+                    perspective(base, shadow, std::f32::consts::FRAC_PI_2, bounds)
+                })
+                .collect(),
+        }
+    }
+
+    /// A view of which depths and scale are not known yet.
+    fn base(&self, name: &'static str, part: Part, size: u32, view_from_world: Mat4) -> View {
+        View {
+            light: Some(self.light),
+            name,
+            part,
+            projection: Projection::Perspective,
+            size: UVec2::splat(size),
+            near: 0.0,
+            far: 0.0,
+            view_from_world,
+            scale: 0.0,
+        }
+    }
+
+    /// Fits the box: the window is square, its planes enclose every caster and receiver.
+    fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, box_: &Bounds) -> View {
+        let axes = looking(Vec3::ZERO, direction, light_up(direction));
+        let corners = box_.corners().map(|corner| axes.transform_point3(corner));
+        let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
+        let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
+        // A margin keeps what lies on the box off the window's border and off depths 0 and 1.
+        let margin = (box_.radius() * 0.01).max(1e-4);
+        let window = (max - min).truncate().max_element() + 2.0 * margin;
+        let middle = (min + max) * 0.5;
+        let near = shadow.near.unwrap_or(0.0);
+        let far = shadow.far.unwrap_or_else(|| {
+            (max.z - min.z + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3))
+        });
+        let shift = Mat4::from_translation(-Vec3::new(middle.x, middle.y, max.z + margin));
+        let base = self.base(self.names.1[0], self.part, size, shift * axes);
+        let scale = size as f32 / window;
+        View { projection: Projection::Orthographic, near, far, scale, ..base }
+    }
+}
+
+/// The depths and the scale of a view that has all else.
+fn perspective(mut view: View, shadow: &Shadow, angle: f32, bounds: &Bounds) -> View {
+    let (_, deepest) = depth_range(&view.view_from_world, bounds);
+    let margin = (bounds.radius() * 0.01).max(1e-4);
+    let beyond = shadow.near.map_or(margin, |near| near * 2.0);
+    view.far = shadow.far.unwrap_or_else(|| (deepest + margin).max(beyond));
+    view.near = shadow.near.unwrap_or(view.far * 1e-4);
+    view.scale = view.size.x as f32 * 0.5 / (angle * 0.5).tan();
+    view
+}

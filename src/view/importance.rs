@@ -1,0 +1,78 @@
+//! How large a light's maps should be.
+use crate::{
+    light::{Light, LightKind},
+    scene::Camera,
+    settings::MIN_MAP_SIZE,
+    view::TILE_SIZE,
+};
+use glam::Vec3;
+
+/// Maps are halved at most so often.
+const MOST_HALVINGS: u32 = 3;
+/// And not below this [texels].
+const SMALLEST: u32 = 64;
+
+/// Edge of a light's maps [texels]: `size` where what the light reaches may fill the picture,
+/// halved for each halving of the share of the picture's height that it can fill.
+pub(super) fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
+    let share = share_of_picture(light, camera);
+    let halvings = if share > 0.0 {
+        (-share.log2()).floor().clamp(0.0, MOST_HALVINGS as f32) as u32
+    } else {
+        MOST_HALVINGS
+    };
+    let least = size.clamp(MIN_MAP_SIZE, SMALLEST);
+    if halvings == 0 {
+        size
+    } else {
+        (size >> halvings).next_multiple_of(TILE_SIZE).max(least).min(size)
+    }
+}
+
+/// Diameter of the sphere that a light reaches, as the camera sees it [heights of the picture].
+fn share_of_picture(light: &Light, camera: &Camera) -> f32 {
+    let position = match light.kind {
+        LightKind::Directional { .. } => return 1.0,
+        LightKind::Spot { position, .. } | LightKind::Point { position } => position,
+    };
+    let (reach, away) = (light.reach(), position - camera.eye);
+    let distance = away.length();
+    if distance <= reach {
+        return 1.0;
+    }
+    let forward: Vec3 = (camera.target - camera.eye).normalize();
+    if away.dot(forward) <= -reach {
+        return 0.0;
+    }
+    let slope = reach / (distance * distance - reach * reach).sqrt();
+    (slope / (camera.fov_y * 0.5).tan()).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::UVec2;
+
+    #[test]
+    fn far_lights_get_smaller_maps() {
+        let camera = Camera {
+            eye: Vec3::ZERO,
+            target: Vec3::NEG_Z,
+            up: Vec3::Y,
+            fov_y: std::f32::consts::FRAC_PI_2,
+            size: UVec2::new(200, 100),
+        };
+        // Reaches 1 m.
+        let size = |position, size| {
+            let kind = LightKind::Point { position };
+            map_size(&Light { kind, intensity: 0.01, ..Light::default() }, &camera, size)
+        };
+        let at = |z: f32| size(Vec3::new(0.0, 0.0, -z), 1024);
+        assert_eq!([0.5, 1.2, 2.5, 5.0, 10.0, 1e5].map(at), [1024, 1024, 512, 256, 128, 128]);
+        assert_eq!(size(Vec3::Z * 5.0, 1024), 128, "behind the camera");
+        assert_eq!(size(Vec3::Z * 5.0, 48), 48, "small ones stay");
+        assert_eq!(size(Vec3::NEG_Z * 2.5, 200), 112, "whole tiles");
+        let sun = Light { intensity: 0.0, ..Light::default() };
+        assert_eq!(map_size(&sun, &camera, 1000), 1000);
+    }
+}

@@ -1,0 +1,431 @@
+//! Lights in clusters: the kernels against the twin, the twin against points, and the picture
+//! against the one that asks all lights.
+use crate::common::{
+    TIERS,
+    scenes::{Chance, empty, light, material, random_discs, triangle},
+};
+use gobo::{
+    caster::{Material, Shape, Transfer, Triangle},
+    cpu::cluster::{Clusters, assign},
+    error::Error,
+    frame::Picture,
+    glam::{DVec3, UVec2, Vec2, Vec3, Vec4},
+    gpu::{Gpu, Selection, Tier, Timeline},
+    light::{Cascades, Light, LightKind},
+    pipeline::{CasterSet, Config, Pipeline, PreparedPicture},
+    scene::Scene,
+    stage::cluster::{ClusterCounters, Grid, Reach},
+    view::{View, shadow_views},
+};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// All that a picture leaves on the GPU.
+struct Shot {
+    lists: Vec<Option<Vec<u32>>>,
+    counters: ClusterCounters,
+    surfaces: Vec<[u32; 4]>,
+    lit: Vec<[u16; 4]>,
+    picture: Picture,
+}
+
+/// Prepares and records maps and picture on the tier's device, and reads.
+fn on_device<T>(
+    tier: Tier,
+    scene: &Scene,
+    count_cost: bool,
+    read: impl FnOnce(&Gpu, &PreparedPicture) -> Result<T, Error>,
+) -> Result<T, Error> {
+    static PIPELINES: [OnceLock<(Gpu, Mutex<Pipeline>)>; 2] = [OnceLock::new(), OnceLock::new()];
+    let (gpu, pipeline) = PIPELINES[tier as usize].get_or_init(|| {
+        let selection = Selection { tier: Some(tier), ..Selection::default() };
+        let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
+        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+        (gpu, Mutex::new(pipeline))
+    });
+    let mut pipeline = pipeline.lock().unwrap_or_else(PoisonError::into_inner);
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let Scene { particles, triangles, materials, textures, .. } = scene;
+    let casters = CasterSet::new(device, queue, particles, triangles, materials, textures)?;
+    let views = shadow_views(scene);
+    let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
+    pipeline.set_count_cost(count_cost);
+    let picture =
+        pipeline.prepare_picture(device, queue, &casters, scene, &views, &maps.maps, None)?;
+    let mut timeline = Timeline::untimed();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    maps.record(pipeline.kernels(), &mut encoder, &mut timeline);
+    picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
+    queue.submit([encoder.finish()]);
+    read(gpu, &picture)
+}
+
+fn costs(tier: Tier, scene: &Scene) -> Vec<[u16; 2]> {
+    let read = |gpu: &Gpu, picture: &PreparedPicture| picture.read_costs(gpu);
+    on_device(tier, scene, true, read).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn try_shoot(tier: Tier, scene: &Scene) -> Result<Shot, Error> {
+    on_device(tier, scene, false, |gpu, picture| {
+        let surfaces = picture.read_surfaces(gpu)?;
+        Ok(Shot {
+            lists: picture.read_clusters(gpu)?,
+            counters: picture.read_cluster_counters(gpu)?,
+            surfaces: surfaces.iter().map(|texel| texel.map(f32::to_bits)).collect(),
+            lit: picture.read_lit(gpu)?,
+            picture: picture.read(gpu)?,
+        })
+    })
+}
+
+fn shoot(tier: Tier, scene: &Scene) -> Shot {
+    try_shoot(tier, scene).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn camera(scene: &Scene) -> View {
+    View::from_camera(&scene.camera, &scene.bounds())
+}
+
+fn grid(scene: &Scene) -> Grid {
+    Grid::new(&scene.clusters, &camera(scene), scene.lights.len())
+}
+
+fn reaches(scene: &Scene) -> Vec<Reach> {
+    let camera = camera(scene);
+    scene.lights.iter().map(|light| Reach::new(light, &camera)).collect()
+}
+
+fn twin(scene: &Scene) -> Clusters {
+    let grid = grid(scene);
+    assign(&grid, &reaches(scene), grid.capacity(&scene.clusters, scene.lights.len()))
+}
+
+/// Lights of every kind, with and without an end, around the origin; none has a shadow.
+fn lights(count: usize, chance: &mut Chance) -> Vec<Light> {
+    let lights = (0..count).map(|i| {
+        let position = chance.vec3(-4.0, 4.0);
+        let direction = (chance.vec3(-1.0, 1.0) + Vec3::splat(1e-3)).normalize();
+        let kind = match i % 8 {
+            3 => LightKind::Directional { direction },
+            0 | 4 | 6 => {
+                let angle = chance.within(1e-3, 3.13);
+                LightKind::Spot { position, direction, angle }
+            }
+            _ => LightKind::Point { position },
+        };
+        let far = (i % 8 != 6).then(|| chance.within(0.3, 3.0));
+        let color = chance.vec3(0.0, 1.0);
+        Light { far, color, intensity: 0.5, casts: false, ..light(kind) }
+    });
+    lights.collect()
+}
+
+fn square(middle: Vec3, x: Vec3, y: Vec3, material: u32) -> [Triangle; 2] {
+    let corner = |u: f32, v: f32| middle + x * u + y * v;
+    let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
+    let normals = [x.cross(y).normalize(); 3];
+    [[a, b, c], [a, c, d]].map(|corners| Triangle { normals, ..triangle(corners, material) })
+}
+
+/// A floor, a pane and particles, some of them beside the picture; a few lights cast shadows.
+fn stage(light_count: usize) -> Scene {
+    let tinted =
+        |transfer, tint: [f32; 4]| Material { tint: Vec4::from_array(tint), ..material(transfer) };
+    let mut scene = empty(vec![
+        tinted(Transfer::Opaque, [0.7, 0.68, 0.6, 1.0]),
+        tinted(Transfer::Stain, [0.2, 0.9, 0.4, 0.6]),
+        tinted(Transfer::Smoke, [0.6, 0.6, 0.9, 0.3]),
+        Material { shape: Shape::Puff, ..tinted(Transfer::Filter, [0.9, 0.8, 0.3, 0.5]) },
+        tinted(Transfer::Opaque, [0.2, 0.3, 0.9, 1.0]),
+    ]);
+    scene.camera.size = UVec2::new(110, 75); // no whole number of tiles
+    scene.ambient = Vec3::splat(0.02);
+    let mut chance = Chance::new(5);
+    scene.lights = lights(light_count, &mut chance);
+    for light in scene.lights.iter_mut().step_by(9) {
+        (light.casts, light.size) = (true, Some(32));
+    }
+    scene.triangles.extend(square(Vec3::NEG_Y, Vec3::X * 4.0, Vec3::NEG_Z * 4.0, 0));
+    scene.triangles.extend(square(Vec3::new(1.2, 0.0, 0.5), Vec3::Z * 1.5, Vec3::Y, 1));
+    for (i, mut disc) in random_discs(300, 11).into_iter().enumerate() {
+        disc.material = [2, 3, 4][i % 3];
+        disc.radius = 0.05 + 0.3 * chance.unit();
+        disc.center *= 2.0;
+        scene.particles.push(disc);
+    }
+    scene
+}
+
+#[test]
+fn kernels_match_the_twin() {
+    let mut scene = stage(75);
+    for (tile, slices, near) in [(32, 24, None), (16, 64, Some(3.0)), (256, 1, None)] {
+        scene.clusters.tile = tile;
+        (scene.clusters.slices, scene.clusters.near) = (slices, near);
+        let expected = twin(&scene);
+        assert_eq!(expected.counters.overflowed, 0);
+        for tier in TIERS {
+            let shot = shoot(tier, &scene);
+            assert_eq!(shot.lists, expected.lists, "{tier:?}, {tile}");
+            assert_eq!(shot.counters, expected.counters, "{tier:?}, {tile}");
+        }
+    }
+}
+
+/// In 64 bits, from the definitions of range and cone.
+fn is_lit(light: &Light, point: DVec3) -> bool {
+    let (position, cone) = match light.kind {
+        LightKind::Directional { .. } => return true,
+        LightKind::Spot { position, direction, angle } => (position, Some((direction, angle))),
+        LightKind::Point { position } => (position, None),
+    };
+    let away = point - position.as_dvec3();
+    light.far.is_none_or(|far| away.length() < f64::from(far))
+        && cone.is_none_or(|(direction, angle)| {
+            away.angle_between(direction.as_dvec3()) < f64::from(angle) * 0.5
+        })
+}
+
+/// Of points in the frustum: (light, point) that shine, those of them that the lists miss, and the
+/// mean length of the lists.
+fn missed(scene: &Scene, reaches: &[Reach]) -> (u32, u32, f64) {
+    let (camera, grid) = (camera(scene), grid(scene));
+    let clusters = assign(&grid, reaches, u32::MAX);
+    let world_from_view = camera.view_from_world.as_dmat4().inverse();
+    let mut chance = Chance::new(99);
+    let (mut shining, mut missed, mut listed) = (0, 0, 0);
+    const POINTS: usize = 4000;
+    for _ in 0..POINTS {
+        let pixel = Vec2::new(chance.unit(), chance.unit()) * camera.size.as_vec2();
+        let distance = camera.near * (camera.far / camera.near).powf(chance.unit());
+        let depth = (distance - camera.near) / (camera.far - camera.near);
+        let slope = ((pixel - camera.size.as_vec2() * 0.5) / camera.scale).as_dvec2();
+        let ray = DVec3::new(slope.x, -slope.y, -1.0);
+        let point = world_from_view.transform_point3(ray * f64::from(distance));
+        let cluster = grid.cluster(pixel, depth).expect("inside");
+        let list = clusters.lists[cluster as usize].as_ref().expect("there is room");
+        listed += list.len();
+        for (index, light) in (0..).zip(&scene.lights) {
+            if is_lit(light, point) {
+                shining += 1;
+                missed += u32::from(!list.contains(&index));
+            }
+        }
+    }
+    (shining, missed, listed as f64 / POINTS as f64)
+}
+
+#[test]
+fn no_light_is_missed() {
+    let mut scene = stage(200);
+    let cameras = [
+        (Vec3::new(4.0, 3.0, 6.0), Vec3::ZERO, 0.8),
+        (Vec3::new(0.1, 0.2, 0.3), Vec3::new(-1.0, -0.4, 0.0), 2.6),
+        (Vec3::new(0.0, 9.0, 0.01), Vec3::ZERO, 0.05),
+    ];
+    for (eye, target, fov_y) in cameras {
+        (scene.camera.eye, scene.camera.target, scene.camera.fov_y) = (eye, target, fov_y);
+        let (shining, missed, mean) = missed(&scene, &reaches(&scene));
+        assert!(shining > 10_000, "{shining}");
+        assert_eq!(missed, 0, "of {shining}, seen from {eye}");
+        // Lists are worth it: of 200 lights, 50 have no end and 25 of those no direction.
+        assert!(mean < 80.0, "{mean} lights a point");
+    }
+}
+
+#[test]
+fn no_light_is_missed_far_from_the_origin() {
+    let mut scene = stage(100);
+    let away = Vec3::new(3e5, -1e5, 2e5);
+    scene.camera.eye += away;
+    scene.camera.target += away;
+    scene.particles.clear();
+    for triangle in &mut scene.triangles {
+        triangle.positions = triangle.positions.map(|p| p + away);
+    }
+    for light in &mut scene.lights {
+        if let LightKind::Point { position } | LightKind::Spot { position, .. } = &mut light.kind {
+            *position += away;
+        }
+    }
+    assert_eq!(missed(&scene, &reaches(&scene)).1, 0);
+}
+
+/// The check can fail: spheres and cones that are too small lose light.
+#[test]
+fn a_light_that_reaches_too_short_is_noticed() {
+    let scene = stage(200);
+    let mut small = reaches(&scene);
+    for reach in &mut small {
+        reach.per_radius *= 1.3;
+    }
+    assert!(missed(&scene, &small).1 > 0);
+    let mut narrow = reaches(&scene);
+    for plane in narrow.iter_mut().flat_map(|reach| &mut reach.planes) {
+        plane[3] = -1500;
+    }
+    assert!(missed(&scene, &narrow).1 > 0);
+}
+
+fn assert_same(shot: &Shot, all: &Shot, what: &str) {
+    assert!(shot.surfaces == all.surfaces, "{what}: surfaces differ");
+    assert!(shot.lit == all.lit, "{what}: light of particles differs");
+    assert!(shot.picture.rgb == all.picture.rgb, "{what}: pictures differ");
+}
+
+#[test]
+fn a_picture_is_that_of_all_lights() {
+    let mut scene = stage(50);
+    for tier in TIERS {
+        scene.clusters.budget = 1 << 22;
+        let shot = shoot(tier, &scene);
+        assert!(shot.lists.iter().all(Option::is_some));
+        scene.clusters.budget = 0;
+        let all = shoot(tier, &scene);
+        assert!(all.lists.iter().all(Option::is_none));
+        assert_same(&shot, &all, &format!("{tier:?}"));
+        assert!(shot.lit.iter().any(|texel| texel[0] > 0x3000), "no particle is lit");
+    }
+}
+
+/// What does not fit costs time, not light.
+#[test]
+fn clusters_that_do_not_fit_ask_all_lights() {
+    let mut scene = stage(40);
+    let needed = twin(&scene).counters.needed;
+    for tier in TIERS {
+        scene.clusters.budget = 1 << 22;
+        let shot = shoot(tier, &scene);
+        for budget in [needed, needed - 1, needed / 3] {
+            scene.clusters.budget = budget;
+            let less = shoot(tier, &scene);
+            let expected = twin(&scene);
+            assert_eq!(less.lists, expected.lists);
+            assert_eq!(less.counters, expected.counters);
+            assert_eq!(less.counters.needed, needed);
+            assert_eq!(less.counters.overflowed > 0, budget < needed);
+            let kept: usize = less.lists.iter().flatten().map(Vec::len).sum();
+            assert!(kept <= budget as usize);
+            assert_same(&shot, &less, &format!("{tier:?}, {budget}"));
+        }
+    }
+}
+
+/// Of a picture without panes: each pixel that is no sky asks the list of its cluster, or all.
+#[test]
+fn costs_are_what_pixels_ask() {
+    let mut scene = stage(30);
+    scene.triangles.truncate(2);
+    let grid = grid(&scene);
+    let width = scene.camera.size.x as usize;
+    for (tier, budget) in [(Tier::Core, 1 << 22), (Tier::Native, 1 << 22), (Tier::Native, 0)] {
+        scene.clusters.budget = budget;
+        let shot = shoot(tier, &scene);
+        let (mut lit, mut walked) = (0, 0);
+        for (i, (&[pairs, lights], surface)) in
+            costs(tier, &scene).iter().zip(&shot.surfaces).enumerate()
+        {
+            let pixel = Vec2::new((i % width) as f32, (i / width) as f32) + 0.5;
+            let depth = f32::from_bits(surface[3]);
+            let list = grid.cluster(pixel, depth).and_then(|c| shot.lists[c as usize].as_ref());
+            let expected = if depth < 1.0 { list.map_or(30, Vec::len) } else { 0 };
+            assert_eq!(usize::from(lights), expected, "{tier:?} {pixel}");
+            assert!(depth == 1.0 || pairs > 0, "{tier:?} {pixel}");
+            lit += u32::from(lights > 0);
+            walked += u32::from(pairs > 5);
+        }
+        assert!(lit > 1000 && walked > 1000, "{tier:?}: {lit}, {walked}");
+    }
+}
+
+/// The light of a spot or a point fades out towards its end, and there is none behind it.
+#[test]
+fn light_ends_without_a_step() {
+    let mut scene = empty(vec![Material { tint: Vec4::ONE, ..material(Transfer::Opaque) }]);
+    scene.camera.size = UVec2::new(96, 96);
+    (scene.camera.eye, scene.camera.up) = (Vec3::new(0.0, 6.0, 0.0), Vec3::Z);
+    scene.triangles.extend(square(Vec3::ZERO, Vec3::X * 4.0, Vec3::NEG_Z * 4.0, 0));
+    let lamp = light(LightKind::Point { position: Vec3::Y });
+    scene.lights = vec![Light { far: Some(2.0), casts: false, ..lamp.clone() }];
+    let endless = Scene { lights: vec![Light { casts: false, ..lamp }], ..scene.clone() };
+    let camera = camera(&scene);
+    for tier in TIERS {
+        let (shot, endless) = (shoot(tier, &scene), shoot(tier, &endless));
+        let mut inside = 0;
+        for (i, (texel, whole)) in shot.surfaces.iter().zip(&endless.surfaces).enumerate() {
+            let pixel = Vec2::new((i % 96) as f32, (i / 96) as f32) + 0.5;
+            let aside = (pixel - 48.0) / camera.scale * 6.0;
+            let distance = (aside.length_squared() + 1.0).sqrt();
+            let [red, whole] = [texel[0], whole[0]].map(f32::from_bits);
+            let window = (1.0 - (distance / 2.0).powi(4)).max(0.0).powi(2);
+            // Of the brightest; rounding of the point.
+            assert!((red - whole * window).abs() < 1e-4, "{tier:?} {pixel} {red} {whole}");
+            assert!(distance < 2.0 || red == 0.0, "{tier:?} {pixel} {red}");
+            inside += u32::from(red > 0.0);
+        }
+        assert!((1000..9000).contains(&inside), "{inside}");
+    }
+}
+
+/// A sun in four cascades and 256 lights, most of which have six shadow views.
+#[test]
+fn hundreds_of_lights_cast_shadows() {
+    let mut scene = stage(0);
+    scene.particles.truncate(30);
+    scene.camera.size = UVec2::new(64, 48);
+    let mut chance = Chance::new(17);
+    scene.lights = lights(256, &mut chance);
+    let sun = light(LightKind::Directional { direction: Vec3::new(-0.5, -0.8, -0.3).normalize() });
+    scene.lights.push(Light { cascades: Some(Cascades::default()), ..sun });
+    for light in &mut scene.lights {
+        (light.casts, light.size) = (true, Some(16));
+    }
+    let views = shadow_views(&scene).len();
+    assert!(views > 850, "{views}");
+    for tier in TIERS {
+        scene.clusters.budget = 1 << 22;
+        let shot = shoot(tier, &scene);
+        scene.clusters.budget = 0;
+        assert_same(&shot, &shoot(tier, &scene), &format!("{tier:?}"));
+        let mut dark = scene.clone();
+        dark.lights.truncate(1);
+        assert!(shoot(tier, &dark).picture.rgb != shot.picture.rgb);
+    }
+}
+
+#[test]
+fn too_many_lights_are_refused() {
+    let mut scene = stage(1);
+    scene.camera.size = UVec2::new(32, 32);
+    scene.particles.clear();
+    scene.lights = vec![scene.lights[0].clone(); 4097];
+    for light in &mut scene.lights {
+        light.casts = false;
+    }
+    let error = try_shoot(Tier::Core, &scene).err().expect("more than fit");
+    assert!(matches!(error, Error::Limit { have: 4096, need: 4097, .. }), "{error}");
+    scene.lights.truncate(4096);
+    assert_eq!(shoot(Tier::Core, &scene).lists.len(), twin(&scene).lists.len());
+}
+
+/// A grid stays within its memory, whatever is asked for.
+#[test]
+fn grids_are_bounded() {
+    let mut scene = stage(0);
+    for (size, tile, slices, lights) in [
+        (UVec2::splat(4096), 16, 64, 4096),
+        (UVec2::new(1, 1), 256, 1, 0),
+        (UVec2::new(4096, 1), 16, 64, 1),
+    ] {
+        scene.camera.size = size;
+        (scene.clusters.tile, scene.clusters.slices) = (tile, slices);
+        let grid = Grid::new(&scene.clusters, &camera(&scene), lights);
+        let params = grid.params(&scene.clusters, lights);
+        assert!(params.cluster_count >= 1 && params.cluster_count * params.word_count <= 1 << 21);
+        assert!(params.capacity <= scene.clusters.budget);
+        let last = grid.cluster(size.as_vec2() - 0.5, 1.0).expect("inside");
+        assert_eq!(last + 1, params.cluster_count);
+        assert_eq!(grid.cluster(size.as_vec2() * Vec2::new(-0.1, 0.5), 0.5), None);
+        assert_eq!(grid.cluster(size.as_vec2() * 0.5, 1.01), None);
+        assert!(grid.bounds.iter().all(|[low, high]| low < high));
+    }
+}

@@ -1,0 +1,65 @@
+// accumulate, curve segments: the curves of one segment of a long tile. One workgroup per segment,
+// a column of texels per invocation. resolve_curve puts a tile's segments together in order.
+// CPU twin: src/cpu/curve/tile.rs. Host: src/stage/curve.rs. Needs common/gather_curve.wgsl,
+// walk_slabs*.wgsl, visit_*.wgsl and what they need.
+@group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(2) var<storage, read> dispatches: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> segments: array<Segment>;
+@group(0) @binding(4) var<storage, read_write> partials: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> counters: BatchCounters;
+@group(0) @binding(6) var pairs: texture_2d<u32>;
+@group(0) @binding(7) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(8) var casters: texture_2d<u32>;
+@group(0) @binding(9) var setups: texture_2d<u32>;
+@group(0) @binding(10) var images: texture_2d_array<f32>;
+@group(0) @binding(11) var opaques: texture_2d_array<f32>;
+
+fn open_rest(view: GpuView) {}
+
+@compute @workgroup_size(LANES)
+fn accumulate_curve_segments(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup.y * workgroups.x + workgroup.x;
+    if index >= dispatches[SEGMENT_DISPATCH].w {
+        return;
+    }
+    let segment = segments[index];
+    let view = views[segment.view];
+    let place = lane_texel(lane);
+    start(view, tile_texel(view, segment.tile) + place);
+    walk(view, segment.first, segment.end);
+    let at = sum_index(index, place) * partial_size();
+    let all = total_light();
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let whole = bitcast<vec4<u32>>(vec4(light_texel(all, i), nearest[i]));
+        partials[at + i * TILE_SIZE * partial_size()] = whole;
+    }
+    store_pair(at, 0u);
+    store_pair(at, 1u);
+    if NODES > 4u {
+        store_pair(at, 2u);
+        store_pair(at, 3u);
+    }
+    if NODES > 8u {
+        store_pair(at, 4u);
+        store_pair(at, 5u);
+        store_pair(at, 6u);
+        store_pair(at, 7u);
+    }
+    if disordered > 0u {
+        atomicAdd(&counters.disordered, disordered);
+    }
+}
+
+fn store_pair(at: u32, pair: u32) {
+    let nodes = packed_pair(pair);
+    let row = TILE_SIZE * partial_size();
+    partials[at + pair + 1u] = packed_row(nodes, 0u);
+    partials[at + row + pair + 1u] = packed_row(nodes, 1u);
+    partials[at + 2u * row + pair + 1u] = packed_row(nodes, 2u);
+    partials[at + 3u * row + pair + 1u] = packed_row(nodes, 3u);
+}

@@ -1,0 +1,79 @@
+// accumulate, curve tiles: curves, filter and nearest depth of every tile that one workgroup
+// finishes. One workgroup per tile, a column of texels per invocation.
+// CPU twin: src/cpu/curve/tile.rs. Host: src/stage/curve.rs. Needs common/gather_curve.wgsl,
+// walk_slabs*.wgsl, visit_*.wgsl, overflow_curve.wgsl and what they need.
+@group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(6) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(7) var<storage, read_write> counters: BatchCounters;
+@group(0) @binding(8) var pairs: texture_2d<u32>;
+@group(0) @binding(9) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(10) var casters: texture_2d<u32>;
+@group(0) @binding(11) var setups: texture_2d<u32>;
+@group(0) @binding(12) var images: texture_2d_array<f32>;
+@group(0) @binding(13) var opaques: texture_2d_array<f32>;
+@group(0) @binding(14) var filters: texture_storage_2d_array<rgba16float, write>;
+@group(0) @binding(15) var nearests: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(16) var curves: texture_storage_2d_array<rgba32uint, write>;
+
+var<private> first_sum: u32;
+
+fn open_rest(view: GpuView) {
+    let rest = overflowed(first_sum);
+    let light = rest.light;
+    let some = is_light(rest.light);
+    let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
+    let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
+    let placed = meet(light, behind, select(vec4(0.0), vec4(0.5 * VISIBLE_OPACITY), some));
+    nearest = min(nearest, rest.depth);
+}
+
+@compute @workgroup_size(LANES)
+fn accumulate_curve_tiles(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let tile_id = interleaved(workgroup.x, workgroups.x);
+    let tile = tiles[tile_id];
+    if tile.merged != 0u {
+        return;
+    }
+    let view = views[tile.view];
+    let place = lane_texel(lane);
+    let texel = tile_texel(view, tile_id) + place;
+    first_sum = sum_index(tile_id, place);
+    start(view, texel);
+    walk(view, tile.first, tile.end);
+    let all = total_light();
+    let at = view.origin + texel;
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let row = at + vec2(0u, i);
+        textureStore(filters, row, view.layer, vec4(blackened(light_texel(all, i)), 1.0));
+        textureStore(nearests, row, view.layer, vec4(nearest[i]));
+    }
+    store_pair(view, at, 0u);
+    store_pair(view, at, 1u);
+    if NODES > 4u {
+        store_pair(view, at, 2u);
+        store_pair(view, at, 3u);
+    }
+    if NODES > 8u {
+        store_pair(view, at, 4u);
+        store_pair(view, at, 5u);
+        store_pair(view, at, 6u);
+        store_pair(view, at, 7u);
+    }
+    if disordered > 0u {
+        atomicAdd(&counters.disordered, disordered);
+    }
+}
+
+fn store_pair(view: GpuView, at: vec2<u32>, pair: u32) {
+    let nodes = packed_pair(pair);
+    let layer = curve_layer(view.layer, pair);
+    textureStore(curves, at, layer, packed_row(nodes, 0u));
+    textureStore(curves, at + vec2(0u, 1u), layer, packed_row(nodes, 1u));
+    textureStore(curves, at + vec2(0u, 2u), layer, packed_row(nodes, 2u));
+    textureStore(curves, at + vec2(0u, 3u), layer, packed_row(nodes, 3u));
+}

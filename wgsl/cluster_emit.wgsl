@@ -1,0 +1,32 @@
+// cluster, emit: `clusters`, first two texels per cluster, where its list begins and how long it
+// is, then the lists: indices of lights, ascending. One invocation per cluster.
+// CPU twin: src/cpu/cluster.rs. Host: src/stage/cluster.rs. Needs common/record.wgsl, cluster.wgsl.
+@group(0) @binding(0) var<uniform> params: ClusterParams;
+@group(0) @binding(1) var masks: texture_2d<u32>;
+@group(0) @binding(2) var<storage, read_write> offsets: array<u32>;
+@group(0) @binding(3) var clusters: texture_storage_2d<r32uint, write>;
+
+override WORKGROUP_SIZE: u32;
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn cluster_emit(@builtin(global_invocation_id) id: vec3<u32>) {
+    let cluster = id.x;
+    if cluster >= params.cluster_count {
+        return;
+    }
+    let offset = offsets[cluster];
+    let fits = offset != ALL_LIGHTS;
+    let first = 2u * params.cluster_count + offset;
+    var count = 0u;
+    for (var word = 0u; word < params.word_count; word += 1u) {
+        var bits = textureLoad(masks, record_texel(cluster * params.word_count + word), 0).r;
+        while fits && bits != 0u {
+            let light = word * 32u + firstTrailingBit(bits);
+            bits &= bits - 1u;
+            textureStore(clusters, record_texel(first + count), vec4(light));
+            count += 1u;
+        }
+    }
+    textureStore(clusters, record_texel(2u * cluster), vec4(select(ALL_LIGHTS, first, fits)));
+    textureStore(clusters, record_texel(2u * cluster + 1u), vec4(select(params.light_count, count, fits)));
+}

@@ -1,0 +1,98 @@
+// Four texels in a column while their casters' hits become curves. CPU twin: src/cpu/curve/tile.rs.
+// Needs common/curve_list.wgsl; the kernel binds `opaques`.
+const SLAB_PAIRS: u32 = 64u;
+const TRACE: f32 = 0.0000152587890625; // opacity below it has no place of its own: 2^-16
+
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
+var<private> opaque_depth: vec4<f32>;
+var<private> nearest: vec4<f32>;
+var<private> passed: Light4;
+// Hits that have not gone into the curve; start 2 where there is none.
+var<private> open_start: vec4<f32>;
+var<private> open_end: vec4<f32>;
+var<private> open_light: Light4;
+
+// A slab's pairs lie within this share of the depths of their segment: 1 over it.
+fn slab_count() -> u32 {
+    return 2u * NODES;
+}
+
+fn white4() -> Light4 {
+    return Light4(vec4(1.0), vec4(1.0), vec4(1.0));
+}
+
+fn start(view: GpuView, texel: vec2<u32>) {
+    corner = vec2<f32>(texel);
+    nearest = vec4(1.0);
+    passed = white4();
+    open_start = vec4(2.0);
+    open_end = vec4(0.0);
+    open_light = white4();
+    opaque_depth = vec4(1.0);
+    if blocked() {
+        let at = view.origin + texel;
+        opaque_depth = vec4(
+            textureLoad(opaques, at, view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
+        );
+    }
+    clear_list();
+}
+
+fn meet(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
+    open_light = scaled(open_light, light);
+    let placed = opacity >= vec4(TRACE);
+    open_start = select(open_start, min(open_start, depth), placed);
+    open_end = select(open_end, max(open_end, depth), placed);
+    let seen = opacity >= vec4(VISIBLE_OPACITY);
+    nearest = select(nearest, min(nearest, depth), seen);
+    return placed;
+}
+
+// Whether a texel's hits must go in before the next caster.
+fn must_flush(placed: vec4<bool>) -> bool {
+    return any(placed & (young() | vec4(!slabbed())));
+}
+
+// What waits goes into the curves; before the end of a slab only where the next hit must not join.
+fn flush(whole: bool) {
+    let goes = (open_start <= vec4(1.0)) & (vec4(whole) | young() | vec4(!slabbed()));
+    let all = total_light();
+    insert(fixed(open_start), fixed(open_end), open_light, all, goes);
+    close_open(all, goes);
+}
+
+// A hit that fits without a merge goes in alone: the same, and far less work.
+fn append_young() {
+    let goes = (open_start <= vec4(1.0)) & young();
+    let all = total_light();
+    append(fixed(open_start), fixed(open_end), open_light, all, goes);
+    close_open(all, goes);
+}
+
+fn close_open(all: Light4, goes: vec4<bool>) {
+    passed.red = select(passed.red, all.red, goes);
+    passed.green = select(passed.green, all.green, goes);
+    passed.blue = select(passed.blue, all.blue, goes);
+    open_light.red = select(open_light.red, vec4(1.0), goes);
+    open_light.green = select(open_light.green, vec4(1.0), goes);
+    open_light.blue = select(open_light.blue, vec4(1.0), goes);
+    open_start = select(open_start, vec4(2.0), goes);
+    open_end = select(open_end, vec4(0.0), goes);
+}
+
+fn total_light() -> Light4 {
+    return scaled(passed, open_light);
+}
+
+fn light_texel(light: Light4, i: u32) -> vec3<f32> {
+    return vec3(light.red[i], light.green[i], light.blue[i]);
+}
+
+// Nothing at or behind light depth `front` can change these texels. At the end of a slab only.
+fn settled(front: f32) -> bool {
+    let closed = dark() & (last_end() <= vec4(u32(front * DEPTHS))) & (nearest <= vec4(front));
+    return all(closed | (opaque_depth <= vec4(front)));
+}

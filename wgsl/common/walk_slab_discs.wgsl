@@ -1,0 +1,122 @@
+// Walks a tile's soft discs front to back, a slab at a time: every lane of a subgroup prepares one
+// disc and tests it against the subgroup's block of texels; those that touch it are visited by all
+// lanes. CPU twin: src/cpu/curve/tile.rs, `walk`.
+// Needs common/visit_discs.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`, and says
+// in `open_rest` what comes behind all pairs.
+var<private> base: u32; // next pair
+var<private> slab_first: u32;
+var<private> slab_key: u32;
+var<private> slab_reach: u32;
+
+// A run of pairs, one per lane, up to the end of the slab.
+struct Stretch {
+    disc: Disc,
+    ballot: vec2<u32>, // lanes whose disc touches the block
+    count: u32,        // pairs within the slab
+    key: u32,          // of the lane's pair
+}
+
+fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> Stretch {
+    let index = base + lane;
+    // Of an empty tile none, but something must be read.
+    let pair = min(index, max(end, 1u) - 1u);
+    let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
+    let place = textureLoad(footprints, record_texel(at));
+    let look = textureLoad(footprints, record_texel(at + 1u));
+    let key = look.z >> 16u;
+    let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= slab_reach;
+    let in_slab = subgroupBallot(slab);
+    let touching = subgroupBallot(slab && touches_box(view, place, look, lo, hi));
+    let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
+    return Stretch(prepare_disc(view, place, look), touching.xy, count, key);
+}
+
+fn first_lane(mask: vec2<u32>) -> u32 {
+    return select(32u + firstTrailingBit(mask.y), firstTrailingBit(mask.x), mask.x != 0u);
+}
+
+fn without_first(mask: vec2<u32>) -> vec2<u32> {
+    return select(vec2(0u, mask.y & (mask.y - 1u)), vec2(mask.x & (mask.x - 1u), mask.y), mask.x != 0u);
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    let lane = subgroupExclusiveAdd(1u);
+    let all_lanes = subgroupBallot(true);
+    let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
+    // As in common/walk_subgroup.wgsl.
+    let texel = vec2<u32>(corner);
+    let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
+    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
+    base = first;
+    slab_first = first;
+    slab_key = 0u;
+    slab_reach = 0u;
+    if first < end {
+        slab_key = pair_key(first);
+        slab_reach = (pair_key(end - 1u) - slab_key) / slab_count();
+    }
+    var is_rest = false;
+    // Drivers skip no branch, but they leave loops: what is rare is done outside of those that
+    // visit.
+    loop {
+        let some_young = subgroupAny(any(young()));
+        var whole = false;
+        while !whole && some_young {
+            let stretch = fetch(view, lane, end, lo, hi);
+            var mask = stretch.ballot;
+            while any(mask != vec2(0u)) {
+                let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+                append_young();
+                mask = without_first(mask);
+            }
+            whole = next_stretch(stretch, size);
+        }
+        while !whole {
+            let stretch = fetch(view, lane, end, lo, hi);
+            var mask = stretch.ballot;
+            while any(mask != vec2(0u)) {
+                let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+                mask = without_first(mask);
+            }
+            whole = next_stretch(stretch, size);
+        }
+        flush(true);
+        slab_first = base;
+        if is_rest {
+            break;
+        }
+        if base >= end || subgroupAll(settled(f32(slab_key) / f32(INVISIBLE - 1u))) {
+            base = end;
+            is_rest = true;
+            open_rest(view);
+        }
+    }
+}
+
+// True at the end of the slab; where it ends, the next begins.
+fn next_stretch(stretch: Stretch, size: u32) -> bool {
+    let key = subgroupShuffle(stretch.key, min(stretch.count, size - 1u));
+    base += stretch.count;
+    let whole = stretch.count < size;
+    slab_key = select(slab_key, key, whole);
+    return whole;
+}
+
+fn pair_key(pair: u32) -> u32 {
+    let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
+    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
+}
+
+fn broadcast_disc(disc: Disc, j: u32) -> Disc {
+    var other: Disc;
+    other.center = subgroupShuffle(disc.center, j);
+    other.bend = subgroupShuffle(disc.bend, j);
+    other.depth = subgroupShuffle(disc.depth, j);
+    other.slope = subgroupShuffle(disc.slope, j);
+    other.absorbed = subgroupShuffle(disc.absorbed, j);
+    if PERSPECTIVE {
+        other.tilt = subgroupShuffle(disc.tilt, j);
+        other.tilt_bend = subgroupShuffle(disc.tilt_bend, j);
+    }
+    return other;
+}

@@ -1,0 +1,50 @@
+// Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
+// core tier, without subgroups. CPU twin: src/cpu/curve/tile.rs, `walk`.
+// Needs common/gather_curve.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`, and says
+// in `open_rest` what comes behind all pairs.
+fn walk(view: GpuView, first: u32, end: u32) {
+    var base = first;
+    var slab_first = first;
+    var slab_key = 0u;
+    var reach = 0u;
+    if first < end {
+        slab_key = pair_key(first);
+        reach = (pair_key(end - 1u) - slab_key) / slab_count();
+    }
+    var is_rest = false;
+    loop {
+        var whole = true;
+        var key = 0u;
+        while base < end {
+            let at = textureLoad(pairs, record_texel(base), 0).g * FOOTPRINT_TEXELS;
+            let look = textureLoad(footprints, record_texel(at + 1u));
+            key = look.z >> 16u;
+            if base - slab_first >= SLAB_PAIRS || key - slab_key > reach {
+                break;
+            }
+            base += 1u;
+            if visit(view, textureLoad(footprints, record_texel(at)), look) {
+                whole = false;
+                break;
+            }
+        }
+        flush(whole);
+        if whole {
+            slab_first = base;
+            slab_key = key;
+            if is_rest {
+                break;
+            }
+            if base >= end || settled(f32(key) / f32(INVISIBLE - 1u)) {
+                base = end;
+                is_rest = true;
+                open_rest(view);
+            }
+        }
+    }
+}
+
+fn pair_key(pair: u32) -> u32 {
+    let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
+    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
+}
