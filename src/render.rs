@@ -134,6 +134,7 @@ impl GpuEngine {
         let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
         pipeline.set_pair_budget(budget);
         pipeline.set_soften(scene.shadow.soften);
+        pipeline.set_colored(scene.shadow.colored);
         pipeline.set_nodes(scene.shadow.curve_nodes());
         let Scene { particles, triangles, materials, textures, .. } = scene;
         let (casters, mut earlier) = kept.take().unzip();
@@ -283,6 +284,10 @@ fn read_maps(
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
+    let colored: Vec<[f32; 4]> = match &maps.colored {
+        Some(colored) => gpu.try_read_texture(colored)?,
+        None => Vec::new(),
+    };
     let curves: Vec<[[u32; 2]; 2]> =
         if maps.nodes > 0 { gpu.try_read_texture(&maps.curves)? } else { Vec::new() };
     let atlas = maps.filters.size();
@@ -310,6 +315,10 @@ fn read_maps(
             filter: texels().map(rgb).collect(),
             nearest: texels().map(|t| nearests[t]).collect(),
             opaque: texels().map(|t| opaques[t]).collect(),
+            colored: texels()
+                .filter_map(|t| colored.get(t))
+                .map(|&[r, g, b, _]| [r, g, b])
+                .collect(),
             curve: (maps.nodes > 0).then(|| CurveMap {
                 nodes: maps.nodes as usize,
                 gain: maps.gain,

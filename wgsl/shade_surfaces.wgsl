@@ -20,6 +20,7 @@
 @group(0) @binding(15) var opaques: texture_2d_array<f32>;
 @group(0) @binding(16) var curves: texture_2d_array<u32>;
 @group(0) @binding(17) var surfaces: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(18) var air: texture_2d_array<f32>;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
     if HAS_TRIANGLES && (id & TRIANGLE_BIT) != 0u {
@@ -86,6 +87,10 @@ fn shade_surfaces(
             var color = sky(normalize(world_point(view, at, 1.0) - eye()));
             if nearest[i] < 1.0 {
                 color = shade(view, at, nearest[i], seen[i], setup_of[i]);
+            }
+            if params.air_slices > 0u {
+                let before = air_at(at, nearest[i]);
+                color = color * before.a + before.rgb;
             }
             if COUNT_COST {
                 color = vec3(f32(walked), f32(asked), 0.0);

@@ -4,6 +4,7 @@ use super::{
     accumulate::{Accumulated, Light, Modes, ScatterSums, accumulate},
     bin::{Bins, bin},
     caster_hit::{Records, Target},
+    colored::{filter_colored, occlude_colored},
     curve::{
         CurveMap,
         tile::{CurveModes, CurveTexel, curves},
@@ -53,6 +54,7 @@ pub(super) struct SceneRecords<'a> {
     pair_budget: u32,
     /// 0 where dithered surfaces stay as they are [texels].
     soften_window: u32,
+    colored: bool,
 }
 
 /// One view's casters.
@@ -114,6 +116,7 @@ impl<'a> SceneRecords<'a> {
             }),
             pair_budget: scene.shadow.pair_budget,
             soften_window: if scene.shadow.soften { window(materials) } else { 0 },
+            colored: scene.shadow.colored && uses(Transfer::Dither),
         }
     }
 
@@ -149,12 +152,19 @@ impl<'a> SceneRecords<'a> {
                 }
             }
         }
-        let opaque = each(tile_count, |index| {
+        let blocking = |index: usize| {
             let pairs = bins.tile(index).iter().map(|pair| pair.footprint);
             let casters = pairs.chain(unbinned[index].iter().copied());
-            let tile = Tile::new(&gpu_view, index as u32);
-            occlude(records, &tile, casters.map(|i| &footprints[i as usize]))
-        });
+            casters.map(|i| &footprints[i as usize])
+        };
+        let tile = |index: usize| Tile::new(&gpu_view, index as u32);
+        let colored = self
+            .colored
+            .then(|| each(tile_count, |i| occlude_colored(records, &tile(i), blocking(i))));
+        let opaque = match &colored {
+            None => each(tile_count, |i| occlude(records, &tile(i), blocking(i))),
+            Some(colored) => colored.iter().map(last_depths).collect(),
+        };
         let mut sums = None;
         for &i in &scattered {
             sums.get_or_insert_with(|| ScatterSums::new(tile_count)).scatter(
@@ -198,7 +208,18 @@ impl<'a> SceneRecords<'a> {
             counters.unordered += overflowed.iter().filter(filters).count() as u64;
         }
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
-        filter(&mut maps, self.soften_window);
+        if let Some(colored) = &colored {
+            maps.colored = vec![[1.0; 3]; maps.opaque.len()];
+            for (index, depths) in colored.iter().enumerate() {
+                for (place, texel) in tile(index).texels() {
+                    let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                    maps.colored[at] = depths[place].to_array();
+                }
+            }
+            filter_colored(&mut maps, self.soften_window);
+        } else {
+            filter(&mut maps, self.soften_window);
+        }
         maps
     }
 
@@ -250,6 +271,7 @@ impl<'a> SceneRecords<'a> {
             filter: vec![[1.0; 3]; texels],
             nearest: vec![1.0; texels],
             opaque: vec![1.0; texels],
+            colored: Vec::new(),
             curve: None,
             owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
         };
@@ -266,6 +288,15 @@ impl<'a> SceneRecords<'a> {
         }
         maps
     }
+}
+
+/// Behind which no channel is left.
+fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
+    let mut last = TileTexels::filled(1.0);
+    for place in 0..TEXELS {
+        last[place] = colored[place].max_element();
+    }
+    last
 }
 
 /// What curve mode and nearest-depth mode have in common.

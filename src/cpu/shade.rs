@@ -2,12 +2,13 @@
 //! shaded instead of summed.
 use super::{
     accumulate::SEGMENT,
+    air::AirVolume,
     bin::{Bins, bin},
     caster_hit::{Hit, Records, Target, metres_per_depth},
     maps::{SceneRecords, ViewCasters, depth_order},
     occlude::is_solid,
     project::ProjectParams,
-    shading::{Lighting, Receiver, Surface, fresnel, to_screen, world_point},
+    shading::{Gloss, Lighting, Receiver, Surface, to_screen, world_point},
     threads::each,
     tile::{TEXELS, Tile, TileTexels},
 };
@@ -17,9 +18,10 @@ use crate::{
     frame::{Picture, ViewMaps},
     pipeline::Class,
     scene::Scene,
+    stage::air::AirParams,
     view::{GpuView, View},
 };
-use glam::{Mat4, UVec2, Vec2, Vec3};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 use std::ops::RangeInclusive;
 
 /// What is behind less than this is not seen.
@@ -31,11 +33,13 @@ const MAX_WAITING: usize = 2;
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
-    let eye = Eye {
-        view,
-        world_from_view: camera.view_from_world.inverse(),
-        lighting: Lighting::new(scene, views, maps),
-    };
+    let world_from_view = camera.view_from_world.inverse();
+    let lighting = Lighting::new(scene, views, maps);
+    let air = scene
+        .air
+        .as_ref()
+        .map(|air| AirVolume::new(&view, &world_from_view, &lighting, &AirParams::new(air)));
+    let eye = Eye { view, world_from_view, lighting, air };
     let solid_scene = of_classes(scene, Class::SOLID);
     let clear_scene = of_classes(scene, Class::BLENDED);
     let solid = Seen::new(&solid_scene, &view);
@@ -108,6 +112,7 @@ struct Eye<'a> {
     view: GpuView,
     world_from_view: Mat4,
     lighting: Lighting<'a>,
+    air: Option<AirVolume>,
 }
 
 /// Panes of a segment whose scattered and mirrored light is seen; those behind only filter.
@@ -225,6 +230,11 @@ impl Eye<'_> {
         world_point(&self.view, &self.world_from_view, pixel, depth)
     }
 
+    /// What the air scatters before light depth `depth`, and what it lets through.
+    fn air_before(&self, pixel: Vec2, depth: f32) -> Vec4 {
+        self.air.as_ref().map_or(Vec4::W, |air| air.at(pixel, depth))
+    }
+
     fn position(&self) -> Vec3 {
         self.world_from_view.w_axis.truncate()
     }
@@ -267,7 +277,8 @@ impl Eye<'_> {
                     self.lighting.sky(away.normalize())
                 }
             };
-            surfaces[place] = (color, depth);
+            let before = self.air_before(pixel, depth);
+            surfaces[place] = (color * before.w + before.truncate(), depth);
         }
         surfaces
     }
@@ -367,8 +378,11 @@ impl Eye<'_> {
                     let adds = material.transfer == Transfer::None;
                     let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
                     let own = seen_color(&hit, material) * light + material.emission;
-                    let passed = if adds { 1.0 } else { 1.0 - hit.opacity };
-                    pixel.lay(hit.opacity * own, Vec3::splat(passed));
+                    let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
+                    // What is behind is laid over what the air scatters before it as well.
+                    let before = self.air_before(at, hit.depth);
+                    let veil = before.truncate() * (1.0 - passed);
+                    pixel.lay(hit.opacity * own * before.w + veil, passed);
                 }
             }
             for place in 0..TEXELS {
@@ -396,21 +410,25 @@ impl Eye<'_> {
         pixel: Vec2,
     ) -> Layer {
         let (depth, opacity) = (hit.depth, hit.opacity);
-        let emitted = opacity * material.emission;
+        let before = self.air_before(pixel, depth);
+        let emitted = opacity * material.emission * before.w;
         let albedo = seen_color(hit, material);
         if material.transfer == Transfer::None {
-            let own = emitted + opacity * albedo;
+            let own = emitted + opacity * albedo * before.w;
             return Layer { depth, own, shown: None, passed: Vec3::ONE, face: None };
         }
         let surface = self.triangle(clear, footprint, material, hit, pixel);
-        let lit = self.lighting.light_sheet(&surface);
+        // Premultiplied: glass keeps its highlights where it is clear.
+        let polish = opacity.max(material.transmission);
+        let gloss = Gloss { reflectivity: material.reflectivity, polish };
+        let lit = self.lighting.light_sheet(&surface, gloss);
         // A sheet that is not clear scatters half of what it covers and filters the rest.
         let covers = material.transfer == Transfer::Over;
         let share = opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) };
-        let mirrored = opacity * fresnel(surface.face.dot(surface.to_eye).abs());
+        let mirrored = gloss.mirrored(surface.face.dot(surface.to_eye).abs());
         let reflected = (-surface.to_eye).reflect(surface.normal);
-        let shown = share * albedo * lit.diffuse
-            + opacity * lit.shine
+        let shown = share * (1.0 - mirrored) * albedo * lit.diffuse
+            + lit.shine
             + mirrored * self.lighting.sky(reflected);
         let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
         let setup = clear.setup(footprint);
@@ -418,8 +436,11 @@ impl Eye<'_> {
             absorption: clear.records.absorptions[setup.material as usize],
             leaves: setup.ties & BACK_BIT != 0,
         };
-        let passed = hit.light * behind;
-        Layer { depth, own: emitted, shown: Some(shown), passed, face: Some(face) }
+        // What gathers light gathers that of lamps, not what the eye sees behind it.
+        let gathers = material.transfer == Transfer::Gain;
+        let passed = behind * if gathers { Vec3::ONE } else { hit.light };
+        let own = emitted + before.truncate() * (1.0 - passed);
+        Layer { depth, own, shown: Some(shown * before.w), passed, face: Some(face) }
     }
 }
 

@@ -1,6 +1,9 @@
 //! Twin of `wgsl/common/receive.wgsl`, `shading.wgsl`, `sheet.wgsl` and `tone.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
-use super::receive::{MapTexel, receive, receive_curve};
+use super::{
+    air::phase,
+    receive::{MapTexel, light_by_channel, receive, receive_curve},
+};
 use crate::{
     caster::{Material, Receives},
     frame::ViewMaps,
@@ -58,8 +61,28 @@ pub struct Receiver {
 }
 
 impl Receiver {
+    /// Tinted by all that is before it.
+    pub const AIR: Self = Self { receives: Receives::Curve, tag: 0 };
+
     pub fn new(material: &Material, id: u32) -> Self {
         Self { receives: material.receives, tag: owner_tag(id) }
+    }
+}
+
+/// How much is mirrored: all of what reflects by itself, of the rest what shines like glass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    pub reflectivity: f32,
+    /// 1 of glass, 0 of what is not there.
+    pub polish: f32,
+}
+
+impl Gloss {
+    const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
+
+    /// `cosine` of the angle between the eye and the normal.
+    pub fn mirrored(self, cosine: f32) -> f32 {
+        self.reflectivity + (1.0 - self.reflectivity) * self.polish * fresnel(cosine)
     }
 }
 
@@ -116,7 +139,9 @@ impl<'a> Lighting<'a> {
             return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
         }
         let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
-        receive(z, &MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] }, bias)
+        let texel = MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] };
+        let light = receive(z, &texel, bias);
+        map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
     }
 
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
@@ -239,7 +264,7 @@ impl<'a> Lighting<'a> {
                 let bias = self.bias + surface.reach;
                 let passed =
                     self.shadow(light, surface.point, surface.face, toward, bias, surface.receiver);
-                let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
+                let shine = highlight(surface, toward, Gloss::SOLID);
                 sum += color * passed * (cosine * (surface.albedo * FRAC_1_PI + shine));
             }
         }
@@ -247,7 +272,7 @@ impl<'a> Lighting<'a> {
     }
 
     /// A thin sheet, lit from both sides.
-    pub fn light_sheet(&self, surface: &Surface) -> Lit {
+    pub fn light_sheet(&self, surface: &Surface, gloss: Gloss) -> Lit {
         let mut lit = Lit { diffuse: self.ambient_light(surface.normal), shine: Vec3::ZERO };
         for light in &self.lights {
             let (toward, color) = incoming(light, surface.point);
@@ -257,11 +282,25 @@ impl<'a> Lighting<'a> {
                 * self.shadow(light, surface.point, side, toward, self.bias, surface.receiver);
             lit.diffuse += passed * (cosine.abs() * FRAC_1_PI);
             if cosine > 0.0 {
-                let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
+                let shine = highlight(surface, toward, gloss);
                 lit.shine += passed * (cosine * shine);
             }
         }
         lit
+    }
+
+    /// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
+    pub fn scattered(&self, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
+        let mut sum = self.ambient;
+        for light in self.lights.iter().filter(|light| light.shafts != 0) {
+            let (toward, color) = incoming(light, point);
+            if color.cmpgt(Vec3::ZERO).any() {
+                let passed =
+                    self.shadow(light, point, Vec3::ZERO, toward, self.bias, Receiver::AIR);
+                sum += color * passed * phase(toward.dot(ray), anisotropy);
+            }
+        }
+        sum
     }
 
     /// A particle of colour 1, by the light at its middle.
@@ -327,17 +366,18 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
 }
 
 /// Schlick 1994, of glass and most that is no metal.
-pub fn fresnel(cosine: f32) -> f32 {
+fn fresnel(cosine: f32) -> f32 {
     0.04 + 0.96 * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
 /// Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.
-fn highlight(normal: Vec3, toward: Vec3, to_eye: Vec3, roughness: f32) -> f32 {
+fn highlight(surface: &Surface, toward: Vec3, gloss: Gloss) -> f32 {
+    let Surface { normal, to_eye, roughness, .. } = *surface;
     let middle = (toward + to_eye).normalize();
     let width = (roughness * roughness).max(0.04);
     let exponent = 2.0 / (width * width) - 1.0;
     let lobe = normal.dot(middle).max(1e-6).powf(exponent);
-    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * fresnel(to_eye.dot(middle))
+    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle))
 }
 
 /// World space, of a point of the camera's map at light depth `depth`.

@@ -29,6 +29,7 @@ pub(super) fn empty_scene() -> Scene {
         triangles: Vec::new(),
         ambient: Vec3::new(0.18, 0.20, 0.24),
         background: Vec3::new(0.52, 0.62, 0.75),
+        air: None,
         skipped: Skipped::new(),
     }
 }
@@ -61,6 +62,7 @@ pub(super) fn sun() -> Light {
         casts: true,
         cascades: None,
         shadows: Vec::new(),
+        shafts: true,
     }
 }
 

@@ -42,6 +42,7 @@ pub(super) struct Document {
     pub shadow: Option<Spanned<ShadowTable>>,
     pub clusters: Option<Spanned<ClustersTable>>,
     pub environment: Option<Spanned<EnvironmentTable>>,
+    pub air: Option<Spanned<AirTable>>,
     #[serde(default)]
     pub light: Vec<Spanned<LightTable>>,
     #[serde(default)]
@@ -81,6 +82,7 @@ pub(super) struct ShadowTable {
     pub pair_budget: Option<u32>,
     pub texel_budget: Option<u64>,
     pub soften: Option<bool>,
+    pub colored: Option<bool>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -101,6 +103,17 @@ pub(super) struct EnvironmentTable {
     pub ambient: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub background: Option<[f32; 3]>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AirTable {
+    /// [1/m]
+    pub density: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub albedo: Option<[f32; 3]>,
+    pub anisotropy: Option<f32>,
+    pub steps: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -126,6 +139,7 @@ pub(super) struct LightTable {
     pub color: Option<[f32; 3]>,
     pub intensity: Option<f32>,
     pub cascades: Option<u32>,
+    pub shafts: Option<bool>,
     pub lambda: Option<f32>,
     pub fade: Option<f32>,
     pub range: Option<f32>,

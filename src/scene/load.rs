@@ -136,6 +136,9 @@ impl Loader<'_> {
             let background = color("background", background, self.scene.background)?;
             (self.scene.ambient, self.scene.background) = (ambient, background);
         }
+        if let Some(table) = &document.air {
+            self.scene.air = tables::air(source, table)?;
+        }
         for (index, table) in document.light.iter().enumerate() {
             let light = light_tables::light(source, table, index)?;
             if self.scene.lights.iter().any(|known| known.name == light.name) {

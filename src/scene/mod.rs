@@ -12,6 +12,7 @@ mod gltf_texture;
 mod light_tables;
 mod load;
 pub mod noise;
+mod painted;
 mod particles;
 mod ply;
 mod shapes;
@@ -29,7 +30,7 @@ use crate::{
     caster::{Material, Particle, Texture, Triangle},
     counters::Skipped,
     light::Light,
-    settings::{ClusterSettings, ShadowSettings},
+    settings::{Air, ClusterSettings, ShadowSettings},
 };
 use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;
@@ -68,6 +69,8 @@ pub struct Scene {
     pub ambient: Vec3,
     /// What the camera sees where there is nothing: linear rgb.
     pub background: Vec3,
+    /// What scatters light on its way to the eye; `None` where it is clear.
+    pub air: Option<Air>,
     /// Inputs left out, by reason.
     pub skipped: Skipped,
 }

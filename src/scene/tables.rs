@@ -1,14 +1,14 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
+    document::{AirTable, CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
     noise::Noise,
     source::Source,
 };
 use crate::{
     caster::{Material, Transfer},
     dither::MAX_SCALE,
-    settings::{ClusterSettings, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    settings::{Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
     stage::cluster::MAX_TILE,
 };
 use glam::{UVec2, Vec3, Vec4};
@@ -80,8 +80,17 @@ pub(super) fn shadow(
     table: &Spanned<ShadowTable>,
 ) -> Result<ShadowSettings, SceneError> {
     let check = Table { source, table };
-    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget, texel_budget, soften } =
-        table.get_ref();
+    let ShadowTable {
+        size,
+        receiver,
+        nodes,
+        bias,
+        normal_bias,
+        pair_budget,
+        texel_budget,
+        soften,
+        colored,
+    } = table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
     let nodes = nodes.unwrap_or(usual.nodes);
@@ -109,7 +118,33 @@ pub(super) fn shadow(
         pair_budget,
         texel_budget,
         soften: soften.unwrap_or(usual.soften),
+        colored: colored.unwrap_or(usual.colored),
     })
+}
+
+/// `None` where the density is 0.
+pub(super) fn air(
+    source: &Source<'_>,
+    table: &Spanned<AirTable>,
+) -> Result<Option<Air>, SceneError> {
+    let check = Table { source, table };
+    let AirTable { density, albedo, anisotropy, steps } = table.get_ref();
+    let usual = Air::default();
+    let albedo = albedo.unwrap_or(usual.albedo.to_array());
+    for v in albedo {
+        check.share("albedo", v)?;
+    }
+    let density = density.unwrap_or(usual.density);
+    let density = check.number("density", density, |v| (0.0..=1e3).contains(&v), "0 to 1000")?;
+    let g = anisotropy.unwrap_or(usual.anisotropy);
+    let within = |v: f32| v.abs() <= 0.95;
+    let anisotropy = check.number("anisotropy", g, within, "from -0.95 to 0.95")?;
+    let steps = steps.unwrap_or(usual.steps);
+    if !(1..=MAX_AIR_STEPS).contains(&steps) {
+        let help = format!("1 to {MAX_AIR_STEPS} steps");
+        return Err(check.fault("steps", format!("steps is {steps}"), &help));
+    }
+    Ok((density > 0.0).then_some(Air { density, albedo: albedo.into(), anisotropy, steps }))
 }
 
 pub(super) fn clusters(

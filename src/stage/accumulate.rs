@@ -285,6 +285,7 @@ macro_rules! overflow {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/scatter.wgsl",
+                "common/overflow.wgsl",
                 "accumulate_overflow.wgsl"
             ],
             bindings: crate::sums_then![

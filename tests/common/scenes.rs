@@ -67,6 +67,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         triangles: Vec::new(),
         ambient: Vec3::ZERO,
         background: Vec3::ZERO,
+        air: None,
         skipped: Default::default(),
     }
 }
@@ -83,6 +84,7 @@ pub(crate) fn light(kind: LightKind) -> Light {
         casts: true,
         cascades: None,
         shadows: Vec::new(),
+        shafts: true,
     }
 }
 

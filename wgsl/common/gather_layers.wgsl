@@ -58,6 +58,17 @@ fn lay_fog(i: u32, depth: f32) {
     }
 }
 
+// As `lay`, seen through the air before light depth `depth`; what is behind is laid over what the
+// air scatters before it as well, so that here only what the layer takes of that counts.
+fn lay_at(i: u32, depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
+    if params.air_slices > 0u {
+        let before = air_at(corner + vec2(0.5, f32(i) + 0.5), depth);
+        lay(i, own * before.a + before.rgb * (1.0 - pass_on), pass_on);
+    } else {
+        lay(i, own, pass_on);
+    }
+}
+
 fn lay_pane(i: u32, layer: Layer) {
     lay_fog(i, layer.depth);
     let shown = Layer(layer.depth, vec3(0.0), passed[i], layer.look);
@@ -66,7 +77,7 @@ fn lay_pane(i: u32, layer: Layer) {
     } else if layer.look.x != 0u && second[i].look.x == 0u {
         second[i] = shown;
     }
-    lay(i, layer.own, layer.passed);
+    lay_at(i, layer.depth, layer.own, layer.passed);
     if HAS_VOLUMES && layer.look.x != 0u {
         passed[i] *= cross_face(i, layer.look.y, layer.depth);
     }
@@ -108,9 +119,16 @@ fn pane_light(view: GpuView, pixel: vec2<f32>, layer: Layer) -> vec3<f32> {
     let surface =
         triangle_surface(view, pixel, layer.depth, id, layer.look.y, albedo, material.roughness);
     set_receiver(material, setup_texel(layer.look.y, 6u).w);
-    let lit = light_sheet(surface);
-    return scattered_share(hit, material) * albedo * lit.diffuse + hit.opacity * lit.shine
-        + mirrored_share(hit, layer.look.y, surface.to_eye) * sky(reflect(-surface.to_eye, surface.normal));
+    let gloss = sheet_gloss(hit, material);
+    let lit = light_sheet(surface, gloss);
+    let mirror = mirrored_share(gloss, layer.look.y, surface.to_eye);
+    return scattered_share(hit, material) * (1.0 - mirror) * albedo * lit.diffuse + lit.shine
+        + mirror * sky(reflect(-surface.to_eye, surface.normal));
+}
+
+// Premultiplied: glass keeps its highlights where it is clear.
+fn sheet_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
+    return Gloss(material.reflectivity, max(hit.opacity, material.transmission));
 }
 
 // A sheet that is not clear scatters half of what it covers and filters the rest.
@@ -119,8 +137,8 @@ fn scattered_share(hit: Hit, material: GpuMaterial) -> f32 {
     return hit.opacity * select(0.5 * (1.0 - material.transmission), 1.0, covers);
 }
 
-fn mirrored_share(hit: Hit, setup: u32, to_eye: vec3<f32>) -> f32 {
-    return hit.opacity * fresnel(abs(dot(face_normal(setup), to_eye)));
+fn mirrored_share(gloss: Gloss, setup: u32, to_eye: vec3<f32>) -> f32 {
+    return mirrored(gloss, abs(dot(face_normal(setup), to_eye)));
 }
 
 fn finish(view: GpuView) {
@@ -140,7 +158,11 @@ fn finish(view: GpuView) {
             if layer.look.x != 0u {
                 let pixel = corner + vec2(0.5, f32(i) + 0.5);
                 asked = 0u;
-                color[i] += layer.passed * pane_light(view, pixel, layer);
+                var shown = layer.passed * pane_light(view, pixel, layer);
+                if params.air_slices > 0u {
+                    shown *= air_at(pixel, layer.depth).a;
+                }
+                color[i] += shown;
                 asked_of[i] += asked;
             }
         }
@@ -159,8 +181,10 @@ fn visit_pane(view: GpuView, look: vec4<u32>, i: u32) {
     let to_eye = normalize(eye() - world_point(view, pixel, hit.depth));
     let covers = material.transfer == TRANSFER_OVER;
     let scattered = select(scattered_share(hit, material), 0.0, covers);
-    let behind = (1.0 - mirrored_share(hit, look.x, to_eye)) * (1.0 - scattered);
-    var layer = Layer(hit.depth, hit.opacity * material.emission, hit.light * behind, vec2(look.w, look.x));
+    let behind = (1.0 - mirrored_share(sheet_gloss(hit, material), look.x, to_eye)) * (1.0 - scattered);
+    // What gathers light gathers that of lamps, not what the eye sees behind it.
+    let light = select(hit.light, vec3(1.0), material.transfer == TRANSFER_GAIN);
+    var layer = Layer(hit.depth, hit.opacity * material.emission, light * behind, vec2(look.w, look.x));
     if material.transfer == TRANSFER_NONE {
         layer.own += hit.opacity * hit.color;
         layer.passed = vec3(1.0);
@@ -182,7 +206,7 @@ fn visit_particle(view: GpuView, place: vec4<u32>, look: vec4<u32>, arriving: ve
         let adds = material.transfer == TRANSFER_NONE;
         let light = select(arriving, vec3(1.0), adds);
         let own = seen_color(hit, material.transfer) * light + material.emission;
-        lay(i, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
+        lay_at(i, hit.depth, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
     }
 }
 
