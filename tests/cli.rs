@@ -232,6 +232,8 @@ fn render_writes_pictures_and_maps() {
     let lines: Vec<Value> = stdout.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let frames: Vec<_> = lines.iter().map(|line| line["frame"].as_u64().unwrap()).collect();
     assert_eq!(frames, [1, 4]);
+    let views = ["views_rendered", "views_kept"].map(|key| lines[1][key].as_u64().unwrap());
+    assert!(views[0] == 0 && views[1] > 0 && lines[0]["views_kept"] == 0, "{stdout}");
     for line in &lines {
         for key in [
             "casters",

@@ -9,7 +9,7 @@ pub(super) struct Bake {
     views: Vec<Baked>,
     /// [`CasterSet`]'s.
     set: u64,
-    /// Views that are ready to be rendered, or were rendered last.
+    /// Views that are ready to be rendered, or were rendered last, in order.
     pub pending: Vec<usize>,
     /// Whether the others are in their places only once this is recorded.
     moving: bool,
@@ -34,7 +34,9 @@ impl Bake {
         let same_set = earlier.set == casters.id();
         let was_recorded = earlier.recorded.load(Ordering::Relaxed);
         let moving = !earlier.fits(views);
-        let lost = |index| !was_recorded && (earlier.moving || earlier.pending.contains(&index));
+        let lost = |index| {
+            !was_recorded && (earlier.moving || earlier.pending.binary_search(&index).is_ok())
+        };
         let mut before = earlier.views.into_iter();
         let mut pending = Vec::new();
         let views = views.iter().enumerate().map(|(index, view)| {
@@ -64,7 +66,7 @@ impl Bake {
 
     /// Views whose maps stay.
     pub(super) fn kept(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.views.len()).filter(|index| !self.pending.contains(index))
+        (0..self.views.len()).filter(|index| self.pending.binary_search(index).is_err())
     }
 
     pub(super) fn view_count(&self) -> usize {
