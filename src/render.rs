@@ -206,6 +206,10 @@ impl GpuEngine {
         for &mode in debug {
             let image = match mode {
                 DebugMode::Clusters => debug::clusters(gpu, &prepared_picture, scene, &picture)?,
+                DebugMode::Cascades => {
+                    debug::cascades(gpu, &prepared_picture, scene, &views, &picture)?
+                }
+                DebugMode::Atlas => debug::atlas(gpu, &prepared.maps, &views)?,
                 DebugMode::Cost => {
                     pipeline.set_count_cost(true);
                     let costs = pipeline.prepare_picture(

@@ -137,6 +137,10 @@ pub(crate) enum DebugName {
     Clusters,
     /// Pairs that each pixel walked, and lights that it asked
     Cost,
+    /// The cascade that each pixel's surface is in
+    Cascades,
+    /// The maps of all views as they are packed
+    Atlas,
 }
 
 impl From<DebugName> for DebugMode {
@@ -144,6 +148,8 @@ impl From<DebugName> for DebugMode {
         match name {
             DebugName::Clusters => Self::Clusters,
             DebugName::Cost => Self::Cost,
+            DebugName::Cascades => Self::Cascades,
+            DebugName::Atlas => Self::Atlas,
         }
     }
 }

@@ -1,10 +1,14 @@
 //! Pictures for people who tune a scene: what is where, and what it costs.
+mod atlas;
+mod cascades;
 mod heat;
 mod letters;
 
 use crate::{error::Error, frame::Picture, gpu::Gpu, pipeline::PreparedPicture, scene::Scene};
 use glam::{UVec2, Vec2};
 use heat::Heat;
+
+pub(crate) use {atlas::atlas, cascades::cascades};
 
 /// What to show beside the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +17,10 @@ pub enum DebugMode {
     Clusters,
     /// Pairs that each pixel walked, and below them the lights that it asked.
     Cost,
+    /// The cascade that each pixel's surface is in.
+    Cascades,
+    /// The maps of all views as they are packed.
+    Atlas,
 }
 
 impl DebugMode {
@@ -21,6 +29,8 @@ impl DebugMode {
         match self {
             Self::Clusters => "clusters",
             Self::Cost => "cost",
+            Self::Cascades => "cascades",
+            Self::Atlas => "atlas",
         }
     }
 }
