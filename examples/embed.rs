@@ -39,6 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         casts: true,
         cascades: None,
         shadows: Vec::new(),
+        shafts: true,
     };
     let bounds = Bounds { min: Vec3::new(-1.2, 0.0, -1.2), max: Vec3::new(1.2, 1.2, 1.2) };
     let views = light_views(0, &sun, 512, None, &bounds);

@@ -66,6 +66,21 @@ pub enum Profile {
     Soft,
 }
 
+/// Which translucent casters tint what is made of a material. Opaque ones always shade it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Receives {
+    /// Those in front of it, as the receiver mode of the shadow settings knows them.
+    #[default]
+    Curve,
+    /// All of a texel, where the nearest of them is in front of it.
+    Nearest,
+    /// None.
+    Opaque,
+    /// As `Nearest`, but not where the nearest one is part of the same object.
+    Others,
+}
+
 /// What the casters of one kind share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -91,6 +106,16 @@ pub struct Material {
     pub transmission: f32,
     /// 0..=1, of the highlight in the picture.
     pub roughness: f32,
+    /// What is left of light after [`Self::attenuation_distance`] in a closed mesh.
+    pub attenuation_color: Vec3,
+    /// [m]; infinite for what is no volume. Triangles of a volume are counterclockwise from outside.
+    pub attenuation_distance: f32,
+    /// Which casters tint it.
+    pub receives: Receives,
+    /// Whether the picture shows it; without it, a shadow without its caster.
+    pub visible: bool,
+    /// Whether it blocks or filters light; without it, a caster without its shadow.
+    pub casts: bool,
 }
 
 impl Default for Material {
@@ -109,7 +134,30 @@ impl Default for Material {
             emission: Vec3::ZERO,
             transmission: 0.0,
             roughness: 0.6,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
+            receives: Receives::default(),
+            visible: true,
+            casts: true,
         }
+    }
+}
+
+impl Material {
+    /// Whether closed meshes of it absorb along the way through them.
+    pub fn is_volume(&self) -> bool {
+        self.absorption() != Vec3::ZERO
+    }
+
+    /// Optical depth of the way through its volumes [1/m].
+    pub fn absorption(&self) -> Vec3 {
+        /// 20 halvings; powers of 0 differ between adapters.
+        const LEAST: f32 = 1e-6;
+        if !self.attenuation_distance.is_finite() {
+            return Vec3::ZERO;
+        }
+        -self.attenuation_color.clamp(Vec3::splat(LEAST), Vec3::ONE).map(f32::ln)
+            / self.attenuation_distance
     }
 }
 

@@ -31,6 +31,9 @@ pub struct Counters {
     pub cluster_lights: u64,
     /// Clusters whose list did not fit, so that their pixels ask all lights.
     pub clusters_overflowed: u64,
+    /// Of those, what filters in a view where the order counts: an `over` caster is among them or
+    /// beside them, and they were applied last.
+    pub unordered: u64,
     /// Maps that are smaller than they should be, for lack of room in the atlas.
     pub shrunk: u64,
     /// Particles and triangles left out, by reason.

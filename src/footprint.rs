@@ -19,6 +19,8 @@ pub const SETUP_TEXELS: u32 = 8;
 pub const TRIANGLE_TEXELS: u32 = 5;
 /// Bit of [`Footprint::caster`] that marks a triangle.
 pub const TRIANGLE_BIT: u32 = 1 << 31;
+/// Bit of [`TriangleSetup::ties`] of a triangle that is clockwise as the light sees it.
+pub const BACK_BIT: u32 = 8;
 /// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel,
 /// so that one texel's centre is always hit [texels].
 pub const MIN_RADIUS: f32 = std::f32::consts::FRAC_1_SQRT_2;
@@ -245,7 +247,8 @@ pub struct TriangleSetup {
     pub edges: [Vec4; 3],
     /// Factors that turn edge values into perspective-correct weights.
     pub weights: Vec3,
-    /// Bit i: a texel centre exactly on edge i belongs to this triangle.
+    /// Bit i: a texel centre exactly on edge i belongs to this triangle. [`BACK_BIT`]: it looks away
+    /// from the light.
     pub ties: u32,
     /// Light depths of the corners.
     pub depths: Vec3,
@@ -280,6 +283,9 @@ pub struct GpuMaterial {
     pub pattern_scale: u32,
     /// Texel of the particles' records where the ranks of the blue noise start.
     pub blue_first: u32,
+    /// Of the way through a closed mesh of it [1/m]; zero where it is no volume.
+    pub absorption: Vec3,
+    pub receives: u32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -295,7 +301,9 @@ crate::gpu_layout!(GpuMaterial {
     roughness,
     pattern,
     pattern_scale,
-    blue_first
+    blue_first,
+    absorption,
+    receives
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -322,6 +330,8 @@ impl GpuMaterial {
             pattern: material.pattern as u32,
             pattern_scale: material.pattern_scale,
             blue_first: 0,
+            absorption: Vec3::ZERO,
+            receives: material.receives as u32,
         }
     }
 }

@@ -12,8 +12,12 @@ pub struct ViewMaps {
     pub nearest: Vec<f32>,
     /// `Z`: light depth of the nearest opaque surface, 1 where there is none.
     pub opaque: Vec<f32>,
+    /// `Z` by channel, where dithering is coloured; else empty. `opaque` is the last of the three.
+    pub colored: Vec<[f32; 3]>,
     /// Light as a function of depth; in curve mode.
     pub curve: Option<CurveMap>,
+    /// Whose `nearest` is, as [`crate::owner::owner_tag`] says; empty where no receiver asks.
+    pub owner: Vec<u16>,
 }
 
 /// The lit picture.

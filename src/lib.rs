@@ -16,12 +16,14 @@ pub mod footprint;
 pub mod frame;
 pub mod gpu;
 pub mod light;
+pub mod owner;
 pub mod pipeline;
 pub mod render;
 pub mod scene;
 pub mod settings;
 pub mod stage;
 pub mod view;
+pub mod volume;
 
 pub use glam;
 pub use wgpu;

@@ -81,6 +81,8 @@ pub struct Light {
     /// Further shadows of the same light, at most three; more are not looked at. Of all its shadows the one that lets the least light
     /// through counts, per channel; outside its maps a further shadow lets all through.
     pub shadows: Vec<Shadow>,
+    /// Whether the air scatters its light, where the scene has any.
+    pub shafts: bool,
 }
 
 impl Default for Light {
@@ -97,6 +99,7 @@ impl Default for Light {
             casts: true,
             cascades: None,
             shadows: Vec::new(),
+            shafts: true,
         }
     }
 }

@@ -7,7 +7,8 @@ use crate::{
     error::Error,
     frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
-    pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
+    owner::{NO_OWNER, stored_tag},
+    pipeline::{CasterSet, Class, Config, ListCounters, Pipeline, Prepared},
     scene::Scene,
     stage::sort::pair_limit,
     view::{View, fitted_views},
@@ -133,6 +134,7 @@ impl GpuEngine {
         let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
         pipeline.set_pair_budget(budget);
         pipeline.set_soften(scene.shadow.soften);
+        pipeline.set_colored(scene.shadow.colored);
         pipeline.set_nodes(scene.shadow.curve_nodes());
         let Scene { particles, triangles, materials, textures, .. } = scene;
         let (casters, mut earlier) = kept.take().unzip();
@@ -168,7 +170,8 @@ impl GpuEngine {
             prepared.forget();
             earlier = Some(prepared);
         };
-        let maps = if with_maps { read_maps(gpu, &prepared, &views)? } else { Vec::new() };
+        let maps =
+            if with_maps { read_maps(gpu, &prepared, &views, casters.owners)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
         let mut pairs = None;
         let prepared_picture = loop {
@@ -229,6 +232,8 @@ impl GpuEngine {
             views_rendered: prepared.rendered_count() as u64,
             views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
             culled: prepared.culled_count(),
+            unordered: u64::from(translucent.overflowed)
+                * u64::from(casters.span(Class::FILTERING).features.over),
             shrunk: shrunk as u64,
             cluster_lights: clusters.needed.into(),
             clusters_overflowed: clusters.overflowed.into(),
@@ -269,11 +274,20 @@ fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) ->
     }
 }
 
-fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewMaps>, Error> {
+fn read_maps(
+    gpu: &Gpu,
+    prepared: &Prepared,
+    views: &[View],
+    owners: bool,
+) -> Result<Vec<ViewMaps>, Error> {
     let maps = &prepared.maps;
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
+    let colored: Vec<[f32; 4]> = match &maps.colored {
+        Some(colored) => gpu.try_read_texture(colored)?,
+        None => Vec::new(),
+    };
     let curves: Vec<[[u32; 2]; 2]> =
         if maps.nodes > 0 { gpu.try_read_texture(&maps.curves)? } else { Vec::new() };
     let atlas = maps.filters.size();
@@ -291,17 +305,26 @@ fn read_maps(gpu: &Gpu, prepared: &Prepared, views: &[View]) -> Result<Vec<ViewM
                 first..first + view.size.x as usize
             })
         };
+        let owner = |t: usize| match nearests[t] {
+            1.0 => NO_OWNER,
+            nearest => stored_tag(f16::from_bits(filters[t][3]).to_f32(), nearest),
+        };
         let rgb = |t: usize| [0, 1, 2].map(|i| f16::from_bits(filters[t][i]).to_f32());
         ViewMaps {
             view: view.clone(),
             filter: texels().map(rgb).collect(),
             nearest: texels().map(|t| nearests[t]).collect(),
             opaque: texels().map(|t| opaques[t]).collect(),
+            colored: texels()
+                .filter_map(|t| colored.get(t))
+                .map(|&[r, g, b, _]| [r, g, b])
+                .collect(),
             curve: (maps.nodes > 0).then(|| CurveMap {
                 nodes: maps.nodes as usize,
                 gain: maps.gain,
                 packed: texels().flat_map(nodes_of).collect(),
             }),
+            owner: if owners { texels().map(owner).collect() } else { Vec::new() },
         }
     });
     Ok(view_maps.collect())

@@ -29,6 +29,8 @@ pub struct ShadowSettings {
     pub texel_budget: u64,
     /// Whether dithered surfaces become a grey filter, blurred over a window of their pattern.
     pub soften: bool,
+    /// Whether dithered casters block each channel by a threshold of its own.
+    pub colored: bool,
 }
 
 impl ShadowSettings {
@@ -49,9 +51,32 @@ impl Default for ShadowSettings {
             pair_budget: crate::stage::sort::PAIR_LIMIT,
             texel_budget: 1 << 27,
             soften: false,
+            colored: false,
         }
     }
 }
+
+/// The `[air]` table of a scene: what scatters light on its way to the eye, once, everywhere alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Air {
+    /// Extinction: the share of the light that a short way takes [1/m].
+    pub density: f32,
+    /// What of that is scattered: linear rgb, 0..=1.
+    pub albedo: glam::Vec3,
+    /// `g` of Henyey and Greenstein 1941: 0 alike in all directions, towards 1 forwards.
+    pub anisotropy: f32,
+    /// Slices of the way from the eye to the scene's end, 1..=[`MAX_AIR_STEPS`].
+    pub steps: u32,
+}
+
+impl Default for Air {
+    fn default() -> Self {
+        Self { density: 0.05, albedo: glam::Vec3::ONE, anisotropy: 0.3, steps: 64 }
+    }
+}
+
+/// Slices of the air: layers of a texture that every device has.
+pub const MAX_AIR_STEPS: u32 = 256;
 
 /// The `[clusters]` table of a scene: how the camera's frustum is cut for its lights.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -235,9 +235,16 @@ fn render_writes_pictures_and_maps() {
     let views = ["views_rendered", "views_kept"].map(|key| lines[1][key].as_u64().unwrap());
     assert!(views[0] == 0 && views[1] > 0 && lines[0]["views_kept"] == 0, "{stdout}");
     for line in &lines {
-        for key in
-            ["casters", "visible", "pairs", "segments", "scattered", "overflowed", "peak_bytes"]
-        {
+        for key in [
+            "casters",
+            "visible",
+            "pairs",
+            "segments",
+            "scattered",
+            "overflowed",
+            "unordered",
+            "peak_bytes",
+        ] {
             assert!(line[key].is_u64(), "{key} in {line}");
         }
         for key in ["skipped", "stages", "bytes"] {

@@ -164,7 +164,12 @@ fn materials_become_casters() {
     assert_eq!((leaf.transfer, leaf.cutoff), (Transfer::Cutout, 0.25));
     assert_eq!(leaf.emission, Vec3::new(0.0, 3.0, 0.0));
     let body = material(&model, "body");
-    // Front and back face together: attenuation colour^(2 / 4).
+    let absorbs = (body.attenuation_color, body.attenuation_distance);
+    assert_eq!(absorbs, (Vec3::new(0.0625, 1.0, 0.5), 4.0));
+    assert_eq!(body.tint, Vec4::ONE);
+    // A triangle has no inside. Front and back face together: attenuation colour^(2 / 4).
+    let body = material(&model, "body (open)");
+    assert!(!body.is_volume());
     let whole = body.tint.truncate() * body.tint.truncate();
     assert!(whole.abs_diff_eq(Vec3::new(0.25, 1.0, 0.5f32.sqrt()), 1e-6), "{whole}");
     let film = material(&model, "film");
@@ -178,7 +183,7 @@ fn materials_become_casters() {
 fn bodies_grow_with_their_node() {
     let file = TempFile::new("grown.glb", glb_of(&document("")));
     let model = load_model(&file.0, Mat4::from_scale(Vec3::splat(2.0))).unwrap();
-    let tint = material(&model, "body").tint;
+    let tint = material(&model, "body (open)").tint;
     assert!((tint.x - 0.25).abs() < 1e-6, "{tint}");
 }
 

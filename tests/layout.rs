@@ -5,6 +5,7 @@ use gobo::{
     gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc, Tier},
     stage::{
         KERNELS,
+        air::AirParams,
         bin::{BatchCounters, BinParams, Segment, Tile},
         cluster::{ClusterCounters, ClusterParams},
         filter::FilterParams,
@@ -31,6 +32,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<BatchCounters>,
     struct_agrees::<Tile>,
     struct_agrees::<Segment>,
+    struct_agrees::<AirParams>,
     struct_agrees::<FilterParams>,
     struct_agrees::<ClusterParams>,
     struct_agrees::<ClusterCounters>,

@@ -9,7 +9,10 @@ use crate::{
 use gobo::{
     atlas::AtlasLimits,
     caster::{Material, Profile, Transfer, Triangle},
-    cpu::{render_maps, render_picture, shading::Lighting},
+    cpu::{
+        render_maps, render_picture,
+        shading::{Lighting, Receiver},
+    },
     frame::{Picture, ViewMaps},
     glam::{UVec2, Vec3, Vec4},
     light::{Cascades, Light, LightKind, Shadow},
@@ -78,7 +81,9 @@ pub(crate) fn light_at(scene: &Scene, points: &[Vec3]) -> Vec<Vec3> {
             (position - p).normalize()
         }
     };
-    points.iter().map(|&p| lighting.shadow(light, p, Vec3::Y, toward(p), 0.01)).collect()
+    let receiver = Receiver::new(&Material::default(), 0);
+    let at = |&p: &Vec3| lighting.shadow(light, p, Vec3::Y, toward(p), 0.01, receiver);
+    points.iter().map(at).collect()
 }
 
 /// A spot over a pane that its own shadow is too near to see, and further shadows that do.

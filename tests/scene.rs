@@ -98,6 +98,9 @@ cutoff = 0.3
 emission = [2, 1, 0]
 transmission = 0.5
 roughness = 0.4
+receives = "others"
+visible = false
+casts = false
 [[material]]
 name = "ground"
 transfer = "opaque"
@@ -154,6 +157,8 @@ fn every_key_is_heard() {
     assert_eq!((smoke.reflectivity, smoke.cutoff), (0.2, 0.3));
     assert_eq!(smoke.emission, Vec3::new(2.0, 1.0, 0.0));
     assert_eq!((smoke.transmission, smoke.roughness, smoke.texture), (0.5, 0.4, Some(0)));
+    assert!(!smoke.visible && !smoke.casts);
+    assert_eq!(smoke.receives, gobo::caster::Receives::Others);
     assert_eq!(scene.textures.len(), 1);
     let texture = &scene.textures[0];
     assert_eq!((texture.width, texture.height), (3, 2));

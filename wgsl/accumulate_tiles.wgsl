@@ -31,7 +31,13 @@ fn accumulate_tiles(
     walk(view, tile.first, tile.end);
     for (var i = 0u; i < ROWS; i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
-        textureStore(filters, at, view.layer, vec4(blackened(passed_texel(i)), 1.0));
-        textureStore(nearests, at, view.layer, vec4(nearest_texel(i)));
+        var nearest_depth = nearest_texel(i);
+        var alpha = 1.0;
+        if HAS_OWNERS {
+            alpha = tagged_alpha(owner_texel(i));
+            nearest_depth = tagged_depth(nearest_depth, owner_texel(i));
+        }
+        textureStore(filters, at, view.layer, vec4(blackened(passed_texel(i)), alpha));
+        textureStore(nearests, at, view.layer, vec4(nearest_depth));
     }
 }

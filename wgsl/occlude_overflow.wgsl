@@ -1,19 +1,16 @@
 // occlude, overflow: footprints whose pairs did not fit, straight into the nearest opaque depths.
 // One workgroup per footprint and slice of its tiles.
 // CPU twin: src/cpu/occlude.rs. Host: src/stage/occlude.rs. Needs common/blocks.wgsl and what it
-// needs, dispatch.wgsl, tile.wgsl, sums_*.wgsl.
-@group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
-@group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
-@group(0) @binding(6) var<storage, read> dispatches: array<vec4<u32>>;
-@group(0) @binding(7) var<storage, read> overflow: array<u32>;
-@group(0) @binding(8) var<storage, read_write> scattered_tiles: array<u32>;
-@group(0) @binding(9) var rects: texture_2d<u32>;
-@group(0) @binding(10) var footprints: texture_2d<u32>;
-@group(0) @binding(11) var casters: texture_2d<u32>;
-@group(0) @binding(12) var setups: texture_2d<u32>;
-@group(0) @binding(13) var images: texture_2d_array<f32>;
-
-const OVERFLOW_LANES: u32 = 256u; // one per texel of a tile
+// needs, overflow.wgsl, tile.wgsl, sums_*.wgsl.
+fn add(view: GpuView, place: vec4<u32>, look: vec4<u32>, tile_place: vec2<u32>, in_tile: vec2<u32>) {
+    let middle = vec2<f32>(tile_place * TILE_SIZE + in_tile) + 0.5;
+    let hit = caster_hit(view, place, look, middle, 1.0);
+    if blocks(view, place, look, middle, hit) {
+        let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
+        raise_nearness(sum_index(tile, in_tile), depth_to_nearness(stored_depth(hit)));
+        scattered_tiles[tile] = 1u;
+    }
+}
 
 @compute @workgroup_size(OVERFLOW_LANES)
 fn occlude_overflow(
@@ -21,29 +18,5 @@ fn occlude_overflow(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let slot = workgroup.y * workgroups.x + workgroup.x;
-    if slot >= dispatches[OVERFLOW_DISPATCH].w {
-        return;
-    }
-    let index = overflow[slot];
-    let rect = textureLoad(rects, record_texel(index), 0).rg;
-    let view = views[rect.y >> 16u];
-    let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
-    let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
-    let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
-    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
-    let width = last.x - first.x + 1u;
-    let tile_count = width * (last.y - first.y + 1u);
-    let in_tile = vec2(lane % TILE_SIZE, lane / TILE_SIZE);
-    for (var k = workgroup.z; k < tile_count; k += OVERFLOW_SLICES) {
-        let tile_place = first + vec2(k % width, k / width);
-        let texel = tile_place * TILE_SIZE + in_tile;
-        let middle = vec2<f32>(texel) + 0.5;
-        let hit = caster_hit(view, place, look, middle, 1.0);
-        if blocks(view, place, look, middle, hit) {
-            let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
-            raise_nearness(sum_index(tile, in_tile), depth_to_nearness(stored_depth(hit)));
-            scattered_tiles[tile] = 1u;
-        }
-    }
+    walk_overflow(workgroup, workgroups, lane);
 }

@@ -63,7 +63,8 @@ fn project_triangles(
     let depths = (distances - view.near) / (view.far - view.near);
     let nearest = min(depths.x, min(depths.y, depths.z));
     let farthest = max(depths.x, max(depths.y, depths.z));
-    if farthest < 0.0 || nearest > 1.0 {
+    // The back of a volume counts beyond the far plane.
+    if farthest < 0.0 {
         put(index, INVISIBLE, vec2(0u));
         return;
     }
@@ -83,6 +84,7 @@ fn project_triangles(
         }
         let volume = dot(h[0], cross(h[1], h[2]));
         degenerate = volume == 0.0;
+        ties = select(0u, BACK_BIT, volume > 0.0);
         for (var i = 0u; i < 3u; i += 1u) {
             let j = (i + 1u) % 3u;
             let k = (i + 2u) % 3u;
@@ -117,6 +119,7 @@ fn project_triangles(
         let ac = p[2] - p[0];
         let area = ab.x * ac.y - ab.y * ac.x;
         degenerate = area == 0.0;
+        ties = select(0u, BACK_BIT, area > 0.0);
         for (var i = 0u; i < 3u; i += 1u) {
             let j = (i + 1u) % 3u;
             let k = (i + 2u) % 3u;

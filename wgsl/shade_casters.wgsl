@@ -1,17 +1,18 @@
 // shade, casters: the light that reaches the middle of each particle that is seen and not solid,
 // through the shadow maps. One invocation per footprint of the camera's view.
 // CPU twin: src/cpu/shading.rs. Host: src/stage/shade.rs. Needs common/receive.wgsl, record.wgsl.
-@group(0) @binding(0) var<uniform> params: PictureParams;
-@group(0) @binding(1) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(2) var rects: texture_storage_2d<rg32uint, read>;
-@group(0) @binding(3) var casters: texture_2d<u32>;
-@group(0) @binding(4) var lights: texture_2d<u32>;
-@group(0) @binding(5) var clusters: texture_2d<u32>;
-@group(0) @binding(6) var filters: texture_2d_array<f32>;
-@group(0) @binding(7) var nearests: texture_2d_array<f32>;
-@group(0) @binding(8) var opaques: texture_2d_array<f32>;
-@group(0) @binding(9) var curves: texture_2d_array<u32>;
-@group(0) @binding(10) var lit: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(0) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(1) var<uniform> params: PictureParams;
+@group(0) @binding(2) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(3) var rects: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(4) var casters: texture_2d<u32>;
+@group(0) @binding(5) var lights: texture_2d<u32>;
+@group(0) @binding(6) var clusters: texture_2d<u32>;
+@group(0) @binding(7) var filters: texture_2d_array<f32>;
+@group(0) @binding(8) var nearests: texture_2d_array<f32>;
+@group(0) @binding(9) var opaques: texture_2d_array<f32>;
+@group(0) @binding(10) var curves: texture_2d_array<u32>;
+@group(0) @binding(11) var lit: texture_storage_2d<rgba16float, write>;
 
 override WORKGROUP_SIZE: u32;
 
@@ -30,6 +31,8 @@ fn shade_casters(
     }
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(caster * 2u), 0));
     let seen = bitcast<vec4<f32>>(textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS)));
+    let look = textureLoad(casters, record_texel(caster * 2u + 1u), 0);
+    set_receiver(materials[look.z & 0xffffu], look.w);
     let light = light_particle(place.xyz, place.w, cluster_lights(seen.xy, seen.w));
     textureStore(lit, record_texel(footprint), vec4(light, 1.0));
 }

@@ -22,6 +22,7 @@
 @group(0) @binding(17) var curves: texture_2d_array<u32>;
 @group(0) @binding(18) var surfaces: texture_2d<f32>;
 @group(0) @binding(19) var lit: texture_2d<f32>;
+@group(0) @binding(20) var air: texture_2d_array<f32>;
 
 @compute @workgroup_size(LANES)
 fn shade_composite(
@@ -35,6 +36,7 @@ fn shade_composite(
     let place = lane_texel(lane);
     let pixel = tile_texel(view, tile_id) + place;
     start(view, pixel);
+    whole = true;
     if tile.merged == 0u {
         walk(view, tile.first, tile.end);
         finish(view);

@@ -23,6 +23,7 @@
 @group(0) @binding(17) var curves: texture_2d_array<u32>;
 @group(0) @binding(18) var surfaces: texture_2d<f32>;
 @group(0) @binding(19) var lit: texture_2d<f32>;
+@group(0) @binding(20) var air: texture_2d_array<f32>;
 
 const BRIGHTEST: f32 = 60000.0; // that 16 bits hold
 

@@ -20,6 +20,7 @@
 @group(0) @binding(15) var opaques: texture_2d_array<f32>;
 @group(0) @binding(16) var curves: texture_2d_array<u32>;
 @group(0) @binding(17) var surfaces: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(18) var air: texture_2d_array<f32>;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
     if HAS_TRIANGLES && (id & TRIANGLE_BIT) != 0u {
@@ -30,6 +31,7 @@ fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> ve
             albedo *= sample_texture(images, material.texture, material.texture_size, uv).rgb;
         }
         let triangle = id & ~TRIANGLE_BIT;
+        set_receiver(material, setup_texel(setup, 6u).w);
         let surface =
             triangle_surface(view, pixel, depth, triangle, setup, albedo, material.roughness);
         return shade_solid(surface) + material.emission;
@@ -38,6 +40,7 @@ fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> ve
     let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
     let material = materials[look.z & 0xffffu];
     let albedo = material.tint.rgb * vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    set_receiver(material, look.w);
     let point = world_point(view, pixel, depth);
     let to_eye = normalize(eye() - point);
     // Round, whatever way the disc faces.
@@ -84,6 +87,10 @@ fn shade_surfaces(
             var color = sky(normalize(world_point(view, at, 1.0) - eye()));
             if nearest[i] < 1.0 {
                 color = shade(view, at, nearest[i], seen[i], setup_of[i]);
+            }
+            if params.air_slices > 0u {
+                let before = air_at(at, nearest[i]);
+                color = color * before.a + before.rgb;
             }
             if COUNT_COST {
                 color = vec3(f32(walked), f32(asked), 0.0);

@@ -63,7 +63,7 @@ pub(crate) fn write(
 ) -> Result<(), Failure> {
     files::create_dir(dir)?;
     let mut entries = Vec::with_capacity(maps.len());
-    for ViewMaps { view, filter, nearest, opaque, .. } in maps {
+    for ViewMaps { view, filter, nearest, opaque, colored, .. } in maps {
         let Some(light) = view.light.filter(|&light| light < lights.len()) else { continue };
         let [width, height] = view.size.to_array();
         let (rows, columns) = (height as usize, width as usize);
@@ -77,6 +77,10 @@ pub(crate) fn write(
         for (map, depths) in [("nearest", nearest), ("opaque", opaque)] {
             let array = npy::encode(&[rows, columns], depths.iter().copied());
             save(map, &array, depth_preview(width, height, depths))?;
+        }
+        if !colored.is_empty() {
+            let array = npy::encode(&[rows, columns, 3], colored.as_flattened().iter().copied());
+            save("colored", &array, filter_preview(width, height, colored))?;
         }
         entries.push(describe(view, &lights[light], &names[light]));
     }
@@ -161,6 +165,7 @@ mod tests {
             casts: true,
             cascades: None,
             shadows: Vec::new(),
+            shafts: true,
         }
     }
 

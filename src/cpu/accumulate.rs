@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     footprint::{Footprint, TileRect},
+    owner::{NO_OWNER, owner_tag},
     view::{GpuView, TILE_SIZE},
 };
 use glam::{IVec3, UVec2, Vec2, Vec3};
@@ -58,9 +59,25 @@ pub struct Modes {
     pub gain: bool,
     /// An `over` caster depends on the order: segments are composed, not added.
     pub ordered: bool,
+    /// Closed meshes absorb along the way through them: their sums are signed.
+    pub volumes: bool,
+    /// Some receiver is tinted by all casters but its own.
+    pub owners: bool,
 }
 
-fn merge(sum: &mut IVec3, tau: IVec3, gain: bool) {
+impl Modes {
+    /// Whether segments are composed one by one, and nothing is scattered by choice.
+    pub fn direct(self) -> bool {
+        self.ordered || self.volumes || self.owners
+    }
+}
+
+fn merge(sum: &mut IVec3, tau: IVec3, modes: Modes) {
+    if modes.volumes {
+        *sum = sum.wrapping_add(tau);
+        return;
+    }
+    let gain = modes.gain;
     let open = |sum: i32| gain || sum < SATURATED;
     let added = sum.saturating_add(tau);
     *sum = IVec3::new(
@@ -76,16 +93,29 @@ struct Passed {
     scale: Vec3,
     added: Vec3,
     nearest: f32,
+    /// Of volumes, modulo 2^32.
+    tau: IVec3,
+    /// How many volumes the ray leaves more than it enters.
+    leaves: i32,
+    /// Whose `nearest` is.
+    owner: u16,
 }
 
 impl Passed {
-    const ALL: Self = Self { scale: Vec3::ONE, added: Vec3::ZERO, nearest: 1.0 };
+    const ALL: Self = Self {
+        scale: Vec3::ONE,
+        added: Vec3::ZERO,
+        nearest: 1.0,
+        tau: IVec3::ZERO,
+        leaves: 0,
+        owner: NO_OWNER,
+    };
 
-    fn meet(&mut self, hit: &Hit) {
+    fn meet(&mut self, hit: &Hit, id: u32) {
         self.scale *= hit.light;
         self.added = self.added * hit.light + hit.added;
-        if hit.opacity >= VISIBLE_OPACITY {
-            self.nearest = self.nearest.min(hit.depth);
+        if hit.opacity >= VISIBLE_OPACITY && hit.depth < self.nearest {
+            (self.nearest, self.owner) = (hit.depth, owner_tag(id));
         }
     }
 }
@@ -149,13 +179,17 @@ impl ScatterSums {
         opaque: &TileTexels<f32>,
         modes: Modes,
     ) {
+        let sum = tile * TEXELS + place;
+        if let Some(crossing) = target.crossing(texel, opaque[place]).filter(|_| modes.volumes) {
+            self.tau[sum] = self.tau[sum].wrapping_add(crossing.tau);
+            self.tiles[tile] = true;
+        }
         let Some(hit) = target.hit(texel, opaque[place]).filter(|hit| hit.depth < opaque[place])
         else {
             return;
         };
-        let sum = tile * TEXELS + place;
         let tau = to_tau(hit.light + hit.added) * FIXED_ONE + chance(target.id);
-        merge(&mut self.tau[sum], tau.floor().as_ivec3(), modes.gain);
+        merge(&mut self.tau[sum], tau.floor().as_ivec3(), modes);
         if hit.opacity >= VISIBLE_OPACITY {
             self.nearest[sum] = self.nearest[sum].min(hit.depth);
         }
@@ -184,6 +218,8 @@ pub struct Accumulated {
     pub light: Light,
     /// `D`
     pub nearest: f32,
+    /// Whose it is.
+    pub owner: u16,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -206,19 +242,24 @@ pub fn accumulate(
 ) -> TileTexels<Accumulated> {
     let tile = Tile::new(records.view, index);
     let scattered = scattered.filter(|sums| sums.tiles[index as usize]);
-    let direct = modes.ordered || (footprints.len() <= SEGMENT && scattered.is_none());
+    let direct = modes.direct() || (footprints.len() <= SEGMENT && scattered.is_none());
     let light = if direct { Light::Passed(Vec3::ONE) } else { Light::Sums(IVec3::ZERO) };
-    let mut texels = TileTexels::filled(Accumulated { light, nearest: 1.0 });
+    let mut texels = TileTexels::filled(Accumulated { light, nearest: 1.0, owner: NO_OWNER });
+    let mut volumes = TileTexels::filled((IVec3::ZERO, 0));
     for segment in footprints.chunks(SEGMENT) {
         let passed = segment_of(records, &tile, segment, opaque);
         for place in 0..TEXELS {
             let (texel, passed) = (&mut texels[place], passed[place]);
-            texel.nearest = texel.nearest.min(passed.nearest);
+            if passed.nearest < texel.nearest {
+                (texel.nearest, texel.owner) = (passed.nearest, passed.owner);
+            }
+            let (tau, leaves) = &mut volumes[place];
+            (*tau, *leaves) = (tau.wrapping_add(passed.tau), *leaves + passed.leaves);
             match &mut texel.light {
                 Light::Passed(light) => *light = *light * passed.scale + passed.added,
                 Light::Sums(sums) => {
                     let tau = (to_tau(passed.scale) * FIXED_ONE).round().as_ivec3();
-                    merge(sums, tau, modes.gain);
+                    merge(sums, tau, modes);
                 }
             }
         }
@@ -226,11 +267,30 @@ pub fn accumulate(
     if let Some(scattered) = scattered {
         for place in 0..TEXELS {
             let (texel, from) = (&mut texels[place], index as usize * TEXELS + place);
-            texel.nearest = texel.nearest.min(scattered.nearest[from]);
-            match &mut texel.light {
-                Light::Passed(light) => *light *= super::resolve::passed(scattered.tau[from]),
-                Light::Sums(sums) => merge(sums, scattered.tau[from], modes.gain),
+            if scattered.nearest[from] < texel.nearest {
+                (texel.nearest, texel.owner) = (scattered.nearest[from], NO_OWNER);
             }
+            match &mut texel.light {
+                Light::Passed(light) if !modes.volumes => {
+                    *light *= super::resolve::passed(scattered.tau[from]);
+                }
+                Light::Passed(_) => {
+                    volumes[place].0 = volumes[place].0.wrapping_add(scattered.tau[from]);
+                }
+                Light::Sums(sums) => merge(sums, scattered.tau[from], modes),
+            }
+        }
+    }
+    for place in (0..TEXELS).filter(|_| modes.volumes) {
+        let (texel, (tau, leaves)) = (&mut texels[place], volumes[place]);
+        // The light is inside.
+        if leaves > 0 {
+            texel.nearest = 0.0;
+        }
+        if let Light::Passed(light) = &mut texel.light {
+            // A body that is not closed would brighten.
+            let tau = if modes.gain { tau } else { tau.max(IVec3::ZERO) };
+            *light *= super::resolve::passed(tau);
         }
     }
     texels
@@ -249,11 +309,16 @@ fn segment_of(
             continue;
         }
         for (place, texel) in tile.texels() {
+            if let Some(crossing) = target.crossing(texel, opaque[place]) {
+                let passed = &mut passed[place];
+                passed.tau = passed.tau.wrapping_add(crossing.tau);
+                passed.leaves += crossing.leaves;
+            }
             // A hit at or behind the opaque surface does nothing.
             if let Some(hit) = target.hit(texel, opaque[place])
                 && hit.depth < opaque[place]
             {
-                passed[place].meet(&hit);
+                passed[place].meet(&hit, target.id);
             }
         }
     }

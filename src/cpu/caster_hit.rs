@@ -1,15 +1,16 @@
 //! Twin of `wgsl/common/caster_hit.wgsl`: what a ray meets of any caster.
 use super::{
+    accumulate::FIXED_ONE,
     hit::{Facing, coverage, transmittance},
     texture::Image,
 };
 use crate::{
     caster::{MAX_GAIN, Material, Shape, Transfer},
     dither::{Pattern, Place, cell, threshold},
-    footprint::{Caster, Footprint, TRIANGLE_BIT, TriangleSetup},
+    footprint::{BACK_BIT, Caster, Footprint, TRIANGLE_BIT, TriangleSetup},
     view::GpuView,
 };
-use glam::{Vec2, Vec3};
+use glam::{IVec3, Vec2, Vec3};
 
 /// What the hit tests of one view read.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +19,8 @@ pub struct Records<'a> {
     pub casters: &'a [Caster],
     pub setups: &'a [TriangleSetup],
     pub materials: &'a [Material],
+    /// Of materials, [1/m].
+    pub absorptions: &'a [Vec3],
     pub images: &'a [Image],
 }
 
@@ -34,6 +37,16 @@ pub struct Hit {
     pub opacity: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
+}
+
+/// What a face of a volume adds to a ray's sums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossing {
+    /// Optical depth from the near plane to the face, in fixed point and modulo 2^32; negative for
+    /// a face that looks towards the light.
+    pub tau: IVec3,
+    /// 1 where the ray leaves, -1 where it enters.
+    pub leaves: i32,
 }
 
 /// A caster made ready for the texels of a view.
@@ -88,11 +101,29 @@ impl<'a> Target<'a> {
             Form::Puff { facing, radius, color, alpha } => {
                 let Facing { center, distance, .. } = facing;
                 let chord = chord(self.records.view, center, radius, distance, texel, opaque_depth);
-                chord.map(|chord| puff_hit(chord, color, alpha))
+                chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
             }
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
         hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
+    }
+
+    /// Of a volume, at the ray that ends at light depth `opaque_depth`. Faces behind its end count
+    /// as at its end.
+    pub fn crossing(&self, texel: Vec2, opaque_depth: f32) -> Option<Crossing> {
+        let Form::Triangle(setup) = self.form else { return None };
+        let absorption = self.records.absorptions[setup.material as usize];
+        if absorption == Vec3::ZERO {
+            return None;
+        }
+        let depth = setup.hit(texel)?.depth;
+        if depth.is_nan() || depth < 0.0 {
+            return None;
+        }
+        let leaves = if setup.ties & BACK_BIT != 0 { 1 } else { -1 };
+        let length = depth.min(opaque_depth) * metres_per_depth(self.records.view, texel);
+        let tau = modular(length * absorption * FIXED_ONE) * leaves;
+        Some(Crossing { tau, leaves })
     }
 
     /// Opacity that a hit at `texel` must exceed to block the light, of a `dither` material.
@@ -160,9 +191,24 @@ impl<'a> Target<'a> {
 
     fn optics(&self, opacity: f32, color: Vec3, depth: f32) -> Hit {
         let transfer = self.material.transfer;
-        let added = if transfer == Transfer::Over { color * opacity } else { Vec3::ZERO };
+        let added = added(transfer, opacity, color);
         Hit { light: transmittance(transfer, opacity, color), added, color, opacity, depth }
     }
+}
+
+/// Way of the ray through a texel from light depth 0 to 1 [m].
+pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
+    let slope = (texel - view.size * 0.5) / view.scale;
+    let stretch = if view.perspective > 0.0 { (1.0 + slope.length_squared()).sqrt() } else { 1.0 };
+    (view.far - view.near) * stretch
+}
+
+/// The nearest integers, modulo 2^32. Exact: the wraps are powers of two.
+fn modular(v: Vec3) -> IVec3 {
+    const WRAP: f32 = 4_294_967_296.0;
+    let rounded = v.round();
+    let rest = rounded - (rounded / WRAP).floor() * WRAP;
+    IVec3::from_array(rest.to_array().map(|v| (v as u32).cast_signed()))
 }
 
 /// The part of a ray inside a puff.
@@ -212,16 +258,17 @@ fn chord(
     (share > 0.0).then(|| Chord { share, depth: (first - view.near) / range })
 }
 
-/// A puff filters, whatever its material's transfer.
-fn puff_hit(chord: Chord, color: Vec3, alpha: f32) -> Hit {
+/// What the transfer does along a whole diameter, to the power of the chord's share of it.
+fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     // Powers of 0 differ between adapters.
     const LEAST: f32 = 1e-9;
-    let per_diameter = (Vec3::ONE - alpha * (Vec3::ONE - color)).max(Vec3::splat(LEAST));
-    Hit {
-        light: per_diameter.powf(chord.share),
-        added: Vec3::ZERO,
-        color,
-        opacity: 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share),
-        depth: chord.depth,
-    }
+    let per_diameter = transmittance(transfer, alpha, color).max(Vec3::splat(LEAST));
+    let opacity = 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share);
+    let light = per_diameter.powf(chord.share);
+    Hit { light, added: added(transfer, opacity, color), color, opacity, depth: chord.depth }
+}
+
+/// What a hit of `over` puts in.
+fn added(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
+    if transfer == Transfer::Over { c * a } else { Vec3::ZERO }
 }

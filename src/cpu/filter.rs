@@ -37,7 +37,7 @@ fn weight(i: i32, radius: i32) -> f32 {
     if i.abs() == radius { 0.5 * whole } else { whole }
 }
 
-fn around(size: u32, at: u32, radius: i32) -> impl Iterator<Item = (f32, u32, u32)> {
+pub(super) fn around(size: u32, at: u32, radius: i32) -> impl Iterator<Item = (f32, u32, u32)> {
     (-radius..=radius).map(move |i| {
         let place = (at as i32 + i).clamp(0, size as i32 - 1) as u32;
         (weight(i, radius), place, i.unsigned_abs())
@@ -66,7 +66,6 @@ pub fn filter(maps: &mut ViewMaps, window: u32) {
         }
         sum
     };
-    let texels = |size: UVec2| (0..size.x * size.y).map(move |i| (i % size.x, i / size.x));
     let rows: Vec<Run> = texels(size)
         .map(|(x, y)| {
             let taps = around(size.x, x, radius);
@@ -91,7 +90,11 @@ pub fn filter(maps: &mut ViewMaps, window: u32) {
     }
 }
 
+pub(super) fn texels(size: UVec2) -> impl Iterator<Item = (u32, u32)> {
+    (0..size.x * size.y).map(move |i| (i % size.x, i / size.x))
+}
+
 /// Rounded as the maps are, and no less than nothing.
-fn stored(light: f32) -> f32 {
+pub(super) fn stored(light: f32) -> f32 {
     half::f16::from_f32(light.max(0.0)).to_f32()
 }

@@ -4,6 +4,7 @@ use super::{
     accumulate::{Accumulated, Light, Modes, ScatterSums, accumulate},
     bin::{Bins, bin},
     caster_hit::{Records, Target},
+    colored::{filter_colored, occlude_colored},
     curve::{
         CurveMap,
         tile::{CurveModes, CurveTexel, curves},
@@ -18,7 +19,7 @@ use super::{
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
-    caster::{Material, Transfer},
+    caster::{Material, Receives, Transfer},
     counters::Counters,
     dither::window,
     footprint::{
@@ -26,10 +27,12 @@ use crate::{
         TriangleSetup,
     },
     frame::ViewMaps,
+    owner::NO_OWNER,
     pipeline::{Class, is_plain},
     scene::Scene,
     stage::curve::CURVE_SEGMENT,
     view::{GpuView, View},
+    volume::absorptions,
 };
 use glam::{UVec2, Vec3};
 
@@ -40,6 +43,8 @@ const CHUNK: usize = 4096;
 pub(super) struct SceneRecords<'a> {
     pub materials: &'a [Material],
     gpu_materials: Vec<GpuMaterial>,
+    /// Of materials, [1/m].
+    pub absorptions: Vec<Vec3>,
     pub images: Vec<Image>,
     pub casters: Vec<Caster>,
     pub triangles: Vec<TriangleRecord>,
@@ -49,6 +54,7 @@ pub(super) struct SceneRecords<'a> {
     pair_budget: u32,
     /// 0 where dithered surfaces stay as they are [texels].
     soften_window: u32,
+    colored: bool,
 }
 
 /// One view's casters.
@@ -76,7 +82,10 @@ impl<'a> SceneRecords<'a> {
     pub(super) fn new(scene: &'a Scene) -> Self {
         let materials = &scene.materials[..];
         let uses = |transfer: Transfer| {
-            let used = |material: u32| materials[material as usize].transfer == transfer;
+            let used = |material: u32| {
+                let material = &materials[material as usize];
+                material.transfer == transfer && Class::of(material).casts()
+            };
             scene.particles.iter().any(|particle| used(particle.material))
                 || scene.triangles.iter().any(|triangle| used(triangle.material))
         };
@@ -85,11 +94,20 @@ impl<'a> SceneRecords<'a> {
         };
         Self {
             materials,
+            absorptions: absorptions(materials, &scene.triangles),
             gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, &scene.textures)).collect(),
             images: scene.textures.iter().map(Image::new).collect(),
             casters: scene.particles.iter().map(caster).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
-            modes: Modes { gain: uses(Transfer::Gain), ordered: uses(Transfer::Over) },
+            modes: Modes {
+                gain: uses(Transfer::Gain),
+                ordered: uses(Transfer::Over),
+                owners: materials.iter().any(|m| m.visible && m.receives == Receives::Others),
+                volumes: scene.triangles.iter().any(|triangle| {
+                    let material = &materials[triangle.material as usize];
+                    material.is_volume() && Class::of(material).casts()
+                }),
+            },
             curve_modes: (scene.shadow.curve_nodes() > 0).then(|| CurveModes {
                 nodes: scene.shadow.curve_nodes(),
                 gain: uses(Transfer::Gain),
@@ -98,6 +116,7 @@ impl<'a> SceneRecords<'a> {
             }),
             pair_budget: scene.shadow.pair_budget,
             soften_window: if scene.shadow.soften { window(materials) } else { 0 },
+            colored: scene.shadow.colored && uses(Transfer::Dither),
         }
     }
 
@@ -106,7 +125,7 @@ impl<'a> SceneRecords<'a> {
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;
         let params = ProjectParams {
-            scatter: !self.modes.ordered && self.curve_modes.is_none(),
+            scatter: !self.modes.direct() && self.curve_modes.is_none(),
             unseen: false,
         };
         let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
@@ -122,6 +141,7 @@ impl<'a> SceneRecords<'a> {
             casters: &self.casters,
             setups: &setups,
             materials: self.materials,
+            absorptions: &self.absorptions,
             images: &self.images,
         };
         let mut unbinned = vec![Vec::new(); tile_count];
@@ -132,12 +152,19 @@ impl<'a> SceneRecords<'a> {
                 }
             }
         }
-        let opaque = each(tile_count, |index| {
+        let blocking = |index: usize| {
             let pairs = bins.tile(index).iter().map(|pair| pair.footprint);
             let casters = pairs.chain(unbinned[index].iter().copied());
-            let tile = Tile::new(&gpu_view, index as u32);
-            occlude(records, &tile, casters.map(|i| &footprints[i as usize]))
-        });
+            casters.map(|i| &footprints[i as usize])
+        };
+        let tile = |index: usize| Tile::new(&gpu_view, index as u32);
+        let colored = self
+            .colored
+            .then(|| each(tile_count, |i| occlude_colored(records, &tile(i), blocking(i))));
+        let opaque = match &colored {
+            None => each(tile_count, |i| occlude(records, &tile(i), blocking(i))),
+            Some(colored) => colored.iter().map(last_depths).collect(),
+        };
         let mut sums = None;
         for &i in &scattered {
             sums.get_or_insert_with(|| ScatterSums::new(tile_count)).scatter(
@@ -176,8 +203,23 @@ impl<'a> SceneRecords<'a> {
             accumulate(records, index as u32, &casters, opaque, sums, self.modes)
         });
         count(counters, &bins, sorted.len(), scattered.len());
+        if self.modes.ordered {
+            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
+            counters.unordered += overflowed.iter().filter(filters).count() as u64;
+        }
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
-        filter(&mut maps, self.soften_window);
+        if let Some(colored) = &colored {
+            maps.colored = vec![[1.0; 3]; maps.opaque.len()];
+            for (index, depths) in colored.iter().enumerate() {
+                for (place, texel) in tile(index).texels() {
+                    let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                    maps.colored[at] = depths[place].to_array();
+                }
+            }
+            filter_colored(&mut maps, self.soften_window);
+        } else {
+            filter(&mut maps, self.soften_window);
+        }
         maps
     }
 
@@ -193,10 +235,19 @@ impl<'a> SceneRecords<'a> {
             casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
         });
         let mut projected: Vec<Projected> = chunks.into_iter().flatten().collect();
+        if !params.unseen {
+            let casts =
+                |i: usize| Class::of(&self.materials[self.casters[i].material() as usize]).casts();
+            for i in (0..projected.len()).filter(|&i| !casts(i)) {
+                projected[i] = Projected::INVISIBLE;
+            }
+        }
         let mut setups = Vec::with_capacity(self.triangles.len());
         for (i, triangle) in self.triangles.iter().enumerate() {
             let (of_triangle, setup) = project_triangle(view, 0, triangle, i as u32, i as u32);
-            projected.push(of_triangle);
+            let material = &self.materials[triangle.material as usize];
+            let is_listed = params.unseen || Class::of(material).casts();
+            projected.push(if is_listed { of_triangle } else { Projected::INVISIBLE });
             setups.push(setup);
         }
         ViewCasters {
@@ -220,7 +271,9 @@ impl<'a> SceneRecords<'a> {
             filter: vec![[1.0; 3]; texels],
             nearest: vec![1.0; texels],
             opaque: vec![1.0; texels],
+            colored: Vec::new(),
             curve: None,
+            owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
             for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
@@ -228,19 +281,34 @@ impl<'a> SceneRecords<'a> {
                 maps.filter[at] = resolve(tile[place].light, self.modes.gain);
                 maps.nearest[at] = tile[place].nearest;
                 maps.opaque[at] = opaque[place];
+                if self.modes.owners {
+                    maps.owner[at] = tile[place].owner;
+                }
             }
         }
         maps
     }
 }
 
+/// Behind which no channel is left.
+fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
+    let mut last = TileTexels::filled(1.0);
+    for place in 0..TEXELS {
+        last[place] = colored[place].max_element();
+    }
+    last
+}
+
 /// What curve mode and nearest-depth mode have in common.
 fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
-    let mut texels =
-        TileTexels::filled(Accumulated { light: Light::Passed(Vec3::ONE), nearest: 1.0 });
+    let mut texels = TileTexels::filled(Accumulated {
+        light: Light::Passed(Vec3::ONE),
+        nearest: 1.0,
+        owner: NO_OWNER,
+    });
     for place in 0..TEXELS {
         let CurveTexel { passed, nearest, .. } = tile[place];
-        texels[place] = Accumulated { light: Light::Passed(passed), nearest };
+        texels[place] = Accumulated { light: Light::Passed(passed), nearest, owner: NO_OWNER };
     }
     texels
 }
@@ -248,7 +316,7 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
 /// Whether all that filters light is what [`CurveModes::slabs`] says.
 fn only_discs(scene: &Scene) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
-    let filters = |id: u32| Class::of(material(id)) == Class::Translucent;
+    let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
     !scene.particles.iter().any(|p| filters(p.material) && !is_plain(material(p.material)))
         && !scene.triangles.iter().any(|triangle| filters(triangle.material))
 }

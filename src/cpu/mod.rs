@@ -1,5 +1,6 @@
 //! The reference: each stage again, plainly, on the CPU.
 pub mod accumulate;
+pub mod air;
 pub mod bin;
 pub mod caster_hit;
 pub mod cluster;
@@ -20,6 +21,6 @@ mod threads;
 pub mod tile;
 
 pub use maps::render_maps;
-pub use receive::{MapTexel, receive, receive_curve};
+pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
 pub use shade::render_picture;
 pub use sort::{Pair, sort};

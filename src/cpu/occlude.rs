@@ -28,7 +28,7 @@ fn blocks(target: &Target<'_>, texel: Vec2, hit: &Hit) -> bool {
 
 /// The last bit of an opaque depth tells a dithered surface from a whole one: `filter` fills holes
 /// of the former only.
-fn stored_depth(target: &Target<'_>, hit: &Hit) -> f32 {
+pub(super) fn stored_depth(target: &Target<'_>, hit: &Hit) -> f32 {
     let dithered = target.material.transfer == Transfer::Dither;
     f32::from_bits(hit.depth.to_bits() & !1 | u32::from(dithered))
 }

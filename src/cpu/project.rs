@@ -2,7 +2,7 @@
 use crate::{
     caster::{Shape, Transfer},
     footprint::{
-        Caster, Footprint, GpuMaterial, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
+        BACK_BIT, Caster, Footprint, GpuMaterial, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
         TriangleRecord, TriangleSetup, octahedral,
     },
     view::{GpuView, TILE_SIZE},
@@ -218,7 +218,8 @@ pub fn project_triangle(
     let corners = record.positions_u.map(|p| view.view_from_world.transform_point3(p.xyz()));
     let distances = Vec3::new(-corners[0].z, -corners[1].z, -corners[2].z);
     let depths = (distances - view.near) / (view.far - view.near);
-    if depths.max_element() < 0.0 || depths.min_element() > 1.0 {
+    // The back of a volume counts beyond the far plane.
+    if depths.max_element() < 0.0 {
         return nothing;
     }
     let half = view.size * 0.5;
@@ -242,6 +243,7 @@ pub fn project_triangle(
         if volume == 0.0 {
             return nothing;
         }
+        setup.ties = if volume > 0.0 { BACK_BIT } else { 0 };
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             let forward = precedes(h[j].truncate(), h[k].truncate());
@@ -265,6 +267,7 @@ pub fn project_triangle(
         if area == 0.0 {
             return nothing;
         }
+        setup.ties = if area > 0.0 { BACK_BIT } else { 0 };
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             // Both triangles of a shared edge must start from the same corner, so that their edge

@@ -27,3 +27,9 @@ pub fn receive(z: f32, texel: &MapTexel, bias: f32) -> Vec3 {
         Vec3::ONE
     }
 }
+
+/// What opaque depths by channel leave of `light` at light depth `z`.
+pub fn light_by_channel(light: Vec3, depths: [f32; 3], z: f32, bias: f32) -> Vec3 {
+    let blocked = (Vec3::from_array(depths) + bias).cmplt(Vec3::splat(z));
+    Vec3::select(blocked, Vec3::ZERO, light)
+}

@@ -2,24 +2,27 @@
 //! shaded instead of summed.
 use super::{
     accumulate::SEGMENT,
+    air::AirVolume,
     bin::{Bins, bin},
-    caster_hit::{Hit, Records, Target},
+    caster_hit::{Hit, Records, Target, metres_per_depth},
     maps::{SceneRecords, ViewCasters, depth_order},
     occlude::is_solid,
     project::ProjectParams,
-    shading::{Lighting, Surface, fresnel, to_screen, world_point},
+    shading::{Gloss, Lighting, Receiver, Surface, to_screen, world_point},
     threads::each,
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
     caster::{MAX_GAIN, Material, Transfer},
-    footprint::{Footprint, TRIANGLE_BIT, TriangleSetup, from_octahedral},
+    footprint::{BACK_BIT, Footprint, TRIANGLE_BIT, TriangleSetup, from_octahedral},
     frame::{Picture, ViewMaps},
     pipeline::Class,
     scene::Scene,
+    stage::air::AirParams,
     view::{GpuView, View},
 };
-use glam::{Mat4, UVec2, Vec2, Vec3};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use std::ops::RangeInclusive;
 
 /// What is behind less than this is not seen.
 const FAINT: f32 = 1.0 / 1024.0;
@@ -30,13 +33,15 @@ const MAX_WAITING: usize = 2;
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
-    let eye = Eye {
-        view,
-        world_from_view: camera.view_from_world.inverse(),
-        lighting: Lighting::new(scene, views, maps),
-    };
-    let solid_scene = of_classes(scene, &[Class::Opaque]);
-    let clear_scene = of_classes(scene, &[Class::Dithered, Class::Translucent, Class::Unseen]);
+    let world_from_view = camera.view_from_world.inverse();
+    let lighting = Lighting::new(scene, views, maps);
+    let air = scene
+        .air
+        .as_ref()
+        .map(|air| AirVolume::new(&view, &world_from_view, &lighting, &AirParams::new(air)));
+    let eye = Eye { view, world_from_view, lighting, air };
+    let solid_scene = of_classes(scene, Class::SOLID);
+    let clear_scene = of_classes(scene, Class::BLENDED);
     let solid = Seen::new(&solid_scene, &view);
     let clear = Seen::new(&clear_scene, &view);
     let lit: Vec<Vec3> = each(clear.casters.footprints.len(), |i| eye.light_caster(&clear, i));
@@ -58,13 +63,13 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
 }
 
 /// Only casters of `classes`, in that order.
-fn of_classes(scene: &Scene, classes: &[Class]) -> Scene {
-    let mut part = Scene { particles: Vec::new(), triangles: Vec::new(), ..scene.clone() };
-    for &class in classes {
-        let is = |material: u32| Class::of(&scene.materials[material as usize]) == class;
-        part.particles.extend(scene.particles.iter().filter(|p| is(p.material)));
-        part.triangles.extend(scene.triangles.iter().filter(|t| is(t.material)));
-    }
+fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
+    let class = |material: u32| Class::of(&scene.materials[material as usize]);
+    let mut part = scene.clone();
+    part.particles.retain(|p| classes.contains(&class(p.material)));
+    part.particles.sort_by_key(|p| class(p.material));
+    part.triangles.retain(|t| classes.contains(&class(t.material)));
+    part.triangles.sort_by_key(|t| class(t.material));
     part
 }
 
@@ -92,6 +97,7 @@ impl<'a> Seen<'a> {
             casters: &self.records.casters,
             setups: &self.casters.setups,
             materials: self.records.materials,
+            absorptions: &self.records.absorptions,
             images: &self.records.images,
         }
     }
@@ -106,6 +112,7 @@ struct Eye<'a> {
     view: GpuView,
     world_from_view: Mat4,
     lighting: Lighting<'a>,
+    air: Option<AirVolume>,
 }
 
 /// Panes of a segment whose scattered and mirrored light is seen; those behind only filter.
@@ -120,6 +127,7 @@ struct Layer {
     /// Light that it scatters and mirrors.
     shown: Option<Vec3>,
     passed: Vec3,
+    face: Option<Face>,
 }
 
 /// A pixel while layers are laid over it: light `L` behind becomes `color + passed * L`.
@@ -130,10 +138,59 @@ struct Pixel {
     waiting: Vec<Layer>,
     /// Panes that were shown.
     lit: usize,
+    fog: Fog,
+}
+
+/// Volumes along the eye's ray, between the layers of a pixel.
+#[derive(Clone, Copy, Debug)]
+struct Fog {
+    /// Absorption where the ray is [1/m].
+    inside: Vec3,
+    /// Light depth so far.
+    reached: f32,
+    /// Of the ray, per light depth.
+    metres: f32,
+    /// The walk starts at the eye and ends at the surface.
+    whole: bool,
+}
+
+/// A face of a volume.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    /// [1/m]
+    absorption: Vec3,
+    leaves: bool,
+}
+
+impl Fog {
+    const NONE: Self = Self { inside: Vec3::ZERO, reached: 0.0, metres: 0.0, whole: false };
+
+    /// What passes from where the ray was to light depth `depth`.
+    fn to(&mut self, depth: f32) -> Vec3 {
+        let length = (depth - self.reached).max(0.0) * self.metres;
+        self.reached = self.reached.max(depth);
+        (-self.inside * length).map(f32::exp)
+    }
+
+    /// Past a face: what it takes from what is behind.
+    fn cross(&mut self, face: &Face, depth: f32) -> Vec3 {
+        if !face.leaves {
+            self.inside += face.absorption;
+            return Vec3::ONE;
+        }
+        if self.inside.cmpge(face.absorption * 0.999).all() {
+            self.inside = (self.inside - face.absorption).max(Vec3::ZERO);
+            return Vec3::ONE;
+        }
+        // The eye is inside what was not entered.
+        let way = if self.whole { depth * self.metres } else { 0.0 };
+        (-face.absorption * way).map(f32::exp)
+    }
 }
 
 impl Pixel {
-    const CLEAR: Self = Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new(), lit: 0 };
+    const CLEAR: Self =
+        Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new(), lit: 0, fog: Fog::NONE };
 
     fn lay(&mut self, own: Vec3, passed: Vec3) {
         self.color += self.passed * own;
@@ -141,9 +198,13 @@ impl Pixel {
     }
 
     fn lay_pane(&mut self, layer: &Layer) {
+        self.passed *= self.fog.to(layer.depth);
         let shown = layer.shown.filter(|_| self.lit < MAX_LIT);
         self.lit += usize::from(shown.is_some());
         self.lay(layer.own + shown.unwrap_or(Vec3::ZERO), layer.passed);
+        if let Some(face) = &layer.face {
+            self.passed *= self.fog.cross(face, layer.depth);
+        }
     }
 
     /// The panes before `depth`, nearest first.
@@ -169,6 +230,11 @@ impl Eye<'_> {
         world_point(&self.view, &self.world_from_view, pixel, depth)
     }
 
+    /// What the air scatters before light depth `depth`, and what it lets through.
+    fn air_before(&self, pixel: Vec2, depth: f32) -> Vec4 {
+        self.air.as_ref().map_or(Vec4::W, |air| air.at(pixel, depth))
+    }
+
     fn position(&self) -> Vec3 {
         self.world_from_view.w_axis.truncate()
     }
@@ -179,7 +245,9 @@ impl Eye<'_> {
             return Vec3::ZERO;
         }
         let caster = &clear.records.casters[caster as usize];
-        self.lighting.light_particle(caster.center, caster.radius)
+        let material = &clear.records.materials[caster.material() as usize];
+        let receiver = Receiver::new(material, caster.id);
+        self.lighting.light_particle(caster.center, caster.radius, receiver)
     }
 
     /// Colour and light depth of the solid casters, or of the sky.
@@ -209,7 +277,8 @@ impl Eye<'_> {
                     self.lighting.sky(away.normalize())
                 }
             };
-            surfaces[place] = (color, depth);
+            let before = self.air_before(pixel, depth);
+            surfaces[place] = (color * before.w + before.truncate(), depth);
         }
         surfaces
     }
@@ -235,7 +304,8 @@ impl Eye<'_> {
             let albedo = (caster.color() * material.tint).truncate();
             let reach = caster.radius;
             let roughness = material.roughness;
-            Surface { point, normal, face: normal, to_eye, albedo, roughness, reach }
+            let receiver = Receiver::new(material, caster.id);
+            Surface { point, normal, face: normal, to_eye, albedo, roughness, reach, receiver }
         };
         self.lighting.shade_solid(&surface) + material.emission
     }
@@ -265,6 +335,7 @@ impl Eye<'_> {
             albedo: seen_color(hit, material),
             roughness: material.roughness,
             reach: 0.0,
+            receiver: Receiver::new(material, record.id),
         }
     }
 
@@ -278,8 +349,13 @@ impl Eye<'_> {
         surfaces: &TileTexels<(Vec3, f32)>,
     ) -> TileTexels<Vec3> {
         let mut pixels = TileTexels::filled(Pixel::CLEAR);
+        let is_whole = clear.bins.tile(index).len() <= SEGMENT;
         for segment in clear.bins.tile(index).chunks(SEGMENT) {
             let mut part = TileTexels::filled(Pixel::CLEAR);
+            for (place, at) in tile.texels() {
+                let metres = metres_per_depth(&self.view, at);
+                part[place].fog = Fog { metres, whole: is_whole, ..Fog::NONE };
+            }
             for pair in segment {
                 let footprint = &clear.casters.footprints[pair.footprint as usize];
                 let target = Target::new(clear.records(), footprint);
@@ -298,15 +374,23 @@ impl Eye<'_> {
                         continue;
                     }
                     pixel.lay_waiting(hit.depth);
+                    pixel.passed *= pixel.fog.to(hit.depth);
                     let adds = material.transfer == Transfer::None;
                     let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
                     let own = seen_color(&hit, material) * light + material.emission;
-                    let passed = if adds { 1.0 } else { 1.0 - hit.opacity };
-                    pixel.lay(hit.opacity * own, Vec3::splat(passed));
+                    let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
+                    // What is behind is laid over what the air scatters before it as well.
+                    let before = self.air_before(at, hit.depth);
+                    let veil = before.truncate() * (1.0 - passed);
+                    pixel.lay(hit.opacity * own * before.w + veil, passed);
                 }
             }
             for place in 0..TEXELS {
                 part[place].lay_waiting(f32::INFINITY);
+                if is_whole {
+                    let passed = part[place].fog.to(surfaces[place].1);
+                    part[place].passed *= passed;
+                }
                 pixels[place].lay(part[place].color, part[place].passed);
             }
         }
@@ -326,24 +410,37 @@ impl Eye<'_> {
         pixel: Vec2,
     ) -> Layer {
         let (depth, opacity) = (hit.depth, hit.opacity);
-        let emitted = opacity * material.emission;
+        let before = self.air_before(pixel, depth);
+        let emitted = opacity * material.emission * before.w;
         let albedo = seen_color(hit, material);
         if material.transfer == Transfer::None {
-            let own = emitted + opacity * albedo;
-            return Layer { depth, own, shown: None, passed: Vec3::ONE };
+            let own = emitted + opacity * albedo * before.w;
+            return Layer { depth, own, shown: None, passed: Vec3::ONE, face: None };
         }
         let surface = self.triangle(clear, footprint, material, hit, pixel);
-        let lit = self.lighting.light_sheet(&surface);
+        // Premultiplied: glass keeps its highlights where it is clear.
+        let polish = opacity.max(material.transmission);
+        let gloss = Gloss { reflectivity: material.reflectivity, polish };
+        let lit = self.lighting.light_sheet(&surface, gloss);
         // A sheet that is not clear scatters half of what it covers and filters the rest.
         let covers = material.transfer == Transfer::Over;
         let share = opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) };
-        let mirrored = opacity * fresnel(surface.face.dot(surface.to_eye).abs());
+        let mirrored = gloss.mirrored(surface.face.dot(surface.to_eye).abs());
         let reflected = (-surface.to_eye).reflect(surface.normal);
-        let shown = share * albedo * lit.diffuse
-            + opacity * lit.shine
+        let shown = share * (1.0 - mirrored) * albedo * lit.diffuse
+            + lit.shine
             + mirrored * self.lighting.sky(reflected);
         let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
-        Layer { depth, own: emitted, shown: Some(shown), passed: hit.light * behind }
+        let setup = clear.setup(footprint);
+        let face = Face {
+            absorption: clear.records.absorptions[setup.material as usize],
+            leaves: setup.ties & BACK_BIT != 0,
+        };
+        // What gathers light gathers that of lamps, not what the eye sees behind it.
+        let gathers = material.transfer == Transfer::Gain;
+        let passed = behind * if gathers { Vec3::ONE } else { hit.light };
+        let own = emitted + before.truncate() * (1.0 - passed);
+        Layer { depth, own, shown: Some(shown * before.w), passed, face: Some(face) }
     }
 }
 

@@ -1,8 +1,13 @@
 //! Twin of `wgsl/common/receive.wgsl`, `shading.wgsl`, `sheet.wgsl` and `tone.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
-use super::receive::{MapTexel, receive, receive_curve};
+use super::{
+    air::phase,
+    receive::{MapTexel, light_by_channel, receive, receive_curve},
+};
 use crate::{
+    caster::{Material, Receives},
     frame::ViewMaps,
+    owner::owner_tag,
     scene::Scene,
     stage::shade::GpuLight,
     view::{GpuView, View},
@@ -44,6 +49,41 @@ pub struct Surface {
     pub roughness: f32,
     /// How far what is in the map may lie off the point [m].
     pub reach: f32,
+    pub receiver: Receiver,
+}
+
+/// Who receives light.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    receives: Receives,
+    /// Of its object.
+    tag: u16,
+}
+
+impl Receiver {
+    /// Tinted by all that is before it.
+    pub const AIR: Self = Self { receives: Receives::Curve, tag: 0 };
+
+    pub fn new(material: &Material, id: u32) -> Self {
+        Self { receives: material.receives, tag: owner_tag(id) }
+    }
+}
+
+/// How much is mirrored: all of what reflects by itself, of the rest what shines like glass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    pub reflectivity: f32,
+    /// 1 of glass, 0 of what is not there.
+    pub polish: f32,
+}
+
+impl Gloss {
+    const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
+
+    /// `cosine` of the angle between the eye and the normal.
+    pub fn mirrored(self, cosine: f32) -> f32 {
+        self.reflectivity + (1.0 - self.reflectivity) * self.polish * fresnel(cosine)
+    }
 }
 
 /// What a pane scatters and what it mirrors of the lights.
@@ -77,19 +117,35 @@ impl<'a> Lighting<'a> {
         self.ambient * (0.85 + 0.15 * normal.y)
     }
 
-    fn receive_texel(&self, view: usize, texel: Vec2, z: f32, bias: f32) -> Vec3 {
+    fn receive_texel(
+        &self,
+        view: usize,
+        texel: Vec2,
+        z: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
         let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
-        if let Some(curve) = &map.curve {
+        let tinted = match receiver.receives {
+            Receives::Curve | Receives::Nearest => true,
+            Receives::Opaque => false,
+            Receives::Others => map.owner.get(i) != Some(&receiver.tag),
+        };
+        // A curve knows no owners.
+        let by_curve = matches!(receiver.receives, Receives::Curve | Receives::Others);
+        if let Some(curve) = map.curve.as_ref().filter(|_| by_curve) {
             return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
         }
-        let filter = Vec3::from_array(map.filter[i]);
-        receive(z, &MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] }, bias)
+        let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
+        let texel = MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] };
+        let light = receive(z, &texel, bias);
+        map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
     }
 
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
-    fn receive(&self, index: usize, point: Vec3, bias: f32) -> Vec3 {
+    fn receive(&self, index: usize, point: Vec3, bias: f32, receiver: Receiver) -> Vec3 {
         let view = &self.views[index];
         let p = view.view_from_world.transform_point3(point);
         let distance = -p.z;
@@ -109,7 +165,7 @@ impl<'a> Lighting<'a> {
         for i in 0..9 {
             let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
             let weight = x[i % 3] * y[i / 3];
-            light += weight * self.receive_texel(index, middle + step, z, bias / range);
+            light += weight * self.receive_texel(index, middle + step, z, bias / range, receiver);
         }
         light
     }
@@ -131,13 +187,14 @@ impl<'a> Lighting<'a> {
         normal: Vec3,
         sine: f32,
         bias: f32,
+        receiver: Receiver,
     ) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
             let at = self.lifted(&self.views[index], point, normal, sine);
             let share = window_share(&self.views[index], at);
             if share > 0.0 {
-                sum += self.receive(index, at, bias) * (rest * share);
+                sum += self.receive(index, at, bias, receiver) * (rest * share);
                 rest *= 1.0 - share;
             }
         }
@@ -152,12 +209,13 @@ impl<'a> Lighting<'a> {
         normal: Vec3,
         sine: f32,
         bias: f32,
+        receiver: Receiver,
     ) -> (Vec3, f32) {
         let view = &self.views[first];
         let index = match view.part {
             PART_WINDOW => {
                 let windows = first..first + view.part_count as usize;
-                return self.through_windows(windows, point, normal, sine, bias);
+                return self.through_windows(windows, point, normal, sine, bias, receiver);
             }
             // The first face looks along x.
             PART_FACE => {
@@ -167,7 +225,7 @@ impl<'a> Lighting<'a> {
             _ => first,
         };
         let at = self.lifted(&self.views[index], point, normal, sine);
-        (self.receive(index, at, bias), 1.0)
+        (self.receive(index, at, bias, receiver), 1.0)
     }
 
     /// Of all shadows of a light the least light, per channel. `normal` is on the light's side.
@@ -178,6 +236,7 @@ impl<'a> Lighting<'a> {
         normal: Vec3,
         toward: Vec3,
         bias: f32,
+        receiver: Receiver,
     ) -> Vec3 {
         if light.view_count == 0 {
             return Vec3::ONE;
@@ -185,11 +244,11 @@ impl<'a> Lighting<'a> {
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let first = light.first_view as usize;
-        let (own, share) = self.through_shadow(first, point, normal, sine, bias);
+        let (own, share) = self.through_shadow(first, point, normal, sine, bias, receiver);
         let mut passed = Vec3::ONE.lerp(own, share);
         let mut next = first + self.views[first].part_count as usize;
         while next < first + light.view_count as usize {
-            let (further, share) = self.through_shadow(next, point, normal, sine, bias);
+            let (further, share) = self.through_shadow(next, point, normal, sine, bias, receiver);
             passed = passed.lerp(passed.min(further), share);
             next += self.views[next].part_count as usize;
         }
@@ -203,8 +262,9 @@ impl<'a> Lighting<'a> {
             let cosine = surface.normal.dot(toward);
             if cosine > 0.0 && surface.face.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any() {
                 let bias = self.bias + surface.reach;
-                let passed = self.shadow(light, surface.point, surface.face, toward, bias);
-                let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
+                let passed =
+                    self.shadow(light, surface.point, surface.face, toward, bias, surface.receiver);
+                let shine = highlight(surface, toward, Gloss::SOLID);
                 sum += color * passed * (cosine * (surface.albedo * FRAC_1_PI + shine));
             }
         }
@@ -212,28 +272,44 @@ impl<'a> Lighting<'a> {
     }
 
     /// A thin sheet, lit from both sides.
-    pub fn light_sheet(&self, surface: &Surface) -> Lit {
+    pub fn light_sheet(&self, surface: &Surface, gloss: Gloss) -> Lit {
         let mut lit = Lit { diffuse: self.ambient_light(surface.normal), shine: Vec3::ZERO };
         for light in &self.lights {
             let (toward, color) = incoming(light, surface.point);
             let cosine = surface.normal.dot(toward);
             let side = if surface.face.dot(toward) > 0.0 { surface.face } else { -surface.face };
-            let passed = color * self.shadow(light, surface.point, side, toward, self.bias);
+            let passed = color
+                * self.shadow(light, surface.point, side, toward, self.bias, surface.receiver);
             lit.diffuse += passed * (cosine.abs() * FRAC_1_PI);
             if cosine > 0.0 {
-                let shine = highlight(surface.normal, toward, surface.to_eye, surface.roughness);
+                let shine = highlight(surface, toward, gloss);
                 lit.shine += passed * (cosine * shine);
             }
         }
         lit
     }
 
+    /// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
+    pub fn scattered(&self, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
+        let mut sum = self.ambient;
+        for light in self.lights.iter().filter(|light| light.shafts != 0) {
+            let (toward, color) = incoming(light, point);
+            if color.cmpgt(Vec3::ZERO).any() {
+                let passed =
+                    self.shadow(light, point, Vec3::ZERO, toward, self.bias, Receiver::AIR);
+                sum += color * passed * phase(toward.dot(ray), anisotropy);
+            }
+        }
+        sum
+    }
+
     /// A particle of colour 1, by the light at its middle.
-    pub fn light_particle(&self, point: Vec3, radius: f32) -> Vec3 {
+    pub fn light_particle(&self, point: Vec3, radius: f32, receiver: Receiver) -> Vec3 {
         let mut sum = self.ambient;
         for light in &self.lights {
             let (toward, color) = incoming(light, point);
-            let passed = self.shadow(light, point, Vec3::ZERO, toward, self.bias + radius);
+            let passed =
+                self.shadow(light, point, Vec3::ZERO, toward, self.bias + radius, receiver);
             sum += color * passed * (0.5 * FRAC_1_PI);
         }
         sum
@@ -290,17 +366,18 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
 }
 
 /// Schlick 1994, of glass and most that is no metal.
-pub fn fresnel(cosine: f32) -> f32 {
+fn fresnel(cosine: f32) -> f32 {
     0.04 + 0.96 * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
 /// Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.
-fn highlight(normal: Vec3, toward: Vec3, to_eye: Vec3, roughness: f32) -> f32 {
+fn highlight(surface: &Surface, toward: Vec3, gloss: Gloss) -> f32 {
+    let Surface { normal, to_eye, roughness, .. } = *surface;
     let middle = (toward + to_eye).normalize();
     let width = (roughness * roughness).max(0.04);
     let exponent = 2.0 / (width * width) - 1.0;
     let lobe = normal.dot(middle).max(1e-6).powf(exponent);
-    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * fresnel(to_eye.dot(middle))
+    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle))
 }
 
 /// World space, of a point of the camera's map at light depth `depth`.

@@ -2,7 +2,7 @@
 use super::{Pattern, Place, threshold};
 use crate::{
     caster::{Material, Particle, Profile, Transfer},
-    cpu::{MapTexel, colored::render_colored, receive, render_maps},
+    cpu::{MapTexel, light_by_channel, receive, render_maps},
     frame::ViewMaps,
     scene::Scene,
     view::{Part, Projection, View},
@@ -89,10 +89,14 @@ fn maps(scene: &Scene, moved: Vec2) -> ViewMaps {
 
 /// Red light at the receiver.
 fn light(maps: &ViewMaps) -> Vec<f32> {
-    let texels = maps.filter.iter().zip(&maps.nearest).zip(&maps.opaque);
+    const BIAS: f32 = 1e-3;
+    let texels = maps.filter.iter().zip(&maps.nearest).zip(&maps.opaque).enumerate();
     texels
-        .map(|((&filter, &nearest), &opaque)| {
-            receive(RECEIVER, &MapTexel { filter: filter.into(), nearest, opaque }, 1e-3).x
+        .map(|(at, ((&filter, &nearest), &opaque))| {
+            let texel = MapTexel { filter: filter.into(), nearest, opaque };
+            let light = receive(RECEIVER, &texel, BIAS);
+            let depths = maps.colored.get(at);
+            depths.map_or(light, |d| light_by_channel(light, *d, RECEIVER, BIAS)).x
         })
         .collect()
 }
@@ -197,14 +201,37 @@ pub fn colored_error(pattern: Pattern) -> ShadowError {
         scene.particles.push(Particle { center: first.center + shift, color, id, ..first });
     }
     let exact = light(&maps(&scene, Vec2::ZERO));
-    let colored = render_colored(&scene, &view(Vec2::ZERO));
-    let of_red = |soften: bool| {
-        let mut layers = colored.clone();
-        if soften {
-            layers.soften(pattern.window());
-        }
-        let red = |i: usize| layers.light(i, RECEIVER, 1e-3).x;
-        (0..exact.len()).map(red).collect::<Vec<f32>>()
-    };
-    ShadowError { dithered: rms(&of_red(false), &exact), softened: rms(&of_red(true), &exact) }
+    scene.materials[0].transfer = Transfer::Dither;
+    scene.shadow.colored = true;
+    let hard = light(&maps(&scene, Vec2::ZERO));
+    scene.shadow.soften = true;
+    let soft = light(&maps(&scene, Vec2::ZERO));
+    ShadowError { dithered: rms(&hard, &exact), softened: rms(&soft, &exact) }
+}
+
+/// Edge of the map of the cost table [texels]; a texel is a metre wide.
+pub const COST_SIZE: u32 = 512;
+
+/// What is duplicated: so clear that no texel is ever settled, and every caster is walked.
+pub fn duplicated() -> Material {
+    Material {
+        profile: Profile::Flat,
+        tint: Vec4::new(1.0, 1.0, 1.0, 1.0 / 512.0),
+        ..dithered(Pattern::default())
+    }
+}
+
+/// One disc of 80 texels radius, again and again, one behind the other. All in the same tiles: the
+/// first caster of a tile costs more than those that follow.
+pub fn duplicates(count: u32) -> Vec<Particle> {
+    (0..count)
+        .map(|id| Particle {
+            center: Vec3::new(0.3, 0.1, -1.0 - 8.0 * id as f32 / count as f32),
+            radius: 80.0,
+            color: Vec4::ONE,
+            rotation: 0.0,
+            material: 0,
+            id,
+        })
+        .collect()
 }

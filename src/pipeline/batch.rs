@@ -74,7 +74,8 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let scatter = self.config.scatters() && plan.class == Class::Translucent && !self.camera;
+        let may_scatter = plan.class == *Class::FILTERING.start() && !plan.is_composed();
+        let scatter = self.config.scatters() && may_scatter && !self.camera;
         let params = self.uniform(
             "project_params",
             &ProjectParams {
@@ -92,8 +93,7 @@ impl Context<'_, '_> {
 }
 
 /// What a shadow view lists: what blocks light, and what filters it.
-pub(super) const LISTS: [RangeInclusive<Class>; 2] =
-    [Class::Opaque..=Class::Dithered, Class::Translucent..=Class::Translucent];
+pub(super) const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FILTERING];
 
 /// A view to be rendered.
 #[derive(Clone, Copy, Debug)]
@@ -200,13 +200,9 @@ impl Plan {
             } else {
                 Features { plain: false, ..features }
             };
-            let class = if solid { Class::Opaque } else { Class::Translucent };
-            ListPlan { class, ..ListPlan::new(&list, features, casters, &[&visible]) }
+            ListPlan::new(&list, features, casters, &[&visible])
         };
-        let lists = [
-            list(Class::Opaque..=Class::Opaque, true),
-            list(Class::Dithered..=Class::Unseen, false),
-        ];
+        let lists = [list(Class::SOLID, true), list(Class::BLENDED, false)];
         let small_chunks = Vec::new();
         Self { views: vec![view], tile_count, lists, small_chunks, kept: false, cleared: false }
     }
@@ -287,6 +283,8 @@ pub(super) struct Batch {
     scratch: Arc<Scratch>,
     views: Vec<GpuView>,
     tile_count: u32,
+    /// What finds the opaque depths: tiles, segments, overflow, resolve.
+    blocking: [Variant; 4],
     kept: bool,
     cleared: bool,
     opaques: wgpu::Texture,
@@ -321,12 +319,15 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (opaque, translucent) = (list(0)?, list(1)?);
-        let tiny = if context.config.scatters() { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let blocking = blocking(maps.colored.is_some());
+        let may_scatter = context.config.scatters() && !plan.lists[1].is_composed();
+        let tiny = if may_scatter { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             views: plan.views.clone(),
             tile_count: plan.tile_count,
+            blocking,
             kept: plan.kept,
             cleared: plan.cleared,
             opaques: maps.opaques.clone(),
@@ -351,6 +352,7 @@ impl Batch {
     ) {
         use Variant as V;
         let Self { opaque, translucent, .. } = self;
+        let [tiles_of, segments_of, overflow_of, resolve_of] = self.blocking;
         let tiles = [self.tile_count, 1, 1];
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
@@ -365,19 +367,15 @@ impl Batch {
         }
         // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
         let has_old_depths = self.kept && self.small.is_none();
-        if opaque.list.footprint_count > 0 || has_old_depths {
-            self.record_lists(opaque, kernels, encoder, timeline, None, V::OccludeOverflow);
+        let by_channel = self.blocking[0] == V::ColoredTiles && self.small.is_some();
+        if opaque.list.footprint_count > 0 || has_old_depths || by_channel {
+            self.record_lists(opaque, kernels, encoder, timeline, None, overflow_of);
             let mut pass = timeline.pass(encoder, "occlude");
             let kernel = |variant| kernels.get(variant, opaque.features);
-            kernel(V::OccludeTiles).record(&mut pass, &opaque.tiles, tiles);
-            kernel(V::OccludeSegments).record_indirect(
-                &mut pass,
-                &opaque.segments,
-                dispatches,
-                segments,
-            );
+            kernel(tiles_of).record(&mut pass, &opaque.tiles, tiles);
+            kernel(segments_of).record_indirect(&mut pass, &opaque.segments, dispatches, segments);
             let resolve = &opaque.resolve;
-            kernel(V::ResolveOpaque).record_indirect(&mut pass, resolve, dispatches, merged);
+            kernel(resolve_of).record_indirect(&mut pass, resolve, dispatches, merged);
         }
 
         // `prepare` may have filled the maps with what they are without translucent casters.
@@ -505,6 +503,16 @@ impl<'a> Shared<'a> {
     }
 }
 
+/// Tiles, segments, overflow, resolve.
+fn blocking(colored: bool) -> [Variant; 4] {
+    use Variant as V;
+    if colored {
+        [V::ColoredTiles, V::ColoredSegments, V::ColoredOverflow, V::ColoredResolve]
+    } else {
+        [V::OccludeTiles, V::OccludeSegments, V::OccludeOverflow, V::ResolveOpaque]
+    }
+}
+
 impl ClassBatch {
     fn opaque(
         context: &mut Context<'_, '_>,
@@ -513,9 +521,9 @@ impl ClassBatch {
         features: Features,
         views: &Buffer,
     ) -> Self {
-        use Variant as V;
         let device = context.allocator.device;
-        for variant in [V::OccludeTiles, V::OccludeSegments, V::OccludeOverflow, V::ResolveOpaque] {
+        let variants = blocking(maps.colored.is_some());
+        for variant in variants {
             context.kernels.make(device, variant, features);
         }
         let shared = Shared::new(context, &list, views);
@@ -530,9 +538,11 @@ impl ClassBatch {
         };
         let Shared { dispatches, tiles, segments, overflow, scattered_tiles, pairs, .. } = &shared;
         let Shared { footprints, rects, merged_tiles, .. } = &shared;
+        let colored = maps.colored.as_ref().map(array_view);
+        let colored = colored.as_ref().map(texture);
         let mut to_map = shared.hits([tiles, pairs, footprints], &hit);
         to_map.extend([texture(&opaques), small.clone()]);
-        let resolve = vec![
+        let mut resolve = vec![
             shared.views.clone(),
             dispatches.clone(),
             merged_tiles.clone(),
@@ -540,13 +550,16 @@ impl ClassBatch {
             texture(&opaques),
             small,
         ];
+        to_map.extend(colored.clone());
+        resolve.extend(colored);
         let to_sums = shared.hits([dispatches, segments, pairs, footprints], &hit);
         let rest = shared.hits([dispatches, overflow, scattered_tiles, rects, footprints], &hit);
+        let [tiles_of, segments_of, overflow_of, resolve_of] = variants;
         let (tiles, segments, overflow, resolve) = (
-            bind(V::OccludeTiles, to_map),
-            bind(V::OccludeSegments, shared.summed(to_sums)),
-            bind(V::OccludeOverflow, shared.summed(rest)),
-            bind(V::ResolveOpaque, shared.summed(resolve)),
+            bind(tiles_of, to_map),
+            bind(segments_of, shared.summed(to_sums)),
+            bind(overflow_of, shared.summed(rest)),
+            bind(resolve_of, shared.summed(resolve)),
         );
         Self { list, features, tiny: None, overflow, tiles, segments, resolve }
     }
@@ -602,6 +615,14 @@ impl ClassBatch {
             to_map = shared.summed(shared.hits([tiles, &counters, pairs, footprints], &hit));
             let own = [dispatches, segments, &partials, &counters, pairs, footprints];
             to_sums = shared.hits(own, &hit);
+        } else if let Some(composed) =
+            context.scratch.composed.as_ref().filter(|_| features.is_composed())
+        {
+            let composed = composed.as_entire_binding();
+            resolve.push(composed.clone());
+            to_map = shared.hits([tiles, pairs, footprints], &hit);
+            let own = [dispatches, segments, tiles, &composed, pairs, footprints];
+            to_sums = shared.summed(shared.hits(own, &hit));
         } else {
             to_map = shared.hits([tiles, pairs, footprints], &hit);
             to_sums = shared.summed(shared.hits([dispatches, segments, pairs, footprints], &hit));

@@ -1,7 +1,7 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 use super::groups::{Group, Groups, Members, now, sort_by_place};
 use crate::{
-    caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
+    caster::{Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle},
     dither::{Pattern, blue_ranks, window},
     error::Error,
     footprint::{
@@ -10,8 +10,10 @@ use crate::{
     gpu::{Allocator, Memory},
     stage::hits::Features,
     view::GpuView,
+    volume::absorptions,
 };
 use bytemuck::Zeroable as _;
+use glam::Vec3;
 use std::{
     hash::{DefaultHasher, Hash as _, Hasher as _},
     ops::{Range, RangeInclusive},
@@ -21,32 +23,70 @@ use wgpu::{
     TextureUsages,
 };
 
-/// Which depth or filter a caster goes to.
+/// Which depth or filter a caster goes to, and whether the picture shows it. In an order that makes
+/// neighbours of what each list holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
+    /// Seen and solid, casts nothing.
+    ShownOpaque,
     /// To the opaque depth.
     Opaque,
+    /// To the opaque depth, not seen.
+    HiddenOpaque,
     /// To the opaque depth, but the picture blends it.
     Dithered,
+    /// Seen and blended, casts nothing.
+    Shown,
     /// To the filter.
     Translucent,
-    /// Casts nothing, but is seen.
-    Unseen,
+    /// To the filter, not seen.
+    HiddenTranslucent,
+    /// Neither casts nor is seen.
+    Nothing,
 }
 
 impl Class {
+    const ALL: [Self; CLASSES] = [
+        Self::ShownOpaque,
+        Self::Opaque,
+        Self::HiddenOpaque,
+        Self::Dithered,
+        Self::Shown,
+        Self::Translucent,
+        Self::HiddenTranslucent,
+        Self::Nothing,
+    ];
+    /// What blocks light.
+    pub const BLOCKING: RangeInclusive<Self> = Self::Opaque..=Self::Dithered;
+    /// What filters light.
+    pub const FILTERING: RangeInclusive<Self> = Self::Translucent..=Self::HiddenTranslucent;
+    /// What the camera sees as solid.
+    pub const SOLID: RangeInclusive<Self> = Self::ShownOpaque..=Self::Opaque;
+    /// What the camera sees and blends.
+    pub const BLENDED: RangeInclusive<Self> = Self::Dithered..=Self::Translucent;
+
     pub fn of(material: &Material) -> Self {
-        match material.transfer {
-            Transfer::None => Self::Unseen,
-            Transfer::Dither => Self::Dithered,
-            transfer if transfer.is_opaque() => Self::Opaque,
-            _ => Self::Translucent,
+        let casts = material.casts && material.transfer != Transfer::None;
+        let blended = material.transfer == Transfer::Dither || !material.transfer.is_opaque();
+        match (material.visible, casts, material.transfer.is_opaque(), blended) {
+            (false, false, ..) => Self::Nothing,
+            (false, true, true, _) => Self::HiddenOpaque,
+            (false, true, false, _) => Self::HiddenTranslucent,
+            (true, false, _, false) => Self::ShownOpaque,
+            (true, false, _, true) => Self::Shown,
+            (true, true, true, false) => Self::Opaque,
+            (true, true, true, true) => Self::Dithered,
+            (true, true, false, _) => Self::Translucent,
         }
+    }
+
+    /// Whether it blocks or filters light.
+    pub fn casts(self) -> bool {
+        Self::BLOCKING.contains(&self) || Self::FILTERING.contains(&self)
     }
 }
 
-const CLASSES: usize = 4;
-const ALL: [Class; CLASSES] = [Class::Opaque, Class::Dithered, Class::Translucent, Class::Unseen];
+const CLASSES: usize = 8;
 
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
@@ -75,6 +115,8 @@ pub struct CasterSet {
     particle_ranges: [Range<u32>; CLASSES],
     triangle_ranges: [Range<u32>; CLASSES],
     features: [Features; CLASSES],
+    /// Whether some receiver is tinted by all casters but its own.
+    pub owners: bool,
     /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
     pub dither_window: u32,
     /// Bytes by texture and buffer.
@@ -138,7 +180,7 @@ impl CasterSet {
         let (mut particle_order, particle_ranges) =
             by_class(&particles.iter().map(|p| classes[p.material as usize]));
         let is_ordered = |class| layouts.iter().any(|&(of, over, _)| of == class && over);
-        for (class, range) in ALL.into_iter().zip(&particle_ranges) {
+        for (class, range) in Class::ALL.into_iter().zip(&particle_ranges) {
             if !is_ordered(class) {
                 let particles_of = &mut particle_order[range.start as usize..range.end as usize];
                 sort_by_place(particles_of, |i| particles[i as usize].center);
@@ -153,9 +195,10 @@ impl CasterSet {
             .collect();
         let records: Vec<_> =
             triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
+        let owners = asks_for_owners(materials);
         let features = features_of(particles, triangles, materials);
         let by = |ranges: &[Range<u32>; CLASSES]| {
-            ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
+            Class::ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
         };
         let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
         let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges));
@@ -168,10 +211,18 @@ impl CasterSet {
             casters: upload(&mut allocator, queue, "casters", &casters, CASTER_TEXELS)?,
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
             images: upload_images(&mut allocator, queue, textures)?,
-            materials: upload_materials(&mut allocator, queue, materials, textures, blue_first),
+            materials: upload_materials(
+                &mut allocator,
+                queue,
+                materials,
+                textures,
+                blue_first,
+                &absorptions(materials, triangles),
+            ),
             particle_ranges,
             triangle_ranges,
             features,
+            owners,
             dither_window: window(materials),
             memory,
             groups,
@@ -214,7 +265,7 @@ impl CasterSet {
         }
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
         let in_place = |order: &[u32], ranges: &[Range<u32>; CLASSES], of: &dyn Fn(u32) -> u32| {
-            ALL.into_iter().zip(ranges).all(|(class, range)| {
+            Class::ALL.into_iter().zip(ranges).all(|(class, range)| {
                 let members = &order[range.start as usize..range.end as usize];
                 members.iter().all(|&i| classes[of(i) as usize] == class)
             })
@@ -239,12 +290,14 @@ impl CasterSet {
             .map(|(new, old)| new != old || new.texture.is_some_and(|t| new_texture[t as usize]))
             .collect();
         if new_material.contains(&true) {
-            let records = material_records(materials, textures, source.blue_first);
+            let absorptions = absorptions(materials, triangles);
+            let records = material_records(materials, textures, source.blue_first, &absorptions);
             queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&records));
         }
         (source.materials, source.textures) = (materials.to_vec(), hashes);
         self.features = features_of(particles, triangles, materials);
         self.dither_window = window(materials);
+        self.owners = asks_for_owners(materials);
 
         let changed_at = now();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
@@ -320,7 +373,7 @@ impl CasterSet {
 fn by_class(classes: &(impl Iterator<Item = Class> + Clone)) -> (Vec<u32>, [Range<u32>; CLASSES]) {
     let mut order = Vec::new();
     let mut ranges = [const { 0..0 }; CLASSES];
-    for (class, range) in ALL.into_iter().zip(&mut ranges) {
+    for (class, range) in Class::ALL.into_iter().zip(&mut ranges) {
         let first = order.len() as u32;
         order.extend((0..).zip(classes.clone()).filter(|&(_, c)| c == class).map(|(i, _)| i));
         *range = first..order.len() as u32;
@@ -340,7 +393,17 @@ fn features_of(
     for triangle in triangles {
         add_features(&mut features, &materials[triangle.material as usize], false);
     }
+    let owners = asks_for_owners(materials);
+    for features in features.iter_mut().filter(|_| owners) {
+        features.owners = true;
+        features.plain = false;
+    }
     features
+}
+
+/// Whether some receiver is tinted by all casters but its own.
+fn asks_for_owners(materials: &[Material]) -> bool {
+    materials.iter().any(|m| m.visible && m.receives == Receives::Others)
 }
 
 /// Puts what is made of each index into the records. Whether one differs, or must be new.
@@ -367,6 +430,8 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.quads |= is_particle && material.shape == Shape::Quad;
     features.dither |= material.transfer == Transfer::Dither;
     features.gain |= material.transfer == Transfer::Gain;
+    features.over |= material.transfer == Transfer::Over;
+    features.volumes |= !is_particle && material.is_volume();
     features.solid &= !is_particle && material.transfer == Transfer::Opaque;
     features.plain &= is_particle && is_plain(material);
 }
@@ -501,9 +566,10 @@ fn upload_materials(
     materials: &[Material],
     textures: &[Texture],
     blue_first: u32,
+    absorptions: &[Vec3],
 ) -> wgpu::Buffer {
     let buffer = allocator.uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
-    let records = material_records(materials, textures, blue_first);
+    let records = material_records(materials, textures, blue_first, absorptions);
     queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
     buffer
 }
@@ -512,9 +578,11 @@ fn material_records(
     materials: &[Material],
     textures: &[Texture],
     blue_first: u32,
+    absorptions: &[Vec3],
 ) -> Vec<GpuMaterial> {
-    let record = |m| GpuMaterial { blue_first, ..GpuMaterial::new(m, textures) };
-    let mut records: Vec<_> = materials.iter().map(record).collect();
+    let record =
+        |(m, &absorption)| GpuMaterial { blue_first, absorption, ..GpuMaterial::new(m, textures) };
+    let mut records: Vec<_> = materials.iter().zip(absorptions).map(record).collect();
     records.resize(MAX_MATERIALS, GpuMaterial::zeroed());
     records
 }

@@ -2,7 +2,7 @@
 use super::{batch::Plan, kernels::Kernels, list::view_array, maps::Maps};
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline, array_view},
+    gpu::{Allocator, Kernel, Timeline, array_view},
     stage::filter::{FilterParams, GROUP_SIZE},
     view::{GpuView, MAX_VIEWS},
 };
@@ -38,12 +38,24 @@ impl Filter {
         let soft = raw.softened(allocator)?;
         let like = raw.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
+        // Of each view two layers where there are channels.
+        let layers = size[2] * if raw.colored.is_some() { 2 } else { 1 };
+        let size = [size[0], size[1], layers];
         let rows =
             allocator.texture("filter_rows", Rgba32Float, size, TextureUsages::STORAGE_BINDING)?;
         let params = allocator.uniform::<FilterParams>("filter_params");
         let value = FilterParams { radius: (window / 2) as i32, pad_0: 0, pad_1: 0, pad_2: 0 };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
         Ok((soft, Self { raw, window, rows, params, passes: Vec::new() }))
+    }
+
+    /// Rows and columns.
+    fn kernels<'a>(&self, kernels: &'a Kernels) -> [&'a Kernel; 2] {
+        if self.raw.colored.is_some() {
+            [&kernels.colored_rows, &kernels.colored_columns]
+        } else {
+            [&kernels.filter_rows, &kernels.filter_columns]
+        }
     }
 
     /// To the views of `plans`.
@@ -56,11 +68,13 @@ impl Filter {
         soft: &Maps,
     ) {
         let device = allocator.device;
+        let [rows_kernel, columns_kernel] = self.kernels(kernels);
         let Self { raw, rows, params, .. } = &*self;
         let [filters, nearests, opaques] =
             [&raw.filters, &raw.nearests, &raw.opaques].map(array_view);
         let [soft_filters, soft_nearests, soft_opaques] =
             [&soft.filters, &soft.nearests, &soft.opaques].map(array_view);
+        let blocked = array_view(raw.colored.as_ref().unwrap_or(&raw.opaques));
         let rows = array_view(rows);
         let texture = BindingResource::TextureView;
         self.passes = plans
@@ -72,11 +86,11 @@ impl Filter {
                 let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
                 let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));
                 Pass {
-                    rows: kernels.filter_rows.bind(
+                    rows: rows_kernel.bind(
                         device,
-                        &[params.clone(), views.clone(), texture(&opaques), texture(&rows)],
+                        &[params.clone(), views.clone(), texture(&blocked), texture(&rows)],
                     ),
-                    columns: kernels.filter_columns.bind(
+                    columns: columns_kernel.bind(
                         device,
                         &[
                             params,
@@ -102,10 +116,11 @@ impl Filter {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
+        let [rows_kernel, columns_kernel] = self.kernels(kernels);
         for Pass { rows, columns, groups } in &self.passes {
             let mut pass = timeline.pass(encoder, "filter");
-            kernels.filter_rows.record(&mut pass, rows, *groups);
-            kernels.filter_columns.record(&mut pass, columns, *groups);
+            rows_kernel.record(&mut pass, rows, *groups);
+            columns_kernel.record(&mut pass, columns, *groups);
         }
     }
 }

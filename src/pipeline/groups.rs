@@ -46,6 +46,13 @@ pub struct Extent {
     pub min_radius: f32,
 }
 
+impl Group {
+    /// Whether some of it counts wherever it is.
+    fn is_volume(&self) -> bool {
+        self.triangles.is_some_and(|extent| extent.volume)
+    }
+}
+
 impl Extent {
     /// Of spheres.
     fn of(spheres: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
@@ -206,8 +213,9 @@ impl Groups {
         self.tree.cull(&Frustum::new(view), &mut visible);
         // In the order of the upload, so that equal depths sort the same whatever the tree is like.
         let mut seen = vec![0_u64; self.groups.len().div_ceil(64)];
-        for &group in &visible {
-            seen[group as usize / 64] |= 1 << (group % 64);
+        let volumes = (0..).zip(&self.groups).filter(|(_, group)| group.is_volume());
+        for group in visible.iter().copied().chain(volumes.map(|(index, _)| index)) {
+            seen[group as usize / 64] |= 1_u64 << (group % 64);
         }
         visible.clear();
         for (word, &bits) in (0..).zip(&seen) {

@@ -24,6 +24,9 @@ use wgpu::{
     TextureView,
 };
 
+/// Segments whose effects on their texels fit a storage binding of 128 MiB, 32 bytes a texel.
+const MAX_COMPOSED: u64 = (128 << 20) / (32 * (TILE_SIZE * TILE_SIZE) as u64);
+
 /// What one list counted.
 pub type ListCounters = BatchCounters;
 
@@ -62,6 +65,8 @@ pub(super) struct Scratch {
     pub partials: Buffer,
     /// For curves, whose tiles take what was scattered themselves: zero.
     pub nothing_scattered: Buffer,
+    /// What segments do to texels, where some list composes them one by one.
+    pub composed: Option<Buffer>,
     pub small: SmallDepths,
     room: Room,
 }
@@ -77,6 +82,8 @@ struct Room {
     pairs: u32,
     /// K of the curves, 0 for none.
     nodes: u32,
+    /// Some list composes segments one by one.
+    composed: bool,
 }
 
 /// Partial curves for so many pairs: only tiles with more than one segment have any.
@@ -114,6 +121,7 @@ impl Room {
             small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
             nodes,
+            composed: lists().any(ListPlan::is_composed),
         }
     }
 }
@@ -191,6 +199,16 @@ impl Scratch {
         let pairs =
             [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
         let none = BufferUsages::empty();
+        let composed = if room.composed {
+            // Of tiles with more than one segment.
+            let segments = 2 * u64::from(pair_capacity / SEGMENT_LENGTH) + 1;
+            // The pair budget's default would need a little more than a storage binding holds.
+            let segments = segments.min(MAX_COMPOSED);
+            let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
+            Some(allocator.storage::<[[u32; 4]; 2]>("composed", texels, none)?)
+        } else {
+            None
+        };
         Ok(Self {
             footprints: footprint_views,
             keys,
@@ -224,6 +242,7 @@ impl Scratch {
                 if nodes == 0 { 1 } else { tiles },
                 none,
             )?,
+            composed,
             sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
             small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
             room,
@@ -247,6 +266,7 @@ impl Scratch {
             && need.tiles <= room.tiles
             && need.small_tiles <= room.small_tiles
             && need.nodes == room.nodes
+            && (room.composed || !need.composed)
             && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
     }
 }
@@ -266,6 +286,11 @@ pub(super) struct ListPlan {
 }
 
 impl ListPlan {
+    /// Whether segments are composed one by one: of a shadow view's list.
+    pub(super) fn is_composed(&self) -> bool {
+        self.class == *Class::FILTERING.start() && self.features.is_composed()
+    }
+
     fn setup_count(&self) -> u32 {
         self.footprint_count - self.first_setup
     }

@@ -7,7 +7,7 @@ use crate::{
 };
 use glam::UVec2;
 use wgpu::{
-    TextureFormat::{R32Float, Rgba16Float, Rgba32Uint},
+    TextureFormat::{R32Float, Rgba16Float, Rgba32Float, Rgba32Uint},
     TextureUsages,
 };
 
@@ -20,6 +20,8 @@ pub struct Maps {
     pub nearests: wgpu::Texture,
     /// `Z`, r32float.
     pub opaques: wgpu::Texture,
+    /// `Z` by channel, rgba32float, where dithering is coloured; `opaques` is the last of them.
+    pub colored: Option<wgpu::Texture>,
     /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers to a layer of the others; of
     /// one texel where there are none.
     pub curves: wgpu::Texture,
@@ -37,8 +39,11 @@ impl Maps {
         queue: &wgpu::Queue,
         views: &[View],
         nodes: u32,
+        colored: bool,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
+        // Each layer has several of curves.
+        let limits = AtlasLimits { layers: limits.layers / (nodes / 2).max(1), ..limits };
         let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
         let atlas = Atlas::pack(&sizes, &limits).ok_or(Error::Limit {
             limit: "layers of the shadow atlas",
@@ -52,12 +57,18 @@ impl Maps {
         let places = atlas.places;
         let opaques = allocator.texture("opaques", R32Float, size, usage)?;
         fill(queue, &opaques, 1.0_f32);
+        let colored =
+            colored.then(|| allocator.texture("colored", Rgba32Float, size, usage)).transpose()?;
+        if let Some(colored) = &colored {
+            fill(queue, colored, [1.0_f32; 4]);
+        }
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
         Ok(Self {
             filters: allocator.texture("filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
             opaques,
+            colored,
             curves: allocator.texture("curves", Rgba32Uint, of_curves, usage)?,
             nodes,
             gain: false,
@@ -89,6 +100,7 @@ impl Maps {
             filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
+            colored: None,
             curves: self.curves.clone(),
             nodes: self.nodes,
             gain: self.gain,

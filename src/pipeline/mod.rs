@@ -2,6 +2,7 @@
 //!
 //! A guest in its host's renderer: [`Pipeline::prepare`] uploads and allocates,
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
+mod air;
 mod bake;
 mod batch;
 mod casters;
@@ -50,6 +51,8 @@ pub struct Config {
     pub scatter_tiny: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
+    /// Whether dithered casters block each channel by a threshold of its own.
+    pub colored: bool,
     /// Of a curve (K); 0: nearest-depth mode, without curves.
     pub nodes: u32,
     /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
@@ -64,6 +67,7 @@ impl Config {
             pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             soften: false,
+            colored: false,
             nodes: 0,
             count_cost: false,
         }
@@ -124,6 +128,11 @@ impl Pipeline {
         self.config.soften = soften;
     }
 
+    /// For the next `prepare`.
+    pub fn set_colored(&mut self, colored: bool) {
+        self.config.colored = colored;
+    }
+
     /// K of the curves, 0 for none; for the next `prepare`.
     pub fn set_nodes(&mut self, nodes: u32) {
         self.config.nodes = nodes;
@@ -180,7 +189,10 @@ impl Pipeline {
         let window = if self.config.soften { casters.dither_window } else { 0 };
         let nodes = self.config.nodes;
         let gain = casters.span(LISTS[1].clone()).features.gain;
+        let colored = self.config.colored && casters.dither_window > 0;
         let earlier = earlier
+            // Channels are rendered anew each time.
+            .filter(|earlier| !colored && !earlier.is_colored())
             .filter(|earlier| earlier.filter.as_ref().map_or(0, |filter| filter.window) == window)
             // Curves stay in their places only, and all are written alike.
             .filter(|earlier| {
@@ -202,7 +214,7 @@ impl Pipeline {
         let kept = maps.is_some();
         let (maps, mut filter, maps_memory) = match maps {
             Some(maps) => maps,
-            None => new_maps(device, queue, views, window, nodes)?,
+            None => new_maps(device, queue, views, window, nodes, colored)?,
         };
         let maps = Maps { gain, ..maps };
         let bake = Bake::after(bake, casters, views);
@@ -281,10 +293,11 @@ fn new_maps(
     views: &[View],
     window: u32,
     nodes: u32,
+    colored: bool,
 ) -> Result<(Maps, Option<Filter>, Memory), Error> {
     let mut memory = Memory::default();
     let mut allocator = Allocator { device, memory: &mut memory };
-    let maps = Maps::new(&mut allocator, queue, views, nodes)?;
+    let maps = Maps::new(&mut allocator, queue, views, nodes, colored)?;
     if window == 0 {
         return Ok((maps, None, memory));
     }
@@ -293,6 +306,10 @@ fn new_maps(
 }
 
 impl Prepared {
+    fn is_colored(&self) -> bool {
+        self.filter.as_ref().map_or(&self.maps, |filter| &filter.raw).colored.is_some()
+    }
+
     /// Pairs that a batch has room for.
     pub fn pair_capacity(&self) -> u32 {
         self.scratch.pair_capacity

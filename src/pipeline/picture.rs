@@ -1,6 +1,7 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
 use super::{
     CasterSet, Maps, Pipeline,
+    air::PreparedAir,
     batch::{Context, Plan},
     clusters::Clusters,
     kernels::{Kernels, Variant},
@@ -45,6 +46,7 @@ pub struct PreparedPicture {
     composite: BindGroup,
     clear_count: u32,
     pixels: Buffer,
+    air: Option<PreparedAir>,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -108,8 +110,8 @@ impl Pipeline {
                 tile: grid.tile,
                 first_slice: grid.first_slice,
                 slices_per_doubling: grid.slices_per_doubling,
-                pad_0: 0,
-                pad_1: 0,
+                colored: u32::from(maps.colored.is_some()),
+                air_slices: scene.air.map_or(0, |air| air.steps),
             },
         );
         let padded = (camera.tiles() * TILE_SIZE).as_u64vec2();
@@ -145,8 +147,9 @@ impl Pipeline {
         let texture = BindingResource::TextureView;
         let [caster_view, triangle_view] = [view(&casters.casters), view(&casters.triangles)];
         let images = array_view(&casters.images);
+        let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
         let [filters, nearests, opaques] =
-            [&maps.filters, &maps.nearests, &maps.opaques].map(array_view);
+            [&maps.filters, &maps.nearests, blocking].map(array_view);
         let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
         let [light_view, cluster_view] = [view(&clusters.lights), view(&clusters.lists)];
         let whole = Buffer::as_entire_binding;
@@ -171,7 +174,20 @@ impl Pipeline {
             texture(&curves),
         ];
         let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
-        let over = [texture(&surface_view), texture(&lit_view)];
+        let air = PreparedAir::new(
+            context.allocator,
+            queue,
+            kernels,
+            clear_features,
+            scene,
+            [&uniforms[0], &uniforms[2]],
+            &shadows,
+        )?;
+        let clear_air = array_view(&air.0);
+        let (over_surfaces, over_lit, over_air) =
+            (texture(&surface_view), texture(&lit_view), texture(&clear_air));
+        let over_solid = [over_surfaces.clone(), over_air.clone()];
+        let over_clear = [over_surfaces, over_lit.clone(), over_air];
         let bind = |variant, features, resources: &[&[BindingResource<'_>]]| {
             kernels.get(variant, features).bind(device, &resources.concat())
         };
@@ -185,23 +201,23 @@ impl Pipeline {
                 &[whole(&scratch.tiles), whole(&partials)],
                 &hits(&solid),
                 &lit_by,
-                &over[..1],
+                &over_solid,
             ],
         );
         let lit_casters = bind(
             Variant::ShadeCasters,
             clear_features,
             &[
-                &uniforms[2..],
+                &uniforms[1..],
                 &[texture(&scratch.footprints), texture(&scratch.rects), texture(&caster_view)],
                 &shadows,
-                &over[1..],
+                &[over_lit],
             ],
         );
         let layers = bind(
             Variant::ShadeLayers,
             clear_features,
-            &[&uniforms, &by_segment, &hits(&clear), &lit_by, &over],
+            &[&uniforms, &by_segment, &hits(&clear), &lit_by, &over_clear],
         );
         let composite = bind(
             Variant::ShadeComposite,
@@ -211,7 +227,7 @@ impl Pipeline {
                 &[whole(&scratch.tiles), whole(&partials), whole(&pixels)],
                 &hits(&clear),
                 &lit_by,
-                &over,
+                &over_clear,
             ],
         );
         Ok(PreparedPicture {
@@ -232,6 +248,7 @@ impl Pipeline {
             composite,
             clear_count: clear_plan.footprint_count,
             pixels,
+            air: air.1,
             memory,
         })
     }
@@ -251,6 +268,9 @@ impl PreparedPicture {
         let segments = Dispatch::Segment.offset();
         let solid = |variant| kernels.get(variant, self.solid_features);
         let clear = |variant| kernels.get(variant, self.clear_features);
+        if let Some(air) = &self.air {
+            air.record(kernels, encoder, timeline);
+        }
         self.record_list(&self.solid, kernels, encoder, timeline);
         let mut pass = timeline.pass(encoder, "shade");
         let seen = solid(Variant::ShadeSeen);

@@ -22,6 +22,8 @@ pub struct TriangleExtent {
     pub longest: f32,
     /// All are of the `opaque` transfer.
     pub opaque: bool,
+    /// Some belong to a volume, whose back counts beyond the far plane too.
+    pub volume: bool,
 }
 
 impl TriangleExtent {
@@ -29,16 +31,17 @@ impl TriangleExtent {
         triangles: impl Iterator<Item = &'a Triangle>,
         materials: &[Material],
     ) -> Self {
-        let none = Self { bounds: Bounds::EMPTY, longest: 0.0, opaque: true };
+        let none = Self { bounds: Bounds::EMPTY, longest: 0.0, opaque: true, volume: false };
         triangles.fold(none, |extent, triangle| {
             let [a, b, c] = triangle.positions;
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             let bounds = [a, b, c].iter().fold(extent.bounds, |all, &p| all.with_sphere(p, 0.0));
-            let transfer = materials[triangle.material as usize].transfer;
+            let material = &materials[triangle.material as usize];
             Self {
                 bounds,
                 longest: extent.longest.max(longest),
-                opaque: extent.opaque && transfer == Transfer::Opaque,
+                opaque: extent.opaque && material.transfer == Transfer::Opaque,
+                volume: extent.volume || material.is_volume(),
             }
         })
     }

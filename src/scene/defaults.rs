@@ -24,10 +24,12 @@ pub(super) fn empty_scene() -> Scene {
         materials: Vec::new(),
         textures: Vec::new(),
         animated: Vec::new(),
+        displaced: Vec::new(),
         particles: Vec::new(),
         triangles: Vec::new(),
         ambient: Vec3::new(0.18, 0.20, 0.24),
         background: Vec3::new(0.52, 0.62, 0.75),
+        air: None,
         skipped: Skipped::new(),
     }
 }
@@ -60,6 +62,7 @@ pub(super) fn sun() -> Light {
         casts: true,
         cascades: None,
         shadows: Vec::new(),
+        shafts: true,
     }
 }
 
@@ -104,5 +107,5 @@ pub(super) fn add_ground(scene: &mut Scene) {
         tint: Vec4::new(0.72, 0.72, 0.70, 1.0),
         ..Material::default()
     });
-    scene.triangles.extend(shapes::shape(KindOfShape::Plane, transform, material, u32::MAX));
+    scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));
 }

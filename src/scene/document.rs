@@ -1,8 +1,8 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
-    caster::{Profile, Shape, Transfer},
+    caster::{Profile, Receives, Shape, Transfer},
     dither::Pattern,
-    scene::{generate::Generate, noise::Noise},
+    scene::{displace::Displace, generate::Generate, noise::Noise},
     settings::Receiver,
 };
 use serde::{
@@ -42,6 +42,7 @@ pub(super) struct Document {
     pub shadow: Option<Spanned<ShadowTable>>,
     pub clusters: Option<Spanned<ClustersTable>>,
     pub environment: Option<Spanned<EnvironmentTable>>,
+    pub air: Option<Spanned<AirTable>>,
     #[serde(default)]
     pub light: Vec<Spanned<LightTable>>,
     #[serde(default)]
@@ -81,6 +82,7 @@ pub(super) struct ShadowTable {
     pub pair_budget: Option<u32>,
     pub texel_budget: Option<u64>,
     pub soften: Option<bool>,
+    pub colored: Option<bool>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -101,6 +103,17 @@ pub(super) struct EnvironmentTable {
     pub ambient: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub background: Option<[f32; 3]>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AirTable {
+    /// [1/m]
+    pub density: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub albedo: Option<[f32; 3]>,
+    pub anisotropy: Option<f32>,
+    pub steps: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -126,6 +139,7 @@ pub(super) struct LightTable {
     pub color: Option<[f32; 3]>,
     pub intensity: Option<f32>,
     pub cascades: Option<u32>,
+    pub shafts: Option<bool>,
     pub lambda: Option<f32>,
     pub fade: Option<f32>,
     pub range: Option<f32>,
@@ -208,6 +222,13 @@ pub(super) struct MaterialTable {
     pub emission: Option<[f32; 3]>,
     pub transmission: Option<f32>,
     pub roughness: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub attenuation_color: Option<[f32; 3]>,
+    /// [m]
+    pub attenuation_distance: Option<f32>,
+    pub receives: Option<Receives>,
+    pub visible: Option<bool>,
+    pub casts: Option<bool>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -232,6 +253,10 @@ pub(super) enum KindOfShape {
 pub(super) struct ShapeTable {
     pub kind: KindOfShape,
     pub material: String,
+    /// Subdivisions of a sphere.
+    pub level: Option<u32>,
+    /// Of a sphere.
+    pub displace: Option<Displace>,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
     /// Euler xyz [degrees].

@@ -137,6 +137,7 @@ fn light(
         casts: true,
         cascades: None,
         shadows: Vec::new(),
+        shafts: true,
     })
 }
 

@@ -1,9 +1,11 @@
 //! glTF materials as casters.
 //!
 //! Transmission `t` filters: `T = baseColor * t`. With `KHR_materials_volume` the body is closed and
-//! a ray crosses a front and a back face, so each face takes the square root of
-//! `baseColor * t * attenuationColor^(thickness / attenuationDistance)`: the two together give the
-//! whole. Thickness is in the mesh's own units, so the node's scale goes into the material.
+//! a ray crosses a front and a back face, so each face takes the square root of `baseColor * t`. What
+//! the body absorbs follows from the way through it. A mesh that is not closed has no way through
+//! it: there each face takes the square root of `attenuationColor^(thickness /
+//! attenuationDistance)` as well. Thickness is in the mesh's own units, so the node's scale goes
+//! into that material.
 use super::{SceneError, gltf_file::File, gltf_texture::Textures};
 use crate::{
     caster::{Material, Texture, Transfer},
@@ -22,6 +24,8 @@ pub(super) struct Materials<'a> {
     textures: Textures<'a>,
     skipped: Skipped,
     known: HashMap<(Option<usize>, i32), Uses>,
+    /// What each volume's two faces let pass where it is not closed, and its material then.
+    open: HashMap<u32, (Vec3, Option<u32>)>,
 }
 
 /// How a primitive uses its material.
@@ -71,7 +75,29 @@ impl<'a> Materials<'a> {
             textures: Textures::new(file),
             skipped: Skipped::new(),
             known: HashMap::new(),
+            open: HashMap::new(),
         }
+    }
+
+    pub(super) fn is_volume(&self, material: u32) -> bool {
+        self.open.contains_key(&material)
+    }
+
+    /// In place of a volume's material where the mesh is not closed.
+    pub(super) fn open(&mut self, material: u32) -> u32 {
+        let Some((whole, open)) = self.open.get_mut(&material) else { return material };
+        *open.get_or_insert_with(|| {
+            let closed = &self.materials[material as usize];
+            let tint = closed.tint.truncate() * whole.map(f32::sqrt);
+            self.materials.push(Material {
+                name: format!("{} (open)", closed.name),
+                tint: tint.extend(closed.tint.w),
+                attenuation_color: Vec3::ONE,
+                attenuation_distance: f32::INFINITY,
+                ..closed.clone()
+            });
+            self.materials.len() as u32 - 1
+        })
     }
 
     pub(super) fn finish(self) -> (Vec<Material>, Vec<Texture>, Skipped) {
@@ -124,8 +150,12 @@ impl<'a> Materials<'a> {
         if is_clear {
             color *= transmission;
         }
-        if let Some(attenuation) = attenuation {
-            color = (color * attenuation).map(f32::sqrt);
+        let mut volume = (Vec3::ONE, f32::INFINITY);
+        if let (Some(whole), Some(source)) = (attenuation, source.volume()) {
+            color = color.map(f32::sqrt);
+            let rgb = Vec3::from(source.attenuation_color()).map(|c| c.clamp(0.0, 1.0));
+            volume = (rgb, source.attenuation_distance());
+            self.open.insert(id, (whole, None));
         }
         let is_opaque = source.alpha_mode() == AlphaMode::Opaque;
         let texture = self.textures.add(
@@ -150,6 +180,8 @@ impl<'a> Materials<'a> {
             cutoff: number(source.alpha_cutoff().unwrap_or(0.5)),
             emission: emission.map(|e| if e > 0.0 { e.min(MAX_EMISSION) } else { 0.0 }),
             transmission,
+            attenuation_color: volume.0,
+            attenuation_distance: volume.1,
             roughness: number(surface.roughness_factor()),
             ..Material::default()
         });

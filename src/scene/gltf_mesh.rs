@@ -5,7 +5,7 @@ use super::{
     gltf_material::{Materials, Uses},
     particles::FARTHEST,
 };
-use crate::{caster::Triangle, counters::Skipped};
+use crate::{caster::Triangle, counters::Skipped, volume};
 use ::gltf::{
     Semantic,
     accessor::{DataType, Dimensions},
@@ -70,11 +70,22 @@ impl Meshes {
             let message = format!("has more than {MAX_TRIANGLES} triangles");
             return Err(file.invalid(message, "simplify the meshes, or name them less often"));
         }
+        let first = self.triangles.len();
         self.triangles.reserve(corners.len());
         for corner in corners {
             match triangle(&vertices, corner, uses.material, self.objects) {
                 Ok(triangle) => self.triangles.push(triangle),
                 Err(reason) => self.skip(reason),
+            }
+        }
+        if materials.is_volume(uses.material) {
+            let body = &mut self.triangles[first..];
+            if volume::is_closed(body) {
+                volume::turn_outwards(body);
+            } else {
+                let open = materials.open(uses.material);
+                body.iter_mut().for_each(|triangle| triangle.material = open);
+                self.skip("volumes of meshes that are not closed: by their thickness factor");
             }
         }
         self.objects += 1;

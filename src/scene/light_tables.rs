@@ -53,6 +53,7 @@ pub(super) fn light(
         size,
         casts: light.casts.unwrap_or(true),
         cascades,
+        shafts: light.shafts.unwrap_or(true),
         shadows: light.shadow.iter().map(further).collect::<Result<_, _>>()?,
     })
 }

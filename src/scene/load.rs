@@ -1,6 +1,7 @@
 //! Scene files to scenes: everything is checked here, and nothing unchecked gets past.
 use super::{
     Scene, SceneError, defaults,
+    displace::Displaced,
     document::{Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable, TextureSource},
     generate::Generate,
     gltf, light_tables,
@@ -10,7 +11,7 @@ use super::{
     source::{self, Source},
     tables,
 };
-use crate::{caster::Material, counters::Skipped, settings::ShadowSettings};
+use crate::{caster::Material, counters::Skipped, settings::ShadowSettings, volume};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use std::{
     ops::Range,
@@ -135,6 +136,9 @@ impl Loader<'_> {
             let background = color("background", background, self.scene.background)?;
             (self.scene.ambient, self.scene.background) = (ambient, background);
         }
+        if let Some(table) = &document.air {
+            self.scene.air = tables::air(source, table)?;
+        }
         for (index, table) in document.light.iter().enumerate() {
             let light = light_tables::light(source, table, index)?;
             if self.scene.lights.iter().any(|known| known.name == light.name) {
@@ -180,18 +184,7 @@ impl Loader<'_> {
             self.particles(table)?;
         }
         for table in &document.shape {
-            let ShapeTable { kind, material, translation, rotation, scale } = table.get_ref();
-            let material = self.material(&table.span(), material)?;
-            let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
-            let triangles = shapes::shape(*kind, transform, material, self.next_id);
-            self.next_id = self.next_id.wrapping_add(1);
-            let mut corners = triangles.iter().flat_map(|triangle| triangle.positions);
-            if corners.any(|corner| corner.abs().max_element() > FARTHEST) {
-                let help = "move it towards the origin or make it smaller";
-                let message = "the shape reaches beyond 1e7 m";
-                return Err(self.error(&table.span(), "translation", message, help));
-            }
-            self.scene.triangles.extend(triangles);
+            self.shape(table)?;
         }
         for table in &document.mesh {
             let MeshTable { file, translation, rotation, scale } = table.get_ref();
@@ -238,9 +231,57 @@ impl Loader<'_> {
         Ok(Mat4::from_scale_rotation_translation(scale.into(), turn, translation.into()))
     }
 
+    fn shape(&mut self, table: &Spanned<ShapeTable>) -> Result<(), SceneError> {
+        let ShapeTable { kind, material, level, displace, translation, rotation, scale } =
+            table.get_ref();
+        let level = level.unwrap_or(shapes::SPHERE_LEVEL);
+        if level > shapes::MAX_LEVEL {
+            let help = format!("at most {}", shapes::MAX_LEVEL);
+            let message = format!("level is {level}");
+            return Err(self.error(&table.span(), "level", &message, &help));
+        }
+        let material = self.material(&table.span(), material)?;
+        let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
+        let mut triangles = shapes::shape(*kind, level, transform, material, self.next_id);
+        if let Some(displace) = *displace {
+            if let Some((message, help)) = displace.fault(*kind) {
+                return Err(self.error(&table.span(), "displace", &message, help));
+            }
+            let first_triangle = self.scene.triangles.len();
+            let displaced =
+                Displaced { first_triangle, displace, level, world_from_sphere: transform };
+            displaced.set_time(&mut triangles, 0.0);
+            if displace.moves() {
+                self.scene.displaced.push(displaced);
+            }
+        }
+        if self.scene.materials[material as usize].is_volume() {
+            if !volume::is_closed(&triangles) {
+                let help = "use a closed shape, or a material without attenuation";
+                let message = "a volume needs an inside";
+                return Err(self.error(&table.span(), "kind", message, help));
+            }
+            volume::turn_outwards(&mut triangles);
+        }
+        self.next_id = self.next_id.wrapping_add(1);
+        let mut corners = triangles.iter().flat_map(|triangle| triangle.positions);
+        if corners.any(|corner| corner.abs().max_element() > FARTHEST) {
+            let help = "move it towards the origin or make it smaller";
+            let message = "the shape reaches beyond 1e7 m";
+            return Err(self.error(&table.span(), "translation", message, help));
+        }
+        self.scene.triangles.extend(triangles);
+        Ok(())
+    }
+
     fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
         let ParticlesTable { file, generate, material } = table.get_ref();
         let id = self.material(&table.span(), material)?;
+        if self.scene.materials[id as usize].is_volume() {
+            let help = "use shape = \"puff\", and no attenuation";
+            let message = "particles have no volume";
+            return Err(self.error(&table.span(), "material", message, help));
+        }
         match (file, generate) {
             (Some(file), None) => {
                 let material = self.scene.materials[id as usize].clone();

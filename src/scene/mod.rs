@@ -1,5 +1,6 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod defaults;
+pub mod displace;
 mod document;
 mod error;
 pub mod generate;
@@ -11,6 +12,7 @@ mod gltf_texture;
 mod light_tables;
 mod load;
 pub mod noise;
+mod painted;
 mod particles;
 mod ply;
 mod shapes;
@@ -28,7 +30,7 @@ use crate::{
     caster::{Material, Particle, Texture, Triangle},
     counters::Skipped,
     light::Light,
-    settings::{ClusterSettings, ShadowSettings},
+    settings::{Air, ClusterSettings, ShadowSettings},
 };
 use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;
@@ -59,12 +61,16 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Textures that follow the time.
     pub animated: Vec<noise::Animated>,
+    /// Triangles that follow the time.
+    pub displaced: Vec<displace::Displaced>,
     pub particles: Vec<Particle>,
     pub triangles: Vec<Triangle>,
     /// Light that comes from everywhere: linear rgb.
     pub ambient: Vec3,
     /// What the camera sees where there is nothing: linear rgb.
     pub background: Vec3,
+    /// What scatters light on its way to the eye; `None` where it is clear.
+    pub air: Option<Air>,
     /// Inputs left out, by reason.
     pub skipped: Skipped,
 }

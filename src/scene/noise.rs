@@ -1,6 +1,6 @@
 //! Tileable noise with a time: a transparency map that scrolls and changes, the flowing smoke of
 //! the cut-out shadow.
-use super::{Scene, document::array};
+use super::{Scene, document::array, painted};
 use crate::{caster::Texture, dither::pcg};
 use glam::{IVec2, Vec2};
 
@@ -8,11 +8,17 @@ use glam::{IVec2, Vec2};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum KindOfTexture {
+    /// White, with five octaves of gradient noise (Perlin 2002) for alpha.
     Noise,
+    /// A chessboard, white and in the colours of the rainbow.
+    Checks,
+    /// Upright stripes in the colours of the rainbow.
+    Stripes,
+    /// Grey: a net of bright lines, a quarter as bright as white on average.
+    Caustics,
 }
 
-/// A texture that a scene file asks for instead of a file's: white, with five octaves of gradient
-/// noise (Perlin 2002) for alpha, which repeats at its edges.
+/// A texture that a scene file asks for instead of a file's, which repeats at its edges.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
@@ -56,11 +62,14 @@ impl Scene {
     /// Frames of a second of [`Self::set_time`], where frames are numbered.
     pub const FRAME_RATE: f64 = 24.0;
 
-    /// Makes the textures that follow the time what they are then [s].
+    /// Makes the textures and triangles that follow the time what they are then [s].
     pub fn set_time(&mut self, seconds: f64) {
         for Animated { texture, noise } in &self.animated {
             let texture = &mut self.textures[*texture as usize];
             *texture = noise.texture(std::mem::take(&mut texture.name), seconds);
+        }
+        for displaced in &self.displaced {
+            displaced.set_time(&mut self.triangles[displaced.triangles()], seconds);
         }
     }
 }
@@ -82,8 +91,12 @@ impl Noise {
         let texel = |i: u32| {
             let middle = Vec2::new((i % self.size) as f32, (i / self.size) as f32) + 0.5;
             let at = middle / self.size as f32 - shift;
-            let alpha = (self.at(at, age) * 255.0).round() as u8;
-            [255, 255, 255, alpha]
+            match self.generate {
+                KindOfTexture::Noise => [255, 255, 255, (self.at(at, age) * 255.0).round() as u8],
+                KindOfTexture::Checks => painted::checks(at, self.cells),
+                KindOfTexture::Stripes => painted::stripes(at, self.cells),
+                KindOfTexture::Caustics => painted::caustics(at, self.cells, self.seed, age),
+            }
         };
         let rgba = (0..self.size * self.size).flat_map(texel).collect();
         Texture { name, width: self.size, height: self.size, rgba }

@@ -4,11 +4,19 @@ use crate::caster::Triangle;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 
 /// Subdivisions of the icosahedron: 1,280 triangles.
-const SPHERE_LEVEL: u32 = 3;
+pub(super) const SPHERE_LEVEL: u32 = 3;
+/// 327,680 triangles.
+pub(super) const MAX_LEVEL: u32 = 7;
 
 /// A shape in world space. The plane is 1x1 in xz and faces +y; the pane is 1x1 in xy and faces +z;
 /// box and sphere are one across; all are centred.
-pub(super) fn shape(kind: KindOfShape, transform: Mat4, material: u32, id: u32) -> Vec<Triangle> {
+pub(super) fn shape(
+    kind: KindOfShape,
+    level: u32,
+    transform: Mat4,
+    material: u32,
+    id: u32,
+) -> Vec<Triangle> {
     let mut triangles = match kind {
         KindOfShape::Plane => square(Vec3::ZERO, Vec3::X, Vec3::NEG_Z),
         KindOfShape::Pane => square(Vec3::ZERO, Vec3::X, Vec3::Y),
@@ -20,7 +28,7 @@ pub(super) fn shape(kind: KindOfShape, transform: Mat4, material: u32, id: u32) 
                 square(n * 0.5, up.cross(n), up)
             })
             .collect(),
-        KindOfShape::Sphere => sphere(),
+        KindOfShape::Sphere => sphere(level),
     };
     let normals = Mat3::from_mat4(transform).inverse().transpose();
     for triangle in &mut triangles {
@@ -47,9 +55,14 @@ fn square(center: Vec3, right: Vec3, up: Vec3) -> Vec<Triangle> {
         .to_vec()
 }
 
-fn sphere() -> Vec<Triangle> {
+/// Of a sphere.
+pub(super) fn sphere_triangles(level: u32) -> usize {
+    20 << (2 * level)
+}
+
+pub(super) fn sphere(level: u32) -> Vec<Triangle> {
     let mut faces = icosahedron();
-    for _ in 0..SPHERE_LEVEL {
+    for _ in 0..level {
         faces = faces
             .into_iter()
             .flat_map(|[a, b, c]| {

@@ -1,14 +1,14 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
+    document::{AirTable, CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
     noise::Noise,
     source::Source,
 };
 use crate::{
-    caster::Material,
+    caster::{Material, Transfer},
     dither::MAX_SCALE,
-    settings::{ClusterSettings, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    settings::{Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
     stage::cluster::MAX_TILE,
 };
 use glam::{UVec2, Vec3, Vec4};
@@ -80,8 +80,17 @@ pub(super) fn shadow(
     table: &Spanned<ShadowTable>,
 ) -> Result<ShadowSettings, SceneError> {
     let check = Table { source, table };
-    let ShadowTable { size, receiver, nodes, bias, normal_bias, pair_budget, texel_budget, soften } =
-        table.get_ref();
+    let ShadowTable {
+        size,
+        receiver,
+        nodes,
+        bias,
+        normal_bias,
+        pair_budget,
+        texel_budget,
+        soften,
+        colored,
+    } = table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
     let nodes = nodes.unwrap_or(usual.nodes);
@@ -109,7 +118,33 @@ pub(super) fn shadow(
         pair_budget,
         texel_budget,
         soften: soften.unwrap_or(usual.soften),
+        colored: colored.unwrap_or(usual.colored),
     })
+}
+
+/// `None` where the density is 0.
+pub(super) fn air(
+    source: &Source<'_>,
+    table: &Spanned<AirTable>,
+) -> Result<Option<Air>, SceneError> {
+    let check = Table { source, table };
+    let AirTable { density, albedo, anisotropy, steps } = table.get_ref();
+    let usual = Air::default();
+    let albedo = albedo.unwrap_or(usual.albedo.to_array());
+    for v in albedo {
+        check.share("albedo", v)?;
+    }
+    let density = density.unwrap_or(usual.density);
+    let density = check.number("density", density, |v| (0.0..=1e3).contains(&v), "0 to 1000")?;
+    let g = anisotropy.unwrap_or(usual.anisotropy);
+    let within = |v: f32| v.abs() <= 0.95;
+    let anisotropy = check.number("anisotropy", g, within, "from -0.95 to 0.95")?;
+    let steps = steps.unwrap_or(usual.steps);
+    if !(1..=MAX_AIR_STEPS).contains(&steps) {
+        let help = format!("1 to {MAX_AIR_STEPS} steps");
+        return Err(check.fault("steps", format!("steps is {steps}"), &help));
+    }
+    Ok((density > 0.0).then_some(Air { density, albedo: albedo.into(), anisotropy, steps }))
 }
 
 pub(super) fn clusters(
@@ -210,6 +245,23 @@ pub(super) fn material(
         let help = format!("a cell of a pattern is 1 to {MAX_SCALE} texels");
         return Err(check.fault("scale", format!("scale is {pattern_scale}"), &help));
     }
+    let attenuation_color = given.attenuation_color.unwrap_or([1.0; 3]);
+    for v in attenuation_color {
+        check.share("attenuation_color", v)?;
+    }
+    let attenuation_distance = match given.attenuation_distance {
+        None if given.attenuation_color.is_some() => {
+            let help = "give it an attenuation_distance [m]";
+            return Err(check.fault("attenuation_color", "colour without a distance", help));
+        }
+        None => f32::INFINITY,
+        Some(v) => check.number("attenuation_distance", v, |v| v > 0.0, "above 0")?,
+    };
+    if attenuation_distance.is_finite() && (transfer.is_opaque() || transfer == Transfer::None) {
+        let message = "a volume of a material that does not filter";
+        let help = "use another transfer, such as \"filter\"";
+        return Err(check.fault("attenuation_distance", message, help));
+    }
     if let Some(TextureSource::Noise(noise)) = &given.texture {
         noise_values(&check, noise)?;
     }
@@ -228,6 +280,11 @@ pub(super) fn material(
         emission: emission.into(),
         transmission: share("transmission", given.transmission, usual.transmission)?,
         roughness: share("roughness", given.roughness, usual.roughness)?,
+        attenuation_color: attenuation_color.into(),
+        attenuation_distance,
+        receives: given.receives.unwrap_or_default(),
+        visible: given.visible.unwrap_or(usual.visible),
+        casts: given.casts.unwrap_or(usual.casts),
     };
     Ok((material, given.texture.clone()))
 }

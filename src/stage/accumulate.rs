@@ -29,7 +29,12 @@ macro_rules! tiles {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
+                "common/volumes.wgsl",
+                "common/owners.wgsl",
+                "common/owner.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 "common/reach.wgsl",
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
@@ -58,6 +63,9 @@ macro_rules! tiles {
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
+                ("HAS_OWNERS", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -78,7 +86,12 @@ macro_rules! segments {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
+                "common/volumes.wgsl",
+                "common/owners.wgsl",
+                "common/owner.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/dispatch.wgsl",
@@ -110,6 +123,9 @@ macro_rules! segments {
                 ("HAS_PUFFS", 1.0),
                 ("HAS_QUADS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
+                ("HAS_OWNERS", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -118,6 +134,72 @@ macro_rules! segments {
 pub const SEGMENTS: [KernelDesc; 2] = [
     segments!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
     segments!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
+];
+
+macro_rules! ordered {
+    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal) => {
+        KernelDesc {
+            name: "accumulate_ordered",
+            sources: crate::sources![
+                "common/record.wgsl",
+                "common/view.wgsl",
+                "common/material.wgsl",
+                "common/tile_rect.wgsl",
+                "common/hit.wgsl",
+                "common/texture.wgsl",
+                "common/caster_hit.wgsl",
+                "common/order.wgsl",
+                "common/volumes.wgsl",
+                "common/owners.wgsl",
+                "common/owner.wgsl",
+                "common/sums.wgsl",
+                "common/crossing.wgsl",
+                $sums_file,
+                "common/merge.wgsl",
+                "common/partial.wgsl",
+                "common/dispatch.wgsl",
+                "common/reach.wgsl",
+                "common/rows_4.wgsl",
+                "common/lane.wgsl",
+                "common/tile.wgsl",
+                "common/gather.wgsl",
+                $walk,
+                "accumulate_ordered.wgsl"
+            ],
+            bindings: crate::sums_then![
+                $sums,
+                VIEWS,
+                MATERIALS,
+                Binding::read::<[u32; 4]>("dispatches"),
+                Binding::read::<Segment>("segments"),
+                Binding::read::<Tile>("tiles"),
+                Binding::read_write::<[u32; 4]>("partials"),
+                Binding::texture_read("pairs", Rg32Uint),
+                Binding::texture_read("footprints", Rgba32Uint),
+                CASTERS,
+                SETUPS,
+                IMAGES,
+                OPAQUES
+            ],
+            constants: &[
+                ("HAS_PARTICLES", 1.0),
+                ("HAS_TRIANGLES", 1.0),
+                ("HAS_TEXTURES", 1.0),
+                ("HAS_PUFFS", 1.0),
+                ("HAS_QUADS", 1.0),
+                ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 1.0),
+                ("HAS_VOLUMES", 1.0),
+                ("HAS_OWNERS", 1.0),
+            ],
+            tier: Tier::$tier,
+        }
+    };
+}
+/// In place of [`SEGMENTS`] where segments are composed one by one.
+pub const ORDERED: [KernelDesc; 2] = [
+    ordered!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
+    ordered!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
 ];
 
 macro_rules! tiny {
@@ -132,7 +214,10 @@ macro_rules! tiny {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
+                "common/volumes.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/bin.wgsl",
@@ -164,6 +249,8 @@ macro_rules! tiny {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
                 ("WORKGROUP_SIZE", CHUNK_SIZE as f64),
             ],
             tier: Tier::$tier,
@@ -187,7 +274,10 @@ macro_rules! overflow {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
+                "common/volumes.wgsl",
                 "common/sums.wgsl",
+                "common/crossing.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/dispatch.wgsl",
@@ -195,6 +285,7 @@ macro_rules! overflow {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/scatter.wgsl",
+                "common/overflow.wgsl",
                 "accumulate_overflow.wgsl"
             ],
             bindings: crate::sums_then![
@@ -217,6 +308,8 @@ macro_rules! overflow {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -237,6 +330,8 @@ macro_rules! disc_tiles {
                 "common/material.wgsl",
                 "common/tile_rect.wgsl",
                 "common/sums.wgsl",
+                "common/owners.wgsl",
+                "common/owner.wgsl",
                 "common/rows_8.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
@@ -257,7 +352,12 @@ macro_rules! disc_tiles {
                 Binding::texture_write("filters", Rgba16Float).array(),
                 Binding::texture_write("nearests", R32Float).array(),
             ],
-            constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)],
+            constants: &[
+                ("HAS_GAIN", 0.0),
+                ("HAS_OWNERS", 0.0),
+                ("PERSPECTIVE", 0.0),
+                ("HAS_OPAQUE", 1.0),
+            ],
             tier: Tier::$tier,
         }
     };
@@ -277,6 +377,7 @@ macro_rules! disc_segments {
                 "common/material.wgsl",
                 "common/tile_rect.wgsl",
                 "common/sums.wgsl",
+                "common/owner.wgsl",
                 $sums_file,
                 "common/merge.wgsl",
                 "common/dispatch.wgsl",

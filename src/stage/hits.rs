@@ -15,6 +15,12 @@ pub struct Features {
     pub puffs: bool,
     pub quads: bool,
     pub gain: bool,
+    /// The order counts.
+    pub over: bool,
+    /// Closed meshes absorb along the way through them.
+    pub volumes: bool,
+    /// Maps say whose the nearest depth is.
+    pub owners: bool,
     pub dither: bool,
     /// Opaque triangles of a few texels took a path of their own.
     pub small: bool,
@@ -41,6 +47,9 @@ impl Features {
         puffs: false,
         quads: false,
         gain: false,
+        over: false,
+        volumes: false,
+        owners: false,
         dither: false,
         small: false,
         plain: true,
@@ -58,6 +67,9 @@ impl Features {
         puffs: true,
         quads: true,
         gain: true,
+        over: true,
+        volumes: true,
+        owners: true,
         dither: true,
         small: false,
         plain: false,
@@ -67,6 +79,11 @@ impl Features {
         nodes: 0,
         cost: false,
     };
+
+    /// Whether segments are composed one by one, and nothing is scattered by choice.
+    pub fn is_composed(self) -> bool {
+        self.nodes == 0 && (self.over || self.volumes || self.owners)
+    }
 
     /// Of two sets of casters together.
     #[must_use]
@@ -78,6 +95,9 @@ impl Features {
             puffs: self.puffs || other.puffs,
             quads: self.quads || other.quads,
             gain: self.gain || other.gain,
+            over: self.over || other.over,
+            volumes: self.volumes || other.volumes,
+            owners: self.owners || other.owners,
             dither: self.dither || other.dither,
             small: self.small || other.small,
             plain: self.plain && other.plain,
@@ -104,6 +124,9 @@ impl Features {
             "HAS_PUFFS" => Some(self.puffs),
             "HAS_QUADS" => Some(self.quads),
             "HAS_GAIN" => Some(self.gain),
+            "HAS_OVER" => Some(self.over),
+            "HAS_VOLUMES" => Some(self.volumes),
+            "HAS_OWNERS" => Some(self.owners),
             "HAS_DITHER" => Some(self.dither),
             "HAS_SMALL" => Some(self.small),
             "PERSPECTIVE" => Some(self.perspective),

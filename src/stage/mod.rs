@@ -1,7 +1,9 @@
 //! The pipeline, stage by stage, in dispatch order.
 pub mod accumulate;
+pub mod air;
 pub mod bin;
 pub mod cluster;
+pub mod colored;
 pub mod curve;
 pub mod filter;
 pub mod hits;
@@ -29,6 +31,10 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &bin::DISPATCH,
     &filter::ROWS,
     &filter::COLUMNS,
+    &colored::ROWS,
+    &colored::COLUMNS,
+    &air::SCATTER,
+    &air::SUM,
     &cluster::COUNT,
     &cluster::SCAN,
     &cluster::EMIT,
@@ -46,10 +52,16 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::OVERFLOW[0],
     &accumulate::TILES[0],
     &accumulate::SEGMENTS[0],
+    &accumulate::ORDERED[0],
     &accumulate::DISC_TILES[0],
     &accumulate::DISC_SEGMENTS[0],
     &resolve::TILES[0],
+    &resolve::ORDERED[0],
     &resolve::OPAQUE[0],
+    &colored::TILES[0],
+    &colored::SEGMENTS[0],
+    &colored::OVERFLOW[0],
+    &colored::RESOLVE[0],
     &curve::TILES[0],
     &curve::SEGMENTS[0],
     &curve::DISC_TILES[0],
@@ -63,10 +75,16 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::OVERFLOW[1],
     &accumulate::TILES[1],
     &accumulate::SEGMENTS[1],
+    &accumulate::ORDERED[1],
     &accumulate::DISC_TILES[1],
     &accumulate::DISC_SEGMENTS[1],
     &resolve::TILES[1],
+    &resolve::ORDERED[1],
     &resolve::OPAQUE[1],
+    &colored::TILES[1],
+    &colored::SEGMENTS[1],
+    &colored::OVERFLOW[1],
+    &colored::RESOLVE[1],
     &curve::TILES[1],
     &curve::SEGMENTS[1],
     &curve::DISC_TILES[1],

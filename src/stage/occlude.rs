@@ -206,6 +206,7 @@ macro_rules! overflow {
                 "common/dispatch.wgsl",
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
+                "common/overflow.wgsl",
                 "occlude_overflow.wgsl"
             ],
             bindings: crate::sums_then![

@@ -34,13 +34,14 @@ const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 /// Invocations of a workgroup of [`CASTERS_LIT`].
 pub const CASTER_LANES: u32 = 64;
 
-const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
-const LIGHTS: Binding = Binding::texture("lights", Uint);
-const CLUSTERS: Binding = Binding::texture("clusters", Uint);
+pub(super) const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
+pub(super) const LIGHTS: Binding = Binding::texture("lights", Uint);
+pub(super) const CLUSTERS: Binding = Binding::texture("clusters", Uint);
+const AIR: Binding = Binding::texture("air", FLOAT).array();
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
-const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
-const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
-const CURVES: Binding = Binding::texture("curves", Uint).array();
+pub(super) const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
+pub(super) const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
+pub(super) const CURVES: Binding = Binding::texture("curves", Uint).array();
 
 macro_rules! seen {
     ($tier:ident, $walk:literal) => {
@@ -116,9 +117,12 @@ macro_rules! surfaces {
                 "common/octahedral.wgsl",
                 "common/curve.wgsl",
                 "common/curve_light.wgsl",
+                "common/owner.wgsl",
+                "common/receiver.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
+                "common/air.wgsl",
                 "shade_surfaces.wgsl"
             ],
             bindings: &[
@@ -140,6 +144,7 @@ macro_rules! surfaces {
                 OPAQUES,
                 CURVES,
                 Binding::texture_write("surfaces", Rgba32Float),
+                AIR,
             ],
             constants: &[
                 ("HAS_PARTICLES", 1.0),
@@ -175,13 +180,18 @@ macro_rules! layers {
                 "common/lane.wgsl",
                 "common/tile.wgsl",
                 "common/dispatch.wgsl",
+                "common/air.wgsl",
                 "common/cost.wgsl",
+                "common/volumes.wgsl",
+                "common/fog.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
                 "common/curve.wgsl",
                 "common/curve_light.wgsl",
+                "common/owner.wgsl",
+                "common/receiver.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -209,6 +219,7 @@ macro_rules! layers {
                 CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
+                AIR,
             ],
             constants: &[
                 ("HAS_PARTICLES", 1.0),
@@ -219,6 +230,7 @@ macro_rules! layers {
                 ("NODES", 0.0),
                 ("HAS_GAIN", 0.0),
                 ("COUNT_COST", 0.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -243,13 +255,18 @@ macro_rules! composite {
                 "common/rows_4.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
+                "common/air.wgsl",
                 "common/cost.wgsl",
+                "common/volumes.wgsl",
+                "common/fog.wgsl",
                 "common/gather_layers.wgsl",
                 $walk,
                 "common/light.wgsl",
                 "common/octahedral.wgsl",
                 "common/curve.wgsl",
                 "common/curve_light.wgsl",
+                "common/owner.wgsl",
+                "common/receiver.wgsl",
                 "common/receive.wgsl",
                 "common/shading.wgsl",
                 "common/surface.wgsl",
@@ -278,6 +295,7 @@ macro_rules! composite {
                 CURVES,
                 Binding::texture("surfaces", FLOAT),
                 Binding::texture("lit", FLOAT),
+                AIR,
             ],
             constants: &[
                 ("HAS_PARTICLES", 1.0),
@@ -288,6 +306,7 @@ macro_rules! composite {
                 ("NODES", 0.0),
                 ("HAS_GAIN", 0.0),
                 ("COUNT_COST", 0.0),
+                ("HAS_VOLUMES", 0.0),
             ],
             tier: Tier::$tier,
         }
@@ -301,13 +320,17 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
     sources: crate::sources![
         "common/record.wgsl",
         "common/view.wgsl",
+        "common/material.wgsl",
         "common/light.wgsl",
         "common/curve.wgsl",
         "common/curve_light.wgsl",
+        "common/owner.wgsl",
+        "common/receiver.wgsl",
         "common/receive.wgsl",
         "shade_casters.wgsl"
     ],
     bindings: &[
+        MATERIALS,
         PARAMS,
         Binding::texture_read("footprints", Rgba32Uint),
         Binding::texture_read("rects", Rg32Uint),
@@ -343,7 +366,8 @@ pub struct GpuLight {
     pub cone_inner: f32,
     /// One over the square of the range [1/m^2]; 0 where the light has no end.
     pub per_range2: f32,
-    pub pad: u32,
+    /// 1 where the air scatters its light.
+    pub shafts: u32,
 }
 crate::gpu_layout!(GpuLight {
     position,
@@ -355,7 +379,7 @@ crate::gpu_layout!(GpuLight {
     cone_outer,
     cone_inner,
     per_range2,
-    pad
+    shafts
 });
 
 impl GpuLight {
@@ -382,7 +406,7 @@ impl GpuLight {
             cone_outer: (angle * 0.5).cos(),
             cone_inner: (angle * 0.5 * 0.85).cos(),
             per_range2: light.range().map_or(0.0, |range| 1.0 / (range * range)),
-            pad: 0,
+            shafts: u32::from(light.shafts),
         }
     }
 }
@@ -412,8 +436,10 @@ pub struct PictureParams {
     /// Where the first slice ends [m].
     pub first_slice: f32,
     pub slices_per_doubling: f32,
-    pub pad_0: u32,
-    pub pad_1: u32,
+    /// 1 where opaque depths are by channel.
+    pub colored: u32,
+    /// 0: the air is clear.
+    pub air_slices: u32,
 }
 crate::gpu_layout!(PictureParams {
     world_from_view,
@@ -429,6 +455,6 @@ crate::gpu_layout!(PictureParams {
     tile,
     first_slice,
     slices_per_doubling,
-    pad_0,
-    pad_1
+    colored,
+    air_slices
 });

@@ -62,10 +62,12 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         materials,
         textures: Vec::new(),
         animated: Vec::new(),
+        displaced: Vec::new(),
         particles: Vec::new(),
         triangles: Vec::new(),
         ambient: Vec3::ZERO,
         background: Vec3::ZERO,
+        air: None,
         skipped: Default::default(),
     }
 }
@@ -82,6 +84,7 @@ pub(crate) fn light(kind: LightKind) -> Light {
         casts: true,
         cascades: None,
         shadows: Vec::new(),
+        shafts: true,
     }
 }
 

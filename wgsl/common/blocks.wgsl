@@ -5,15 +5,21 @@ override HAS_DITHER: bool;
 
 fn blocks(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, hit: Hit) -> bool {
     if HAS_DITHER && hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
-        return hit.opacity > threshold(view, place, look, texel, hit.material);
+        return hit.opacity > threshold(view, place, look, texel, hit.material, caster_id(look));
     }
     return is_solid(hit);
 }
 
-// Opacity that a `dither` hit must exceed.
-fn threshold(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, material_id: u32) -> f32 {
+// Opacity that a `dither` hit must exceed, of the pattern that belongs to `id`.
+fn threshold(
+    view: GpuView,
+    place: vec4<u32>,
+    look: vec4<u32>,
+    texel: vec2<f32>,
+    material_id: u32,
+    id: u32,
+) -> f32 {
     let material = materials[material_id];
-    let id = caster_id(look);
     if material.pattern != PATTERN_HASHED {
         let cell = pattern_cell(view, material.pattern_scale, texel);
         return cell_threshold(material.pattern, material.blue_first, cell, id);

@@ -42,7 +42,7 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     let base = unpack2x16float(look.z).x;
     let slope = unpack2x16float(look.y).y;
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
-        return puff_hit(view, place, met.xy, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
+        return puff_hit(view, place, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
     }
     let covered = coverage(material.shape, material.profile, met.xy);
     var alpha = covered;
@@ -58,11 +58,11 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     return Hit(transmittance(material.transfer, opacity, color), color, opacity, depth, material_id);
 }
 
-// Absorbs along the chord that the ray takes through the sphere before the opaque surface.
+// Absorbs along the chord that the ray takes through the sphere before the opaque surface: what the
+// transfer does along a whole diameter, to the power of the chord's share of it.
 fn puff_hit(
     view: GpuView,
     place: vec4<f32>,
-    q: vec2<f32>,
     color: vec3<f32>,
     alpha: f32,
     texel: vec2<f32>,
@@ -99,7 +99,7 @@ fn puff_hit(
     let first = max(closest - half_chord * radius_axis, view.near);
     let last = min(closest + half_chord * radius_axis, view.near + opaque_depth * range);
     let share = clamp((last - first) / (2.0 * radius_axis), 0.0, 1.0);
-    let per_diameter = max(1.0 - alpha * (1.0 - color), vec3(1e-9));
+    let per_diameter = max(transmittance(materials[material_id].transfer, alpha, color), vec3(1e-9));
     let opacity = 1.0 - pow(max(1.0 - alpha, 1e-9), share);
     let entered = (first - view.near) / range;
     return Hit(pow(per_diameter, vec3(share)), color, opacity, select(-1.0, entered, share > 0.0), material_id);

@@ -124,3 +124,8 @@ fn settled_rows(front: f32, i: u32) -> bool {
     let open = (light >= vec4(BLACK) | nearest[i] > vec4(front)) & opaque_depth[i] > vec4(front);
     return !any(open);
 }
+
+// Batches of plain discs are not asked for it.
+fn owner_texel(i: u32) -> u32 {
+    return NO_OWNER;
+}

@@ -1,5 +1,6 @@
 // Four pixels while what is not solid is laid over them, front to back. CPU twin: src/cpu/shade.rs.
-// Needs common/caster_hit.wgsl, sheet.wgsl, surface.wgsl, cost.wgsl; the kernel binds `surfaces` and `lit`.
+// Needs common/caster_hit.wgsl, fog.wgsl, sheet.wgsl, surface.wgsl, cost.wgsl; the kernel binds `surfaces`
+// and `lit`.
 //
 // Casters come in order of their nearest corner. A pane reaches from there far back, so it waits
 // until what comes next is behind it; the order is exact while at most two panes wait. What the
@@ -33,6 +34,9 @@ fn start(view: GpuView, pixel: vec2<u32>) {
         opaque_depth[i] = textureLoad(surfaces, pixel + vec2(0u, i), 0).a;
         passed[i] = vec3(1.0);
         color[i] = vec3(0.0);
+        if HAS_VOLUMES {
+            start_fog(view, corner + vec2(0.5, f32(i) + 0.5), i);
+        }
         if HAS_TRIANGLES {
             near[i] = NO_LAYER;
             far[i] = NO_LAYER;
@@ -47,14 +51,36 @@ fn lay(i: u32, own: vec3<f32>, pass_on: vec3<f32>) {
     passed[i] *= pass_on;
 }
 
+// What volumes let pass up to light depth `depth`.
+fn lay_fog(i: u32, depth: f32) {
+    if HAS_VOLUMES {
+        passed[i] *= fog_to(i, depth);
+    }
+}
+
+// As `lay`, seen through the air before light depth `depth`; what is behind is laid over what the
+// air scatters before it as well, so that here only what the layer takes of that counts.
+fn lay_at(i: u32, depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
+    if params.air_slices > 0u {
+        let before = air_at(corner + vec2(0.5, f32(i) + 0.5), depth);
+        lay(i, own * before.a + before.rgb * (1.0 - pass_on), pass_on);
+    } else {
+        lay(i, own, pass_on);
+    }
+}
+
 fn lay_pane(i: u32, layer: Layer) {
+    lay_fog(i, layer.depth);
     let shown = Layer(layer.depth, vec3(0.0), passed[i], layer.look);
     if layer.look.x != 0u && first[i].look.x == 0u {
         first[i] = shown;
     } else if layer.look.x != 0u && second[i].look.x == 0u {
         second[i] = shown;
     }
-    lay(i, layer.own, layer.passed);
+    lay_at(i, layer.depth, layer.own, layer.passed);
+    if HAS_VOLUMES && layer.look.x != 0u {
+        passed[i] *= cross_face(i, layer.look.y, layer.depth);
+    }
 }
 
 // The panes before light depth `depth`, nearest first.
@@ -92,9 +118,17 @@ fn pane_light(view: GpuView, pixel: vec2<f32>, layer: Layer) -> vec3<f32> {
     let id = layer.look.x & ~TRIANGLE_BIT;
     let surface =
         triangle_surface(view, pixel, layer.depth, id, layer.look.y, albedo, material.roughness);
-    let lit = light_sheet(surface);
-    return scattered_share(hit, material) * albedo * lit.diffuse + hit.opacity * lit.shine
-        + mirrored_share(hit, layer.look.y, surface.to_eye) * sky(reflect(-surface.to_eye, surface.normal));
+    set_receiver(material, setup_texel(layer.look.y, 6u).w);
+    let gloss = sheet_gloss(hit, material);
+    let lit = light_sheet(surface, gloss);
+    let mirror = mirrored_share(gloss, layer.look.y, surface.to_eye);
+    return scattered_share(hit, material) * (1.0 - mirror) * albedo * lit.diffuse + lit.shine
+        + mirror * sky(reflect(-surface.to_eye, surface.normal));
+}
+
+// Premultiplied: glass keeps its highlights where it is clear.
+fn sheet_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
+    return Gloss(material.reflectivity, max(hit.opacity, material.transmission));
 }
 
 // A sheet that is not clear scatters half of what it covers and filters the rest.
@@ -103,14 +137,17 @@ fn scattered_share(hit: Hit, material: GpuMaterial) -> f32 {
     return hit.opacity * select(0.5 * (1.0 - material.transmission), 1.0, covers);
 }
 
-fn mirrored_share(hit: Hit, setup: u32, to_eye: vec3<f32>) -> f32 {
-    return hit.opacity * fresnel(abs(dot(face_normal(setup), to_eye)));
+fn mirrored_share(gloss: Gloss, setup: u32, to_eye: vec3<f32>) -> f32 {
+    return mirrored(gloss, abs(dot(face_normal(setup), to_eye)));
 }
 
 fn finish(view: GpuView) {
     if HAS_TRIANGLES {
         for (var i = 0u; i < 4u; i += 1u) {
             lay_waiting(i, 2.0);
+            if whole {
+                lay_fog(i, opaque_depth[i]);
+            }
         }
         for (var k = 0u; k < 8u; k += 1u) {
             let i = k % 4u;
@@ -121,7 +158,11 @@ fn finish(view: GpuView) {
             if layer.look.x != 0u {
                 let pixel = corner + vec2(0.5, f32(i) + 0.5);
                 asked = 0u;
-                color[i] += layer.passed * pane_light(view, pixel, layer);
+                var shown = layer.passed * pane_light(view, pixel, layer);
+                if params.air_slices > 0u {
+                    shown *= air_at(pixel, layer.depth).a;
+                }
+                color[i] += shown;
                 asked_of[i] += asked;
             }
         }
@@ -140,8 +181,10 @@ fn visit_pane(view: GpuView, look: vec4<u32>, i: u32) {
     let to_eye = normalize(eye() - world_point(view, pixel, hit.depth));
     let covers = material.transfer == TRANSFER_OVER;
     let scattered = select(scattered_share(hit, material), 0.0, covers);
-    let behind = (1.0 - mirrored_share(hit, look.x, to_eye)) * (1.0 - scattered);
-    var layer = Layer(hit.depth, hit.opacity * material.emission, hit.light * behind, vec2(look.w, look.x));
+    let behind = (1.0 - mirrored_share(sheet_gloss(hit, material), look.x, to_eye)) * (1.0 - scattered);
+    // What gathers light gathers that of lamps, not what the eye sees behind it.
+    let light = select(hit.light, vec3(1.0), material.transfer == TRANSFER_GAIN);
+    var layer = Layer(hit.depth, hit.opacity * material.emission, light * behind, vec2(look.w, look.x));
     if material.transfer == TRANSFER_NONE {
         layer.own += hit.opacity * hit.color;
         layer.passed = vec3(1.0);
@@ -157,12 +200,13 @@ fn visit_particle(view: GpuView, place: vec4<u32>, look: vec4<u32>, arriving: ve
     if hit.depth >= 0.0 && hit.depth < opaque_depth[i] {
         if HAS_TRIANGLES {
             lay_waiting(i, hit.depth);
+            lay_fog(i, hit.depth);
         }
         let material = materials[hit.material];
         let adds = material.transfer == TRANSFER_NONE;
         let light = select(arriving, vec3(1.0), adds);
         let own = seen_color(hit, material.transfer) * light + material.emission;
-        lay(i, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
+        lay_at(i, hit.depth, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
     }
 }
 

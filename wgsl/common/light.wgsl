@@ -11,7 +11,7 @@ struct GpuLight {
     cone_outer: f32,      // cosines of half the angle of a spot
     cone_inner: f32,
     per_range2: f32,      // [1/m^2]; 0: no end
-    pad: u32,
+    shafts: u32,          // 1 where the air scatters its light
 }
 
 const LIGHT_DIRECTIONAL: u32 = 0u;
@@ -34,8 +34,8 @@ struct PictureParams {
     tile: u32,        // edge of a cluster [pixels]
     first_slice: f32, // where the first slice ends [m]
     slices_per_doubling: f32,
-    pad_0: u32,
-    pad_1: u32,
+    colored: u32,     // 1 where opaque depths are by channel
+    air_slices: u32,  // 0: the air is clear
 }
 
 fn light_record(index: u32) -> GpuLight {
@@ -43,7 +43,8 @@ fn light_record(index: u32) -> GpuLight {
     let place = textureLoad(lights, record_texel(at), 0);
     let way = textureLoad(lights, record_texel(at + 1u), 0);
     let color = textureLoad(lights, record_texel(at + 2u), 0);
-    let rest = bitcast<vec4<f32>>(textureLoad(lights, record_texel(at + 3u), 0));
+    let bits = textureLoad(lights, record_texel(at + 3u), 0);
+    let rest = bitcast<vec3<f32>>(bits.xyz);
     return GpuLight(
         bitcast<vec3<f32>>(place.xyz),
         place.w,
@@ -54,7 +55,7 @@ fn light_record(index: u32) -> GpuLight {
         rest.x,
         rest.y,
         rest.z,
-        0u,
+        bits.w,
     );
 }
 

@@ -15,6 +15,8 @@ struct GpuMaterial {
     pattern: u32,
     pattern_scale: u32, // [texels of a cell]
     blue_first: u32,    // texel of `casters` where the blue noise starts
+    absorption: vec3<f32>, // of the way through a closed mesh [1/m]
+    receives: u32,
 }
 
 const MAX_MATERIALS: u32 = 512u;
@@ -36,5 +38,10 @@ const SHAPE_PUFF: u32 = 2u;
 
 const PROFILE_FLAT: u32 = 0u;
 const PROFILE_SOFT: u32 = 1u;
+
+const RECEIVES_CURVE: u32 = 0u;
+const RECEIVES_NEAREST: u32 = 1u;
+const RECEIVES_OPAQUE: u32 = 2u;
+const RECEIVES_OTHERS: u32 = 3u;
 
 const MAX_GAIN: f32 = 16.0;

@@ -1,19 +1,24 @@
 // The light that arrives at a point through the shadow maps. CPU twin: src/cpu/receive.rs.
 // Needs common/light.wgsl; the kernel binds `params`, `lights`, `clusters`, `filters`, `nearests`,
-// `opaques`, `curves`. Needs common/curve.wgsl, curve_light.wgsl.
+// `opaques`, `curves`. Needs common/receiver.wgsl, curve.wgsl,
+// curve_light.wgsl.
 
 // What one texel lets through to light depth z: the rules of the receiver. Texels beside the
 // view's map are those on its border.
 fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
     let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
-    let solid = textureLoad(opaques, at, view.layer, 0).r;
-    if NODES > 0u {
-        return select(curve_light(view, at, z - bias), vec3(0.0), z > solid + bias);
+    let depths = textureLoad(opaques, at, view.layer, 0).rgb;
+    let solid = select(depths.rrr, depths, params.colored != 0u);
+    // A curve knows no owners.
+    if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
+        return select(curve_light(view, at, z - bias), vec3(0.0), vec3(z) > solid + bias);
     }
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
-    let filtered = textureLoad(filters, at, view.layer, 0).rgb;
-    let passed = select(vec3(1.0), filtered, z > nearest + bias);
-    return select(passed, vec3(0.0), z > solid + bias);
+    let filtered = textureLoad(filters, at, view.layer, 0);
+    let whose = select(is_tinted(filtered, nearest), receives != RECEIVES_OPAQUE, NODES > 0u);
+    let tinted = z > nearest + bias && whose;
+    let passed = select(vec3(1.0), filtered.rgb, tinted);
+    return select(passed, vec3(0.0), vec3(z) > solid + bias);
 }
 
 fn receive_row(view: GpuView, texel: vec2<f32>, w: vec3<f32>, z: f32, bias: f32) -> vec3<f32> {

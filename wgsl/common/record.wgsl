@@ -9,3 +9,4 @@ fn record_texel(index: u32) -> vec2<u32> {
 const TRIANGLE_BIT: u32 = 0x80000000u;
 const FOOTPRINT_TEXELS: u32 = 2u;
 const SETUP_TEXELS: u32 = 8u;
+const BACK_BIT: u32 = 8u; // of a setup's ties: clockwise as the light sees it

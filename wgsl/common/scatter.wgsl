@@ -1,15 +1,23 @@
 // One caster's light at one texel straight into the sums: the scatter path. CPU twin:
-// src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, sums.wgsl, hash.wgsl, lane.wgsl; the kernel
+// src/cpu/accumulate.rs. Needs common/caster_hit.wgsl, order.wgsl, volumes.wgsl,
+// crossing.wgsl, sums.wgsl, hash.wgsl, lane.wgsl; the kernel
 // binds `opaques` and `scattered_tiles`.
 fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
     let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
     let hit = caster_hit(view, place, look, vec2<f32>(texel) + 0.5, opaque_depth);
-    if !(hit.depth >= 0.0 && hit.depth < opaque_depth) {
-        return;
-    }
     let tile_place = texel / TILE_SIZE;
     let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
     let sum = sum_index(tile, texel % TILE_SIZE);
+    if HAS_VOLUMES {
+        let crossed = crossing(view, look, vec2<f32>(texel) + 0.5, opaque_depth);
+        if crossed.w != 0 {
+            add_to_sums(sum, bitcast<vec3<u32>>(crossed.xyz));
+            scattered_tiles[tile] = 1u;
+        }
+    }
+    if !(hit.depth >= 0.0 && hit.depth < opaque_depth) {
+        return;
+    }
     // Rounded up or down by chance, so that a million equal casters don't add up their rounding.
     let own = textureLoad(casters, record_texel(2u * (look.w & ~TRIANGLE_BIT) + 1u), 0).w;
     let seed = select(own, look.w, (look.w & TRIANGLE_BIT) != 0u) * 3u;
@@ -18,7 +26,17 @@ fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
         unit_float(pcg(seed + 1u)),
         unit_float(pcg(seed + 2u)),
     );
-    merge(sum, bitcast<vec3<u32>>(vec3<i32>(floor(to_tau(hit.light) * FIXED_ONE + chance))));
+    var passed = hit.light;
+    if HAS_OVER {
+        // Out of order: as if it were the only caster.
+        passed += added_light(hit);
+    }
+    let tau = bitcast<vec3<u32>>(vec3<i32>(floor(to_tau(passed) * FIXED_ONE + chance)));
+    if HAS_VOLUMES {
+        add_to_sums(sum, tau);
+    } else {
+        merge(sum, tau);
+    }
     if hit.opacity >= VISIBLE_OPACITY {
         raise_nearness(sum, depth_to_nearness(hit.depth));
     }

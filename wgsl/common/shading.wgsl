@@ -17,13 +17,23 @@ fn fresnel(cosine: f32) -> f32 {
     return 0.04 + 0.96 * rest * rest * rest * rest * rest;
 }
 
+// How much is mirrored: all of what reflects by itself, of the rest what shines like glass.
+struct Gloss {
+    reflectivity: f32,
+    polish: f32, // 1 of glass, 0 of what is not there
+}
+
+fn mirrored(gloss: Gloss, cosine: f32) -> f32 {
+    return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * fresnel(cosine);
+}
+
 // Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.
-fn highlight(normal: vec3<f32>, toward: vec3<f32>, to_eye: vec3<f32>, roughness: f32) -> f32 {
+fn highlight(normal: vec3<f32>, toward: vec3<f32>, to_eye: vec3<f32>, roughness: f32, gloss: Gloss) -> f32 {
     let middle = normalize(toward + to_eye);
     let width = max(roughness * roughness, 0.04);
     let exponent = 2.0 / (width * width) - 1.0;
     let lobe = pow(max(dot(normal, middle), 1e-6), exponent);
-    return (exponent + 8.0) * (PER_PI / 8.0) * lobe * fresnel(dot(to_eye, middle));
+    return (exponent + 8.0) * (PER_PI / 8.0) * lobe * mirrored(gloss, dot(to_eye, middle));
 }
 
 struct Surface {
@@ -47,7 +57,7 @@ fn shade_solid(surface: Surface) -> vec3<f32> {
         if cosine > 0.0 && dot(surface.face, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0)) {
             let bias = params.bias + surface.reach;
             let passed = shadow(light, surface.point, surface.face, arriving.toward, bias);
-            let shine = highlight(surface.normal, arriving.toward, surface.to_eye, surface.roughness);
+            let shine = highlight(surface.normal, arriving.toward, surface.to_eye, surface.roughness, Gloss(0.0, 1.0));
             sum += arriving.color * passed * (cosine * (surface.albedo * PER_PI + shine));
         }
     }

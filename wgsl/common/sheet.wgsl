@@ -5,7 +5,7 @@ struct Lit {
     shine: vec3<f32>,
 }
 
-fn light_sheet(surface: Surface) -> Lit {
+fn light_sheet(surface: Surface, gloss: Gloss) -> Lit {
     var lit = Lit(ambient_light(surface.normal), vec3(0.0));
     count_lights(surface.lights.count);
     for (var i = 0u; i < surface.lights.count; i += 1u) {
@@ -17,7 +17,7 @@ fn light_sheet(surface: Surface) -> Lit {
             let side = surface.face * select(-1.0, 1.0, dot(surface.face, arriving.toward) > 0.0);
             let passed = arriving.color * shadow(light, surface.point, side, arriving.toward, params.bias);
             lit.diffuse += passed * (abs(cosine) * PER_PI);
-            let shine = highlight(surface.normal, arriving.toward, surface.to_eye, surface.roughness);
+            let shine = highlight(surface.normal, arriving.toward, surface.to_eye, surface.roughness, gloss);
             lit.shine += select(vec3(0.0), passed * (cosine * shine), cosine > 0.0);
         }
     }

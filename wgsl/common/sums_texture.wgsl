@@ -34,3 +34,11 @@ fn clear_sums(texel: u32) {
 fn raise_nearness(texel: u32, value: u32) {
     textureAtomicMax(nearness, record_texel(texel), value);
 }
+
+// Of coloured dithering, whose sums are nearnesses by channel.
+fn raise_channels(texel: u32, values: vec3<u32>) {
+    let at = record_texel(texel);
+    textureAtomicMax(sum_red, at, values.r);
+    textureAtomicMax(sum_green, at, values.g);
+    textureAtomicMax(sum_blue, at, values.b);
+}

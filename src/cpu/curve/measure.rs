@@ -62,7 +62,7 @@ fn smoke(chance: &mut Chance) -> Vec<Hit> {
     let opacity = chance.within(0.01, 0.04);
     let (first, last) = (color(chance, 0.9), color(chance, 0.9));
     let (low, high) = (chance.within(0.05, 0.3), chance.within(0.6, 0.95));
-    let (waves, phase) = (chance.within(1.0, 4.0), chance.within(0.0, 6.28));
+    let (waves, phase) = (chance.within(1.0, 4.0), chance.within(0.0, std::f32::consts::TAU));
     let mut hits = Vec::new();
     while hits.len() < count {
         let along = chance.within(0.0, 1.0);

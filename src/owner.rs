@@ -1,0 +1,17 @@
+//! Whose the nearest translucent depth of a texel is, for receivers that all but their own casters
+//! tint. WGSL: `wgsl/common/owner.wgsl`.
+
+/// Of a texel without a translucent hit, or of one that was scattered.
+pub const NO_OWNER: u16 = 0;
+const DEPTH_TAG_BITS: u32 = 5;
+
+/// 16 bits of an object's id, never 0.
+pub fn owner_tag(id: u32) -> u16 {
+    ((id ^ (id >> 16)) as u16).max(1)
+}
+
+/// Of a texel's alpha in the filter texture and its nearest depth.
+pub fn stored_tag(alpha: f32, depth: f32) -> u16 {
+    let low = depth.to_bits() & ((1 << DEPTH_TAG_BITS) - 1);
+    (((alpha as u32) << DEPTH_TAG_BITS) | low) as u16
+}

@@ -1,0 +1,60 @@
+// accumulate, ordered: what one segment of a long tile does to the light of its texels, where the
+// order counts; resolve_ordered composes a tile's segments. One workgroup per segment, a column of
+// texels per invocation. A tile's only segment is a plain factor of what was scattered there, and
+// goes to the sums; so does what `partials` has no room for, which takes more scattered tiles than
+// the pair budget has segments.
+// CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
+// Needs common/gather.wgsl and what it needs, order.wgsl, volumes.wgsl, partial.wgsl, lane.wgsl, tile.wgsl, walk_*.wgsl,
+// sums_*.wgsl.
+@group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(6) var<storage, read> dispatches: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read> segments: array<Segment>;
+@group(0) @binding(8) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(9) var<storage, read_write> partials: array<vec4<u32>>;
+@group(0) @binding(10) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(11) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(12) var casters: texture_2d<u32>;
+@group(0) @binding(13) var setups: texture_2d<u32>;
+@group(0) @binding(14) var images: texture_2d_array<f32>;
+@group(0) @binding(15) var opaques: texture_2d_array<f32>;
+
+@compute @workgroup_size(LANES)
+fn accumulate_ordered(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup.y * workgroups.x + workgroup.x;
+    if index >= dispatches[SEGMENT_DISPATCH].w {
+        return;
+    }
+    let segment = segments[index];
+    let view = views[segment.view];
+    let place = lane_texel(lane);
+    start(view, tile_texel(view, segment.tile) + place);
+    walk(view, segment.first, segment.end);
+    let composed = index < partial_room() && segment_count(tiles[segment.tile]) > 1u;
+    for (var i = 0u; i < ROWS; i += 1u) {
+        if composed {
+            let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
+            partials[at] = pack_partial(Partial(passed[i], added[i], nearest[i], vec3(0), 0, NO_OWNER));
+            if HAS_VOLUMES || HAS_OWNERS {
+                let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
+                let tau = bitcast<vec3<u32>>(crossed[i].xyz);
+                partials[at + 1u] = vec4(tau, leaves | (owner[i] << 16u));
+            }
+        } else {
+            let sum = sum_index(segment.tile, place + vec2(0u, i));
+            let tau = vec3<i32>(round(to_tau(passed[i] + added[i]) * FIXED_ONE));
+            if HAS_VOLUMES {
+                add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
+            } else {
+                merge(sum, bitcast<vec3<u32>>(tau));
+            }
+            if nearest_texel(i) < 1.0 {
+                raise_nearness(sum, depth_to_nearness(nearest_texel(i)));
+            }
+        }
+    }
+}

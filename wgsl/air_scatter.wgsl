@@ -1,0 +1,58 @@
+// air, scatter: the light that the air of one slice of a column of pixels sends to the eye, per
+// unit of what it takes from a ray. One invocation per column and slice.
+// CPU twin: src/cpu/air.rs. Host: src/stage/air.rs. Needs common/receive.wgsl, air_params.wgsl.
+@group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(1) var<uniform> params: PictureParams;
+@group(0) @binding(2) var<uniform> air_params: AirParams;
+@group(0) @binding(3) var lights: texture_2d<u32>;
+@group(0) @binding(4) var clusters: texture_2d<u32>;
+@group(0) @binding(5) var filters: texture_2d_array<f32>;
+@group(0) @binding(6) var nearests: texture_2d_array<f32>;
+@group(0) @binding(7) var opaques: texture_2d_array<f32>;
+@group(0) @binding(8) var curves: texture_2d_array<u32>;
+@group(0) @binding(9) var sources: texture_storage_2d_array<rgba32float, write>;
+
+const AIR_CELL: u32 = 4u;
+const PER_FOUR_PI: f32 = 0.07957747;
+
+// Henyey and Greenstein 1941; `cosine` between the ways before and after.
+fn phase(cosine: f32, g: f32) -> f32 {
+    let spread = max(1.0 + g * g - 2.0 * g * cosine, 1e-6);
+    return PER_FOUR_PI * (1.0 - g * g) / (spread * sqrt(spread));
+}
+
+// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
+fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
+    var sum = params.ambient;
+    for (var i = 0u; i < params.light_count; i += 1u) {
+        let light = light_record(i);
+        let arriving = incoming(light, point);
+        if light.shafts != 0u && any(arriving.color > vec3(0.0)) {
+            let passed = shadow(light, point, vec3(0.0), arriving.toward, params.bias);
+            sum += arriving.color * passed * phase(dot(arriving.toward, ray), air_params.anisotropy);
+        }
+    }
+    return sum;
+}
+
+@compute @workgroup_size(8, 8)
+fn air_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
+    let size = textureDimensions(sources);
+    if any(id.xy >= size) {
+        return;
+    }
+    let view = views[0];
+    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL);
+    let slope = (pixel - view.size * 0.5) / view.scale;
+    let way = vec3(slope.x, -slope.y, -1.0);
+    let ray = normalize((params.world_from_view * vec4(way, 0.0)).xyz);
+    var sum = vec3(0.0);
+    for (var i = 0u; i < air_params.samples; i += 1u) {
+        let along = f32(id.z) + (f32(i) + 0.5) / f32(air_params.samples);
+        let distance = view.near + along / f32(air_params.slices) * (view.far - view.near);
+        let point = (params.world_from_view * vec4(way * distance, 1.0)).xyz;
+        sum += scattered(point, ray);
+    }
+    let source = air_params.albedo * sum / f32(air_params.samples);
+    textureStore(sources, id.xy, id.z, vec4(source, 1.0));
+}

@@ -1,0 +1,39 @@
+// colored, columns: the rest of the blur, and the maps with a coloured filter instead of holes.
+// CPU twin: src/cpu/colored.rs. Host: src/stage/colored.rs.
+// Needs common/view.wgsl, window_colored.wgsl.
+@group(0) @binding(0) var<uniform> params: FilterParams;
+@group(0) @binding(1) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(2) var rows: texture_2d_array<f32>;
+@group(0) @binding(3) var filters: texture_2d_array<f32>;
+@group(0) @binding(4) var nearests: texture_2d_array<f32>;
+@group(0) @binding(5) var opaques: texture_2d_array<f32>;
+@group(0) @binding(6) var soft_filters: texture_storage_2d_array<rgba16float, write>;
+@group(0) @binding(7) var soft_nearests: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(8) var soft_opaques: texture_storage_2d_array<r32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn colored_columns(@builtin(global_invocation_id) id: vec3<u32>) {
+    let view = views[id.z];
+    let size = vec2<i32>(view.size);
+    let texel = vec2<i32>(id.xy);
+    if any(texel >= size) {
+        return;
+    }
+    var sum = EMPTY_COLORED;
+    for (var i = -params.radius; i <= params.radius; i += 1) {
+        let at = vec2<i32>(view.origin) + vec2(texel.x, clamp(texel.y + i, 0, size.y - 1));
+        let shares = textureLoad(rows, at, 2u * view.layer, 0);
+        let hole = textureLoad(rows, at, 2u * view.layer + 1u, 0);
+        let run = ColoredRun(shares.rgb, shares.a, hole.x, hole.y);
+        sum = add_colored(sum, run, window_weight(i, params.radius), abs(i));
+    }
+    let at = view.origin + id.xy;
+    let filtered = textureLoad(filters, at, view.layer, 0);
+    let nearest = textureLoad(nearests, at, view.layer, 0).r;
+    let opaque_depth = textureLoad(opaques, at, view.layer, 0).r;
+    let light = max(filtered.rgb * (1.0 - sum.blocked), vec3(0.0));
+    let behind = select(sum.hole, 1.0, sum.hole < 0.0);
+    textureStore(soft_filters, at, view.layer, vec4(select(filtered.rgb, light, sum.blocked > vec3(0.0)), filtered.a));
+    textureStore(soft_nearests, at, view.layer, vec4(min(nearest, sum.nearest)));
+    textureStore(soft_opaques, at, view.layer, vec4(select(opaque_depth, behind, is_dithered(opaque_depth))));
+}

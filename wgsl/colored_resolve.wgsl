@@ -1,0 +1,38 @@
+// colored, resolve: opaque depths by channel of the tiles that several workgroups or the scatter
+// path added to. Leaves the sums zero. One workgroup per tile, four texels per invocation.
+// CPU twin: src/cpu/colored.rs. Host: src/stage/colored.rs.
+// Needs common/sums.wgsl, sums_*.wgsl, dispatch.wgsl, view.wgsl, tile.wgsl, lane.wgsl, small.wgsl.
+@group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(5) var<storage, read> dispatches: array<vec4<u32>>;
+@group(0) @binding(6) var<storage, read> merged_tiles: array<u32>;
+@group(0) @binding(7) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(8) var opaques: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(9) var<storage, read> small_depths: array<u32>;
+@group(0) @binding(10) var colored: texture_storage_2d_array<rgba32float, write>;
+
+@compute @workgroup_size(LANES)
+fn colored_resolve(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let slot = workgroup.y * workgroups.x + workgroup.x;
+    if slot >= dispatches[MERGED_DISPATCH].w {
+        return;
+    }
+    let tile = merged_tiles[slot];
+    let view = views[tiles[tile].view];
+    let place = lane_texel(lane);
+    for (var i = 0u; i < 4u; i += 1u) {
+        let sum = sum_index(tile, place + vec2(0u, i));
+        let at = tile_texel(view, tile) + place + vec2(0u, i);
+        let sums = load_sums(sum);
+        let added =
+            vec3(nearness_to_depth(sums.r), nearness_to_depth(sums.g), nearness_to_depth(sums.b));
+        let depths = min(added, vec3(small_depth(view, at)));
+        let last = max(max(depths.r, depths.g), depths.b);
+        textureStore(opaques, view.origin + at, view.layer, vec4(last));
+        textureStore(colored, view.origin + at, view.layer, vec4(depths, 1.0));
+        clear_sums(sum);
+    }
+}

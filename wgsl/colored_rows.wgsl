@@ -1,0 +1,26 @@
+// colored, rows: how much of each row's window dithered surfaces block by channel, and what is
+// behind them. CPU twin: src/cpu/colored.rs. Host: src/stage/colored.rs.
+// Needs common/view.wgsl, window_colored.wgsl.
+@group(0) @binding(0) var<uniform> params: FilterParams;
+@group(0) @binding(1) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(2) var colored: texture_2d_array<f32>;
+@group(0) @binding(3) var rows: texture_storage_2d_array<rgba32float, write>; // two layers a view
+
+@compute @workgroup_size(8, 8)
+fn colored_rows(@builtin(global_invocation_id) id: vec3<u32>) {
+    let view = views[id.z];
+    let size = vec2<i32>(view.size);
+    let texel = vec2<i32>(id.xy);
+    if any(texel >= size) {
+        return;
+    }
+    var sum = EMPTY_COLORED;
+    for (var i = -params.radius; i <= params.radius; i += 1) {
+        let at = vec2(clamp(texel.x + i, 0, size.x - 1), texel.y);
+        let depths = textureLoad(colored, vec2<i32>(view.origin) + at, view.layer, 0).rgb;
+        sum = add_colored(sum, colored_run(depths), window_weight(i, params.radius), abs(i));
+    }
+    let at = view.origin + id.xy;
+    textureStore(rows, at, 2u * view.layer, vec4(sum.blocked, sum.nearest));
+    textureStore(rows, at, 2u * view.layer + 1u, vec4(sum.hole, sum.distance, 0.0, 0.0));
+}

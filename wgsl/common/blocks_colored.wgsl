@@ -1,0 +1,24 @@
+// Which channels of the light an opaque material's hit blocks at a texel: those of a `dither`
+// caster have thresholds of their own. CPU twin: src/cpu/colored.rs.
+// Needs common/blocks.wgsl, sums.wgsl.
+fn blocked_channels(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, hit: Hit) -> vec3<bool> {
+    if hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
+        let id = caster_id(look) * 3u;
+        let thresholds = vec3(
+            threshold(view, place, look, texel, hit.material, id),
+            threshold(view, place, look, texel, hit.material, id + 1u),
+            threshold(view, place, look, texel, hit.material, id + 2u),
+        );
+        return 1.0 - hit.light > thresholds;
+    }
+    return vec3(is_solid(hit));
+}
+
+// Behind it no light is left.
+fn last_depth(depths: vec3<f32>) -> f32 {
+    return max(max(depths.r, depths.g), depths.b);
+}
+
+fn nearnesses(depths: vec3<f32>) -> vec3<u32> {
+    return vec3(depth_to_nearness(depths.r), depth_to_nearness(depths.g), depth_to_nearness(depths.b));
+}
