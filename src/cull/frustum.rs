@@ -18,6 +18,8 @@ struct Planes {
     y: Vec4,
     z: Vec4,
     d: Vec4,
+    /// Sizes of `x`, `y` and `z`.
+    sizes: [Vec4; 3],
 }
 
 impl Planes {
@@ -25,13 +27,16 @@ impl Planes {
         let lanes = |of: fn(&(DVec3, f64)) -> f64| {
             Vec4::from_array(planes.each_ref().map(|plane| of(plane) as f32))
         };
-        Self { x: lanes(|p| p.0.x), y: lanes(|p| p.0.y), z: lanes(|p| p.0.z), d: lanes(|p| p.1) }
+        let [x, y, z] = [lanes(|p| p.0.x), lanes(|p| p.0.y), lanes(|p| p.0.z)];
+        Self { x, y, z, d: lanes(|p| p.1), sizes: [x, y, z].map(Vec4::abs) }
     }
 
     /// Distance of the centre, and how far the box reaches towards each plane.
+    #[inline]
     fn test(&self, center: Vec3, half: Vec3) -> (Vec4, Vec4) {
         let distance = self.x * center.x + self.y * center.y + self.z * center.z + self.d;
-        let reach = self.x.abs() * half.x + self.y.abs() * half.y + self.z.abs() * half.z;
+        let [x, y, z] = self.sizes;
+        let reach = x * half.x + y * half.y + z * half.z;
         (distance, reach)
     }
 }
@@ -106,7 +111,7 @@ impl Frustum {
 
     /// Of a view that cannot be judged.
     fn everything() -> Self {
-        let all = Planes { x: Vec4::ZERO, y: Vec4::ZERO, z: Vec4::ZERO, d: Vec4::ZERO };
+        let all = Planes::new([(DVec3::ZERO, 0.0); 4]);
         Self { sides: all, depths: all }
     }
 

@@ -4,29 +4,37 @@ use crate::scene::Bounds;
 use glam::{Vec3, Vec3A};
 use obvhs::{
     aabb::Aabb,
+    bvh2::Bvh2,
     ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
 };
+use std::ops::Range;
+
+/// Groups that one leaf holds, at most: to test so many boxes side by side costs less than to find
+/// a way through them.
+const BLOCK: u32 = 8;
 
 /// In preorder: the left child follows its parent, the right child follows the left one's subtree.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     /// World space [m].
     min: Vec3,
-    /// Just past the subtree. It has `n` leaves and `2n - 1` nodes.
+    /// Just past the subtree.
     end: u32,
     max: Vec3,
-    /// The first of the subtree's leaves, which lie side by side in [`GroupTree::leaves`].
-    first_leaf: u32,
+    /// The first of the subtree's groups, which lie side by side in [`GroupTree::groups`].
+    first: u32,
 }
 
 /// Boxes of groups, by place: built by parallel locally-ordered clustering (Meister and Bittner
-/// 2018, by the crate obvhs), which has no query for planes; ours needs the leaves of a subtree in
+/// 2018, by the crate obvhs), which has no query for planes; ours needs the groups of a subtree in
 /// one run, so its nodes are laid out anew.
 #[derive(Clone, Debug, Default)]
 pub struct GroupTree {
     nodes: Vec<Node>,
-    /// Groups in order of the leaves.
-    leaves: Vec<u32>,
+    /// In order of the leaves.
+    groups: Vec<u32>,
+    /// Of `groups`, world space [m].
+    boxes: Vec<Bounds>,
     /// Groups whose boxes cannot be judged: always seen.
     unbounded: Vec<u32>,
     group_count: usize,
@@ -65,21 +73,24 @@ impl GroupTree {
             0,
         );
         const UNKNOWN: u32 = u32::MAX;
-        let mut open = vec![0];
-        while let Some(index) = open.pop() {
+        let counts = leaf_counts(&bvh);
+        // Of bvh; within a block its leaves alone are taken.
+        let mut open = vec![(0, false)];
+        while let Some((index, in_block)) = open.pop() {
             let node = &bvh.nodes[index as usize];
-            let (Aabb { min, max }, is_leaf) = (*node.aabb(), node.is_leaf());
-            tree.nodes.push(Node {
-                min: min.into(),
-                end: if is_leaf { 0 } else { UNKNOWN },
-                max: max.into(),
-                first_leaf: tree.leaves.len() as u32,
-            });
-            if is_leaf {
+            let Aabb { min, max } = *node.aabb();
+            let (min, max) = (min.into(), max.into());
+            let is_block = counts[index as usize] <= BLOCK;
+            if !in_block {
+                let end = if is_block { 0 } else { UNKNOWN };
+                tree.nodes.push(Node { min, end, max, first: tree.groups.len() as u32 });
+            }
+            if node.is_leaf() {
                 let primitive = bvh.primitive_indices[node.first_index as usize];
-                tree.leaves.push(groups[primitive as usize]);
+                tree.groups.push(groups[primitive as usize]);
+                tree.boxes.push(Bounds { min, max });
             } else {
-                open.extend([node.first_index + 1, node.first_index]);
+                open.extend([(node.first_index + 1, is_block), (node.first_index, is_block)]);
             }
         }
         for i in (0..tree.nodes.len()).rev() {
@@ -101,8 +112,7 @@ impl GroupTree {
             *self = Self::new(bounds);
             return true;
         }
-        let inner = (self.nodes.len() / 2) as u64;
-        if self.size() > self.built_size + inner * DEGRADED {
+        if self.size() > self.built_size + self.nodes.len() as u64 * DEGRADED {
             *self = Self::new(bounds);
             return true;
         }
@@ -113,19 +123,22 @@ impl GroupTree {
     fn refit_nodes(&mut self, bounds: &[Bounds]) -> bool {
         let is_bounded = |bounds: &&Bounds| matches!(kind(bounds), Kind::Bounded(_));
         let is_unbounded = |&group: &u32| matches!(kind(&bounds[group as usize]), Kind::Unbounded);
-        if bounds.iter().filter(is_bounded).count() != self.leaves.len()
+        if bounds.iter().filter(is_bounded).count() != self.groups.len()
             || !self.unbounded.iter().all(is_unbounded)
         {
             return false;
         }
+        for (group, around) in self.groups.iter().zip(&mut self.boxes) {
+            let Kind::Bounded(bounds) = kind(&bounds[*group as usize]) else { return false };
+            *around = bounds;
+        }
         for i in (0..self.nodes.len()).rev() {
             let node = self.nodes[i];
             let (min, max) = if node.end as usize == i + 1 {
-                let group = self.leaves[node.first_leaf as usize];
-                let Kind::Bounded(Bounds { min, max }) = kind(&bounds[group as usize]) else {
-                    return false;
-                };
-                (min, max)
+                let boxes = &self.boxes[self.run(&node)];
+                boxes.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), around| {
+                    (min.min(around.min), max.max(around.max))
+                })
             } else {
                 let left = self.nodes[i + 1];
                 let right = self.nodes[left.end as usize];
@@ -136,11 +149,15 @@ impl GroupTree {
         true
     }
 
-    /// Of the inner boxes.
+    /// The groups of a subtree, as a range of [`Self::groups`].
+    fn run(&self, node: &Node) -> Range<usize> {
+        let end = self.nodes.get(node.end as usize).map_or(self.groups.len() as u32, |n| n.first);
+        node.first as usize..end as usize
+    }
+
+    /// Of all boxes of nodes.
     fn size(&self) -> u64 {
-        let is_inner = |(i, node): &(usize, &Node)| node.end as usize != i + 1;
-        let inner = self.nodes.iter().enumerate().filter(is_inner);
-        typical_size(inner.map(|(_, &Node { min, max, .. })| Bounds { min, max }))
+        typical_size(self.nodes.iter().map(|&Node { min, max, .. }| Bounds { min, max }))
     }
 
     /// Appends the groups that a view may see, each once, in no useful order.
@@ -154,17 +171,43 @@ impl GroupTree {
         while let Some((index, planes)) = open.pop() {
             let node = &self.nodes[index as usize];
             let Some(crossed) = frustum.cross(node.min, node.max, planes) else { continue };
-            let is_leaf = node.end == index + 1;
-            if crossed == 0 || is_leaf {
-                let first = node.first_leaf as usize;
-                let count = (node.end - index).div_ceil(2) as usize;
-                visible.extend_from_slice(&self.leaves[first..first + count]);
+            if crossed == 0 {
+                visible.extend_from_slice(&self.groups[self.run(node)]);
+            } else if node.end == index + 1 {
+                let run = self.run(node);
+                for (&group, around) in self.groups[run.clone()].iter().zip(&self.boxes[run]) {
+                    if frustum.cross(around.min, around.max, crossed).is_some() {
+                        visible.push(group);
+                    }
+                }
             } else {
                 open.push((self.nodes[index as usize + 1].end, crossed));
                 open.push((index + 1, crossed));
             }
         }
     }
+}
+
+/// Leaves below each node of `bvh`.
+fn leaf_counts(bvh: &Bvh2) -> Vec<u32> {
+    let mut order = vec![0];
+    let mut next = 0;
+    while let Some(&index) = order.get(next) {
+        let node = &bvh.nodes[index as usize];
+        if !node.is_leaf() {
+            order.extend([node.first_index, node.first_index + 1]);
+        }
+        next += 1;
+    }
+    let mut counts = vec![1; bvh.nodes.len()];
+    for &index in order.iter().rev() {
+        let node = &bvh.nodes[index as usize];
+        if !node.is_leaf() {
+            let first = node.first_index as usize;
+            counts[index as usize] = counts[first] + counts[first + 1];
+        }
+    }
+    counts
 }
 
 /// How large boxes are on the whole: the sum of the logarithms of their surfaces, times 2^23.
