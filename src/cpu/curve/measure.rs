@@ -57,12 +57,15 @@ fn color(chance: &mut Chance, most: f32) -> Vec3 {
     Vec3::from_array([0; 3].map(|_| chance.within(0.0, most)))
 }
 
+/// About [radians]; the page's figures belong to these digits.
+const WHOLE_TURN: f32 = 628.0 / 100.0;
+
 fn smoke(chance: &mut Chance) -> Vec<Hit> {
     let count = chance.within(50.0, 401.0) as usize;
     let opacity = chance.within(0.01, 0.04);
     let (first, last) = (color(chance, 0.9), color(chance, 0.9));
     let (low, high) = (chance.within(0.05, 0.3), chance.within(0.6, 0.95));
-    let (waves, phase) = (chance.within(1.0, 4.0), chance.within(0.0, std::f32::consts::TAU));
+    let (waves, phase) = (chance.within(1.0, 4.0), chance.within(0.0, WHOLE_TURN));
     let mut hits = Vec::new();
     while hits.len() < count {
         let along = chance.within(0.0, 1.0);
