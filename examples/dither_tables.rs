@@ -84,7 +84,8 @@ const COUNTS: [u32; 5] = [10, 100, 1_000, 10_000, 100_000];
 /// Frames of each count: fewer where the work is more than the noise.
 fn runs(count: u32) -> usize {
     match count {
-        0..=100 => 120,
+        0..=10 => 800,
+        11..=100 => 120,
         101..=10_000 => 4,
         _ => 1,
     }
