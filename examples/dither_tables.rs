@@ -108,8 +108,7 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
             gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
             Ok(clock.milliseconds())
         };
-        let times: Result<Vec<f64>, _> = (0..runs(count)).map(|_| frame(&mut pipeline)).collect();
-        Ok(times?)
+        (0..runs(count)).map(|_| frame(&mut pipeline)).collect::<Result<Vec<f64>, _>>()
     };
     // What else runs on the machine only adds.
     let mut fastest = |transfer, count| -> Result<f64, Box<dyn std::error::Error>> {

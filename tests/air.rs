@@ -81,7 +81,7 @@ fn even_light_scatters_as_in_the_closed_form() {
 fn the_phase_function_scatters_all_there_is() {
     for g in [-0.9, -0.3, 0.0, 0.4, 0.9] {
         const STEPS: i32 = 20_000;
-        let width = 2.0 / STEPS as f64;
+        let width = 2.0 / f64::from(STEPS);
         let cosine = |i: i32| (f64::from(i) + 0.5) * width - 1.0;
         let of = |i: i32| f64::from(phase(cosine(i) as f32, g)) * width;
         let whole: f64 = (0..STEPS).map(of).sum::<f64>() * std::f64::consts::TAU;

@@ -194,7 +194,7 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
             count += 1;
         }
     }
-    apart as f64 / count as f64
+    apart as f64 / f64::from(count)
 }
 
 /// Share of the texels that a ray which grazes an edge, or a merge that costs the same as another,
@@ -361,8 +361,7 @@ fn a_particle_gets_the_panes_before_it_and_no_others() {
             let at = Vec2::new(p.x, -p.y) * (camera.scale / -p.z) + camera.size.as_vec2() * 0.5;
             let pixel = at.y as usize * 480 + at.x as usize;
             let expected = to_screen(light * linear(bare.rgb[pixel][0]));
-            for i in 0..3 {
-                let (is, should) = (frame.picture.rgb[pixel][i], expected[i]);
+            for (is, should) in frame.picture.rgb[pixel].into_iter().zip(expected) {
                 assert!(is.abs_diff(should) <= 3, "{id} {tier:?}: {is} {should}");
             }
             assert!(bare.rgb[pixel][0] > 180, "{:?}", bare.rgb[pixel]);
