@@ -99,14 +99,13 @@ fn work_per_caster_is_flat() {
     assert_eq!(per_caster(1_000, Transfer::Opaque), work[2]);
 }
 
-/// `measure::duplicates`, smaller, under one light: pairs are counted, not walked for long.
+/// `measure::duplicates` under one light, whose map they fill: pairs are counted, not walked for long.
 fn duplicates(count: u32, transfer: Transfer) -> Scene {
     let mut scene = empty(vec![Material { transfer, ..measure::duplicated() }]);
     scene.particles = measure::duplicates(count);
-    scene.particles.iter_mut().for_each(|p| p.radius = 6.0);
     let kind = LightKind::Directional { direction: Vec3::NEG_Z };
     scene.lights = vec![Light { kind, ..crate::common::scenes::light(kind) }];
-    scene.shadow.size = measure::COST_SIZE;
+    scene.shadow.size = 32;
     scene
 }
 
