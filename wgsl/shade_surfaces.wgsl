@@ -23,6 +23,8 @@
 @group(0) @binding(18) var air: texture_2d_array<f32>;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
+    var surface: Surface;
+    var emission: vec3<f32>;
     if HAS_TRIANGLES && (id & TRIANGLE_BIT) != 0u {
         let material = materials[setup_texel(setup, 4u).w];
         var albedo = material.tint.rgb;
@@ -32,24 +34,24 @@ fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> ve
         }
         let triangle = id & ~TRIANGLE_BIT;
         set_receiver(material, setup_texel(setup, 6u).w);
-        let surface =
-            triangle_surface(view, pixel, depth, triangle, setup, albedo, material.roughness);
-        return shade_solid(surface) + material.emission;
+        surface = triangle_surface(view, pixel, depth, triangle, setup, albedo, material.roughness);
+        emission = material.emission;
+    } else {
+        let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
+        let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
+        let material = materials[look.z & 0xffffu];
+        let albedo = material.tint.rgb * vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+        set_receiver(material, look.w);
+        let point = world_point(view, pixel, depth);
+        let to_eye = normalize(eye() - point);
+        // Round, whatever way the disc faces.
+        let aside = (point - place.xyz) / place.w;
+        let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
+        let list = cluster_lights(pixel, depth);
+        surface = Surface(point, normal, normal, to_eye, albedo, material.roughness, place.w, list);
+        emission = material.emission;
     }
-    let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
-    let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
-    let material = materials[look.z & 0xffffu];
-    let albedo = material.tint.rgb * vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
-    set_receiver(material, look.w);
-    let point = world_point(view, pixel, depth);
-    let to_eye = normalize(eye() - point);
-    // Round, whatever way the disc faces.
-    let aside = (point - place.xyz) / place.w;
-    let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
-    let list = cluster_lights(pixel, depth);
-    let surface =
-        Surface(point, normal, normal, to_eye, albedo, material.roughness, place.w, list);
-    return shade_solid(surface) + material.emission;
+    return shade_solid(surface) + emission;
 }
 
 @compute @workgroup_size(LANES)

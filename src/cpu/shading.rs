@@ -201,31 +201,28 @@ impl<'a> Lighting<'a> {
         (sum / (1.0 - rest).max(1e-6), 1.0 - rest)
     }
 
-    /// Through the shadow that starts at view `first`.
+    /// Through the shadow of `views`: the first of them, the face of a cube, or windows.
     fn through_shadow(
         &self,
-        first: usize,
+        views: Range<usize>,
         point: Vec3,
         normal: Vec3,
         sine: f32,
         bias: f32,
         receiver: Receiver,
     ) -> (Vec3, f32) {
+        if self.views[views.start].part == PART_WINDOW {
+            return self.through_windows(views, point, normal, sine, bias, receiver);
+        }
+        let at = self.lifted(&self.views[views.start], point, normal, sine);
+        (self.receive(views.start, at, bias, receiver), 1.0)
+    }
+
+    /// The views of the shadow that starts at `first`: of a cube the face that looks at the point.
+    fn views_of(&self, first: usize, light: &GpuLight, point: Vec3) -> Range<usize> {
         let view = &self.views[first];
-        let index = match view.part {
-            PART_WINDOW => {
-                let windows = first..first + view.part_count as usize;
-                return self.through_windows(windows, point, normal, sine, bias, receiver);
-            }
-            // The first face looks along x.
-            PART_FACE => {
-                let p = view.view_from_world.transform_point3(point);
-                first + cube_face(Vec3::new(-p.z, p.y, p.x))
-            }
-            _ => first,
-        };
-        let at = self.lifted(&self.views[index], point, normal, sine);
-        (self.receive(index, at, bias, receiver), 1.0)
+        let face = if view.part == PART_FACE { cube_face(point - light.position) } else { 0 };
+        first + face..first + view.part_count as usize
     }
 
     /// Of all shadows of a light the least light, per channel. `normal` is on the light's side.
@@ -244,13 +241,15 @@ impl<'a> Lighting<'a> {
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let first = light.first_view as usize;
-        let (own, share) = self.through_shadow(first, point, normal, sine, bias, receiver);
+        let views = self.views_of(first, light, point);
+        let (own, share) = self.through_shadow(views.clone(), point, normal, sine, bias, receiver);
         let mut passed = Vec3::ONE.lerp(own, share);
-        let mut next = first + self.views[first].part_count as usize;
+        let mut next = views.end;
         while next < first + light.view_count as usize {
-            let (further, share) = self.through_shadow(next, point, normal, sine, bias, receiver);
+            let views = self.views_of(next, light, point);
+            next = views.end;
+            let (further, share) = self.through_shadow(views, point, normal, sine, bias, receiver);
             passed = passed.lerp(passed.min(further), share);
-            next += self.views[next].part_count as usize;
         }
         passed
     }

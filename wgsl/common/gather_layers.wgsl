@@ -213,10 +213,10 @@ fn visit_particle(view: GpuView, place: vec4<u32>, look: vec4<u32>, arriving: ve
 fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
     count_pair();
     if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
-        visit_pane(view, look, 0u);
-        visit_pane(view, look, 1u);
-        visit_pane(view, look, 2u);
-        visit_pane(view, look, 3u);
+        // A loop: what is written out four times takes a software driver seconds to compile.
+        for (var i = 0u; i < 4u; i += 1u) {
+            visit_pane(view, look, i);
+        }
     } else if HAS_PARTICLES {
         let arriving = textureLoad(lit, record_texel(footprint), 0).rgb;
         visit_particle(view, place, look, arriving, 0u);

@@ -59,20 +59,14 @@ fn light_record(index: u32) -> GpuLight {
     );
 }
 
-// Where a view is among those of its shadow.
-struct ShadowPart {
-    index: u32,
-    count: u32,
-}
-
 fn view_texel(index: u32, texel: u32) -> vec4<u32> {
     let at = params.light_count * LIGHT_TEXELS + index * VIEW_TEXELS + texel;
     return textureLoad(lights, record_texel(at), 0);
 }
 
-fn shadow_part(index: u32) -> ShadowPart {
-    let part = view_texel(index, 7u);
-    return ShadowPart(part.y, part.z);
+// PART_* of a view.
+fn shadow_part(index: u32) -> u32 {
+    return view_texel(index, 7u).x;
 }
 
 fn shadow_view(index: u32) -> GpuView {

@@ -110,57 +110,45 @@ fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
     return min(border / max(view.fade, 1e-3), 1.0);
 }
 
-// The view that tells about a point: of a cube's faces the one that looks there.
-fn view_of(first: u32, point: vec3<f32>) -> u32 {
-    // The first face looks along x.
-    let view = shadow_view(first);
-    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
-    return first + select(0u, cube_face(vec3(-p.z, p.y, p.x)), view.part == PART_FACE);
-}
-
-// How much view `index` counts at a point.
-fn view_share(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> f32 {
-    let view = shadow_view(index);
-    return select(1.0, window_share(view, lifted(view, point, normal, sine)), view.part == PART_WINDOW);
-}
-
-fn through_view(index: u32, point: vec3<f32>, normal: vec3<f32>, sine: f32, bias: f32) -> vec3<f32> {
-    let view = shadow_view(index);
-    return receive(view, lifted(view, point, normal, sine), bias);
-}
-
 // Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
 // where there is none; `bias` [m].
 // Where branches cost what they skip, one loop asks fewer maps than a branch for each kind.
 fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    let face = cube_face(point - light.position);
     let end = light.first_view + light.view_count;
-    let own_count = shadow_part(light.first_view).count;
+    var is_own = true;     // a further shadow can only take light
     var least = vec3(1.0); // of the shadows before
     var sum = vec3(0.0);   // of the windows of this shadow
     var rest = 1.0;
-    var first = light.first_view; // of what this shadow has left
-    while first < end {
-        var index = view_of(first, point);
-        let part = shadow_part(first);
-        let last = first + part.count - 1u - part.index;
-        var share = view_share(index, point, normal, sine);
-        while share <= 0.0 && index < last {
+    var index = light.first_view;
+    while index < end {
+        var view: GpuView;
+        var at: vec3<f32>;
+        var share: f32;
+        var last: u32; // view of this shadow
+        loop {
+            index += select(0u, face, shadow_part(index) == PART_FACE);
+            view = shadow_view(index);
+            at = lifted(view, point, normal, sine);
+            share = select(1.0, window_share(view, at), view.part == PART_WINDOW);
+            last = index + view.part_count - 1u - view.part_index;
+            if share > 0.0 || index >= last {
+                break;
+            }
             index += 1u;
-            share = view_share(index, point, normal, sine);
         }
-        sum += through_view(index, point, normal, sine, bias) * (rest * share);
+        sum += receive(view, at, bias) * (rest * share);
         rest *= 1.0 - share;
-        let is_done = rest <= 0.0 || index == last;
+        let is_done = rest <= 0.0 || index == last || view.part == PART_FACE;
         let passed = sum / max(1.0 - rest, 1e-6);
-        // A light's own shadow may make it brighter than it is.
-        let own = last < light.first_view + own_count;
-        let less = mix(least, select(min(least, passed), passed, own), 1.0 - rest);
+        let less = mix(least, select(min(least, passed), passed, is_own), 1.0 - rest);
         least = select(least, less, is_done);
         sum = select(sum, vec3(0.0), is_done);
         rest = select(rest, 1.0, is_done);
-        first = select(index, last, is_done) + 1u;
+        is_own = is_own && !is_done;
+        index = select(index, last, is_done) + 1u;
     }
     return least;
 }
