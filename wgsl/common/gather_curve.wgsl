@@ -1,6 +1,6 @@
 // Four texels in a column while their casters' hits become curves. CPU twin: src/cpu/curve/tile.rs.
 // Needs common/curve_list.wgsl; the kernel binds `opaques`.
-const SLAB_PAIRS: u32 = 64u;
+const SLAB_PAIRS: u32 = 128u;
 const TRACE: f32 = 0.0000152587890625; // opacity below it has no place of its own: 2^-16
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
@@ -14,7 +14,7 @@ var<private> open_light: Light4;
 
 // A slab's pairs lie within this share of the depths of their segment: 1 over it.
 fn slab_count() -> u32 {
-    return 2u * NODES;
+    return NODES + NODES / 2u;
 }
 
 fn white4() -> Light4 {

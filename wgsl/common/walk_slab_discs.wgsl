@@ -59,9 +59,8 @@ fn walk(view: GpuView, first: u32, end: u32) {
     // Drivers skip no branch, but they leave loops: what is rare is done outside of those that
     // visit.
     loop {
-        let some_young = subgroupAny(any(young()));
         var whole = false;
-        while !whole && some_young {
+        while !whole && subgroupAny(any(young())) {
             let stretch = fetch(view, lane, end, lo, hi);
             var mask = stretch.ballot;
             while any(mask != vec2(0u)) {

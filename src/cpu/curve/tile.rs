@@ -17,11 +17,11 @@ use crate::{
 use glam::Vec3;
 
 /// Pairs of a slab, at most.
-pub const SLAB_PAIRS: usize = 64;
+pub const SLAB_PAIRS: usize = 128;
 
 /// A slab's pairs lie within this share of the depths of their segment: 1 over it. `nodes`: K.
 pub const fn slab_count(nodes: u32) -> u32 {
-    2 * nodes
+    nodes + nodes / 2
 }
 
 /// Opacity below which a hit has no place of its own.
