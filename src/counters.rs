@@ -13,8 +13,11 @@ pub struct Counters {
     pub views_rendered: u64,
     /// Shadow views whose maps stay from an earlier frame, because nothing that they see changed.
     pub views_kept: u64,
-    /// (caster, view) that were not projected, because their group is outside the view.
+    /// (caster, view) that were not projected, because their group is outside the view or behind
+    /// an opaque surface.
     pub culled: u64,
+    /// Of those, behind an opaque surface.
+    pub hidden: u64,
     /// (caster, view) that touch a texel.
     pub visible: u64,
     /// (caster, tile) that were binned.

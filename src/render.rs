@@ -87,6 +87,13 @@ impl Renderer {
         }
     }
 
+    /// For tests: whether groups behind opaque surfaces are left out, which changes no bit.
+    pub fn set_hide(&mut self, hide: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.pipeline.set_hide(hide);
+        }
+    }
+
     /// Whether particles of at most 2x2 texels skip sort and bin; what is usual depends on the
     /// adapter ([`Config::scatter_tiny`]). The CPU twin has one path only.
     pub fn set_scatter_tiny(&mut self, scatter: bool) {
@@ -236,6 +243,7 @@ impl GpuEngine {
             views_rendered: prepared.rendered_count() as u64,
             views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
             culled: prepared.culled_count(),
+            hidden: prepared.hidden_count(),
             unordered: u64::from(translucent.overflowed)
                 * u64::from(casters.span(Class::FILTERING).features.over),
             shrunk: shrunk as u64,

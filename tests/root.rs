@@ -20,6 +20,7 @@ mod dither_maps;
 mod extremes;
 mod filter;
 mod gltf;
+mod hidden;
 mod hostile;
 mod layout;
 mod lights;

@@ -153,6 +153,7 @@ mod tests {
             "views_rendered",
             "views_kept",
             "culled",
+            "hidden",
             "visible",
             "segments",
             "scattered",

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3, Vec4};
 /// What rounding may move a point of the transform in `project` by, as a share of its largest
 /// coordinate: some ten operations of 2^-24 each, and a root of their sum where a sphere almost
 /// holds the eye.
-const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
+pub(super) const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
 /// How far a view's axes may be from unit and right-angled; and, as a share of the size, what
 /// boxes are enlarged by for it.
 const SKEW: f64 = 1e-5;
@@ -56,17 +56,11 @@ pub struct Frustum {
 
 impl Frustum {
     pub fn new(view: &GpuView) -> Self {
-        let axes = view.view_from_world.as_dmat4();
-        let [right, up, back] = [0, 1, 2].map(|i| axes.row(i).truncate());
-        let shift = axes.w_axis.truncate();
-        let rigid = [right.dot(up), up.dot(back), back.dot(right)]
-            .into_iter()
-            .chain([right, up, back].map(|axis| axis.length_squared() - 1.0))
-            .all(|skew| skew.abs() <= SKEW);
         let (near, far) = (f64::from(view.near), f64::from(view.far));
         let scale = f64::from(view.scale);
+        let Some(([right, up, back], shift)) = rigid_axes(view) else { return Self::everything() };
         // Written so that a NaN is refused.
-        if !(rigid && far > near && scale > 0.0) {
+        if !(far > near && scale > 0.0) {
             return Self::everything();
         }
         let half = view.size.as_dvec2() * 0.5;
@@ -140,6 +134,18 @@ impl Frustum {
         }
         Some(crossed)
     }
+}
+
+/// Right, up and back of a view, and where the world's origin is in it. `None` where they are not
+/// unit and right-angled.
+pub(super) fn rigid_axes(view: &GpuView) -> Option<([DVec3; 3], DVec3)> {
+    let axes = view.view_from_world.as_dmat4();
+    let [right, up, back] = [0, 1, 2].map(|i| axes.row(i).truncate());
+    let rigid = [right.dot(up), up.dot(back), back.dot(right)]
+        .into_iter()
+        .chain([right, up, back].map(|axis| axis.length_squared() - 1.0))
+        .all(|skew| skew.abs() <= SKEW);
+    rigid.then_some(([right, up, back], axes.w_axis.truncate()))
 }
 
 /// The box as planes must see it, so that rounding never loses what touches it. `None` where a

@@ -5,18 +5,20 @@
 //! 2. A tree over the boxes is built once, refitted when groups move and built anew when it has
 //!    degraded ([`GroupTree`]).
 //! 3. Each view walks the tree once with its six planes ([`Frustum`]).
+//! 4. Of what it sees, groups wholly behind one large opaque surface are left out, where that
+//!    changes no bit of a map ([`Occluders`]).
 //!
 //! What a view sees is always among what the walk yields: planes and boxes are widened by what
 //! `project` enlarges and by what rounding may move. The range of a spot or point light is its far
 //! *plane*, not a sphere: light depth is measured along the view's axis, so the corners of a view
 //! reach farther than `far`.
-//!
-//! Unlike raster engines: nothing is left out for being behind opaque surfaces. A view is wholly
-//! covered at a known depth only where one flat surface fills its window, which few scenes have;
-//! `accumulate` stops at the opaque depth texel by texel instead.
+mod crowd;
 mod frustum;
+mod occluders;
 pub mod order;
 mod tree;
 
+pub use crowd::Crowd;
 pub use frustum::{Frustum, widened};
+pub use occluders::{MOST_OCCLUDERS, Occluders, Sheets};
 pub use tree::{DOUBLED, GroupTree, typical_size};

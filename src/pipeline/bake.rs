@@ -1,7 +1,10 @@
 //! Which views must be rendered again: those whose inputs have changed.
 use super::casters::CasterSet;
-use crate::view::View;
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::{cull::Occluders, view::View};
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
 
 /// What each view's map was made from.
 #[derive(Debug, Default)]
@@ -21,6 +24,9 @@ struct Baked {
     view: View,
     /// Indices of the groups that it may see.
     groups: Vec<u32>,
+    /// What hid others, and how many casters it hid.
+    occluders: Arc<Occluders>,
+    hidden: u64,
     /// When; no change after that is in the map. 0 for never.
     at: u64,
 }
@@ -30,7 +36,13 @@ impl Bake {
     /// own numbers, groups, or something within a group changed become pending: an opaque caster
     /// and one that filters alike, before a move or after it. The view's matrix is compared, not
     /// its camera: what a camera's move leaves as it is stays.
-    pub(super) fn after(earlier: Self, casters: &CasterSet, views: &[View]) -> Self {
+    /// `hides`: of how many nodes a curve is, where groups behind opaque surfaces are left out.
+    pub(super) fn after(
+        earlier: Self,
+        casters: &CasterSet,
+        views: &[View],
+        hides: Option<u32>,
+    ) -> Self {
         let same_set = earlier.set == casters.id();
         let was_recorded = earlier.recorded.load(Ordering::Relaxed);
         let moving = !earlier.fits(views);
@@ -40,8 +52,19 @@ impl Bake {
         let mut before = earlier.views.into_iter();
         let mut pending = Vec::new();
         let views = views.iter().enumerate().map(|(index, view)| {
-            let groups = casters.visible(&view.to_gpu(0, glam::UVec2::ZERO, 0));
-            let is_kept = before.next().is_some_and(|before| {
+            let gpu_view = view.to_gpu(0, glam::UVec2::ZERO, 0);
+            let mut groups = casters.visible(&gpu_view);
+            let before = before.next();
+            let same = before.as_ref().filter(|before| {
+                same_set && before.view == *view && before.at >= casters.sheets_at()
+            });
+            let occluders = same.map_or_else(
+                || Arc::new(casters.occluders(&gpu_view)),
+                |before| Arc::clone(&before.occluders),
+            );
+            let hide = |nodes| casters.hide(&mut groups, &gpu_view, &occluders, nodes);
+            let hidden = hides.map_or(0, hide);
+            let is_kept = before.is_some_and(|before| {
                 let changed =
                     |&group: &u32| casters.groups()[group as usize].changed_at > before.at;
                 same_set
@@ -53,7 +76,7 @@ impl Bake {
             if !is_kept {
                 pending.push(index);
             }
-            Baked { view: view.clone(), groups, at: casters.changed_at() }
+            Baked { view: view.clone(), groups, occluders, hidden, at: casters.changed_at() }
         });
         let views = views.collect();
         Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }
@@ -76,6 +99,11 @@ impl Bake {
     /// Indices of the groups that a view may see.
     pub(super) fn groups(&self, view: usize) -> &[u32] {
         &self.views[view].groups
+    }
+
+    /// Casters of the pending views that opaque surfaces hide.
+    pub(super) fn hidden_count(&self) -> u64 {
+        self.pending.iter().map(|&view| self.views[view].hidden).sum()
     }
 
     /// The pending views are in the host's encoder.

@@ -2,6 +2,7 @@
 use super::groups::{Group, Groups, Members, now, sort_by_place};
 use crate::{
     caster::{Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle},
+    cull::Occluders,
     dither::{Pattern, blue_ranks, window},
     error::Error,
     footprint::{
@@ -301,6 +302,7 @@ impl CasterSet {
 
         let changed_at = now();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
+        let mut new_sheets = false;
         for group in &mut groups.groups {
             let range = group.casters.start as usize..group.casters.end as usize;
             let is_new = if group.is_triangles() {
@@ -321,10 +323,16 @@ impl CasterSet {
                 let order = &source.triangle_order;
                 let members = Members { casters: &source.casters, triangles, order, materials };
                 group.refit(members, changed_at);
+                new_sheets |= group.may_hide();
                 let parts =
                     if group.is_triangles() { &mut new_triangles } else { &mut new_particles };
                 parts.push(group.casters.clone());
             }
+        }
+        if new_sheets {
+            let order = &source.triangle_order;
+            let members = Members { casters: &source.casters, triangles, order, materials };
+            groups.find_sheets(members, changed_at);
         }
         upload_parts(queue, &self.casters, &source.casters, CASTER_TEXELS, &new_particles);
         upload_parts(queue, &self.triangles, &source.triangles, TRIANGLE_TEXELS, &new_triangles);
@@ -345,6 +353,32 @@ impl CasterSet {
     /// few others.
     pub fn visible(&self, view: &GpuView) -> Vec<u32> {
         self.groups.visible(view)
+    }
+
+    /// What hides others in a shadow view.
+    pub fn occluders(&self, view: &GpuView) -> Occluders {
+        self.groups.occluders(view)
+    }
+
+    /// Takes the groups out of `visible` that occluders of the same shadow view hide: its maps of
+    /// `nodes` a curve, 0 for none, are the same to the last bit without them. Returns how many
+    /// casters these groups have.
+    pub fn hide(
+        &self,
+        visible: &mut Vec<u32>,
+        view: &GpuView,
+        occluders: &Occluders,
+        nodes: u32,
+    ) -> u64 {
+        // What a curve merges hangs on how many pairs lie between; and a map of owners that is
+        // cleared has other bits, which nobody reads, than one that nothing filters.
+        let filters = nodes == 0 && !self.owners;
+        self.groups.hide(visible, view, occluders, filters)
+    }
+
+    /// When occluders last changed.
+    pub(super) fn sheets_at(&self) -> u64 {
+        self.groups.sheets_at
     }
 
     /// When something in it last changed.

@@ -1,11 +1,11 @@
 //! The casters of a set in groups: what is culled, listed and kept together.
 use super::{casters::Class, small::TriangleExtent};
 use crate::{
-    caster::{Material, Shape, Triangle},
-    cull::{DOUBLED, Frustum, GroupTree, order, typical_size},
+    caster::{Material, Shape, Transfer, Triangle},
+    cull::{Crowd, DOUBLED, Frustum, GroupTree, Occluders, Sheets, order, typical_size},
     footprint::Caster,
     scene::Bounds,
-    stage::project::CHUNK_SIZE,
+    stage::{bin::SEGMENT_LENGTH, project::CHUNK_SIZE},
     view::GpuView,
 };
 use glam::Vec3;
@@ -108,6 +108,11 @@ impl Group {
         Self { class, extent: Extent::of([]), casters, triangles, changed_at: 0 }.fitted(members)
     }
 
+    /// Whether it may have plain opaque triangles that cast.
+    pub(super) fn may_hide(&self) -> bool {
+        self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
+    }
+
     pub fn is_triangles(&self) -> bool {
         self.triangles.is_some()
     }
@@ -142,6 +147,9 @@ impl Group {
 pub(super) struct Groups {
     pub groups: Vec<Group>,
     tree: GroupTree,
+    sheets: Sheets,
+    /// When the sheets last changed.
+    pub(super) sheets_at: u64,
     /// When they were formed.
     built_size: u64,
 }
@@ -182,9 +190,27 @@ impl Groups {
             group.changed_at = changed_at;
         }
         let tree = GroupTree::new(&bounds(&groups));
-        let mut all = Self { groups, tree, built_size: 0 };
+        let sheets = Sheets::default();
+        let mut all = Self { groups, tree, sheets, sheets_at: changed_at, built_size: 0 };
         all.built_size = all.size();
+        all.find_sheets(members, changed_at);
         all
+    }
+
+    /// After opaque triangles have changed.
+    pub(super) fn find_sheets(&mut self, members: Members<'_>, changed_at: u64) {
+        let plain = |triangle: &Triangle| {
+            let material = &members.materials[triangle.material as usize];
+            // Its texture counts for nothing.
+            let plain = material.transfer == Transfer::Opaque && !material.is_volume();
+            plain.then_some(triangle.positions)
+        };
+        // Triangles of two groups may take different kernels, whose edges need not agree.
+        let of_group =
+            |group: &Group| group.casters.clone().map(|i| plain(members.triangle(i))).chain([None]);
+        let groups = self.groups.iter().filter(|group| group.may_hide());
+        self.sheets = Sheets::new(groups.flat_map(of_group));
+        self.sheets_at = changed_at;
     }
 
     /// After groups have changed. False where they should be formed anew: their casters have
@@ -205,6 +231,56 @@ impl Groups {
     fn size(&self) -> u64 {
         let particles = self.groups.iter().filter(|group| !group.is_triangles());
         typical_size(particles.map(|group| group.extent.bounds))
+    }
+
+    pub(super) fn occluders(&self, view: &GpuView) -> Occluders {
+        Occluders::new(&self.sheets, view)
+    }
+
+    /// Leaves out the groups that occluders of the same view hide; returns how many casters these
+    /// have. `filters`: of those that filter too.
+    pub(super) fn hide(
+        &self,
+        visible: &mut Vec<u32>,
+        view: &GpuView,
+        occluders: &Occluders,
+        filters: bool,
+    ) -> u64 {
+        let group = |index: u32| &self.groups[index as usize];
+        let count = |groups: &[u32]| -> u64 {
+            groups.iter().map(|&index| group(index).casters.len() as u64).sum()
+        };
+        if occluders.is_empty() {
+            return 0;
+        }
+        let filtering = |group: &Group| Class::FILTERING.contains(&group.class);
+        let listed =
+            |group: &Group| Class::BLOCKING.contains(&group.class) || filters && filtering(group);
+        let is_hidden = |group: &Group| {
+            let around = &group.extent.bounds;
+            listed(group) && !group.is_volume() && occluders.hide(around, group.is_triangles())
+        };
+        let mut hidden: Vec<u32> =
+            visible.iter().copied().filter(|&index| is_hidden(group(index))).collect();
+        if hidden.iter().any(|&index| filtering(group(index))) {
+            // Where a tile has more than a segment holds, the next one would be cut elsewhere, and
+            // sums round otherwise.
+            let mut crowd = Crowd::new(view);
+            let seen = visible.iter().map(|&index| group(index));
+            for group in seen.filter(|group| filtering(group)) {
+                let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };
+                let around = if group.is_volume() { wherever } else { group.extent.bounds };
+                crowd.add(&around, group.casters.len() as u32);
+            }
+            hidden.retain(|&index| {
+                let group = group(index);
+                !filtering(group) || crowd.most(&group.extent.bounds) <= SEGMENT_LENGTH
+            });
+        }
+        // Both are in order.
+        let mut next = hidden.iter().peekable();
+        visible.retain(|index| next.next_if_eq(&index).is_none());
+        count(&hidden)
     }
 
     /// Indices of the groups that a view may see, in order.

@@ -57,6 +57,8 @@ pub struct Config {
     pub nodes: u32,
     /// Whether the picture is what each pixel costs: [`PreparedPicture::read_costs`].
     pub count_cost: bool,
+    /// Whether groups wholly behind an opaque surface are left out, which changes no bit.
+    pub hide: bool,
 }
 
 impl Config {
@@ -70,6 +72,7 @@ impl Config {
             colored: false,
             nodes: 0,
             count_cost: false,
+            hide: true,
         }
     }
 }
@@ -141,6 +144,11 @@ impl Pipeline {
     /// For the next `prepare_picture`.
     pub fn set_count_cost(&mut self, count_cost: bool) {
         self.config.count_cost = count_cost;
+    }
+
+    /// For the next `prepare`.
+    pub fn set_hide(&mut self, hide: bool) {
+        self.config.hide = hide;
     }
 
     pub fn kernels(&mut self) -> &mut Kernels {
@@ -217,7 +225,7 @@ impl Pipeline {
             None => new_maps(device, queue, views, window, nodes, colored)?,
         };
         let maps = Maps { gain, ..maps };
-        let bake = Bake::after(bake, casters, views);
+        let bake = Bake::after(bake, casters, views, self.config.hide.then_some(nodes));
         let moved = old.and_then(|(old, old_filter, _)| {
             Moved::new(old, old_filter, bake.kept(), views, &maps)
         });
@@ -324,9 +332,15 @@ impl Prepared {
         self.bake.view_count()
     }
 
-    /// (caster, view) that are not even projected: their groups are outside the view.
+    /// (caster, view) that are not even projected: their groups are outside the view or wholly
+    /// behind an opaque surface.
     pub fn culled_count(&self) -> u64 {
         self.culled
+    }
+
+    /// Of those, the ones behind an opaque surface.
+    pub fn hidden_count(&self) -> u64 {
+        self.bake.hidden_count()
     }
 
     /// Has the next [`Pipeline::prepare_again`] render again what this one does, as when pairs
