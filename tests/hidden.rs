@@ -62,7 +62,7 @@ fn is_behind(triangles: &[[Vec3; 3]], view: &GpuView, point: DVec3) -> bool {
     };
     let ray = point - eye;
     triangles.iter().any(|triangle| {
-        let [a, b, c] = triangle.map(|corner| corner.as_dvec3());
+        let [a, b, c] = triangle.map(Vec3::as_dvec3);
         let (ab, ac) = (b - a, c - a);
         let across = ray.cross(ac);
         let per_volume = 1.0 / ab.dot(across);

@@ -72,7 +72,7 @@ impl Crowd {
         let texel = if self.perspective { farthest } else { 1.0 } / self.scale;
         (nearest, farthest) =
             if self.perspective { (nearest - texel, farthest + texel) } else { (1.0, 1.0) };
-        if !(nearest > 0.0) {
+        if nearest.is_nan() || nearest <= 0.0 {
             return all;
         }
         let side = |i: usize, sign: f64| {

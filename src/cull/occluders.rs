@@ -189,7 +189,7 @@ impl Occluders {
         let grown = if triangles { OVERSHOOT } else { ENLARGED };
         self.occluders.iter().any(|occluder| {
             occluder.behind.iter().all(|plane| {
-                let plane = if triangles { self.from_nearest(plane, nearest) } else { *plane };
+                let plane = if triangles { self.moved_to(plane, nearest) } else { *plane };
                 plane.holds(center, half, wide, grown)
             }) && occluder.edges.iter().all(|edge| edge.holds(center, half, wide, grown))
         })
@@ -197,7 +197,7 @@ impl Occluders {
 
     /// As if every point were as near as the nearest: depths within a sliver are noise too, but
     /// between those of its corners.
-    fn from_nearest(&self, plane: &Plane, nearest: f64) -> Plane {
+    fn moved_to(&self, plane: &Plane, nearest: f64) -> Plane {
         let (share, kept) = if self.perspective { (1.0 / nearest, 1.0) } else { (1.0, nearest) };
         Plane {
             normal: plane.normal - self.depth_normal * share,
@@ -300,7 +300,8 @@ impl Frame {
         for i in 0..n {
             let (a, b, c) = (map[i], map[(i + 1) % n], map[(i + 2) % n]);
             // Convex, or the two triangles are no polygon here.
-            if !((b - a).perp_dot(c - b) > 0.0) {
+            let turn = (b - a).perp_dot(c - b);
+            if turn.is_nan() || turn <= 0.0 {
                 return None;
             }
             let length = a.distance(b);
