@@ -11,7 +11,9 @@ use crate::{
     footprint::{DEPTH_BITS, FOOTPRINT_TEXELS, SETUP_TEXELS},
     gpu::{Allocator, Tier, Timeline, view},
     stage::{
-        bin::{self, BatchCounters, BinParams, Dispatch, SEGMENT_LENGTH, Segment, Tile},
+        bin::{
+            self, BatchCounters, BinParams, DISC_SEGMENT, Dispatch, SEGMENT_LENGTH, Segment, Tile,
+        },
         curve::{CURVE_SEGMENT, partial_bytes},
         hits::Features,
         project::{Chunk, grid},
@@ -398,7 +400,12 @@ impl List {
                 tile_count,
                 view_count,
                 segment_capacity: scratch.segment_capacity,
-                segment_length: if curved { CURVE_SEGMENT } else { SEGMENT_LENGTH },
+                segment_length: match plan.features {
+                    _ if context.camera => SEGMENT_LENGTH,
+                    Features { nodes: 1.., .. } => CURVE_SEGMENT,
+                    Features { plain: true, .. } => DISC_SEGMENT,
+                    _ => SEGMENT_LENGTH,
+                },
             },
         );
         let (mut depth_sort, mut tile_sort) = (None, None);

@@ -14,6 +14,10 @@ use wgpu::TextureFormat::Rg32Uint;
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
 /// stays below the 65,535 iterations that llvmpipe allows it.
 pub const SEGMENT_LENGTH: u32 = 2048;
+
+/// Of soft discs of the `filter` transfer, which take one iteration a pair: sums of several segments
+/// meet in atomics, which cost more than what they balance.
+pub const DISC_SEGMENT: u32 = 8192;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups: a subgroup of llvmpipe.
