@@ -11,6 +11,7 @@ use gobo::{
     gpu::Tier,
     light::LightKind,
     scene::Scene,
+    stage::bin::tile_grid,
     view::shadow_views,
 };
 
@@ -250,4 +251,25 @@ fn a_million_casters_on_one_texel_saturate() {
         let nearest = dark.map(|(_, &depth)| depth).fold(1.0, f32::min);
         assert!(nearest == first && first < 0.5, "{nearest} {first}");
     }
+}
+
+/// A map of 65,536 tiles, more than a dispatch has workgroups in a row: both halves are drawn.
+#[test]
+fn more_tiles_than_a_row_of_workgroups() {
+    for count in [1, 4, 65_532, 65_536, 300 * 260] {
+        let [x, y, z] = tile_grid(count);
+        assert!(x <= 65_535 && x * y * z == count, "{count}: {x} {y} {z}");
+    }
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+    scene.shadow.size = 4096;
+    for y in [-0.9, 0.9] {
+        let disc = particle(Vec3::new(0.0, y, 0.0), 0.1, Vec4::new(0.5, 0.5, 0.5, 0.8));
+        scene.particles.push(disc);
+    }
+    let map = render(TIERS[1], &scene).maps.remove(0);
+    let (top, bottom) = map.filter.split_at(map.filter.len() / 2);
+    let filtered = |half: &[[f32; 3]]| half.iter().filter(|f| f[0] < 1.0).count();
+    let (top, bottom) = (filtered(top), filtered(bottom));
+    assert!(top > 10_000 && top.abs_diff(bottom) * 100 < top, "{top} {bottom}");
 }

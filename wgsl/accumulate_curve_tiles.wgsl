@@ -34,7 +34,7 @@ fn accumulate_curve_tiles(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let tile_id = interleaved(workgroup.x, workgroups.x);
+    let tile_id = interleaved(workgroup, workgroups);
     let tile = tiles[tile_id];
     if tile.merged != 0u {
         return;

@@ -30,7 +30,7 @@ fn shade_composite(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let tile_id = interleaved(workgroup.x, workgroups.x);
+    let tile_id = interleaved(workgroup, workgroups);
     let tile = tiles[tile_id];
     let view = views[0];
     let place = lane_texel(lane);

@@ -14,7 +14,7 @@ use crate::{
     gpu::{Allocator, Timeline, array_view, view},
     stage::{
         accumulate::TINY_GROUPS,
-        bin::Dispatch,
+        bin::{Dispatch, tile_grid},
         curve::CURVE_SEGMENT,
         hits::Features,
         project::{Chunk, ProjectParams},
@@ -353,7 +353,7 @@ impl Batch {
         use Variant as V;
         let Self { opaque, translucent, .. } = self;
         let [tiles_of, segments_of, overflow_of, resolve_of] = self.blocking;
-        let tiles = [self.tile_count, 1, 1];
+        let tiles = tile_grid(self.tile_count);
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let merged = Dispatch::Merged.offset();

@@ -13,7 +13,7 @@ use crate::{
     gpu::{Allocator, Gpu, Memory, Timeline, array_view, view},
     scene::Scene,
     stage::{
-        bin::{Dispatch, SEGMENT_LENGTH},
+        bin::{Dispatch, SEGMENT_LENGTH, tile_grid},
         cluster::{ClusterCounters, Grid},
         hits::Features,
         shade::{CASTER_LANES, PictureParams},
@@ -263,7 +263,7 @@ impl PreparedPicture {
         timeline: &mut Timeline,
     ) {
         self.clusters.record(kernels, encoder, timeline);
-        let tiles = [self.tile_count, 1, 1];
+        let tiles = tile_grid(self.tile_count);
         let dispatches = &self.scratch.dispatches;
         let segments = Dispatch::Segment.offset();
         let solid = |variant| kernels.get(variant, self.solid_features);

@@ -226,3 +226,12 @@ pub fn run_length(footprint_count: u32) -> u32 {
     const MAX_RUN: u32 = 16000;
     footprint_count.div_ceil(RUNS).clamp(1, MAX_RUN)
 }
+
+/// Workgroups for exactly `count` tiles: the fewest rows that every adapter allows. A multiple of
+/// four, or whole rows of one view, has such rows.
+pub fn tile_grid(count: u32) -> [u32; 3] {
+    const MAX_X: u32 = 65535;
+    let rows = (1..=count).find(|rows| count.is_multiple_of(*rows) && count / rows <= MAX_X);
+    let rows = rows.unwrap_or(1);
+    [count / rows, rows, 1]
+}

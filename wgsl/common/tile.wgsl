@@ -13,10 +13,12 @@ struct Segment {
     view: u32,
 }
 
-// The tile that workgroup `i` of `count` takes. A software driver gives each of two cores one half
+// The tile that a workgroup takes. A software driver gives each of two cores one half
 // of the dispatch: runs of neighbours go to them in turns. (Runs, because stores that follow each
 // other in memory are many times faster.)
-fn interleaved(i: u32, count: u32) -> u32 {
+fn interleaved(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
+    let i = workgroup.y * workgroups.x + workgroup.x;
+    let count = workgroups.x * workgroups.y;
     let half_count = count / 2u;
     let second = i >= half_count;
     let place = select(i, i - half_count, second);
