@@ -1,13 +1,15 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
+    cpu::curve::tile::SLAB_PAIRS,
     footprint::GpuMaterial,
     gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc, Tier},
     stage::{
         KERNELS,
         air::AirParams,
-        bin::{BatchCounters, BinParams, Segment, Tile},
+        bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment, Tile},
         cluster::{ClusterCounters, ClusterParams},
+        curve::CURVE_SEGMENT,
         filter::FilterParams,
         project::{Chunk, ProjectParams},
         shade::{GpuLight, PictureParams},
@@ -223,5 +225,21 @@ fn disagreements_are_noticed() {
     ];
     for edits in binding_edits {
         assert!(bindings_agree(&SERIAL_SCATTER, &edited(edits)).is_err(), "{edits:?}");
+    }
+}
+
+/// Lengths that kernels and hosts cut pairs by.
+#[test]
+fn segments_are_as_long_in_the_kernels() {
+    let sources = [
+        (include_str!("../wgsl/common/tile.wgsl"), "SEGMENT_LENGTH", SEGMENT_LENGTH),
+        (include_str!("../wgsl/common/curve.wgsl"), "CURVE_SEGMENT", CURVE_SEGMENT),
+        (include_str!("../wgsl/common/gather_curve.wgsl"), "SLAB_PAIRS", SLAB_PAIRS as u32),
+    ];
+    for (source, name, value) in sources {
+        assert!(
+            source.contains(&format!("const {name}: u32 = {value}u;")),
+            "{name} is not {value}"
+        );
     }
 }
