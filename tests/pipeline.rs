@@ -270,6 +270,10 @@ fn more_tiles_than_a_row_of_workgroups() {
     let map = render(TIERS[1], &scene).maps.remove(0);
     let (top, bottom) = map.filter.split_at(map.filter.len() / 2);
     let filtered = |half: &[[f32; 3]]| half.iter().filter(|f| f[0] < 1.0).count();
-    let (top, bottom) = (filtered(top), filtered(bottom));
-    assert!(top > 10_000 && top.abs_diff(bottom) * 100 < top, "{top} {bottom}");
+    // A soft disc's rim is too clear for 16 bits.
+    let whole = std::f32::consts::PI * (0.1 * map.view.scale).powi(2);
+    for half in [top, bottom] {
+        let share = filtered(half) as f32 / whole;
+        assert!((0.9..1.01).contains(&share), "{share}");
+    }
 }
