@@ -612,7 +612,8 @@ impl ClassBatch {
         if curved {
             outputs.push(texture(&curves));
             resolve.push(partials.clone());
-            to_map = shared.summed(shared.hits([tiles, &counters, pairs, footprints], &hit));
+            let own = [tiles, scattered_tiles, &counters, pairs, footprints];
+            to_map = shared.summed(shared.hits(own, &hit));
             let own = [dispatches, segments, &partials, &counters, pairs, footprints];
             to_sums = shared.hits(own, &hit);
         } else if let Some(composed) =

@@ -321,7 +321,7 @@ pub const OVERFLOW: [KernelDesc; 2] = [
 ];
 
 macro_rules! disc_tiles {
-    ($tier:ident, $walk:literal) => {
+    ($tier:ident, [$($walk:literal),*]) => {
         KernelDesc {
             name: "accumulate_tiles",
             sources: crate::sources![
@@ -335,8 +335,9 @@ macro_rules! disc_tiles {
                 "common/rows_8.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
+                "common/disc.wgsl",
                 "common/gather_discs.wgsl",
-                $walk,
+                $($walk,)*
                 "accumulate_tiles.wgsl"
             ],
             bindings: &[
@@ -363,12 +364,12 @@ macro_rules! disc_tiles {
     };
 }
 pub const DISC_TILES: [KernelDesc; 2] = [
-    disc_tiles!(Core, "common/walk_discs_uniform.wgsl"),
-    disc_tiles!(Native, "common/walk_discs.wgsl"),
+    disc_tiles!(Core, ["common/walk_discs_uniform.wgsl"]),
+    disc_tiles!(Native, ["common/disc_lanes.wgsl", "common/walk_discs.wgsl"]),
 ];
 
 macro_rules! disc_segments {
-    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal) => {
+    ($tier:ident, $sums:ident, $sums_file:literal, [$($walk:literal),*]) => {
         KernelDesc {
             name: "accumulate_segments",
             sources: crate::sources![
@@ -384,8 +385,9 @@ macro_rules! disc_segments {
                 "common/rows_8.wgsl",
                 "common/lane.wgsl",
                 "common/tile.wgsl",
+                "common/disc.wgsl",
                 "common/gather_discs.wgsl",
-                $walk,
+                $($walk,)*
                 "accumulate_segments.wgsl"
             ],
             bindings: crate::sums_then![
@@ -407,6 +409,11 @@ macro_rules! disc_segments {
     };
 }
 pub const DISC_SEGMENTS: [KernelDesc; 2] = [
-    disc_segments!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_discs_uniform.wgsl"),
-    disc_segments!(Native, texture, "common/sums_texture.wgsl", "common/walk_discs.wgsl"),
+    disc_segments!(Core, buffer, "common/sums_buffer.wgsl", ["common/walk_discs_uniform.wgsl"]),
+    disc_segments!(
+        Native,
+        texture,
+        "common/sums_texture.wgsl",
+        ["common/disc_lanes.wgsl", "common/walk_discs.wgsl"]
+    ),
 ];
