@@ -7,6 +7,7 @@ mod bake;
 mod batch;
 mod casters;
 mod clusters;
+mod context;
 mod filter;
 mod groups;
 mod kernels;
@@ -14,6 +15,8 @@ mod list;
 mod maps;
 mod moved;
 mod picture;
+mod plan;
+mod scratch;
 mod small;
 
 pub use crate::atlas::MapPlace;
@@ -33,10 +36,12 @@ use crate::{
     view::View,
 };
 use bake::Bake;
-use batch::{Batch, LISTS, Seen};
+use batch::Batch;
+use context::Context;
 use filter::Filter;
-use list::Scratch;
 use moved::Moved;
+use plan::{LISTS, Plan, Seen};
+use scratch::Scratch;
 use std::sync::Arc;
 
 /// How the pipeline runs on a device.
@@ -236,8 +241,8 @@ impl Pipeline {
         });
         let pending: Vec<_> = pending.collect();
         let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
-        let mut plans = batch::plan(&pending, casters, nodes, kept)?;
-        let listed: u64 = plans.iter().map(batch::Plan::caster_count).sum();
+        let mut plans = plan::batches(&pending, casters, nodes, kept)?;
+        let listed: u64 = plans.iter().map(Plan::caster_count).sum();
         let culled = (all * pending.len()) as u64 - listed;
 
         let usable =
@@ -265,7 +270,7 @@ impl Pipeline {
         }
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
-            let mut context = batch::Context {
+            let mut context = Context {
                 allocator: &mut allocator,
                 queue,
                 kernels: &mut self.kernels,

@@ -2,10 +2,12 @@
 use super::{
     CasterSet, Maps, Pipeline,
     air::PreparedAir,
-    batch::{Context, Plan},
     clusters::Clusters,
+    context::{Context, view_uniform},
     kernels::{Kernels, Variant},
-    list::{List, ListCounters, Scratch, view_array},
+    list::{List, ListCounters},
+    plan::Plan,
+    scratch::Scratch,
 };
 use crate::{
     error::Error,
@@ -18,7 +20,7 @@ use crate::{
         hits::Features,
         shade::{CASTER_LANES, PictureParams},
     },
-    view::{GpuView, MAX_VIEWS, TILE_SIZE, View},
+    view::{TILE_SIZE, View},
 };
 use glam::UVec2;
 use std::sync::Arc;
@@ -81,8 +83,7 @@ impl Pipeline {
             scratch: &scratch,
             camera: true,
         };
-        let camera_views = context.allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
-        queue.write_buffer(&camera_views, 0, bytemuck::cast_slice(&view_array(&plan.views)));
+        let camera_views = view_uniform(context.allocator, queue, &plan.views);
         let [solid_plan, clear_plan] = &plan.lists;
         let solid = List::new(&mut context, solid_plan, &camera_views, 1, tile_count)?;
         let clear = List::new(&mut context, clear_plan, &camera_views, 1, tile_count)?;

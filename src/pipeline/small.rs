@@ -1,5 +1,5 @@
 //! Opaque triangles of a few texels: straight to the depths of their texels.
-use super::{batch::Context, kernels::Kernels, list::Scratch};
+use super::{context::Context, kernels::Kernels, scratch::Scratch};
 use crate::{
     caster::{Material, Transfer, Triangle},
     error::Error,
