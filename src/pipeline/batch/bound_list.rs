@@ -50,7 +50,7 @@ impl Readers {
         resolve: Variant::ResolveOpaque,
     };
     /// Where dithering is coloured.
-    pub const COLORED: Self = Self {
+    pub(super) const COLORED: Self = Self {
         stage: "occlude",
         tiles: Variant::ColoredTiles,
         segments: Variant::ColoredSegments,
