@@ -12,6 +12,8 @@ pub mod project;
 pub mod resolve;
 pub mod shade;
 pub mod sort;
+mod sums;
+mod walk;
 
 /// Every kernel: what the layout and shader tests and the export walk.
 pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
