@@ -1,11 +1,5 @@
 //! What `prepare` works with, and the buffers that all that is bound needs.
-use super::{
-    Config,
-    casters::{CasterSet, Class},
-    kernels::Kernels,
-    plan::ListPlan,
-    scratch::Scratch,
-};
+use super::{Config, casters::CasterSet, kernels::Kernels, plan::ListPlan, scratch::Scratch};
 use crate::{
     error::Error,
     gpu::Allocator,
@@ -47,21 +41,28 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let may_scatter = plan.class == *Class::FILTERING.start() && !plan.is_composed();
-        let scatter = self.config.scatters() && may_scatter && !self.camera;
-        let params = self.uniform(
-            "project_params",
-            &ProjectParams {
-                chunk_count: chunks.len() as u32,
-                scatter: u32::from(scatter),
-                first_setup: plan.first_setup,
-                unseen: u32::from(self.camera),
-            },
-        );
+        let may_scatter = plan.filters && !plan.is_composed();
+        let scatter = self.config.scatters() && may_scatter;
+        let params = ProjectParams {
+            chunk_count: chunks.len() as u32,
+            scatter: u32::from(scatter),
+            first_setup: plan.first_setup,
+            unseen: u32::from(self.camera),
+        };
+        self.chunk_buffers_with(&params, chunks).map(Some)
+    }
+
+    pub(super) fn chunk_buffers_with(
+        &mut self,
+        params: &ProjectParams,
+        chunks: &[Chunk],
+    ) -> Result<ChunkBuffers, Error> {
+        let params = self.uniform("project_params", params);
+        let count = chunks.len() as u32;
         let none = BufferUsages::empty();
-        let buffer = self.allocator.storage::<Chunk>("chunks", chunks.len() as u64, none)?;
+        let buffer = self.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(chunks));
-        Ok(Some(ChunkBuffers { count: chunks.len() as u32, chunks: buffer, params }))
+        Ok(ChunkBuffers { count, chunks: buffer, params })
     }
 }
 

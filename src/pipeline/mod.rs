@@ -40,7 +40,7 @@ use batch::Batch;
 use context::Context;
 use filter::Filter;
 use moved::Moved;
-use plan::{LISTS, Plan, Seen};
+use plan::{LISTS, PendingView, Plan};
 use scratch::Scratch;
 use std::sync::Arc;
 
@@ -80,9 +80,7 @@ impl Config {
             hide: true,
         }
     }
-}
 
-impl Config {
     /// A curve needs its hits in order: tiny casters go through tiles.
     fn scatters(&self) -> bool {
         self.scatter_tiny && self.nodes == 0
@@ -234,7 +232,7 @@ impl Pipeline {
         let moved = old.and_then(|(old, old_filter, _)| {
             Moved::new(old, old_filter, bake.kept(), views, &maps)
         });
-        let pending = bake.pending.iter().map(|&index| Seen {
+        let pending = bake.pending.iter().map(|&index| PendingView {
             view: &views[index],
             place: maps.places[index],
             groups: bake.groups(index),

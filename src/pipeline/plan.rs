@@ -17,7 +17,7 @@ const MAX_TILES: u32 = 65536;
 pub(super) struct Plan {
     pub views: Vec<GpuView>,
     pub tile_count: u32,
-    /// Opaque, translucent.
+    /// As [`LISTS`]; of the camera, what is solid and what is blended.
     pub lists: [ListPlan; 2],
     /// The maps hold something already.
     pub kept: bool,
@@ -30,7 +30,8 @@ pub(super) struct Plan {
 /// The casters of one list of a batch, as they are projected.
 #[derive(Clone, Debug)]
 pub(super) struct ListPlan {
-    pub class: Class,
+    /// Whether it is what filters light in shadow views.
+    pub filters: bool,
     pub features: Features,
     pub particle_chunks: Vec<Chunk>,
     /// Those of `particle_chunks` that may have particles for the scatter path.
@@ -42,9 +43,9 @@ pub(super) struct ListPlan {
 }
 
 impl ListPlan {
-    /// Whether segments are composed one by one: of a shadow view's list.
+    /// Whether segments are composed one by one.
     pub(super) fn is_composed(&self) -> bool {
-        self.class == *Class::FILTERING.start() && self.features.is_composed()
+        self.filters && self.features.is_composed()
     }
 
     pub(super) fn setup_count(&self) -> u32 {
@@ -57,7 +58,7 @@ pub(super) const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FI
 
 /// A view to be rendered.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen<'a> {
+pub(super) struct PendingView<'a> {
     pub view: &'a View,
     pub place: MapPlace,
     /// Indices of the groups that it may see, in order.
@@ -67,7 +68,7 @@ pub(super) struct Seen<'a> {
 /// Cuts the views into batches and lists their casters. `nodes`: K of the curves, 0 for none;
 /// `kept`: the maps hold something already.
 pub(super) fn batches(
-    views: &[Seen<'_>],
+    views: &[PendingView<'_>],
     casters: &CasterSet,
     nodes: u32,
     kept: bool,
@@ -77,8 +78,8 @@ pub(super) fn batches(
     let mut batch = Vec::new();
     let mut footprints = [0; 2];
     let mut tile_count = 0;
-    for seen in views {
-        let Seen { view, place, groups } = *seen;
+    for pending in views {
+        let PendingView { view, place, groups } = *pending;
         let listed = LISTS.map(|list| count(casters, groups, &list));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {
@@ -197,7 +198,7 @@ impl ListPlan {
         let triangle_chunks = chunks_of(true);
         let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
         Self {
-            class: *list.start(),
+            filters: *list == Class::FILTERING,
             features,
             particle_chunks,
             tiny_chunks: Vec::new(),

@@ -66,9 +66,10 @@ struct Room {
     composed: bool,
 }
 
-/// Partial curves for so many pairs: only tiles with more than one segment have any.
-fn partial_count(pairs: u32) -> u64 {
-    2 * (u64::from(pairs) / u64::from(CURVE_SEGMENT)) + 1
+/// The most segments of so many pairs that leave something of their own: only those of tiles with
+/// more than one segment do.
+pub(super) fn partial_count(pairs: u32, segment_length: u32) -> u64 {
+    2 * u64::from(pairs / segment_length) + 1
 }
 
 impl Room {
@@ -162,7 +163,7 @@ impl Scratch {
         let limits = allocator.device.limits();
         let room = Room::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
         let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity, .. } = room;
-        let partial_count = if nodes == 0 { 0 } else { partial_count(pair_capacity) };
+        let curve_count = if nodes == 0 { 0 } else { partial_count(pair_capacity, CURVE_SEGMENT) };
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |name, format, texels| {
@@ -180,8 +181,7 @@ impl Scratch {
             [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
         let none = BufferUsages::empty();
         let composed = if room.composed {
-            // Of tiles with more than one segment.
-            let segments = 2 * u64::from(pair_capacity / SEGMENT_LENGTH) + 1;
+            let segments = partial_count(pair_capacity, SEGMENT_LENGTH);
             // The pair budget's default would need a little more than a storage binding holds.
             let segments = segments.min(MAX_COMPOSED);
             let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
@@ -214,7 +214,7 @@ impl Scratch {
             )?,
             partials: allocator.storage::<[u32; 4]>(
                 "partials",
-                partial_count * partial_bytes(nodes) / 16,
+                curve_count * partial_bytes(nodes) / 16,
                 none,
             )?,
             nothing_scattered: allocator.storage::<u32>(
