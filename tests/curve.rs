@@ -160,13 +160,13 @@ fn a_curve_may_brighten() {
     }
 }
 
-fn curved(scene: Scene, nodes: u32) -> Scene {
+pub(crate) fn curved(scene: Scene, nodes: u32) -> Scene {
     let shadow = ShadowSettings { receiver: Receiver::Curve, nodes, ..scene.shadow };
     Scene { shadow, ..scene }
 }
 
 /// Discs of all sizes, a plain sort, seen by a directional light and a spot.
-fn discs(nodes: u32) -> Scene {
+pub(crate) fn discs(nodes: u32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);
     let position = Vec3::new(3.0, 4.0, 2.5);
     scene.lights = vec![
@@ -181,7 +181,7 @@ fn discs(nodes: u32) -> Scene {
 }
 
 /// Share of the texels whose curves differ by more than rounding at some depth.
-fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
+pub(crate) fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     let (mut apart, mut count) = (0, 0);
     for (a, b) in a.iter().zip(b) {
         let (a, b) = (a.curve.as_ref().unwrap(), b.curve.as_ref().unwrap());
@@ -202,7 +202,7 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
 const GRAZED: f64 = 2e-3;
 
 /// Casters of every kind, opaque ones too.
-fn mixture() -> Scene {
+pub(crate) fn mixture() -> Scene {
     let like = |transfer, shape, profile| Material { shape, profile, ..material(transfer) };
     let mut scene = discs(8);
     scene.materials = vec![
@@ -224,11 +224,11 @@ fn mixture() -> Scene {
     scene
 }
 
-fn twin(scene: &Scene) -> Vec<ViewMaps> {
+pub(crate) fn twin(scene: &Scene) -> Vec<ViewMaps> {
     cpu::render_maps(scene, &shadow_views(scene)).0
 }
 
-fn holds(tier: Tier, scene: &Scene, name: &str) {
+pub(crate) fn holds(tier: Tier, scene: &Scene, name: &str) {
     let expected = twin(scene);
     let frame = render(tier, scene);
     let apart = share_apart(&frame.maps, &expected);

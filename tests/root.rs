@@ -12,6 +12,7 @@ mod colored;
 mod common;
 mod cull;
 mod curve;
+mod curve_bodies;
 mod device;
 mod displace;
 mod dither;

@@ -22,12 +22,12 @@ use gobo::{
 /// Of the filter's storage.
 const ROUNDING: f64 = 1e-3;
 /// Left after [`DISTANCE`] metres.
-const COLOR: DVec3 = DVec3::new(0.25, 0.5, 1.0);
-const DISTANCE: f64 = 2.0;
-const FOG: u32 = 0;
-const WALL: u32 = 1;
+pub(crate) const COLOR: DVec3 = DVec3::new(0.25, 0.5, 1.0);
+pub(crate) const DISTANCE: f64 = 2.0;
+pub(crate) const FOG: u32 = 0;
+pub(crate) const WALL: u32 = 1;
 
-fn fog() -> Material {
+pub(crate) fn fog() -> Material {
     let (attenuation_color, attenuation_distance) = (COLOR.as_vec3(), DISTANCE as f32);
     Material { attenuation_color, attenuation_distance, ..material(Transfer::Filter) }
 }
@@ -37,7 +37,7 @@ fn passed(metres: f64) -> DVec3 {
 }
 
 /// Looks along -z from above the origin; 20 x 20 m, however much is in it.
-fn stage(kind: LightKind) -> Scene {
+pub(crate) fn stage(kind: LightKind) -> Scene {
     let nowhere = Material { visible: false, casts: false, ..material(Transfer::Opaque) };
     let mut scene = empty(vec![fog(), material(Transfer::Opaque), nowhere]);
     scene.lights.push(light(kind));
@@ -47,14 +47,14 @@ fn stage(kind: LightKind) -> Scene {
     scene
 }
 
-const SUN: LightKind = LightKind::Directional { direction: Vec3::NEG_Z };
+pub(crate) const SUN: LightKind = LightKind::Directional { direction: Vec3::NEG_Z };
 
-fn spot() -> LightKind {
+pub(crate) fn spot() -> LightKind {
     LightKind::Spot { position: Vec3::Z * 9.0, direction: Vec3::NEG_Z, angle: 1.0 }
 }
 
 /// Counterclockwise from outside.
-fn cuboid(min: Vec3, max: Vec3, material: u32) -> Vec<Triangle> {
+pub(crate) fn cuboid(min: Vec3, max: Vec3, material: u32) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for axis in [
         Mat3::IDENTITY,
@@ -79,14 +79,14 @@ fn cuboid(min: Vec3, max: Vec3, material: u32) -> Vec<Triangle> {
 }
 
 /// As large as the stage.
-fn floor(z: f32, material: u32) -> [Triangle; 2] {
+pub(crate) fn floor(z: f32, material: u32) -> [Triangle; 2] {
     let corner = |x: f32, y: f32| Vec3::new(x * 9.9, y * 9.9, z);
     let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
     [[a, b, c], [a, c, d]].map(|positions| triangle(positions, material))
 }
 
 /// What twin and tiers say.
-fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
+pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
     let mut all = vec![render_maps(scene, &shadow_views(scene))];
     for tier in TIERS {
         let frame = crate::common::render(tier, scene);

@@ -15,7 +15,7 @@
 @group(0) @binding(10) var images: texture_2d_array<f32>;
 @group(0) @binding(11) var opaques: texture_2d_array<f32>;
 
-fn open_rest(view: GpuView) {}
+fn open_rest(view: GpuView, step: u32) {}
 
 @compute @workgroup_size(LANES)
 fn accumulate_curve_segments(
@@ -38,6 +38,12 @@ fn accumulate_curve_segments(
         let whole = bitcast<vec4<u32>>(vec4(light_texel(all, i), nearest[i]));
         partials[at + i * TILE_SIZE * partial_size()] = whole;
     }
+    if HAS_OVER || HAS_VOLUMES {
+        store_change(at, 0u);
+        store_change(at, 1u);
+        store_change(at, 2u);
+        store_change(at, 3u);
+    }
     store_pair(at, 0u);
     store_pair(at, 1u);
     if NODES > 4u {
@@ -55,11 +61,20 @@ fn accumulate_curve_segments(
     }
 }
 
+fn store_change(first: u32, i: u32) {
+    let at = first + i * TILE_SIZE * partial_size() + 1u;
+    partials[at] = bitcast<vec4<u32>>(vec4(light_texel(scale, i), 0.0));
+    partials[at + 1u] = bitcast<vec4<u32>>(vec4(light_texel(surface_scale, i), last_face[i]));
+    partials[at + 2u] = bitcast<vec4<u32>>(vec4(light_texel(surfaces, i), 0.0));
+    partials[at + 3u] = bitcast<vec4<u32>>(vec4(light_texel(density, i), 0.0));
+    partials[at + 4u] = bitcast<vec4<u32>>(crossed[i]);
+}
+
 fn store_pair(at: u32, pair: u32) {
     let nodes = packed_pair(pair);
     let row = TILE_SIZE * partial_size();
-    partials[at + pair + 1u] = packed_row(nodes, 0u);
-    partials[at + row + pair + 1u] = packed_row(nodes, 1u);
-    partials[at + 2u * row + pair + 1u] = packed_row(nodes, 2u);
-    partials[at + 3u * row + pair + 1u] = packed_row(nodes, 3u);
+    partials[at + first_node() + pair] = packed_row(nodes, 0u);
+    partials[at + row + first_node() + pair] = packed_row(nodes, 1u);
+    partials[at + 2u * row + first_node() + pair] = packed_row(nodes, 2u);
+    partials[at + 3u * row + first_node() + pair] = packed_row(nodes, 3u);
 }

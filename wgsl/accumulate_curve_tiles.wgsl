@@ -21,16 +21,26 @@ var<private> own_tile: u32;
 var<private> first_sum: u32;
 
 // Few tiles have any rest; drivers skip no branch, but they leave loops.
-fn open_rest(view: GpuView) {
-    for (var has_rest = scattered_tiles[own_tile] != 0u; has_rest; has_rest = false) {
-        let rest = overflowed(first_sum);
-        let light = rest.light;
-        let some = is_light(rest.light);
-        let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
-        let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
-        let placed = meet(light, behind, select(vec4(0.0), vec4(0.5 * VISIBLE_OPACITY), some));
-        nearest = min(nearest, rest.depth);
+fn open_rest(view: GpuView, step: u32) {
+    if step + 1u < rest_steps() {
+        let ramps = join_ramp(begin_inside());
+        return;
     }
+    var rest = nothing_overflowed();
+    for (var has_rest = scattered_tiles[own_tile] != 0u; has_rest; has_rest = false) {
+        rest = overflowed(first_sum);
+    }
+    let light = rest_light(rest, total_light());
+    let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
+    let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
+    let some = is_light(light);
+    open_light = scaled(open_light, light);
+    if HAS_OVER {
+        open_added = scaled(open_added, light);
+    }
+    open_start = select(open_start, min(open_start, behind), some);
+    open_end = select(open_end, max(open_end, behind), some);
+    nearest = min(nearest, rest.depth);
 }
 
 @compute @workgroup_size(LANES)
@@ -51,6 +61,7 @@ fn accumulate_curve_tiles(
     first_sum = sum_index(tile_id, place);
     start(view, texel);
     walk(view, tile.first, tile.end);
+    nearest = nearest_seen();
     let all = total_light();
     let at = view.origin + texel;
     for (var i = 0u; i < ROWS; i += 1u) {

@@ -37,6 +37,21 @@ pub struct Hit {
     pub opacity: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
+    /// Light depth from which on the whole hit counts: where the ray leaves a puff.
+    pub end: f32,
+}
+
+/// Where a ray enters or leaves a volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Light depth, at most that of the ray's end.
+    pub depth: f32,
+    /// Way of the ray from light depth 0 to 1 [m].
+    pub metres: f32,
+    /// [1/m]
+    pub absorption: Vec3,
+    /// 1 where the ray leaves, -1 where it enters.
+    pub leaves: i32,
 }
 
 /// What a face of a volume adds to a ray's sums.
@@ -110,7 +125,7 @@ impl<'a> Target<'a> {
 
     /// Of a volume, at the ray that ends at light depth `opaque_depth`. Faces behind its end count
     /// as at its end.
-    pub fn crossing(&self, texel: Vec2, opaque_depth: f32) -> Option<Crossing> {
+    pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<Face> {
         let Form::Triangle(setup) = self.form else { return None };
         let absorption = self.records.absorptions[setup.material as usize];
         if absorption == Vec3::ZERO {
@@ -121,9 +136,13 @@ impl<'a> Target<'a> {
             return None;
         }
         let leaves = if setup.ties & BACK_BIT != 0 { 1 } else { -1 };
-        let length = depth.min(opaque_depth) * metres_per_depth(self.records.view, texel);
-        let tau = modular(length * absorption * FIXED_ONE) * leaves;
-        Some(Crossing { tau, leaves })
+        let metres = metres_per_depth(self.records.view, texel);
+        Some(Face { depth: depth.min(opaque_depth), metres, absorption, leaves })
+    }
+
+    /// What [`Self::face`] adds to a ray's sums.
+    pub fn crossing(&self, texel: Vec2, opaque_depth: f32) -> Option<Crossing> {
+        self.face(texel, opaque_depth).map(|face| face.crossing())
     }
 
     /// Opacity that a hit at `texel` must exceed to block the light, of a `dither` material.
@@ -192,7 +211,15 @@ impl<'a> Target<'a> {
     fn optics(&self, opacity: f32, color: Vec3, depth: f32) -> Hit {
         let transfer = self.material.transfer;
         let added = added(transfer, opacity, color);
-        Hit { light: transmittance(transfer, opacity, color), added, color, opacity, depth }
+        let light = transmittance(transfer, opacity, color);
+        Hit { light, added, color, opacity, depth, end: depth }
+    }
+}
+
+impl Face {
+    pub fn crossing(&self) -> Crossing {
+        let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
+        Crossing { tau, leaves: self.leaves }
     }
 }
 
@@ -218,6 +245,8 @@ struct Chord {
     share: f32,
     /// Light depth where the ray enters, 0 where it starts inside.
     depth: f32,
+    /// Light depth where it leaves, or ends.
+    end: f32,
 }
 
 /// `radius` as in a footprint; `distance` of the centre along the axis [m].
@@ -255,7 +284,8 @@ fn chord(
     let first = (closest - half_chord).max(view.near);
     let last = (closest + half_chord).min(view.near + opaque_depth * range);
     let share = ((last - first) / (2.0 * radius_axis)).min(1.0);
-    (share > 0.0).then(|| Chord { share, depth: (first - view.near) / range })
+    let at = |along: f32| (along - view.near) / range;
+    (share > 0.0).then(|| Chord { share, depth: at(first), end: at(last) })
 }
 
 /// What the transfer does along a whole diameter, to the power of the chord's share of it.
@@ -265,7 +295,8 @@ fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     let per_diameter = transmittance(transfer, alpha, color).max(Vec3::splat(LEAST));
     let opacity = 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share);
     let light = per_diameter.powf(chord.share);
-    Hit { light, added: added(transfer, opacity, color), color, opacity, depth: chord.depth }
+    let added = added(transfer, opacity, color);
+    Hit { light, added, color, opacity, depth: chord.depth, end: chord.end }
 }
 
 /// What a hit of `over` puts in.

@@ -92,6 +92,10 @@ impl<'a> SceneRecords<'a> {
         let caster = |particle: &crate::caster::Particle| {
             Caster::new(particle, &materials[particle.material as usize])
         };
+        let has_volumes = scene.triangles.iter().any(|triangle| {
+            let material = &materials[triangle.material as usize];
+            material.is_volume() && Class::of(material).casts()
+        });
         Self {
             materials,
             absorptions: absorptions(materials, &scene.triangles),
@@ -103,15 +107,14 @@ impl<'a> SceneRecords<'a> {
                 gain: uses(Transfer::Gain),
                 ordered: uses(Transfer::Over),
                 owners: materials.iter().any(|m| m.visible && m.receives == Receives::Others),
-                volumes: scene.triangles.iter().any(|triangle| {
-                    let material = &materials[triangle.material as usize];
-                    material.is_volume() && Class::of(material).casts()
-                }),
+                volumes: has_volumes,
             },
             curve_modes: (scene.shadow.curve_nodes() > 0).then(|| CurveModes {
                 nodes: scene.shadow.curve_nodes(),
                 gain: uses(Transfer::Gain),
                 slabs: only_discs(scene),
+                over: uses(Transfer::Over),
+                volumes: has_volumes,
                 segment: CURVE_SEGMENT as usize,
             }),
             pair_budget: scene.shadow.pair_budget,

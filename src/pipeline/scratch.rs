@@ -62,6 +62,8 @@ struct Room {
     pairs: u32,
     /// K of the curves, 0 for none.
     nodes: u32,
+    /// Of the curves of one segment.
+    segment_bytes: u64,
     /// Some list composes segments one by one.
     composed: bool,
 }
@@ -87,10 +89,12 @@ impl Room {
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
         // A first guess; a frame that needed more says so, and the next is prepared with it.
         let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
+        let changes = lists().any(|list| list.features.over || list.features.volumes);
+        let segment_bytes = partial_bytes(nodes, changes);
         let limit = match nodes {
             0 => limit,
             _ => {
-                let room = limits.max_storage_buffer_binding_size / partial_bytes(nodes);
+                let room = limits.max_storage_buffer_binding_size / segment_bytes;
                 let most = (room - 1) / 2 * u64::from(CURVE_SEGMENT);
                 u32::try_from(most).unwrap_or(u32::MAX).min(limit)
             }
@@ -101,6 +105,7 @@ impl Room {
             tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
+            segment_bytes,
             nodes,
             composed: lists().any(ListPlan::is_composed),
         }
@@ -214,7 +219,7 @@ impl Scratch {
             )?,
             partials: allocator.storage::<[u32; 4]>(
                 "partials",
-                curve_count * partial_bytes(nodes) / 16,
+                curve_count * room.segment_bytes / 16,
                 none,
             )?,
             nothing_scattered: allocator.storage::<u32>(
@@ -246,6 +251,7 @@ impl Scratch {
             && need.tiles <= room.tiles
             && need.small_tiles <= room.small_tiles
             && need.nodes == room.nodes
+            && need.segment_bytes <= room.segment_bytes
             && (room.composed || !need.composed)
             && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
     }

@@ -17,9 +17,10 @@ use wgpu::{
 /// curve; three loop iterations a pair stay below the 65,535 of llvmpipe.
 pub const CURVE_SEGMENT: u32 = 8192;
 
-/// That one segment leaves in `partials` [bytes].
-pub const fn partial_bytes(nodes: u32) -> u64 {
-    16 * 16 * (nodes as u64 / 2 + 1) * 16
+/// That one segment leaves in `partials` [bytes]. `changes`: its hits may add light, or volumes
+/// absorb. WGSL: `common/curve_partial.wgsl`.
+pub const fn partial_bytes(nodes: u32, changes: bool) -> u64 {
+    16 * 16 * (nodes as u64 / 2 + if changes { 6 } else { 1 }) * 16
 }
 
 // Core WebGPU has 4 storage textures a stage: pairs are sampled.
@@ -47,6 +48,7 @@ macro_rules! tiles {
                 "common/tile.wgsl",
                 "common/curve.wgsl",
                 "common/curve_list.wgsl",
+                "common/curve_volumes.wgsl",
                 "common/gather_curve.wgsl",
                 $($visit,)*
                 $($walk,)*
@@ -94,6 +96,8 @@ macro_rules! segments {
                 "common/tile.wgsl",
                 "common/curve.wgsl",
                 "common/curve_list.wgsl",
+                "common/curve_volumes.wgsl",
+                "common/curve_partial.wgsl",
                 "common/gather_curve.wgsl",
                 $($visit,)*
                 $($walk,)*
@@ -127,13 +131,18 @@ macro_rules! any {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/order.wgsl",
+                "common/volumes.wgsl",
+                "common/crossing.wgsl",
                 "common/visit_hits.wgsl"
             ],
             [
                 ("HAS_PARTICLES", 1.0),
                 ("HAS_TRIANGLES", 1.0),
                 ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0)
+                ("HAS_PUFFS", 1.0),
+                ("HAS_OVER", 1.0),
+                ("HAS_VOLUMES", 1.0)
             ]
         )
     };
@@ -182,7 +191,11 @@ macro_rules! resolve {
                 $sums_file,
                 "common/dispatch.wgsl",
                 "common/curve.wgsl",
+                "common/order.wgsl",
+                "common/volumes.wgsl",
                 "common/curve_list.wgsl",
+                "common/curve_volumes.wgsl",
+                "common/curve_partial.wgsl",
                 "common/overflow_curve.wgsl",
                 "resolve_curve.wgsl"
             ],
@@ -197,7 +210,12 @@ macro_rules! resolve {
                 NEARESTS,
                 CURVES
             ],
-            constants: &[("NODES", 8.0), ("HAS_GAIN", 0.0)],
+            constants: &[
+                ("NODES", 8.0),
+                ("HAS_GAIN", 0.0),
+                ("HAS_OVER", 0.0),
+                ("HAS_VOLUMES", 0.0),
+            ],
             tier: Tier::$tier,
         }
     };

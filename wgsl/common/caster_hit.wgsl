@@ -13,10 +13,11 @@ struct Hit {
     color: vec3<f32>,
     opacity: f32,
     depth: f32,       // light depth; -1 for a miss
+    end: f32,         // from which on the whole hit counts: where the ray leaves a puff
     material: u32,
 }
 
-const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, 0u);
+const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u);
 
 fn caster_hit(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
@@ -55,7 +56,8 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     let opacity = min(base + slope * alpha, 1.0);
     let inside = max(abs(met.x), abs(met.y)) <= 1.0 && covered > 0.0;
     let depth = select(-1.0, met.z, inside);
-    return Hit(transmittance(material.transfer, opacity, color), color, opacity, depth, material_id);
+    let light = transmittance(material.transfer, opacity, color);
+    return Hit(light, color, opacity, depth, depth, material_id);
 }
 
 // Absorbs along the chord that the ray takes through the sphere before the opaque surface: what the
@@ -102,7 +104,9 @@ fn puff_hit(
     let per_diameter = max(transmittance(materials[material_id].transfer, alpha, color), vec3(1e-9));
     let opacity = 1.0 - pow(max(1.0 - alpha, 1e-9), share);
     let entered = (first - view.near) / range;
-    return Hit(pow(per_diameter, vec3(share)), color, opacity, select(-1.0, entered, share > 0.0), material_id);
+    let left = (last - view.near) / range;
+    let light = pow(per_diameter, vec3(share));
+    return Hit(light, color, opacity, select(-1.0, entered, share > 0.0), left, material_id);
 }
 
 fn setup_texel(setup: u32, texel: u32) -> vec4<u32> {
@@ -147,5 +151,6 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
     }
     let opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
     let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
-    return Hit(transmittance(material.transfer, opacity, color), color, opacity, met.w, material_id);
+    let light = transmittance(material.transfer, opacity, color);
+    return Hit(light, color, opacity, met.w, met.w, material_id);
 }

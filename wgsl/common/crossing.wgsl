@@ -13,12 +13,18 @@ fn modular(v: vec3<f32>) -> vec3<i32> {
     return bitcast<vec3<i32>>(vec3<u32>(rest));
 }
 
-// What a face of a volume adds to a ray's sums: optical depth from the near plane to the face, in
-// fixed point and modulo 2^32, negative where the ray enters; w: 1 where it leaves, -1 where it
-// enters. Faces behind the ray's end count as at its end.
-fn crossing(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> vec4<i32> {
+// Where a ray enters or leaves a volume.
+struct Face {
+    depth: f32,            // at most that of the ray's end
+    metres: f32,           // way of the ray from light depth 0 to 1
+    absorption: vec3<f32>, // [1/m]
+    leaves: i32,           // 1 where the ray leaves, -1 where it enters, 0 where it does neither
+}
+
+// Faces behind the ray's end count as at its end.
+fn volume_face(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Face {
     if !HAS_TRIANGLES || (look.w & TRIANGLE_BIT) == 0u {
-        return vec4(0);
+        return Face(0.0, 0.0, vec3(0.0), 0);
     }
     let absorption = materials[setup_texel(look.x, 4u).w].absorption;
     let depth = triangle_weights(look.x, texel).w;
@@ -26,8 +32,18 @@ fn crossing(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32)
     let counts = depth >= 0.0 && any(absorption > vec3(0.0));
     let slope = (texel - view.size * 0.5) / view.scale;
     let stretch = select(1.0, sqrt(1.0 + dot(slope, slope)), view.perspective > 0.0);
-    let length = min(depth, opaque_depth) * ((view.far - view.near) * stretch);
-    let tau = modular(select(0.0, length, counts) * absorption * FIXED_ONE);
     let leaves = select(0, select(-1, 1, is_back), counts);
-    return vec4(tau * leaves, leaves);
+    let ends = select(0.0, min(depth, opaque_depth), counts);
+    return Face(ends, (view.far - view.near) * stretch, absorption, leaves);
+}
+
+// What a face adds to a ray's sums: optical depth from the near plane to the face, in fixed point
+// and modulo 2^32, negative where the ray enters; w: `leaves`.
+fn face_crossing(face: Face) -> vec4<i32> {
+    let tau = modular(face.depth * face.metres * face.absorption * FIXED_ONE);
+    return vec4(tau * face.leaves, face.leaves);
+}
+
+fn crossing(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> vec4<i32> {
+    return face_crossing(volume_face(view, look, texel, opaque_depth));
 }

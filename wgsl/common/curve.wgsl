@@ -35,7 +35,3 @@ fn node_light(node: vec2<u32>) -> vec3<f32> {
 
 // Pairs of a segment of a long tile. Rust: src/stage/curve.rs.
 const CURVE_SEGMENT: u32 = 8192u;
-// Of a segment's texel: its filter and nearest depth, then its nodes, two at a time.
-fn partial_size() -> u32 {
-    return NODES / 2u + 1u;
-}

@@ -5,18 +5,20 @@
 override HAS_GAIN: bool;
 
 var<private> seek_z: f32; // in fixed point
-var<private> seek_light: vec3<f32>;  // behind the last node that starts before it
-var<private> seek_before: vec3<f32>; // before that node
-var<private> seek_start: f32;
-var<private> seek_length: f32;
+var<private> seek_behind: vec3<f32>; // the last node that starts before it
+var<private> seek_here: vec3<f32>;   // at seek_z, by that node
+var<private> seek_rest: vec3<f32>;   // that earlier nodes still let pass, where ramps overlap
 
 fn seek_node(node: vec2<u32>) {
-    let own = node_start(node);
-    let before = own > 0.0 && own < seek_z;
-    seek_start = select(seek_start, own, before);
-    seek_length = select(seek_length, node_length(node), before);
-    seek_before = select(seek_before, seek_light, before);
-    seek_light = select(seek_light, node_light(node), before);
+    let start = node_start(node);
+    let before = start > 0.0 && start < seek_z;
+    let light = node_light(node);
+    let share = clamp((seek_z - start) / max(node_length(node), 1e-6), 0.0, 1.0);
+    let passes = before && any(seek_here != seek_behind);
+    let rest = seek_here / max(seek_behind, vec3(1e-9));
+    seek_rest *= select(vec3(1.0), rest, vec3(passes) & (seek_behind > vec3(0.0)));
+    seek_here = select(seek_here, seek_behind + (light - seek_behind) * share, before);
+    seek_behind = select(seek_behind, light, before);
 }
 
 fn seek_pair(view: GpuView, at: vec2<u32>, pair: u32) {
@@ -27,10 +29,9 @@ fn seek_pair(view: GpuView, at: vec2<u32>, pair: u32) {
 
 fn curve_light(view: GpuView, at: vec2<u32>, z: f32) -> vec3<f32> {
     seek_z = z * DEPTHS;
-    seek_light = vec3(1.0);
-    seek_before = vec3(1.0);
-    seek_start = 0.0;
-    seek_length = 0.0;
+    seek_behind = vec3(1.0);
+    seek_here = vec3(1.0);
+    seek_rest = vec3(1.0);
     seek_pair(view, at, 0u);
     seek_pair(view, at, 1u);
     if NODES > 4u {
@@ -43,6 +44,5 @@ fn curve_light(view: GpuView, at: vec2<u32>, z: f32) -> vec3<f32> {
         seek_pair(view, at, 6u);
         seek_pair(view, at, 7u);
     }
-    let share = clamp((seek_z - seek_start) / max(seek_length, 1e-6), 0.0, 1.0);
-    return seek_before + (seek_light - seek_before) * share;
+    return seek_rest * seek_here;
 }

@@ -11,6 +11,8 @@ var<private> spans: array<vec4<u32>, 17>;  // start << 16 | end, in fixed point;
 var<private> lights: array<vec4<u32>, 17>; // behind: green << 16 | red
 var<private> means: array<vec4<u32>, 17>;  // mean of the channels << 16 | blue
 var<private> disordered: u32;              // hits whose place in a merged ramp is lost
+var<private> latest: vec4<u32>;            // the largest start of a hit so far
+var<private> adding: Light4;               // what the hit that goes in adds, of `over`
 
 // The cheapest pair of neighbours so far.
 var<private> best_cost: vec4<f32>;
@@ -36,7 +38,9 @@ fn encode(v: vec4<f32>) -> vec4<u32> {
             pack2x16float(vec2(v.w, 0.0)),
         );
     }
-    return vec4<u32>(round(v * 65535.0));
+    // Only what comes late may brighten what lies behind it past white.
+    let most = select(3.4e38, 1.0, HAS_OVER || HAS_VOLUMES);
+    return vec4<u32>(round(min(v, vec4(most)) * 65535.0));
 }
 
 // As `decode`, in steps.
@@ -85,14 +89,44 @@ fn fixed(depth: vec4<f32>) -> vec4<u32> {
 }
 
 fn clear_node(i: u32) {
-    let white = Light4(vec4(1.0), vec4(1.0), vec4(1.0));
+    let white = white4();
     spans[i] = vec4(0u);
     lights[i] = encode_lights(white);
     means[i] = encode_means(white);
 }
 
+fn white4() -> Light4 {
+    return Light4(vec4(1.0), vec4(1.0), vec4(1.0));
+}
+
+fn black4() -> Light4 {
+    return Light4(vec4(0.0), vec4(0.0), vec4(0.0));
+}
+
+fn light4(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> Light4 {
+    return Light4(vec4(a.r, b.r, c.r, d.r), vec4(a.g, b.g, c.g, d.g), vec4(a.b, b.b, c.b, d.b));
+}
+
+fn plus(a: Light4, b: Light4) -> Light4 {
+    return Light4(a.red + b.red, a.green + b.green, a.blue + b.blue);
+}
+
+fn quotient(a: Light4, b: Light4, least: f32) -> Light4 {
+    return Light4(
+        a.red / max(b.red, vec4(least)),
+        a.green / max(b.green, vec4(least)),
+        a.blue / max(b.blue, vec4(least)),
+    );
+}
+
+fn selected(a: Light4, b: Light4, is: vec4<bool>) -> Light4 {
+    return Light4(select(a.red, b.red, is), select(a.green, b.green, is), select(a.blue, b.blue, is));
+}
+
 fn clear_list() {
     disordered = 0u;
+    latest = vec4(0u);
+    adding = black4();
     clear_node(0u);
     clear_node(1u);
     clear_node(2u);
@@ -128,7 +162,7 @@ fn last_end() -> vec4<u32> {
 fn dark() -> vec4<bool> {
     let last = lights[NODES - 1u];
     let most = max(max(last & vec4(0xffffu), last >> vec4(16u)), means[NODES - 1u] & vec4(0xffffu));
-    return select(most < vec4(DARK), vec4(false), vec4(HAS_GAIN));
+    return select(most < vec4(DARK), vec4(false), vec4(HAS_GAIN || HAS_OVER));
 }
 
 // One hit, or several from `start` to `end`, in each texel where `is` holds. `light`: that passes
@@ -311,7 +345,7 @@ fn seek(i: u32) {
 fn make_room(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, counts: vec4<bool>) {
     new_span = select(vec4(0xffffffffu), span, counts);
     old_span = vec4(0u);
-    let white = Light4(vec4(1.0), vec4(1.0), vec4(1.0));
+    let white = white4();
     new_lights = encode_lights(white);
     new_means = encode_means(white);
     seek(0u);
@@ -335,31 +369,41 @@ fn make_room(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, c
         seek(15u);
     }
     let start = span >> vec4(16u);
-    let lost = counts & ((old_span >> vec4(16u)) < start) & ((old_span & vec4(0xffffu)) > start);
+    let late = counts & (start < latest);
+    latest = select(latest, max(latest, start), counts);
+    let inside = ((old_span >> vec4(16u)) < start) & ((old_span & vec4(0xffffu)) > start);
+    let reached = decode_light(new_lights, new_means);
+    var behind = scaled(reached, light);
+    var own = light;
+    var lost = late & inside;
+    if HAS_OVER {
+        behind = plus(behind, adding);
+        own = plus(own, quotient(adding, reached, BLACK));
+        lost = lost | (counts & !last & (adding.red + adding.green + adding.blue > vec4(0.0)));
+    }
     disordered += dot(vec4<u32>(lost), vec4(1u));
-    let behind = scaled(decode_light(new_lights, new_means), light);
     new_lights = select(encode_lights(behind), encode_lights(passed), last);
     new_means = select(encode_means(behind), encode_means(passed), last);
     if NODES > 8u {
-        move_back(16u, light);
-        move_back(15u, light);
-        move_back(14u, light);
-        move_back(13u, light);
-        move_back(12u, light);
-        move_back(11u, light);
-        move_back(10u, light);
-        move_back(9u, light);
+        move_back(16u, own);
+        move_back(15u, own);
+        move_back(14u, own);
+        move_back(13u, own);
+        move_back(12u, own);
+        move_back(11u, own);
+        move_back(10u, own);
+        move_back(9u, own);
     }
     if NODES > 4u {
-        move_back(8u, light);
-        move_back(7u, light);
-        move_back(6u, light);
-        move_back(5u, light);
+        move_back(8u, own);
+        move_back(7u, own);
+        move_back(6u, own);
+        move_back(5u, own);
     }
-    move_back(4u, light);
-    move_back(3u, light);
-    move_back(2u, light);
-    move_back(1u, light);
+    move_back(4u, own);
+    move_back(3u, own);
+    move_back(2u, own);
+    move_back(1u, own);
     let here = spans[0] > new_span;
     spans[0] = select(spans[0], new_span, here);
     lights[0] = select(lights[0], new_lights, here);

@@ -1,5 +1,5 @@
 // Four texels in a column while their casters' hits become curves. CPU twin: src/cpu/curve/tile.rs.
-// Needs common/curve_list.wgsl; the kernel binds `opaques`.
+// Needs common/curve_list.wgsl, curve_volumes.wgsl; the kernel binds `opaques`.
 const SLAB_PAIRS: u32 = 128u;
 const TRACE: f32 = 0.0000152587890625; // opacity below it has no place of its own: 2^-16
 
@@ -11,14 +11,13 @@ var<private> passed: Light4;
 var<private> open_start: vec4<f32>;
 var<private> open_end: vec4<f32>;
 var<private> open_light: Light4;
+var<private> open_added: Light4; // by `over`
+// Of all hits, for what comes behind a segment: what they leave of light, but for what they add.
+var<private> scale: Light4;
 
 // A slab's pairs lie within this share of the depths of their segment: 1 over it.
 fn slab_count() -> u32 {
     return NODES + NODES / 2u;
-}
-
-fn white4() -> Light4 {
-    return Light4(vec4(1.0), vec4(1.0), vec4(1.0));
 }
 
 fn start(view: GpuView, texel: vec2<u32>) {
@@ -28,6 +27,8 @@ fn start(view: GpuView, texel: vec2<u32>) {
     open_start = vec4(2.0);
     open_end = vec4(0.0);
     open_light = white4();
+    open_added = black4();
+    scale = white4();
     opaque_depth = vec4(1.0);
     if blocked() {
         let at = view.origin + texel;
@@ -39,6 +40,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
         );
     }
     clear_list();
+    clear_volumes();
 }
 
 // A hit joins those that wait.
@@ -48,6 +50,19 @@ fn join(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
     open_start = select(open_start, min(open_start, depth), placed);
     open_end = select(open_end, max(open_end, depth), placed);
     return placed;
+}
+
+fn join_ramp(ramp: Ramp4) -> vec4<bool> {
+    count_late(ramp);
+    let light = selected(white4(), ramp.light, ramp.is);
+    open_light = scaled(open_light, light);
+    scale = scaled(scale, light);
+    if HAS_OVER {
+        open_added = scaled(open_added, light);
+    }
+    open_start = select(open_start, min(open_start, ramp.start), ramp.is);
+    open_end = select(open_end, max(open_end, ramp.end), ramp.is);
+    return ramp.is;
 }
 
 fn meet(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
@@ -66,6 +81,9 @@ fn must_flush(placed: vec4<bool>) -> bool {
 fn flush(whole: bool) {
     let goes = (open_start <= vec4(1.0)) & (vec4(whole) | young() | vec4(!slabbed()));
     let all = total_light();
+    if HAS_OVER {
+        adding = open_added;
+    }
     insert(fixed(open_start), fixed(open_end), open_light, all, goes);
     close_open(all, goes);
 }
@@ -85,20 +103,37 @@ fn close_open(all: Light4, goes: vec4<bool>) {
     open_light.red = select(open_light.red, vec4(1.0), goes);
     open_light.green = select(open_light.green, vec4(1.0), goes);
     open_light.blue = select(open_light.blue, vec4(1.0), goes);
+    if HAS_OVER {
+        open_added = selected(open_added, black4(), goes);
+    }
     open_start = select(open_start, vec4(2.0), goes);
     open_end = select(open_end, vec4(0.0), goes);
 }
 
 fn total_light() -> Light4 {
-    return scaled(passed, open_light);
+    let filtered = scaled(passed, open_light);
+    if HAS_OVER {
+        return plus(filtered, open_added);
+    }
+    return filtered;
 }
 
 fn light_texel(light: Light4, i: u32) -> vec3<f32> {
     return vec3(light.red[i], light.green[i], light.blue[i]);
 }
 
+fn nearest_seen() -> vec4<f32> {
+    if HAS_VOLUMES {
+        return nearest_inside(nearest);
+    }
+    return nearest;
+}
+
 // Nothing at or behind light depth `front` can change these texels. At the end of a slab only.
 fn settled(front: f32) -> bool {
+    if HAS_VOLUMES {
+        return false;
+    }
     let closed = dark() & (last_end() <= vec4(u32(front * DEPTHS))) & (nearest <= vec4(front));
     return all(closed | (opaque_depth <= vec4(front)));
 }

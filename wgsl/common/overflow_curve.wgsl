@@ -1,8 +1,14 @@
 // Casters whose pairs did not fit, as one hit behind what did: pairs are given room front to back.
-// Leaves the sums zero. CPU twin: src/cpu/curve/tile.rs. Needs common/sums_*.wgsl, curve_list.wgsl.
+// Leaves the sums zero. CPU twin: src/cpu/curve/tile.rs. Needs common/sums_*.wgsl, curve_list.wgsl,
+// curve_volumes.wgsl.
 struct Overflowed {
+    sums: array<vec3<i32>, 4>,
     light: Light4,
     depth: vec4<f32>, // of the nearest that is seen, 1 for none
+}
+
+fn nothing_overflowed() -> Overflowed {
+    return Overflowed(array(vec3(0), vec3(0), vec3(0), vec3(0)), white4(), vec4(1.0));
 }
 
 fn overflowed(sum: u32) -> Overflowed {
@@ -11,15 +17,33 @@ fn overflowed(sum: u32) -> Overflowed {
     let c = overflowed_row(sum + 2u * TILE_SIZE);
     let d = overflowed_row(sum + 3u * TILE_SIZE);
     return Overflowed(
-        Light4(vec4(a.r, b.r, c.r, d.r), vec4(a.g, b.g, c.g, d.g), vec4(a.b, b.b, c.b, d.b)),
-        vec4(a.a, b.a, c.a, d.a),
+        array(a.sums, b.sums, c.sums, d.sums),
+        light4(row_light(a), row_light(b), row_light(c), row_light(d)),
+        vec4(a.depth, b.depth, c.depth, d.depth),
     );
 }
 
-fn overflowed_row(sum: u32) -> vec4<f32> {
-    let row = vec4(light(load_sums(sum)), nearness_to_depth(load_nearness(sum)));
+struct OverflowedRow {
+    sums: vec3<i32>,
+    depth: f32,
+}
+
+fn overflowed_row(sum: u32) -> OverflowedRow {
+    let row = OverflowedRow(bitcast<vec3<i32>>(load_sums(sum)), nearness_to_depth(load_nearness(sum)));
     clear_sums(sum);
     return row;
+}
+
+fn row_light(row: OverflowedRow) -> vec3<f32> {
+    return light(bitcast<vec3<u32>>(row.sums));
+}
+
+// What must come behind the curves of rays that let `is` pass.
+fn rest_light(rest: Overflowed, is: Light4) -> Light4 {
+    if HAS_VOLUMES {
+        return rest_of_volumes(is, rest.sums);
+    }
+    return rest.light;
 }
 
 // Whether casters change the light at all.

@@ -3,6 +3,8 @@
 
 const HAS_TRIANGLES: bool = false;
 const HAS_PUFFS: bool = false;
+const HAS_OVER: bool = false;
+const HAS_VOLUMES: bool = false;
 
 // Seen from afar a disc's depth is the same everywhere.
 fn ordered() -> bool {

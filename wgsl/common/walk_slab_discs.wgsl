@@ -59,7 +59,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         slab_key = pair_key(first);
         slab_reach = (pair_key(end - 1u) - slab_key) / slab_count();
     }
-    var is_rest = false;
+    var rests = 0u;
     // Drivers skip no branch, but they leave loops: what is rare is done outside of those that
     // visit.
     loop {
@@ -85,13 +85,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
         }
         flush(true);
         slab_first = base;
-        if is_rest {
+        if rests == rest_steps() {
             break;
         }
         if base >= end || subgroupAll(settled(key_depth(slab_key))) {
             base = end;
-            is_rest = true;
-            open_rest(view);
+            open_rest(view, rests);
+            rests += 1u;
         }
     }
 }

@@ -19,7 +19,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         slab_key = pair_key(first);
         reach = (pair_key(end - 1u) - slab_key) / slab_count();
     }
-    var is_rest = false;
+    var rests = 0u;
     // Drivers skip no branch, but they leave loops: what goes into the curves does so outside of
     // the loop that visits.
     loop {
@@ -67,13 +67,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
         if whole {
             slab_first = base;
             slab_key = key;
-            if is_rest {
+            if rests == rest_steps() {
                 break;
             }
             if base >= end || subgroupAll(settled(f32(key) / f32(INVISIBLE - 1u))) {
                 base = end;
-                is_rest = true;
-                open_rest(view);
+                open_rest(view, rests);
+                rests += 1u;
             }
         }
     }

@@ -11,7 +11,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         slab_key = pair_key(first);
         reach = (pair_key(end - 1u) - slab_key) / slab_count();
     }
-    var is_rest = false;
+    var rests = 0u;
     loop {
         var whole = true;
         var key = 0u;
@@ -32,13 +32,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
         if whole {
             slab_first = base;
             slab_key = key;
-            if is_rest {
+            if rests == rest_steps() {
                 break;
             }
             if base >= end || settled(f32(key) / f32(INVISIBLE - 1u)) {
                 base = end;
-                is_rest = true;
-                open_rest(view);
+                open_rest(view, rests);
+                rests += 1u;
             }
         }
     }

@@ -20,6 +20,7 @@
 pub mod measure;
 pub mod rivals;
 pub mod tile;
+pub mod volumes;
 
 use super::resolve::BLACK;
 use glam::Vec3;
@@ -61,14 +62,50 @@ fn fixed(depth: f32) -> u32 {
     ((depth * DEPTHS).round_ties_even() as u32).clamp(1, 65535)
 }
 
+/// What a stretch of a ray does to light: `L` becomes `L * scale + added`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine {
+    pub scale: Vec3,
+    pub added: Vec3,
+}
+
+impl Affine {
+    pub const NONE: Self = Self { scale: Vec3::ONE, added: Vec3::ZERO };
+
+    /// This, and then `next`.
+    #[must_use]
+    pub fn then(self, next: Self) -> Self {
+        Self { scale: self.scale * next.scale, added: self.added * next.scale + next.added }
+    }
+
+    /// The scale up to a place behind which `light` is left of white. Exact while all that adds
+    /// light adds the same colour; next to white, where `light` says little, as `part` of the
+    /// stretch.
+    fn share(self, light: Vec3, part: f32) -> Vec3 {
+        let lost = Vec3::ONE - self.scale;
+        let rest = Vec3::ONE - self.added / lost.max(Vec3::splat(1e-3));
+        let known = Vec3::ONE - (Vec3::ONE - light) / rest.max(Vec3::splat(LEAST_REST));
+        let even = Vec3::ONE - lost * part;
+        let share = Vec3::select(rest.cmpge(Vec3::splat(LEAST_REST)), known, even);
+        share.max(self.scale).min(Vec3::ONE)
+    }
+}
+
+/// Of 1 minus a colour that is added: below it, light from white does not tell the scale.
+const LEAST_REST: f32 = 1.0 / 16.0;
+
 /// The curve of one texel while its hits come in.
 #[derive(Clone, Debug)]
 pub struct Streaming {
     nodes: [Node; MAX_NODES],
     count: usize,
     gain: bool,
-    /// Product of all hits.
+    /// Light may grow from black.
+    over: bool,
+    /// Behind all hits.
     passed: Vec3,
+    /// The largest start of a hit so far.
+    latest: u32,
     /// Hits that came late, inside a ramp that had been merged: their place in it is lost.
     pub disordered: u32,
 }
@@ -80,12 +117,20 @@ impl Streaming {
             nodes: [Node::default(); MAX_NODES],
             count: (count as usize).clamp(2, MAX_NODES),
             gain,
+            over: false,
             passed: Vec3::ONE,
+            latest: 0,
             disordered: 0,
         };
         let light = new.encode_light(Vec3::ONE);
         new.nodes = [Node { span: 0, light }; MAX_NODES];
         new
+    }
+
+    /// Of hits that may add light: see [`Self::insert_affine`].
+    #[must_use]
+    pub fn with_over(self, over: bool) -> Self {
+        Self { over, ..self }
     }
 
     /// Whether the next hit will fit without a merge.
@@ -98,7 +143,7 @@ impl Streaming {
         self.nodes[self.count - 1].end() / DEPTHS
     }
 
-    /// Product of all hits so far.
+    /// What all hits so far let pass.
     pub fn passed(&self) -> Vec3 {
         self.passed
     }
@@ -131,18 +176,31 @@ impl Streaming {
 
     /// One hit, or several that spread from light depth `start` to `end`.
     pub fn insert(&mut self, start: f32, end: f32, light: Vec3) {
-        self.insert_span(fixed(start) << 16 | fixed(end), light);
+        self.insert_affine(start, end, light, Vec3::ZERO);
     }
 
-    /// The nodes of the curve of what follows, in order.
-    pub fn append(&mut self, nodes: impl Iterator<Item = PackedNode>) {
-        let mut before = Vec3::ONE;
-        for node in nodes {
+    /// As [`Self::insert`]: light `L` becomes `L * light + added`. What is added by a hit that comes
+    /// late changes what lies behind it as a filter of the same effect would, and is counted.
+    pub fn insert_affine(&mut self, start: f32, end: f32, light: Vec3, added: Vec3) {
+        self.insert_span(fixed(start) << 16 | fixed(end), light, added);
+    }
+
+    /// The nodes of the curve of what follows, in order. `whole`: all that it does to light, where
+    /// it may add some.
+    pub fn append(&mut self, nodes: &[PackedNode], whole: Option<Affine>) {
+        let (mut before, reached) = (Vec3::ONE, self.passed);
+        let count = nodes.len() as f32;
+        for (i, &node) in (1..).zip(nodes) {
             let (start, length, light) = unpack(node, self.gain);
             if start > 0.0 {
                 let end = (start + length).round_ties_even().min(DEPTHS) as u32;
-                let own = light / before.max(Vec3::splat(1e-9));
-                self.insert_span((start as u32) << 16 | end, own);
+                let span = (start as u32) << 16 | end;
+                if let Some(whole) = whole {
+                    let share = whole.share(light, i as f32 / count);
+                    self.insert_span(span, Vec3::ZERO, reached * share + (light - share));
+                } else {
+                    self.insert_span(span, light / before.max(Vec3::splat(1e-9)), Vec3::ZERO);
+                }
             }
             before = light;
         }
@@ -151,32 +209,30 @@ impl Streaming {
     /// Whether nothing that is seen passes the last node.
     fn is_dark(&self) -> bool {
         let last = &self.nodes[self.count - 1];
-        !self.gain && last.light[..3].iter().all(|&light| light < DARK)
+        !self.gain && !self.over && last.light[..3].iter().all(|&light| light < DARK)
     }
 
-    fn insert_span(&mut self, span: u32, light: Vec3) {
-        let count = self.count;
+    fn insert_span(&mut self, span: u32, light: Vec3, added: Vec3) {
+        let (count, start) = (self.count, span >> 16);
         let place = self.nodes[..count].partition_point(|node| node.span <= span);
+        self.passed = self.passed * light + added;
         // What is behind black does nothing, so that a walk may stop there.
         if place == count && self.is_dark() {
-            self.passed *= light;
             return;
         }
         let before = if place > 0 { self.nodes[place - 1] } else { Node::default() };
-        if before.start() < (span >> 16) as f32 && before.end() > (span >> 16) as f32 {
+        let reached = if place > 0 { self.light_of(&before) } else { Vec3::ONE };
+        let is_late = start < self.latest;
+        self.latest = self.latest.max(start);
+        let is_inside = before.start() < start as f32 && before.end() > start as f32;
+        if is_late && is_inside || place < count && added != Vec3::ZERO {
             self.disordered += 1;
         }
-        self.passed *= light;
         let mut all = [Node::default(); MAX_NODES + 1];
         all[..place].copy_from_slice(&self.nodes[..place]);
-        let behind = if place == count {
-            self.passed
-        } else if place > 0 {
-            self.light_of(&before) * light
-        } else {
-            light
-        };
+        let behind = if place == count { self.passed } else { reached * light + added };
         all[place] = Node { span, light: self.encode_light(behind) };
+        let light = light + added / reached.max(Vec3::splat(BLACK));
         for i in place..count {
             let node = self.nodes[i];
             let light = self.encode_light(self.light_of(&node) * light);
@@ -277,20 +333,22 @@ fn unpack([first, second]: PackedNode, gain: bool) -> (f32, f32, Vec3) {
     ((first >> 16) as f32, root * root * DEPTHS, light)
 }
 
-/// Light at light depth `z` of a curve; `gain` as it was packed.
+/// Light at light depth `z` of a curve; `gain` as it was packed. Ramps that overlap each take their
+/// share.
 pub fn light_at(nodes: &[PackedNode], z: f32, gain: bool) -> Vec3 {
     let z = z * DEPTHS;
-    let (mut light, mut before) = (Vec3::ONE, Vec3::ONE);
-    let (mut start, mut length) = (0.0, 0.0);
+    // Behind the last node that starts before z, and at z; what earlier nodes still let pass.
+    let (mut behind, mut here, mut rest) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
     for &node in nodes {
-        let (own_start, own_length, own_light) = unpack(node, gain);
-        if own_start > 0.0 && own_start < z {
-            (start, length) = (own_start, own_length);
-            (before, light) = (light, own_light);
+        let (start, length, light) = unpack(node, gain);
+        if start > 0.0 && start < z {
+            rest *= Vec3::select(behind.cmpgt(Vec3::ZERO), here / behind, Vec3::ONE);
+            let share = ((z - start) / length.max(1e-6)).clamp(0.0, 1.0);
+            here = behind + (light - behind) * share;
+            behind = light;
         }
     }
-    let share = ((z - start) / length.max(1e-6)).clamp(0.0, 1.0);
-    before + (light - before) * share
+    rest * here
 }
 
 fn loaded_channel(bits: u32, gain: bool) -> f32 {

@@ -4,7 +4,10 @@
 //! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels:
 //! what hits a texel in one slab goes in as one ramp from the first of the hits to the last. Only
 //! where the next hit fits without a merge does it go in at once; so few hits stay exact.
-use super::{PackedNode, Streaming};
+use super::{
+    Affine, PackedNode, Streaming,
+    volumes::{Inside, Ramp},
+};
 use crate::{
     cpu::{
         accumulate::{ScatterSums, VISIBLE_OPACITY},
@@ -14,7 +17,7 @@ use crate::{
     },
     footprint::Footprint,
 };
-use glam::Vec3;
+use glam::{IVec3, Vec3};
 
 /// Pairs of a slab, at most.
 pub const SLAB_PAIRS: usize = 128;
@@ -27,6 +30,9 @@ pub const fn slab_count(nodes: u32) -> u32 {
 /// Opacity below which a hit has no place of its own.
 const TRACE: f32 = 1.0 / 65536.0;
 
+/// Of light, between sums in fixed point and products: what differs less is the same.
+const ROUNDING: f32 = 1.0 / 2048.0;
+
 /// How a batch's curves are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CurveModes {
@@ -36,6 +42,10 @@ pub struct CurveModes {
     pub gain: bool,
     /// All casters are soft discs of the `filter` transfer.
     pub slabs: bool,
+    /// An `over` caster may add light.
+    pub over: bool,
+    /// Closed meshes absorb along the way through them.
+    pub volumes: bool,
     /// Pairs of a segment.
     pub segment: usize,
 }
@@ -56,27 +66,44 @@ pub struct CurveTexel {
 struct Open {
     start: f32,
     end: f32,
-    light: Vec3,
+    light: Affine,
 }
 
 impl Open {
-    const NONE: Self = Self { start: 2.0, end: 0.0, light: Vec3::ONE };
+    const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE };
+
+    fn place(&mut self, start: f32, end: f32) {
+        (self.start, self.end) = (self.start.min(start), self.end.max(end));
+    }
 }
 
 #[derive(Clone, Debug)]
 struct Texel {
     curve: Streaming,
     open: Open,
-    passed: Vec3,
+    passed: Affine,
+    /// `passed` but for volumes.
+    surfaces: Affine,
     nearest: f32,
+    inside: Inside,
 }
 
 impl Texel {
     fn flush(&mut self) {
         if self.open.start <= 1.0 {
-            self.curve.insert(self.open.start, self.open.end, self.open.light);
+            let Open { start, end, light } = self.open;
+            self.curve.insert_affine(start, end, light.scale, light.added);
             self.open = Open::NONE;
         }
+    }
+
+    fn ramp(&mut self, ramp: Ramp) {
+        let light = Affine { scale: ramp.light, added: Vec3::ZERO };
+        self.passed = self.passed.then(light);
+        self.open.light = self.open.light.then(light);
+        self.open.place(ramp.start, ramp.end);
+        // Behind a face that comes late the curve was too dark.
+        self.curve.disordered += u32::from(ramp.light.max_element() > 1.0);
     }
 }
 
@@ -91,10 +118,12 @@ pub fn curves(
 ) -> TileTexels<CurveTexel> {
     let tile = Tile::new(records.view, index);
     let fresh = Texel {
-        curve: Streaming::new(modes.nodes, modes.gain),
+        curve: Streaming::new(modes.nodes, modes.gain).with_over(modes.over),
         open: Open::NONE,
-        passed: Vec3::ONE,
+        passed: Affine::NONE,
+        surfaces: Affine::NONE,
         nearest: 1.0,
+        inside: Inside::default(),
     };
     let mut texels = TileTexels::filled(fresh.clone());
     if footprints.len() <= modes.segment {
@@ -104,27 +133,13 @@ pub fn curves(
             let mut partial = TileTexels::filled(fresh.clone());
             walk(records, &tile, segment, opaque, &mut partial, modes);
             for place in 0..TEXELS {
-                let (texel, partial) = (&mut texels[place], &partial[place]);
-                texel.curve.append(partial.curve.pack());
-                texel.curve.disordered += partial.curve.disordered;
-                texel.passed *= partial.passed;
-                texel.nearest = texel.nearest.min(partial.nearest);
+                follow(&mut texels[place], &partial[place], modes);
             }
         }
     }
-    if let Some(sums) = scattered {
-        for place in 0..TEXELS {
-            let (texel, (tau, nearest)) = (&mut texels[place], sums.texel(index, place));
-            let light = resolve::passed(tau);
-            if light != Vec3::ONE {
-                // Pairs are given room front to back: what has none is behind.
-                let depth = if nearest < 1.0 { nearest } else { texel.nearest };
-                let depth = depth.max(texel.curve.last_end());
-                texel.curve.insert(depth, depth, light);
-                texel.passed *= light;
-            }
-            texel.nearest = texel.nearest.min(nearest);
-        }
+    for place in 0..TEXELS {
+        let rest = scattered.map(|sums| sums.texel(index, place));
+        finish(&mut texels[place], rest, modes);
     }
     let mut done = TileTexels::filled(CurveTexel {
         nodes: Vec::new(),
@@ -134,11 +149,62 @@ pub fn curves(
     });
     for place in 0..TEXELS {
         let Texel { curve, passed, nearest, .. } = &texels[place];
+        let (passed, nearest) = (passed.scale + passed.added, *nearest);
         let nodes = curve.pack().collect();
-        let (passed, nearest, disordered) = (*passed, *nearest, curve.disordered);
-        done[place] = CurveTexel { nodes, passed, nearest, disordered };
+        done[place] = CurveTexel { nodes, passed, nearest, disordered: curve.disordered };
     }
     done
+}
+
+/// A segment behind those before it.
+fn follow(texel: &mut Texel, segment: &Texel, modes: CurveModes) {
+    if modes.volumes
+        && let Some(ramp) = texel.inside.follow(&segment.inside)
+    {
+        texel.ramp(ramp);
+        texel.flush();
+    }
+    let nodes: Vec<_> = segment.curve.pack().collect();
+    texel.curve.append(&nodes, modes.over.then_some(segment.passed));
+    texel.curve.disordered += segment.curve.disordered;
+    texel.passed = texel.passed.then(segment.passed);
+    texel.surfaces = texel.surfaces.then(segment.surfaces);
+    texel.nearest = texel.nearest.min(segment.nearest);
+}
+
+/// What comes behind all pairs: `rest`, optical depth and nearest depth of what had no room.
+fn finish(texel: &mut Texel, rest: Option<(IVec3, f32)>, modes: CurveModes) {
+    if modes.volumes
+        && let Some(ramp) = texel.inside.begin()
+    {
+        texel.ramp(ramp);
+        texel.flush();
+    }
+    let (tau, nearest) = rest.unwrap_or((IVec3::ZERO, 1.0));
+    let mut light = resolve::passed(tau);
+    if modes.volumes {
+        // The sums of the faces are what nearest-depth mode has.
+        let tau = texel.inside.tau.wrapping_add(tau);
+        let tau = if modes.gain { tau } else { tau.max(IVec3::ZERO) };
+        let is = texel.passed.scale + texel.passed.added;
+        let should = (texel.surfaces.scale + texel.surfaces.added) * resolve::passed(tau);
+        light = should / is.max(Vec3::splat(1e-9));
+        if (light - Vec3::ONE).abs().max_element() < ROUNDING {
+            light = Vec3::ONE;
+        }
+    }
+    if light != Vec3::ONE {
+        // Pairs are given room front to back: what has none is behind.
+        let depth = if nearest < 1.0 { nearest } else { texel.nearest };
+        let depth = depth.max(texel.curve.last_end());
+        texel.curve.insert(depth, depth, light);
+        texel.passed = texel.passed.then(Affine { scale: light, added: Vec3::ZERO });
+    }
+    texel.nearest = texel.nearest.min(nearest);
+    if texel.inside.leaves > 0 {
+        // The light is inside.
+        texel.nearest = 0.0;
+    }
 }
 
 fn walk(
@@ -162,22 +228,32 @@ fn walk(
             continue;
         }
         for (place, at) in tile.texels() {
-            let Some(hit) = target.hit(at, opaque[place]).filter(|hit| hit.depth < opaque[place])
-            else {
-                continue;
-            };
-            let Texel { curve, open, passed, nearest } = &mut texels[place];
-            open.light *= hit.light;
-            let placed = hit.opacity >= TRACE;
-            if placed {
-                (open.start, open.end) = (open.start.min(hit.depth), open.end.max(hit.depth));
+            let texel = &mut texels[place];
+            let mut placed = false;
+            if modes.volumes
+                && let Some(face) = target.face(at, opaque[place])
+                && let Some(ramp) = texel.inside.cross(&face)
+            {
+                texel.ramp(ramp);
+                placed = true;
             }
-            *passed *= hit.light;
-            if hit.opacity >= VISIBLE_OPACITY {
-                *nearest = nearest.min(hit.depth);
+            if let Some(hit) = target.hit(at, opaque[place])
+                && hit.depth < opaque[place]
+            {
+                let light = Affine { scale: hit.light, added: hit.added };
+                texel.open.light = texel.open.light.then(light);
+                texel.passed = texel.passed.then(light);
+                texel.surfaces = texel.surfaces.then(light);
+                if hit.opacity >= TRACE {
+                    texel.open.place(hit.depth, hit.end);
+                    placed = true;
+                }
+                if hit.opacity >= VISIBLE_OPACITY {
+                    texel.nearest = texel.nearest.min(hit.depth);
+                }
             }
-            if placed && (curve.is_young() || !modes.slabs) {
-                texels[place].flush();
+            if placed && (texel.curve.is_young() || !modes.slabs) {
+                texel.flush();
             }
         }
     }
