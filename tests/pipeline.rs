@@ -190,8 +190,8 @@ fn overflow_costs_no_light() {
     }
 }
 
-/// 10,000 discs, alone and with 400 panes, of whose pairs three quarters fit: the rest is counted,
-/// and costs no light.
+/// 10,000 discs, alone and with 400 panes, of whose pairs nine tenths fit: the rest is counted, and
+/// costs no light.
 #[test]
 fn what_a_small_budget_has_no_room_for_is_counted_and_scattered() {
     let mut scene = empty(materials());
@@ -210,14 +210,15 @@ fn what_a_small_budget_has_no_room_for_is_counted_and_scattered() {
         let corners = [Vec3::ZERO, chance.vec3(-0.3, 0.3), chance.vec3(-0.3, 0.3)];
         scene.triangles.push(triangle(corners.map(|corner| first + corner), 6));
     }
-    for (name, scene) in [("discs", discs), ("discs and panes", scene)] {
+    let cases = [("discs", discs, &TIERS[1..]), ("discs and panes", scene, &TIERS)];
+    for (name, scene, tiers) in cases {
         let mut tight = scene.clone();
         let mut expected = None;
-        for tier in TIERS {
+        for &tier in tiers {
             let whole = render(tier, &scene);
             let all = &whole.counters;
             assert_eq!((all.scattered, all.overflowed), (0, 0), "{name}, {tier:?}");
-            tight.shadow.pair_budget = (all.pairs / 4 * 3) as u32;
+            tight.shadow.pair_budget = (all.pairs / 10 * 9) as u32;
             let frame = render(tier, &tight);
             let counters = &frame.counters;
             let message = format!("{name}, {tier:?}: {counters:?}");
@@ -225,7 +226,7 @@ fn what_a_small_budget_has_no_room_for_is_counted_and_scattered() {
             assert!(counters.pairs <= u64::from(tight.shadow.pair_budget), "{message}");
             // Of casters at one depth either may come first.
             assert!(counters.overflowed.abs_diff(counted.overflowed) <= 3, "{message} {counted:?}");
-            assert!(counters.overflowed > all.visible / 8, "{message}");
+            assert!(counters.overflowed > all.visible / 16, "{message}");
             assert_eq!(counters.scattered, counters.overflowed, "{message}");
             assert_eq!(counters.visible, all.visible, "{message}");
             let apart = largest_apart(&whole.maps, &frame.maps);

@@ -105,12 +105,12 @@ fn compare(ours: &[Texel], theirs: &[Texel]) -> Result<f32, String> {
     }
     let (mut largest, mut depths) = (0.0_f32, 0);
     for (at, (a, b)) in ours.iter().zip(theirs).enumerate() {
-        let difference = (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max);
+        let differences = [0, 1, 2].map(|i| (a[i] - b[i]).abs());
         // Written so that a NaN is wrong.
-        if !(difference <= FILTER_TOLERANCE) || a[..3].iter().any(|v| v.is_nan()) {
+        if !differences.iter().all(|&difference| difference <= FILTER_TOLERANCE) {
             return Err(format!("texel {at}: {a:?} and {b:?}"));
         }
-        largest = largest.max(difference);
+        largest = differences.into_iter().fold(largest, f32::max);
         depths += usize::from(a[3] != b[3]);
     }
     let share = depths as f64 / ours.len() as f64;
@@ -182,8 +182,11 @@ fn compare_accumulate(gpu: &Gpu) {
         let counters = prepared.read_counters(device, queue).expect("the device works").1;
         assert_eq!(counters.pair_count, room, "both have the same pairs");
         assert_eq!(counters.scattered + counters.overflowed, 0);
-        let difference = compare(&kernel_map(gpu, &prepared), &map)
-            .unwrap_or_else(|wrong| panic!("{count} casters: {wrong}"));
+        let ours = kernel_map(gpu, &prepared);
+        let difference =
+            compare(&ours, &map).unwrap_or_else(|wrong| panic!("{count} casters: {wrong}"));
+        map[12_345][1] += 2.0 * FILTER_TOLERANCE;
+        assert!(compare(&ours, &map).is_err(), "a wrong texel is noticed");
         println!(
             "{count:>8} {footprint:>6} {room:>8} {difference:>8.6} {kernel:>24} {native:>24} {:>6.2}",
             kernel.median() / native.median()
@@ -254,6 +257,8 @@ fn compare_sort(gpu: &Gpu) {
         let found: Vec<Pair> = gpu.read_texture(&textures[1 + bindings.result()]);
         misplaced(&found[..unsorted.len()], &expected).unwrap_or_else(|wrong| panic!("{wrong}"));
         misplaced(&sorted, &expected).unwrap_or_else(|wrong| panic!("native: {wrong}"));
+        sorted.swap(12_344, 12_345);
+        assert!(misplaced(&sorted, &expected).is_err(), "a wrong pair is noticed");
         let (theirs, share) = match misplaced(&gpu.read(&to), &expected) {
             Ok(()) => (theirs.to_string(), format!("{:.2}", kernels.median() / theirs.median())),
             Err(wrong) => (format!("wrong: {wrong}"), "-".to_owned()),
