@@ -3,7 +3,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 
 DEMOS := smoke glass
 
-.PHONY: demo test bench tables quality setup
+.PHONY: demo test bench results native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -19,6 +19,18 @@ test: setup
 bench: setup
 	cargo run --release --quiet -- bench --casters 10k,100k --vs raster --html bench.html
 	@echo "The plots are in bench.html."
+
+# The cases that the README shows, as benches/results/$(DEVICE).json: close what else runs.
+DEVICE := llvmpipe
+CASES := 10kx6,100kx16,1mx16,1mx6,1mx0.5,1mx16@1
+results: setup
+	@mkdir -p benches/results
+	cargo run --release --quiet -- bench --case $(CASES) --vs raster --runs 9 \
+		--json benches/results/$(DEVICE).json
+
+# Kernels beside loops for the CPU that do the same work.
+native: setup
+	cargo bench --quiet --bench native
 
 # The figures of docs/dither.md.
 tables: setup

@@ -1,70 +1,28 @@
 //! Stages alone: the twins on the CPU; sort, bin and accumulate on the device.
 //!
 //! `cargo bench --bench stages`, or `cargo bench --bench stages -- gpu/sort` for some of them.
+mod common;
+
+use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
     caster::{Material, Particle},
     cpu::{self, Pair, project::ProjectParams},
     cull::{Frustum, GroupTree, order, widened},
     footprint::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
-    glam::{Mat4, UVec2, Vec3, Vec4},
-    gpu::{Gpu, Timeline},
+    glam::{UVec2, Vec3},
+    gpu::Gpu,
     light::{Light, LightKind},
     pipeline::{CasterSet, Config, Pipeline},
     scene::Bounds,
     stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
-    view::{Part, Projection, View, light_views},
-    wgpu,
+    view::light_views,
 };
 use std::{hint::black_box, time::Duration};
 
-const SIZE: u32 = 1024;
 const COUNTS: [u32; 2] = [100_000, 1_000_000];
 /// Mean diameters [texels].
 const FOOTPRINTS: [f32; 2] = [6.0, 16.0];
-
-/// Steele et al. 2014, `SplitMix64`.
-fn mix(seed: u64) -> u64 {
-    let z = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ z >> 31
-}
-
-/// Soft discs, evenly over the map of [`view`].
-fn particles(count: u32, footprint: f32) -> Vec<Particle> {
-    let one = |id| {
-        let unit = |salt: u64| (mix(u64::from(id) * 8 + salt) >> 40) as f32 / (1 << 24) as f32;
-        let part = Vec3::new(unit(1), unit(2), unit(3));
-        Particle {
-            center: Vec3::new(-1.0, -1.0, -1.9) + part * Vec3::new(2.0, 2.0, 1.8),
-            radius: footprint * (0.75 + 0.5 * unit(4)) / SIZE as f32,
-            color: Vec4::new(unit(5), unit(6), unit(7), 0.02),
-            rotation: 0.0,
-            material: 0,
-            id,
-        }
-    };
-    (1..=count).map(one).collect()
-}
-
-fn view() -> View {
-    View {
-        part: Part::Whole,
-        light: Some(0),
-        name: "0",
-        projection: Projection::Orthographic,
-        size: UVec2::splat(SIZE),
-        near: 0.0,
-        far: 2.0,
-        view_from_world: Mat4::IDENTITY,
-        scale: SIZE as f32 * 0.5,
-    }
-}
-
-fn pairs(count: u32) -> Vec<Pair> {
-    (0..count).map(|value| Pair { key: (mix(u64::from(value)) >> 32) as u32, value }).collect()
-}
 
 fn cpu_sort(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("cpu/sort");
@@ -194,38 +152,6 @@ fn cpu_cull(criterion: &mut Criterion) {
         });
     }
     group.finish();
-}
-
-/// Timestamps; where there are none, or a software adapter's, which mean nothing, the wall clock.
-fn timeline(gpu: &Gpu) -> Timeline {
-    let is_software = gpu.adapter.device_type == wgpu::DeviceType::Cpu;
-    if is_software || !gpu.has(wgpu::Features::TIMESTAMP_QUERY) {
-        Timeline::stepped(&gpu.device, &gpu.queue)
-    } else {
-        Timeline::new(&gpu.device, &gpu.queue)
-    }
-}
-
-/// Time of one stage in `frames` frames.
-fn stage_time(
-    gpu: &Gpu,
-    timeline: &mut Timeline,
-    stage: &str,
-    frames: u64,
-    mut record: impl FnMut(&mut wgpu::CommandEncoder, &mut Timeline),
-) -> Duration {
-    let mut ms = 0.0;
-    for _ in 0..frames {
-        timeline.reset();
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        record(&mut encoder, timeline);
-        timeline.finish(&mut encoder);
-        gpu.queue.submit([encoder.finish()]);
-        let times = timeline.read(&gpu.device);
-        gpu.check().expect("the device works");
-        ms += times.iter().find(|(name, _)| *name == stage).expect("the stage is timed").1;
-    }
-    Duration::from_secs_f64(ms * 1e-3)
 }
 
 fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {

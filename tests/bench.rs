@@ -86,9 +86,26 @@ fn opaque_triangles_agree_with_a_depth_pass() {
 }
 
 #[test]
+fn single_cases_are_not_combined() {
+    let json = temporary("cases.json");
+    let size = ["--size", "64", "--runs", "1", "--json", json.to_str().unwrap()];
+    let output = bench(&[&["--case", "1kx6,2kx3@0.5"][..], &size].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    std::fs::remove_file(json).unwrap();
+    let number = |row: &Value, name: &str| row[name].as_f64().unwrap() as f32;
+    let of = |row| ["casters", "footprint", "opacity"].map(|name| number(row, name));
+    let rows: Vec<_> = value["rows"].as_array().unwrap().iter().map(of).collect();
+    assert_eq!(rows, [[1000.0, 6.0, 0.02], [2000.0, 3.0, 0.5]]);
+}
+
+#[test]
 fn bad_usage_is_refused() {
     for bad in [
-        &["--casters", "0"][..],
+        &["--case", "1k"][..],
+        &["--case", "1kx6", "--casters", "2k"],
+        &["--case", "1kx6", "--occlude"],
+        &["--casters", "0"],
         &["--casters", "many"],
         &["--footprint", "nan"],
         &["--opacity", "2"],

@@ -190,6 +190,52 @@ fn overflow_costs_no_light() {
     }
 }
 
+/// 10,000 discs, alone and with 400 panes, of whose pairs nine tenths fit: the rest is counted, and
+/// costs no light.
+#[test]
+fn what_a_small_budget_has_no_room_for_is_counted_and_scattered() {
+    let mut scene = empty(materials());
+    scene.lights = lights()[..1].to_vec(); // one view, one batch
+    scene.shadow.size = 128;
+    scene.camera.target = scene.camera.eye * 2.0; // nothing to be seen
+    scene.particles = random_discs(10_000, 21);
+    for particle in &mut scene.particles {
+        particle.radius = 0.12 + 0.1 * particle.radius; // none is tiny
+        particle.color.w *= 0.05;
+    }
+    let discs = scene.clone();
+    let mut chance = Chance::new(22);
+    for _ in 0..400 {
+        let first = chance.vec3(-2.0, 2.0);
+        let corners = [Vec3::ZERO, chance.vec3(-0.3, 0.3), chance.vec3(-0.3, 0.3)];
+        scene.triangles.push(triangle(corners.map(|corner| first + corner), 6));
+    }
+    let cases = [("discs", discs, &TIERS[1..]), ("discs and panes", scene, &TIERS)];
+    for (name, scene, tiers) in cases {
+        let mut tight = scene.clone();
+        let mut expected = None;
+        for &tier in tiers {
+            let whole = render(tier, &scene);
+            let all = &whole.counters;
+            assert_eq!((all.scattered, all.overflowed), (0, 0), "{name}, {tier:?}");
+            tight.shadow.pair_budget = (all.pairs / 10 * 9) as u32;
+            let frame = render(tier, &tight);
+            let counters = &frame.counters;
+            let message = format!("{name}, {tier:?}: {counters:?}");
+            let counted = expected.get_or_insert_with(|| twin(&tight).1);
+            assert!(counters.pairs <= u64::from(tight.shadow.pair_budget), "{message}");
+            // Of casters at one depth either may come first.
+            assert!(counters.overflowed.abs_diff(counted.overflowed) <= 3, "{message} {counted:?}");
+            assert!(counters.overflowed > all.visible / 16, "{message}");
+            assert_eq!(counters.scattered, counters.overflowed, "{message}");
+            assert_eq!(counters.visible, all.visible, "{message}");
+            let apart = largest_apart(&whole.maps, &frame.maps);
+            assert!(apart <= 1.0 / 1024.0, "{name}, {tier:?}: {apart}");
+            assert!(frame.maps[0].nearest == whole.maps[0].nearest, "{name}, {tier:?}");
+        }
+    }
+}
+
 #[test]
 fn tiny_particles_give_one_map_on_both_paths() {
     let mut scene = mixture(1000);

@@ -33,6 +33,8 @@ mod pipeline;
 mod properties;
 mod proxies;
 mod puffs;
+mod recording;
+mod results;
 mod scene;
 mod shade;
 mod shaders;

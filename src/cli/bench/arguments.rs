@@ -14,6 +14,15 @@ pub(crate) struct BenchArguments {
     /// Opacity of the casters
     #[arg(long, value_delimiter = ',', value_parser = opacity, default_value = "0.02")]
     pub(super) opacity: Vec<f32>,
+    /// Single cases instead of every combination of the three above; opacity 0.02 where not given
+    #[arg(
+        long = "case",
+        value_delimiter = ',',
+        value_parser = one_case,
+        value_name = "CASTERSxTEXELS[@OPACITY]",
+        conflicts_with_all = ["casters", "footprint", "opacity", "occlude"]
+    )]
+    pub(super) cases: Vec<OneCase>,
     /// Where the casters are in the map
     #[arg(long, value_delimiter = ',', default_value = "spread")]
     pub(super) layout: Vec<Layout>,
@@ -54,6 +63,14 @@ pub(crate) struct BenchArguments {
     /// Write the results as a page with plots
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
+}
+
+/// Of `--case`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OneCase {
+    pub(super) casters: u32,
+    pub(super) footprint: f32,
+    pub(super) opacity: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -123,6 +140,19 @@ fn opacity(text: &str) -> Result<f32, String> {
     within(text, 0.005, 1.0)
 }
 
+/// `1mx16`, `1mx16@0.5`
+fn one_case(text: &str) -> Result<OneCase, String> {
+    let (size, of) = text.split_once('@').map_or((text, None), |(size, of)| (size, Some(of)));
+    let (casters, footprint_of) = size
+        .split_once(['x', 'X'])
+        .ok_or_else(|| format!("{text:?} is not a case such as 100kx16 or 1mx6@0.5"))?;
+    Ok(OneCase {
+        casters: count(casters)?,
+        footprint: footprint(footprint_of)?,
+        opacity: of.map_or(Ok(0.02), opacity)?,
+    })
+}
+
 fn whole(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {
     match text.trim().parse() {
         Ok(value) if range.contains(&value) => Ok(value),
@@ -158,6 +188,15 @@ mod tests {
         }
         for bad in ["", "k", "0", "-1", "1.5", "17m", "1g", "nan", "infk"] {
             assert!(count(bad).is_err(), "{bad}");
+        }
+    }
+    #[test]
+    fn cases_have_an_opacity_or_the_usual_one() {
+        let of = |casters, footprint, opacity| Ok(OneCase { casters, footprint, opacity });
+        assert_eq!(one_case("10kx6"), of(10_000, 6.0, 0.02));
+        assert_eq!(one_case("1mX0.5@1"), of(1_000_000, 0.5, 1.0));
+        for bad in ["", "1m", "x", "1mx", "x16", "1mx16@", "1mx16@2", "1mx0", "1mx16@0.5@1"] {
+            assert!(one_case(bad).is_err(), "{bad}");
         }
     }
 }

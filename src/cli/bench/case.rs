@@ -1,5 +1,5 @@
 //! The scenes of the benchmark: soft discs in a cube, seen along its axes.
-use super::arguments::{BenchArguments, Layout};
+use super::arguments::{BenchArguments, Layout, OneCase};
 use gobo::{
     caster::{Material, Particle, Triangle},
     glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4},
@@ -24,16 +24,23 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     let usual: &[f32] = if arguments.occlude { &[1.5, 4.0, 12.0] } else { &[6.0, 16.0] };
     let footprints = if arguments.footprint.is_empty() { usual } else { &arguments.footprint };
     let opacities = if arguments.occlude { &[1.0][..] } else { &arguments.opacity };
+    let each: Vec<_> = if arguments.cases.is_empty() {
+        let of = |&opacity| {
+            footprints.iter().flat_map(move |&footprint| {
+                let case = move |&casters| OneCase { casters, footprint, opacity };
+                arguments.casters.iter().map(case)
+            })
+        };
+        opacities.iter().flat_map(of).collect()
+    } else {
+        arguments.cases.clone()
+    };
     let mut cases = Vec::new();
     for &size in &arguments.size {
         for &lights in &arguments.lights {
             for &layout in &arguments.layout {
-                for &opacity in opacities {
-                    for &footprint in footprints {
-                        for &casters in &arguments.casters {
-                            cases.push(Case { casters, footprint, opacity, layout, lights, size });
-                        }
-                    }
+                for &OneCase { casters, footprint, opacity } in &each {
+                    cases.push(Case { casters, footprint, opacity, layout, lights, size });
                 }
             }
         }

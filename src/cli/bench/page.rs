@@ -1,5 +1,6 @@
 //! Results as one self-contained page: plots as inline SVG, and the numbers.
 use super::{
+    case::Case,
     measure::Row,
     report::{Report, short},
 };
@@ -44,11 +45,12 @@ fn escape(text: &str) -> String {
 /// What is the same along a line of the first plot.
 fn series(row: &Row) -> String {
     let case = &row.case;
-    let mut name = format!("{} px, a {}, {}", case.footprint, case.opacity, case.layout.name());
+    let Case { footprint, opacity, layout, .. } = case;
+    let mut name = format!("{footprint} texels, opacity {opacity}, {}", layout.name());
     if case.lights > 1 {
         let _ = write!(name, ", {} lights", case.lights);
     }
-    let _ = write!(name, ", {}", case.size);
+    let _ = write!(name, ", {}²", case.size);
     name
 }
 
@@ -78,9 +80,13 @@ fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
     (low, (high.ceil() as i32).max(low + 1))
 }
 
-/// Milliseconds over casters, both logarithmic: compute as full lines, raster as dashed ones.
+/// Parts of a decade that have a line of their own.
+const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
+
+/// Milliseconds over casters, both logarithmic: compute as full lines and discs, raster as dashed
+/// lines and rings.
 fn times(rows: &[Row]) -> String {
-    let (left, top, width, height) = (60.0, 10.0, 560.0, 380.0);
+    let (left, top, width, height) = (60.0, 24.0, 530.0, 380.0);
     let (x_low, x_high) = decades(rows.iter().map(|row| f64::from(row.case.casters)));
     let ms = |row: &Row| [Some(row.compute_ms), row.raster.as_ref().map(|raster| raster.raster_ms)];
     let (y_low, y_high) = decades(rows.iter().flat_map(ms).flatten());
@@ -91,25 +97,30 @@ fn times(rows: &[Row]) -> String {
         let part = (ms.max(1e-9).log10() - f64::from(y_low)) / f64::from(y_high - y_low);
         top + height * (1.0 - part)
     };
-    let mut svg = format!("<svg width=\"{WIDTH}\" height=\"440\">\n");
-    for decade in x_low..=x_high {
-        let x = x_of(10f64.powi(decade));
-        line(&mut svg, (x, top), (x, top + height), "#ddd");
-        text(
-            &mut svg,
-            x,
-            top + height + 15.0,
-            "middle",
-            &short(10u32.saturating_pow(decade.max(0) as u32)),
-        );
+    let mut svg = format!("<svg width=\"{WIDTH}\" height=\"450\">\n");
+    let (right, bottom) = (left + width, top + height);
+    let marks = |low: i32, high: i32| {
+        let decade = |decade: i32| STEPS.map(|step| step * 10f64.powi(decade));
+        let marks: Vec<f64> = (low..high).flat_map(decade).chain([10f64.powi(high)]).collect();
+        marks
+    };
+    // Between the decades there is room for few labels.
+    let is_labelled = |mark: f64, low, high| high - low < 4 || mark.log10().fract() == 0.0;
+    for mark in marks(x_low, x_high) {
+        let x = x_of(mark);
+        line(&mut svg, (x, top), (x, bottom), "#ddd");
+        if is_labelled(mark, x_low, x_high) {
+            text(&mut svg, x, bottom + 15.0, "middle", &short(mark.round() as u32));
+        }
     }
-    for decade in y_low..=y_high {
-        let value = 10f64.powi(decade);
-        line(&mut svg, (left, y_of(value)), (left + width, y_of(value)), "#ddd");
-        text(&mut svg, left - 5.0, y_of(value) + 4.0, "end", &value.to_string());
+    for mark in marks(y_low, y_high) {
+        let y = y_of(mark);
+        line(&mut svg, (left, y), (right, y), "#ddd");
+        // Of 10^-3 and its like no trace of rounding.
+        text(&mut svg, left - 5.0, y + 4.0, "end", &format!("{}", (mark * 1e9).round() / 1e9));
     }
-    text(&mut svg, left + width / 2.0, top + height + 35.0, "middle", "casters");
-    text(&mut svg, left, top + height + 35.0, "end", "[ms]");
+    text(&mut svg, left + width / 2.0, bottom + 35.0, "middle", "casters");
+    text(&mut svg, left, top - 10.0, "end", "time [ms]");
     let mut names: Vec<String> = Vec::new();
     for row in rows {
         let name = series(row);
@@ -135,15 +146,20 @@ fn times(rows: &[Row]) -> String {
                 r#"<polyline points="{list}" fill="none" stroke="{color}" stroke-width="2"{dash}/>"#
             );
             for (x, y) in points {
-                let _ = writeln!(svg, r#"<circle cx="{x:.1}" cy="{y:.1}" r="3" fill="{color}"/>"#);
+                let fill = if dash.is_empty() { color } else { "white" };
+                let _ = writeln!(
+                    svg,
+                    r#"<circle cx="{x:.1}" cy="{y:.1}" r="3.5" fill="{fill}" stroke="{color}"/>"#
+                );
             }
         }
         let y = top + 15.0 * (index + 1) as f64;
-        line(&mut svg, (left + width + 15.0, y - 4.0), (left + width + 35.0, y - 4.0), color);
-        text(&mut svg, left + width + 40.0, y, "start", name);
+        line(&mut svg, (right + 15.0, y - 4.0), (right + 35.0, y - 4.0), color);
+        text(&mut svg, right + 40.0, y, "start", name);
     }
     let y = top + 15.0 * (names.len() + 2) as f64;
-    text(&mut svg, left + width + 15.0, y, "start", "full: compute; dashed: raster");
+    text(&mut svg, right + 15.0, y, "start", "full lines, discs: compute");
+    text(&mut svg, right + 15.0, y + 15.0, "start", "dashed lines, rings: raster");
     svg + "</svg>\n"
 }
 
@@ -176,7 +192,8 @@ fn bars(
     let longest = rows.iter().map(|row| label(row).len()).max().unwrap_or(0);
     let left = (longest as f64 * CHARACTER).min(WIDTH / 2.0);
     let width = WIDTH - left - 60.0;
-    let height = 20.0 * rows.len() as f64 + 50.0;
+    let bottom = 20.0 * rows.len() as f64;
+    let height = bottom + 60.0;
     let mut svg = format!("<svg width=\"{WIDTH}\" height=\"{height}\">\n");
     for (index, row) in rows.iter().enumerate() {
         let parts = parts(row);
@@ -200,11 +217,16 @@ fn bars(
             text(&mut svg, x + 4.0, y + 13.0, "start", &format!("{total:.0} {unit}"));
         }
     }
+    for part in [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().filter(|_| relative) {
+        let x = left + part * width;
+        line(&mut svg, (x, 0.0), (x, bottom), "#fff");
+        text(&mut svg, x, bottom + 12.0, "middle", &format!("{:.0} {unit}", part * 100.0));
+    }
     let mut names: Vec<&str> = sums.iter().take(PARTS).map(|(name, _)| *name).collect();
     if sums.len() > PARTS {
         names.push("others");
     }
-    let (mut x, mut y) = (10.0, height - 30.0);
+    let (mut x, mut y) = (10.0, bottom + 35.0);
     for (name, color) in names.into_iter().zip(COLORS) {
         let wide = name.len() as f64 * CHARACTER + 30.0;
         if x + wide > WIDTH {

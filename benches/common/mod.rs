@@ -1,0 +1,88 @@
+//! What the benchmarks share: their scene, and the time of a stage.
+use gobo::{
+    caster::Particle,
+    cpu::Pair,
+    glam::{Mat4, UVec2, Vec3, Vec4},
+    gpu::{Gpu, Timeline},
+    view::{Part, Projection, View},
+    wgpu,
+};
+use std::time::Duration;
+
+/// Edge of the map [texels].
+pub(crate) const SIZE: u32 = 1024;
+
+/// Steele et al. 2014, `SplitMix64`.
+pub(crate) fn mix(seed: u64) -> u64 {
+    let z = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ z >> 31
+}
+
+/// Soft discs, evenly over the map of [`view`].
+pub(crate) fn particles(count: u32, footprint: f32) -> Vec<Particle> {
+    let one = |id| {
+        let unit = |salt: u64| (mix(u64::from(id) * 8 + salt) >> 40) as f32 / (1 << 24) as f32;
+        let part = Vec3::new(unit(1), unit(2), unit(3));
+        Particle {
+            center: Vec3::new(-1.0, -1.0, -1.9) + part * Vec3::new(2.0, 2.0, 1.8),
+            radius: footprint * (0.75 + 0.5 * unit(4)) / SIZE as f32,
+            color: Vec4::new(unit(5), unit(6), unit(7), 0.02),
+            rotation: 0.0,
+            material: 0,
+            id,
+        }
+    };
+    (1..=count).map(one).collect()
+}
+
+pub(crate) fn view() -> View {
+    View {
+        part: Part::Whole,
+        light: Some(0),
+        name: "0",
+        projection: Projection::Orthographic,
+        size: UVec2::splat(SIZE),
+        near: 0.0,
+        far: 2.0,
+        view_from_world: Mat4::IDENTITY,
+        scale: SIZE as f32 * 0.5,
+    }
+}
+
+pub(crate) fn pairs(count: u32) -> Vec<Pair> {
+    (0..count).map(|value| Pair { key: (mix(u64::from(value)) >> 32) as u32, value }).collect()
+}
+
+/// Timestamps; where there are none, or a software adapter's, which mean nothing, the wall clock.
+pub(crate) fn timeline(gpu: &Gpu) -> Timeline {
+    let is_software = gpu.adapter.device_type == wgpu::DeviceType::Cpu;
+    if is_software || !gpu.has(wgpu::Features::TIMESTAMP_QUERY) {
+        Timeline::stepped(&gpu.device, &gpu.queue)
+    } else {
+        Timeline::new(&gpu.device, &gpu.queue)
+    }
+}
+
+/// Time of one stage in `frames` frames.
+pub(crate) fn stage_time(
+    gpu: &Gpu,
+    timeline: &mut Timeline,
+    stage: &str,
+    frames: u64,
+    mut record: impl FnMut(&mut wgpu::CommandEncoder, &mut Timeline),
+) -> Duration {
+    let mut ms = 0.0;
+    for _ in 0..frames {
+        timeline.reset();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        record(&mut encoder, timeline);
+        timeline.finish(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let times = timeline.read(&gpu.device);
+        gpu.check().expect("the device works");
+        ms += times.iter().find(|(name, _)| *name == stage).expect("the stage is timed").1;
+    }
+    Duration::from_secs_f64(ms * 1e-3)
+}
