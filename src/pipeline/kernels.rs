@@ -94,6 +94,7 @@ pub struct Kernels {
     pub(crate) filter_columns: Kernel,
     pub(crate) colored_rows: Kernel,
     pub(crate) colored_columns: Kernel,
+    rolled: bool,
     variants: HashMap<(Variant, Features), Kernel>,
 }
 
@@ -120,6 +121,7 @@ impl Kernels {
             filter_columns: kernel(&filter::COLUMNS),
             colored_rows: kernel(&colored::ROWS),
             colored_columns: kernel(&colored::COLUMNS),
+            rolled: config.rolled,
             variants: HashMap::new(),
         }
     }
@@ -134,7 +136,13 @@ impl Kernels {
         let desc = variant.desc(self.tier, features);
         self.variants
             .entry((variant, features))
-            .or_insert_with(|| Kernel::new(device, desc, &features.constants(desc.constants)))
+            .or_insert_with(|| {
+                let mut constants = features.constants(desc.constants);
+                if let Some(rolled) = constants.iter_mut().find(|(name, _)| *name == "ROLLED") {
+                    rolled.1 = f64::from(u8::from(self.rolled));
+                }
+                Kernel::new(device, desc, &constants)
+            })
     }
 
     /// For `record`.

@@ -34,6 +34,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
         "common/curve_light.wgsl",
         "common/owner.wgsl",
         "common/receiver.wgsl",
+        "common/rolled.wgsl",
         "common/receive.wgsl",
         "common/air_params.wgsl",
         "air_scatter.wgsl"
@@ -50,7 +51,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
         CURVES,
         Binding::texture_write("sources", Rgba32Float).array(),
     ],
-    constants: &[("NODES", 0.0), ("HAS_GAIN", 0.0)],
+    constants: &[("NODES", 0.0), ("HAS_GAIN", 0.0), ("ROLLED", 0.0)],
     tier: Tier::Core,
 };
 

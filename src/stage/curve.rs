@@ -126,13 +126,15 @@ macro_rules! any {
                 "common/hit.wgsl",
                 "common/texture.wgsl",
                 "common/caster_hit.wgsl",
+                "common/rolled.wgsl",
                 "common/visit_hits.wgsl"
             ],
             [
                 ("HAS_PARTICLES", 1.0),
                 ("HAS_TRIANGLES", 1.0),
                 ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0)
+                ("HAS_PUFFS", 1.0),
+                ("ROLLED", 0.0)
             ]
         )
     };

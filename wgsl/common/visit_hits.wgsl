@@ -22,15 +22,22 @@ fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
 
 // True where the hits cannot wait.
 fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
-    let a = hit_texel(view, place, look, 0u);
-    let b = hit_texel(view, place, look, 1u);
-    let c = hit_texel(view, place, look, 2u);
-    let d = hit_texel(view, place, look, 3u);
+    var met = array(MISS, MISS, MISS, MISS);
+    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+        met[i] = hit_texel(view, place, look, i);
+    }
+    if !ROLLED {
+        met[0] = hit_texel(view, place, look, 0u);
+        met[1] = hit_texel(view, place, look, 1u);
+        met[2] = hit_texel(view, place, look, 2u);
+        met[3] = hit_texel(view, place, look, 3u);
+    }
     let light = Light4(
-        vec4(a.light.r, b.light.r, c.light.r, d.light.r),
-        vec4(a.light.g, b.light.g, c.light.g, d.light.g),
-        vec4(a.light.b, b.light.b, c.light.b, d.light.b),
+        vec4(met[0].light.r, met[1].light.r, met[2].light.r, met[3].light.r),
+        vec4(met[0].light.g, met[1].light.g, met[2].light.g, met[3].light.g),
+        vec4(met[0].light.b, met[1].light.b, met[2].light.b, met[3].light.b),
     );
-    let depth = vec4(a.depth, b.depth, c.depth, d.depth);
-    return must_flush(meet(light, depth, vec4(a.opacity, b.opacity, c.opacity, d.opacity)));
+    let depth = vec4(met[0].depth, met[1].depth, met[2].depth, met[3].depth);
+    let opacity = vec4(met[0].opacity, met[1].opacity, met[2].opacity, met[3].opacity);
+    return must_flush(meet(light, depth, opacity));
 }
