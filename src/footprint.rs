@@ -2,7 +2,7 @@
 //!
 //! All live in rgba32uint or rg32uint textures, [`ROW`] texels wide: element `i` of `n` texels
 //! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
-//! bound by the size of a storage binding. WGSL: `wgsl/common/caster.wgsl`, `footprint.wgsl`.
+//! bound by the size of a storage binding. WGSL: `wgsl/common/record.wgsl`.
 use crate::caster::{Material, Particle};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};

@@ -5,27 +5,32 @@
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(6) var<storage, read> tiles: array<Tile>;
-@group(0) @binding(7) var<storage, read_write> counters: BatchCounters;
-@group(0) @binding(8) var pairs: texture_2d<u32>;
-@group(0) @binding(9) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(10) var casters: texture_2d<u32>;
-@group(0) @binding(11) var setups: texture_2d<u32>;
-@group(0) @binding(12) var images: texture_2d_array<f32>;
-@group(0) @binding(13) var opaques: texture_2d_array<f32>;
-@group(0) @binding(14) var filters: texture_storage_2d_array<rgba16float, write>;
-@group(0) @binding(15) var nearests: texture_storage_2d_array<r32float, write>;
-@group(0) @binding(16) var curves: texture_storage_2d_array<rgba32uint, write>;
+@group(0) @binding(7) var<storage, read> scattered_tiles: array<u32>;
+@group(0) @binding(8) var<storage, read_write> counters: BatchCounters;
+@group(0) @binding(9) var pairs: texture_2d<u32>;
+@group(0) @binding(10) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(11) var casters: texture_2d<u32>;
+@group(0) @binding(12) var setups: texture_2d<u32>;
+@group(0) @binding(13) var images: texture_2d_array<f32>;
+@group(0) @binding(14) var opaques: texture_2d_array<f32>;
+@group(0) @binding(15) var filters: texture_storage_2d_array<rgba16float, write>;
+@group(0) @binding(16) var nearests: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(17) var curves: texture_storage_2d_array<rgba32uint, write>;
 
+var<private> own_tile: u32;
 var<private> first_sum: u32;
 
+// Few tiles have any rest; drivers skip no branch, but they leave loops.
 fn open_rest(view: GpuView) {
-    let rest = overflowed(first_sum);
-    let light = rest.light;
-    let some = is_light(rest.light);
-    let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
-    let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
-    let placed = meet(light, behind, select(vec4(0.0), vec4(0.5 * VISIBLE_OPACITY), some));
-    nearest = min(nearest, rest.depth);
+    for (var has_rest = scattered_tiles[own_tile] != 0u; has_rest; has_rest = false) {
+        let rest = overflowed(first_sum);
+        let light = rest.light;
+        let some = is_light(rest.light);
+        let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
+        let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
+        let placed = meet(light, behind, select(vec4(0.0), vec4(0.5 * VISIBLE_OPACITY), some));
+        nearest = min(nearest, rest.depth);
+    }
 }
 
 @compute @workgroup_size(LANES)
@@ -42,6 +47,7 @@ fn accumulate_curve_tiles(
     let view = views[tile.view];
     let place = lane_texel(lane);
     let texel = tile_texel(view, tile_id) + place;
+    own_tile = tile_id;
     first_sum = sum_index(tile_id, place);
     start(view, texel);
     walk(view, tile.first, tile.end);

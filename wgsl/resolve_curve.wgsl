@@ -89,7 +89,9 @@ fn resolve_curve(
             own = quotient(light, before);
             before = light;
             is = start > vec4(0u);
-        } else {
+        }
+        // Drivers skip no branch, but they leave loops.
+        for (var is_rest = i == count * NODES; is_rest; is_rest = false) {
             let rest = overflowed(sum_index(tile_id, place));
             own = rest.light;
             is = is_light(own);

@@ -1,6 +1,6 @@
 // shade, casters: the light that reaches the middle of each particle that is seen and not solid,
 // through the shadow maps. One invocation per footprint of the camera's view.
-// CPU twin: src/cpu/shading.rs. Host: src/stage/shade.rs. Needs common/receive.wgsl, record.wgsl.
+// CPU twin: src/cpu/shading/mod.rs. Host: src/stage/shade.rs. Needs common/receive.wgsl, record.wgsl.
 @group(0) @binding(0) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(1) var<uniform> params: PictureParams;
 @group(0) @binding(2) var footprints: texture_storage_2d<rgba32uint, read>;

@@ -1,6 +1,6 @@
 // shade, composite: what is not solid over what is, and the whole to the screen. One workgroup per
 // tile, four pixels per invocation.
-// CPU twin: src/cpu/shade.rs. Host: src/stage/shade.rs.
+// CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
 // Needs common/gather_layers.wgsl and what it needs, tone.wgsl, lane.wgsl, tile.wgsl, walk_*.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;

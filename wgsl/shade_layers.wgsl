@@ -1,7 +1,7 @@
 // shade, layers: what a segment of a long tile lays over each pixel; one workgroup per segment,
 // four pixels per invocation. Light L behind it becomes colour + passed * L, so that
 // shade_composite composes the segments of a tile in order.
-// CPU twin: src/cpu/shade.rs. Host: src/stage/shade.rs.
+// CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
 // Needs common/gather_layers.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;

@@ -1,6 +1,6 @@
 // shade, seen: the nearest solid caster of each pixel of a long tile, one segment at a time; one
 // workgroup per segment, four pixels per invocation. shade_surfaces takes the nearest of them.
-// CPU twin: src/cpu/shade.rs. Host: src/stage/shade.rs.
+// CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
 // Needs common/gather_seen.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;

@@ -1,6 +1,6 @@
 // shade, surfaces: what the camera sees of solid casters, lit through the shadow maps. One
 // workgroup per tile, four pixels per invocation.
-// CPU twin: src/cpu/shade.rs. Host: src/stage/shade.rs. Needs common/gather_seen.wgsl,
+// CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs. Needs common/gather_seen.wgsl,
 // walk_uniform.wgsl, shading.wgsl, surface.wgsl and what they need.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;

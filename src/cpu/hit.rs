@@ -1,5 +1,4 @@
-//! What one ray through one texel meets: the geometry and optics of section 2 of the design.
-//! Twin of `wgsl/common/footprint.wgsl`, `triangle.wgsl` and `transfer.wgsl`.
+//! What one ray through one texel meets: geometry and optics. Twin of `wgsl/common/hit.wgsl`.
 use crate::{
     caster::{MAX_GAIN, Profile, Shape, Transfer},
     footprint::TriangleSetup,

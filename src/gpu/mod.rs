@@ -12,6 +12,7 @@ pub use adapter::{
 };
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::Gpu;
-pub use kernel::{Access, Binding, BindingKind, FLOAT, Kernel, KernelDesc, Source, Tier};
+pub use kernel::{Access, Binding, BindingKind, Constant, FLOAT, Kernel, KernelDesc, Source, Tier};
+pub(crate) use kernel::{join, joined, joined_length, on_each_tier};
 pub use layout::{Field, GpuLayout, size_of_field};
 pub use timing::Timeline;

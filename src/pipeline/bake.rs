@@ -32,10 +32,10 @@ struct Baked {
 }
 
 impl Bake {
-    /// What follows `earlier` or an empty bake. All views whose
-    /// own numbers, groups, or something within a group changed become pending: an opaque caster
-    /// and one that filters alike, before a move or after it. The view's matrix is compared, not
-    /// its camera: what a camera's move leaves as it is stays.
+    /// What follows `earlier`, or an empty bake. A view is pending where its own numbers, its
+    /// groups or something within a group changed: an opaque caster and one that filters alike,
+    /// before a move or after it. The view's matrix is compared, not its camera: what a camera's
+    /// move leaves as it is stays.
     /// `hides`: of how many nodes a curve is, where groups behind opaque surfaces are left out.
     pub(super) fn after(
         earlier: Self,

@@ -1,5 +1,5 @@
 //! The picture's lights on the GPU, and which of them reach each cluster of its camera.
-use super::{batch::Context, kernels::Kernels};
+use super::{context::Context, kernels::Kernels};
 use crate::{
     error::Error,
     footprint::ROW,

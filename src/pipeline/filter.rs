@@ -1,10 +1,9 @@
 //! Maps with holes to maps with a grey filter, after all batches.
-use super::{batch::Plan, kernels::Kernels, list::view_array, maps::Maps};
+use super::{context::view_uniform, kernels::Kernels, maps::Maps, plan::Plan};
 use crate::{
     error::Error,
     gpu::{Allocator, Kernel, Timeline, array_view},
     stage::filter::{FilterParams, GROUP_SIZE},
-    view::{GpuView, MAX_VIEWS},
 };
 use glam::Vec2;
 use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages};
@@ -80,8 +79,7 @@ impl Filter {
         self.passes = plans
             .iter()
             .map(|plan| {
-                let views = allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
-                queue.write_buffer(&views, 0, bytemuck::cast_slice(&view_array(&plan.views)));
+                let views = view_uniform(allocator, queue, &plan.views);
                 let (params, views) = (params.as_entire_binding(), views.as_entire_binding());
                 let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
                 let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));

@@ -75,9 +75,7 @@ impl Maps {
             places,
         })
     }
-}
 
-impl Maps {
     /// What they are where nothing is translucent.
     pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
         fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));

@@ -7,6 +7,7 @@ mod bake;
 mod batch;
 mod casters;
 mod clusters;
+mod context;
 mod filter;
 mod groups;
 mod kernels;
@@ -14,6 +15,8 @@ mod list;
 mod maps;
 mod moved;
 mod picture;
+mod plan;
+mod scratch;
 mod small;
 
 pub use crate::atlas::MapPlace;
@@ -33,10 +36,12 @@ use crate::{
     view::View,
 };
 use bake::Bake;
-use batch::{Batch, LISTS, Seen};
+use batch::Batch;
+use context::Context;
 use filter::Filter;
-use list::Scratch;
 use moved::Moved;
+use plan::{LISTS, PendingView, Plan};
+use scratch::Scratch;
 use std::sync::Arc;
 
 /// How the pipeline runs on a device.
@@ -79,9 +84,7 @@ impl Config {
             hide: true,
         }
     }
-}
 
-impl Config {
     /// A curve needs its hits in order: tiny casters go through tiles.
     fn scatters(&self) -> bool {
         self.scatter_tiny && self.nodes == 0
@@ -233,15 +236,15 @@ impl Pipeline {
         let moved = old.and_then(|(old, old_filter, _)| {
             Moved::new(old, old_filter, bake.kept(), views, &maps)
         });
-        let pending = bake.pending.iter().map(|&index| Seen {
+        let pending = bake.pending.iter().map(|&index| PendingView {
             view: &views[index],
             place: maps.places[index],
             groups: bake.groups(index),
         });
         let pending: Vec<_> = pending.collect();
         let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
-        let mut plans = batch::plan(&pending, casters, nodes, kept)?;
-        let listed: u64 = plans.iter().map(batch::Plan::caster_count).sum();
+        let mut plans = plan::batches(&pending, casters, nodes, kept)?;
+        let listed: u64 = plans.iter().map(Plan::caster_count).sum();
         let culled = (all * pending.len()) as u64 - listed;
 
         let usable =
@@ -269,7 +272,7 @@ impl Pipeline {
         }
         let mut batches = Vec::with_capacity(plans.len());
         for plan in &plans {
-            let mut context = batch::Context {
+            let mut context = Context {
                 allocator: &mut allocator,
                 queue,
                 kernels: &mut self.kernels,

@@ -2,10 +2,12 @@
 use super::{
     CasterSet, Maps, Pipeline,
     air::PreparedAir,
-    batch::{Context, Plan},
     clusters::Clusters,
+    context::{Context, view_uniform},
     kernels::{Kernels, Variant},
-    list::{List, ListCounters, Scratch, view_array},
+    list::{List, ListCounters},
+    plan::Plan,
+    scratch::{Scratch, partial_count},
 };
 use crate::{
     error::Error,
@@ -18,7 +20,7 @@ use crate::{
         hits::Features,
         shade::{CASTER_LANES, PictureParams},
     },
-    view::{GpuView, MAX_VIEWS, TILE_SIZE, View},
+    view::{TILE_SIZE, View},
 };
 use glam::UVec2;
 use std::sync::Arc;
@@ -81,8 +83,7 @@ impl Pipeline {
             scratch: &scratch,
             camera: true,
         };
-        let camera_views = context.allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
-        queue.write_buffer(&camera_views, 0, bytemuck::cast_slice(&view_array(&plan.views)));
+        let camera_views = view_uniform(context.allocator, queue, &plan.views);
         let [solid_plan, clear_plan] = &plan.lists;
         let solid = List::new(&mut context, solid_plan, &camera_views, 1, tile_count)?;
         let clear = List::new(&mut context, clear_plan, &camera_views, 1, tile_count)?;
@@ -126,8 +127,7 @@ impl Pipeline {
         let pixels =
             context.allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
 
-        // Only tiles with more than one segment have any.
-        let segments = 2 * u64::from(scratch.pair_capacity / SEGMENT_LENGTH) + 1;
+        let segments = partial_count(scratch.pair_capacity, SEGMENT_LENGTH);
         let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
         let none = BufferUsages::empty();
         let partials = context.allocator.storage::<[u32; 4]>("partials", texels, none)?;
@@ -174,7 +174,7 @@ impl Pipeline {
             texture(&curves),
         ];
         let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
-        let air = PreparedAir::new(
+        let (air_volume, air) = PreparedAir::new(
             context.allocator,
             queue,
             kernels,
@@ -183,9 +183,9 @@ impl Pipeline {
             [&uniforms[0], &uniforms[2]],
             &shadows,
         )?;
-        let clear_air = array_view(&air.0);
+        let air_view = array_view(&air_volume);
         let (over_surfaces, over_lit, over_air) =
-            (texture(&surface_view), texture(&lit_view), texture(&clear_air));
+            (texture(&surface_view), texture(&lit_view), texture(&air_view));
         let over_solid = [over_surfaces.clone(), over_air.clone()];
         let over_clear = [over_surfaces, over_lit.clone(), over_air];
         let bind = |variant, features, resources: &[&[BindingResource<'_>]]| {
@@ -248,7 +248,7 @@ impl Pipeline {
             composite,
             clear_count: clear_plan.footprint_count,
             pixels,
-            air: air.1,
+            air,
             memory,
         })
     }

@@ -1,5 +1,9 @@
 //! Opaque triangles of a few texels: straight to the depths of their texels.
-use super::{batch::Context, kernels::Kernels, list::Scratch};
+use super::{
+    context::{ChunkBuffers, Chunks, Context},
+    kernels::Kernels,
+    scratch::Scratch,
+};
 use crate::{
     caster::{Material, Transfer, Triangle},
     error::Error,
@@ -8,7 +12,7 @@ use crate::{
     stage::project::{Chunk, ProjectParams, grid},
     view::{GpuView, TILE_SIZE},
 };
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 /// Largest side of a small triangle's bounding square [texels].
 pub const SMALL_SIDE: f32 = 22.0;
@@ -91,10 +95,7 @@ impl SmallDepths {
 
 /// A batch's small triangles, bound and ready to be recorded.
 #[derive(Debug)]
-pub(super) struct SmallTriangles {
-    count: u32,
-    bindings: BindGroup,
-}
+pub(super) struct SmallTriangles(Chunks);
 
 impl SmallTriangles {
     /// `None` where there are none.
@@ -106,22 +107,19 @@ impl SmallTriangles {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let count = chunks.len() as u32;
-        let params = ProjectParams { chunk_count: count, ..ProjectParams::default() };
-        let params = context.uniform("project_params", &params);
-        let none = BufferUsages::empty();
-        let buffer = context.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
-        context.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(chunks));
+        let chunk_count = chunks.len() as u32;
+        let params = ProjectParams { chunk_count, ..ProjectParams::default() };
+        let ChunkBuffers { count, chunks, params } = context.chunk_buffers_with(&params, chunks)?;
         let triangles = view(&context.casters.triangles);
         let resources = [
             params.as_entire_binding(),
             views.as_entire_binding(),
-            buffer.as_entire_binding(),
+            chunks.as_entire_binding(),
             wgpu::BindingResource::TextureView(&triangles),
             context.scratch.small.depths.as_entire_binding(),
         ];
         let bindings = context.kernels.occlude_small.bind(context.allocator.device, &resources);
-        Ok(Some(Self { count, bindings }))
+        Ok(Some(Self(Chunks { count, bindings })))
     }
 
     /// `texels`: of the batch.
@@ -138,7 +136,7 @@ impl SmallTriangles {
         timeline.step(encoder, "occlude");
         encoder.copy_buffer_to_buffer(far, 0, depths, 0, u64::from(texels) * 4);
         let mut pass = timeline.pass(encoder, "occlude");
-        kernels.occlude_small.record(&mut pass, &self.bindings, grid(self.count));
+        kernels.occlude_small.record(&mut pass, &self.0.bindings, grid(self.0.count));
     }
 }
 

@@ -3,420 +3,198 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths. Out: `filters` and `nearests` of
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
 use super::{
-    bin::{BatchCounters, Segment, Tile},
-    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS},
+    bin::BatchCounters,
+    hits::{
+        CASTER_SOURCES, CASTERS, HIT_CONSTANTS, HIT_SOURCES, IMAGES, MATERIALS, OPAQUES, SETUPS,
+        VIEWS,
+    },
     project::{CHUNK_SIZE, Chunk, ProjectParams},
+    resolve::MAP_BINDINGS,
+    sums::{
+        OVERFLOW_BINDINGS, OVERFLOW_SOURCES, RECTS, SAMPLED_FOOTPRINTS, SCATTERED_TILES, sums,
+        sums_sources,
+    },
+    walk::{
+        self, DISPATCHES, FOOTPRINTS, LANE_SOURCES, PAIRS, SEGMENT_BINDINGS, TALL_LANE_SOURCES,
+        TILE_BINDINGS, disc_walk_sources, walk_sources,
+    },
 };
-use crate::gpu::{Binding, KernelDesc, Tier};
-use wgpu::{
-    TextureFormat::{R32Float, Rg32Uint, Rgba16Float, Rgba32Uint},
-    TextureSampleType::Uint,
-};
+use crate::gpu::{Binding, Constant, KernelDesc, Source, join, on_each_tier};
 
 /// Workgroups of `tiny`: 8,192 invocations in flight, each adding at most 7 * 65,536 to a texel,
 /// stay below 2^32.
 pub const TINY_GROUPS: u32 = 32;
 
-macro_rules! tiles {
-    ($tier:ident, $walk:literal) => {
-        KernelDesc {
-            name: "accumulate_tiles",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/order.wgsl",
-                "common/volumes.wgsl",
-                "common/owners.wgsl",
-                "common/owner.wgsl",
-                "common/sums.wgsl",
-                "common/crossing.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/gather.wgsl",
-                $walk,
-                "accumulate_tiles.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                Binding::read::<Tile>("tiles"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES,
-                Binding::texture_write("filters", Rgba16Float).array(),
-                Binding::texture_write("nearests", R32Float).array(),
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_QUADS", 1.0),
-                ("HAS_GAIN", 0.0),
-                ("HAS_OVER", 0.0),
-                ("HAS_VOLUMES", 0.0),
-                ("HAS_OWNERS", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const TILES: [KernelDesc; 2] =
-    [tiles!(Core, "common/walk_uniform.wgsl"), tiles!(Native, "common/walk_subgroup.wgsl")];
-
-macro_rules! segments {
-    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal) => {
-        KernelDesc {
-            name: "accumulate_segments",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/order.wgsl",
-                "common/volumes.wgsl",
-                "common/owners.wgsl",
-                "common/owner.wgsl",
-                "common/sums.wgsl",
-                "common/crossing.wgsl",
-                $sums_file,
-                "common/merge.wgsl",
-                "common/dispatch.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/gather.wgsl",
-                $walk,
-                "accumulate_segments.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<Segment>("segments"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_QUADS", 1.0),
-                ("HAS_GAIN", 0.0),
-                ("HAS_OVER", 0.0),
-                ("HAS_VOLUMES", 0.0),
-                ("HAS_OWNERS", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const SEGMENTS: [KernelDesc; 2] = [
-    segments!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
-    segments!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
+/// A hit that filters light.
+const CROSSING_SOURCES: &[Source] = join![
+    Source: HIT_SOURCES,
+    crate::sources!["common/order.wgsl", "common/volumes.wgsl", "common/crossing.wgsl"],
 ];
+const CROSSING_CONSTANTS: &[Constant] = join![
+    Constant: HIT_CONSTANTS,
+    &[("HAS_GAIN", 0.0), ("HAS_OVER", 0.0), ("HAS_VOLUMES", 0.0)],
+];
+/// Light of four texels.
+const GATHER_SOURCES: &[Source] = join![
+    Source: CROSSING_SOURCES,
+    LANE_SOURCES,
+    crate::sources!["common/owners.wgsl", "common/owner.wgsl", "common/gather.wgsl"],
+];
+const GATHER_CONSTANTS: &[Constant] =
+    join![Constant: CROSSING_CONSTANTS, &[("HAS_QUADS", 1.0), ("HAS_OWNERS", 0.0)]];
+/// Light of eight texels, of soft discs of the `filter` transfer only.
+const DISC_SOURCES: &[Source] = join![
+    Source: CASTER_SOURCES,
+    TALL_LANE_SOURCES,
+    crate::sources!["common/owner.wgsl", "common/disc.wgsl", "common/gather_discs.wgsl"],
+];
+const DISC_CONSTANTS: &[Constant] = &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)];
 
-macro_rules! ordered {
-    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal) => {
-        KernelDesc {
-            name: "accumulate_ordered",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/order.wgsl",
-                "common/volumes.wgsl",
-                "common/owners.wgsl",
-                "common/owner.wgsl",
-                "common/sums.wgsl",
-                "common/crossing.wgsl",
-                $sums_file,
-                "common/merge.wgsl",
-                "common/partial.wgsl",
-                "common/dispatch.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/gather.wgsl",
-                $walk,
-                "accumulate_ordered.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<Segment>("segments"),
-                Binding::read::<Tile>("tiles"),
-                Binding::read_write::<[u32; 4]>("partials"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_QUADS", 1.0),
-                ("HAS_GAIN", 0.0),
-                ("HAS_OVER", 1.0),
-                ("HAS_VOLUMES", 1.0),
-                ("HAS_OWNERS", 1.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
+pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_tiles",
+    sources: join![
+        Source: GATHER_SOURCES,
+        walk_sources(TIER),
+        crate::sources!["common/sums.wgsl", "accumulate_tiles.wgsl"],
+    ],
+    bindings: join![Binding: TILE_BINDINGS, &[OPAQUES], MAP_BINDINGS],
+    constants: GATHER_CONSTANTS,
+    tier: TIER,
+});
+
+pub const SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_segments",
+    sources: join![
+        Source: GATHER_SOURCES,
+        sums_sources(TIER),
+        walk_sources(TIER),
+        crate::sources!["common/merge.wgsl", "common/dispatch.wgsl", "accumulate_segments.wgsl"],
+    ],
+    bindings: join![Binding: sums(TIER), SEGMENT_BINDINGS, &[OPAQUES]],
+    constants: GATHER_CONSTANTS,
+    tier: TIER,
+});
+
 /// In place of [`SEGMENTS`] where segments are composed one by one.
-pub const ORDERED: [KernelDesc; 2] = [
-    ordered!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
-    ordered!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
-];
+pub const ORDERED: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_ordered",
+    sources: join![
+        Source: GATHER_SOURCES,
+        sums_sources(TIER),
+        walk_sources(TIER),
+        crate::sources![
+            "common/merge.wgsl",
+            "common/partial.wgsl",
+            "common/dispatch.wgsl",
+            "accumulate_ordered.wgsl"
+        ],
+    ],
+    bindings: join![
+        Binding: sums(TIER),
+        &[
+            VIEWS,
+            MATERIALS,
+            DISPATCHES,
+            walk::SEGMENTS,
+            walk::TILES,
+            Binding::read_write::<[u32; 4]>("partials"),
+            PAIRS,
+            FOOTPRINTS,
+            CASTERS,
+            SETUPS,
+            IMAGES,
+            OPAQUES,
+        ],
+    ],
+    constants: join![
+        Constant: HIT_CONSTANTS,
+        &[
+            ("HAS_QUADS", 1.0),
+            ("HAS_GAIN", 0.0),
+            ("HAS_OVER", 1.0),
+            ("HAS_VOLUMES", 1.0),
+            ("HAS_OWNERS", 1.0),
+        ],
+    ],
+    tier: TIER,
+});
 
-macro_rules! tiny {
-    ($tier:ident, $sums:ident, $sums_file:literal) => {
-        KernelDesc {
-            name: "accumulate_tiny",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/order.wgsl",
-                "common/volumes.wgsl",
-                "common/sums.wgsl",
-                "common/crossing.wgsl",
-                $sums_file,
-                "common/merge.wgsl",
-                "common/bin.wgsl",
-                "common/chunk.wgsl",
-                "common/hash.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/scatter.wgsl",
-                "accumulate_tiny.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                Binding::uniform::<ProjectParams>("params"),
-                VIEWS,
-                MATERIALS,
-                Binding::read::<Chunk>("chunks"),
-                Binding::read_write::<u32>("scattered_tiles"),
-                Binding::read_write::<BatchCounters>("counters"),
-                Binding::texture("rects", Uint),
-                Binding::texture("footprints", Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_GAIN", 0.0),
-                ("HAS_OVER", 0.0),
-                ("HAS_VOLUMES", 0.0),
-                ("WORKGROUP_SIZE", CHUNK_SIZE as f64),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const TINY: [KernelDesc; 2] = [
-    tiny!(Core, buffer, "common/sums_buffer.wgsl"),
-    tiny!(Native, texture, "common/sums_texture.wgsl"),
-];
+pub const TINY: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_tiny",
+    sources: join![
+        Source: CROSSING_SOURCES,
+        sums_sources(TIER),
+        crate::sources![
+            "common/merge.wgsl",
+            "common/bin.wgsl",
+            "common/chunk.wgsl",
+            "common/hash.wgsl",
+            "common/rows_4.wgsl",
+            "common/lane.wgsl",
+            "common/scatter.wgsl",
+            "accumulate_tiny.wgsl"
+        ],
+    ],
+    bindings: join![
+        Binding: sums(TIER),
+        &[
+            Binding::uniform::<ProjectParams>("params"),
+            VIEWS,
+            MATERIALS,
+            Binding::read::<Chunk>("chunks"),
+            SCATTERED_TILES,
+            Binding::read_write::<BatchCounters>("counters"),
+            RECTS,
+            SAMPLED_FOOTPRINTS,
+            CASTERS,
+            SETUPS,
+            IMAGES,
+            OPAQUES,
+        ],
+    ],
+    constants: join![Constant: CROSSING_CONSTANTS, &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)]],
+    tier: TIER,
+});
 
-macro_rules! overflow {
-    ($tier:ident, $sums:ident, $sums_file:literal) => {
-        KernelDesc {
-            name: "accumulate_overflow",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/order.wgsl",
-                "common/volumes.wgsl",
-                "common/sums.wgsl",
-                "common/crossing.wgsl",
-                $sums_file,
-                "common/merge.wgsl",
-                "common/dispatch.wgsl",
-                "common/hash.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/scatter.wgsl",
-                "common/overflow.wgsl",
-                "accumulate_overflow.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<u32>("overflow"),
-                Binding::read_write::<u32>("scattered_tiles"),
-                Binding::texture("rects", Uint),
-                Binding::texture("footprints", Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_GAIN", 0.0),
-                ("HAS_OVER", 0.0),
-                ("HAS_VOLUMES", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const OVERFLOW: [KernelDesc; 2] = [
-    overflow!(Core, buffer, "common/sums_buffer.wgsl"),
-    overflow!(Native, texture, "common/sums_texture.wgsl"),
-];
+pub const OVERFLOW: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_overflow",
+    sources: join![
+        Source: CROSSING_SOURCES,
+        sums_sources(TIER),
+        OVERFLOW_SOURCES,
+        crate::sources![
+            "common/merge.wgsl",
+            "common/hash.wgsl",
+            "common/scatter.wgsl",
+            "accumulate_overflow.wgsl"
+        ],
+    ],
+    bindings: join![Binding: sums(TIER), OVERFLOW_BINDINGS, &[OPAQUES]],
+    constants: CROSSING_CONSTANTS,
+    tier: TIER,
+});
 
-macro_rules! disc_tiles {
-    ($tier:ident, $walk:literal) => {
-        KernelDesc {
-            name: "accumulate_tiles",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/sums.wgsl",
-                "common/owners.wgsl",
-                "common/owner.wgsl",
-                "common/rows_8.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/gather_discs.wgsl",
-                $walk,
-                "accumulate_tiles.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                Binding::read::<Tile>("tiles"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES,
-                Binding::texture_write("filters", Rgba16Float).array(),
-                Binding::texture_write("nearests", R32Float).array(),
-            ],
-            constants: &[
-                ("HAS_GAIN", 0.0),
-                ("HAS_OWNERS", 0.0),
-                ("PERSPECTIVE", 0.0),
-                ("HAS_OPAQUE", 1.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const DISC_TILES: [KernelDesc; 2] = [
-    disc_tiles!(Core, "common/walk_discs_uniform.wgsl"),
-    disc_tiles!(Native, "common/walk_discs.wgsl"),
-];
+pub const DISC_TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_tiles",
+    sources: join![
+        Source: DISC_SOURCES,
+        disc_walk_sources(TIER),
+        crate::sources!["common/sums.wgsl", "common/owners.wgsl", "accumulate_tiles.wgsl"],
+    ],
+    bindings: join![Binding: TILE_BINDINGS, &[OPAQUES], MAP_BINDINGS],
+    constants: join![Constant: DISC_CONSTANTS, &[("HAS_OWNERS", 0.0)]],
+    tier: TIER,
+});
 
-macro_rules! disc_segments {
-    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal) => {
-        KernelDesc {
-            name: "accumulate_segments",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/sums.wgsl",
-                "common/owner.wgsl",
-                $sums_file,
-                "common/merge.wgsl",
-                "common/dispatch.wgsl",
-                "common/rows_8.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/gather_discs.wgsl",
-                $walk,
-                "accumulate_segments.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<Segment>("segments"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES
-            ],
-            constants: &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const DISC_SEGMENTS: [KernelDesc; 2] = [
-    disc_segments!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_discs_uniform.wgsl"),
-    disc_segments!(Native, texture, "common/sums_texture.wgsl", "common/walk_discs.wgsl"),
-];
+pub const DISC_SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_segments",
+    sources: join![
+        Source: DISC_SOURCES,
+        sums_sources(TIER),
+        disc_walk_sources(TIER),
+        crate::sources!["common/merge.wgsl", "common/dispatch.wgsl", "accumulate_segments.wgsl"],
+    ],
+    bindings: join![Binding: sums(TIER), SEGMENT_BINDINGS, &[OPAQUES]],
+    constants: DISC_CONSTANTS,
+    tier: TIER,
+});

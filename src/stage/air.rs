@@ -5,11 +5,11 @@
 //! the eye. `sum` -> `air`: the same from the eye on, and what is left of the light from there.
 //! What is solid, and what is laid over it, takes its share at its own depth (`shade`).
 use super::{
-    hits::{OPAQUES, VIEWS},
-    shade::{CLUSTERS, CURVES, FILTERS, LIGHTS, NEARESTS, PARAMS},
+    hits::{ROLLED, VIEWS},
+    shade::{LIGHT_BINDINGS, LIGHT_CONSTANTS, LIGHT_SOURCES, PARAMS},
 };
 use crate::{
-    gpu::{Binding, FLOAT, KernelDesc, Tier},
+    gpu::{Binding, Constant, FLOAT, KernelDesc, Source, Tier, join},
     settings::Air,
 };
 use bytemuck::{Pod, Zeroable};
@@ -25,33 +25,23 @@ const AIR_PARAMS: Binding = Binding::uniform::<AirParams>("air_params");
 
 pub const SCATTER: KernelDesc = KernelDesc {
     name: "air_scatter",
-    sources: crate::sources![
-        "common/record.wgsl",
-        "common/view.wgsl",
-        "common/material.wgsl",
-        "common/light.wgsl",
-        "common/curve.wgsl",
-        "common/curve_light.wgsl",
-        "common/owner.wgsl",
-        "common/receiver.wgsl",
-        "common/rolled.wgsl",
-        "common/receive.wgsl",
-        "common/air_params.wgsl",
-        "air_scatter.wgsl"
+    sources: join![
+        Source: LIGHT_SOURCES,
+        crate::sources![
+            "common/record.wgsl",
+            "common/view.wgsl",
+            "common/material.wgsl",
+            "common/rolled.wgsl",
+            "common/air_params.wgsl",
+            "air_scatter.wgsl"
+        ],
     ],
-    bindings: &[
-        VIEWS,
-        PARAMS,
-        AIR_PARAMS,
-        LIGHTS,
-        CLUSTERS,
-        FILTERS,
-        NEARESTS,
-        OPAQUES,
-        CURVES,
-        Binding::texture_write("sources", Rgba32Float).array(),
+    bindings: join![
+        Binding: &[VIEWS, PARAMS, AIR_PARAMS],
+        LIGHT_BINDINGS,
+        &[Binding::texture_write("sources", Rgba32Float).array()],
     ],
-    constants: &[("NODES", 0.0), ("HAS_GAIN", 0.0), ("ROLLED", 0.0)],
+    constants: join![Constant: LIGHT_CONSTANTS, &[ROLLED]],
     tier: Tier::Core,
 };
 

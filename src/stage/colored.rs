@@ -5,229 +5,83 @@
 //! In: as of `occlude`. Out: `colored`, the opaque depths by channel; `opaques`, the last of the
 //! three, behind which no light is left. Softened: maps without `colored`.
 use super::{
-    bin::{Segment, Tile},
-    filter::FilterParams,
-    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, SMALL_DEPTHS, VIEWS},
+    filter::{COLUMNS_BINDINGS, PARAMS},
+    hits::VIEWS,
+    occlude::{BLOCKS_CONSTANTS, BLOCKS_SOURCES, DEPTH_BINDINGS},
+    sums::{
+        OVERFLOW_BINDINGS, OVERFLOW_SOURCES, RESOLVE_BINDINGS, RESOLVE_SOURCES, sums, sums_sources,
+    },
+    walk::{LANE_SOURCES, SEGMENT_BINDINGS, TILE_BINDINGS, walk_sources},
 };
-use crate::gpu::{Binding, FLOAT, KernelDesc, Tier};
-use wgpu::{
-    TextureFormat::{R32Float, Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},
-    TextureSampleType::Uint,
-};
+use crate::gpu::{Binding, Constant, FLOAT, KernelDesc, Source, Tier, join, on_each_tier};
+use wgpu::TextureFormat::Rgba32Float;
 
-macro_rules! tiles {
-    ($tier:ident, $walk:literal) => {
-        KernelDesc {
-            name: "colored_tiles",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/sums.wgsl",
-                "common/hash.wgsl",
-                "common/dither.wgsl",
-                "common/solid.wgsl",
-                "common/blocks.wgsl",
-                "common/blocks_colored.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/gather_colored.wgsl",
-                $walk,
-                "common/small.wgsl",
-                "colored_tiles.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                Binding::read::<Tile>("tiles"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                Binding::texture_write("opaques", R32Float).array(),
-                SMALL_DEPTHS,
-                Binding::texture_write("colored", Rgba32Float).array(),
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_DITHER", 1.0),
-                ("HAS_QUADS", 1.0),
-                ("HAS_GAIN", 0.0),
-                ("HAS_SMALL", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const TILES: [KernelDesc; 2] =
-    [tiles!(Core, "common/walk_uniform.wgsl"), tiles!(Native, "common/walk_subgroup.wgsl")];
+/// A hit that blocks some channels of light, and depths by channel in the sums.
+const COLORED_SOURCES: &[Source] =
+    join![Source: BLOCKS_SOURCES, crate::sources!["common/blocks_colored.wgsl"]];
+const COLORED_CONSTANTS: &[Constant] = join![Constant: BLOCKS_CONSTANTS, &[("HAS_GAIN", 0.0)]];
+const COLORED: Binding = Binding::texture_write("colored", Rgba32Float).array();
 
-macro_rules! segments {
-    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal) => {
-        KernelDesc {
-            name: "colored_segments",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/sums.wgsl",
-                $sums_file,
-                "common/hash.wgsl",
-                "common/dither.wgsl",
-                "common/solid.wgsl",
-                "common/blocks.wgsl",
-                "common/blocks_colored.wgsl",
-                "common/dispatch.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/gather_colored.wgsl",
-                $walk,
-                "colored_segments.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<Segment>("segments"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_DITHER", 1.0),
-                ("HAS_QUADS", 1.0),
-                ("HAS_GAIN", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const SEGMENTS: [KernelDesc; 2] = [
-    segments!(Core, buffer, "common/sums_buffer.wgsl", "common/walk_uniform.wgsl"),
-    segments!(Native, texture, "common/sums_texture.wgsl", "common/walk_subgroup.wgsl"),
-];
+pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "colored_tiles",
+    sources: join![
+        Source: COLORED_SOURCES,
+        LANE_SOURCES,
+        walk_sources(TIER),
+        crate::sources![
+            "common/sums.wgsl",
+            "common/gather_colored.wgsl",
+            "common/small.wgsl",
+            "colored_tiles.wgsl"
+        ],
+    ],
+    bindings: join![Binding: TILE_BINDINGS, DEPTH_BINDINGS, &[COLORED]],
+    constants: join![Constant: COLORED_CONSTANTS, &[("HAS_QUADS", 1.0), ("HAS_SMALL", 0.0)]],
+    tier: TIER,
+});
 
-macro_rules! overflow {
-    ($tier:ident, $sums:ident, $sums_file:literal) => {
-        KernelDesc {
-            name: "colored_overflow",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/sums.wgsl",
-                $sums_file,
-                "common/hash.wgsl",
-                "common/dither.wgsl",
-                "common/solid.wgsl",
-                "common/blocks.wgsl",
-                "common/blocks_colored.wgsl",
-                "common/dispatch.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/overflow.wgsl",
-                "colored_overflow.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<u32>("overflow"),
-                Binding::read_write::<u32>("scattered_tiles"),
-                Binding::texture("rects", Uint),
-                Binding::texture("footprints", Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_DITHER", 1.0),
-                ("HAS_GAIN", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const OVERFLOW: [KernelDesc; 2] = [
-    overflow!(Core, buffer, "common/sums_buffer.wgsl"),
-    overflow!(Native, texture, "common/sums_texture.wgsl"),
-];
+pub const SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "colored_segments",
+    sources: join![
+        Source: COLORED_SOURCES,
+        sums_sources(TIER),
+        LANE_SOURCES,
+        walk_sources(TIER),
+        crate::sources![
+            "common/dispatch.wgsl",
+            "common/gather_colored.wgsl",
+            "colored_segments.wgsl"
+        ],
+    ],
+    bindings: join![Binding: sums(TIER), SEGMENT_BINDINGS],
+    constants: join![Constant: COLORED_CONSTANTS, &[("HAS_QUADS", 1.0)]],
+    tier: TIER,
+});
 
-macro_rules! resolve {
-    ($tier:ident, $sums:ident, $sums_file:literal) => {
-        KernelDesc {
-            name: "colored_resolve",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/tile.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/sums.wgsl",
-                $sums_file,
-                "common/dispatch.wgsl",
-                "common/small.wgsl",
-                "colored_resolve.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<u32>("merged_tiles"),
-                Binding::read::<Tile>("tiles"),
-                Binding::texture_write("opaques", R32Float).array(),
-                SMALL_DEPTHS,
-                Binding::texture_write("colored", Rgba32Float).array()
-            ],
-            constants: &[("HAS_GAIN", 0.0), ("HAS_SMALL", 0.0)],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const RESOLVE: [KernelDesc; 2] = [
-    resolve!(Core, buffer, "common/sums_buffer.wgsl"),
-    resolve!(Native, texture, "common/sums_texture.wgsl"),
-];
+pub const OVERFLOW: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "colored_overflow",
+    sources: join![
+        Source: COLORED_SOURCES,
+        sums_sources(TIER),
+        OVERFLOW_SOURCES,
+        crate::sources!["colored_overflow.wgsl"],
+    ],
+    bindings: join![Binding: sums(TIER), OVERFLOW_BINDINGS],
+    constants: COLORED_CONSTANTS,
+    tier: TIER,
+});
 
-const PARAMS: Binding = Binding::uniform::<FilterParams>("params");
+pub const RESOLVE: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "colored_resolve",
+    sources: join![
+        Source: RESOLVE_SOURCES,
+        sums_sources(TIER),
+        crate::sources!["common/small.wgsl", "colored_resolve.wgsl"],
+    ],
+    bindings: join![Binding: sums(TIER), RESOLVE_BINDINGS, DEPTH_BINDINGS, &[COLORED]],
+    constants: &[("HAS_GAIN", 0.0), ("HAS_SMALL", 0.0)],
+    tier: TIER,
+});
 
 pub const ROWS: KernelDesc = KernelDesc {
     name: "colored_rows",
@@ -255,17 +109,7 @@ pub const COLUMNS: KernelDesc = KernelDesc {
         "common/window_colored.wgsl",
         "colored_columns.wgsl"
     ],
-    bindings: &[
-        PARAMS,
-        VIEWS,
-        Binding::texture("rows", FLOAT).array(),
-        Binding::texture("filters", FLOAT).array(),
-        Binding::texture("nearests", FLOAT).array(),
-        OPAQUES,
-        Binding::texture_write("soft_filters", Rgba16Float).array(),
-        Binding::texture_write("soft_nearests", R32Float).array(),
-        Binding::texture_write("soft_opaques", R32Float).array(),
-    ],
+    bindings: COLUMNS_BINDINGS,
     constants: &[],
     tier: Tier::Core,
 };

@@ -30,7 +30,7 @@ const NEARESTS: Binding = Binding::texture_write("nearests", R32Float).array();
 const CURVES: Binding = Binding::texture_write("curves", Rgba32Uint).array();
 
 macro_rules! tiles {
-    ($tier:ident, $sums:ident, $sums_file:literal, $walk:literal, [$($visit:literal),*], [$($constant:expr),*]) => {
+    ($tier:ident, $sums:ident, $sums_file:literal, [$($walk:literal),*], [$($visit:literal),*], [$($constant:expr),*]) => {
         KernelDesc {
             name: "accumulate_curve_tiles",
             sources: crate::sources![
@@ -49,7 +49,7 @@ macro_rules! tiles {
                 "common/curve_list.wgsl",
                 "common/gather_curve.wgsl",
                 $($visit,)*
-                $walk,
+                $($walk,)*
                 "common/overflow_curve.wgsl",
                 "accumulate_curve_tiles.wgsl"
             ],
@@ -58,6 +58,7 @@ macro_rules! tiles {
                 VIEWS,
                 MATERIALS,
                 Binding::read::<Tile>("tiles"),
+                Binding::read::<u32>("scattered_tiles"),
                 Binding::read_write::<BatchCounters>("counters"),
                 PAIRS,
                 FOOTPRINTS,
@@ -76,7 +77,7 @@ macro_rules! tiles {
 }
 
 macro_rules! segments {
-    ($tier:ident, $walk:literal, [$($visit:literal),*], [$($constant:expr),*]) => {
+    ($tier:ident, [$($walk:literal),*], [$($visit:literal),*], [$($constant:expr),*]) => {
         KernelDesc {
             name: "accumulate_curve_segments",
             sources: crate::sources![
@@ -95,7 +96,7 @@ macro_rules! segments {
                 "common/curve_list.wgsl",
                 "common/gather_curve.wgsl",
                 $($visit,)*
-                $walk,
+                $($walk,)*
                 "accumulate_curve_segments.wgsl"
             ],
             bindings: &[
@@ -142,25 +143,31 @@ macro_rules! any {
 
 macro_rules! discs {
     ($kernel:ident, $($start:tt),*) => {
-        $kernel!($($start),*, ["common/visit_discs.wgsl"], [("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)])
+        $kernel!($($start),*, ["common/disc.wgsl", "common/visit_discs.wgsl"], [("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)])
     };
 }
 
 pub const TILES: [KernelDesc; 2] = [
-    any!(tiles, Core, buffer, "common/sums_buffer.wgsl", "common/walk_slabs_uniform.wgsl"),
-    any!(tiles, Native, texture, "common/sums_texture.wgsl", "common/walk_slabs.wgsl"),
+    any!(tiles, Core, buffer, "common/sums_buffer.wgsl", ["common/walk_slabs_uniform.wgsl"]),
+    any!(tiles, Native, texture, "common/sums_texture.wgsl", ["common/walk_slabs.wgsl"]),
 ];
 pub const SEGMENTS: [KernelDesc; 2] = [
-    any!(segments, Core, "common/walk_slabs_uniform.wgsl"),
-    any!(segments, Native, "common/walk_slabs.wgsl"),
+    any!(segments, Core, ["common/walk_slabs_uniform.wgsl"]),
+    any!(segments, Native, ["common/walk_slabs.wgsl"]),
 ];
 pub const DISC_TILES: [KernelDesc; 2] = [
-    discs!(tiles, Core, buffer, "common/sums_buffer.wgsl", "common/walk_slabs_uniform.wgsl"),
-    discs!(tiles, Native, texture, "common/sums_texture.wgsl", "common/walk_slab_discs.wgsl"),
+    discs!(tiles, Core, buffer, "common/sums_buffer.wgsl", ["common/walk_slabs_uniform.wgsl"]),
+    discs!(
+        tiles,
+        Native,
+        texture,
+        "common/sums_texture.wgsl",
+        ["common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]
+    ),
 ];
 pub const DISC_SEGMENTS: [KernelDesc; 2] = [
-    discs!(segments, Core, "common/walk_slabs_uniform.wgsl"),
-    discs!(segments, Native, "common/walk_slab_discs.wgsl"),
+    discs!(segments, Core, ["common/walk_slabs_uniform.wgsl"]),
+    discs!(segments, Native, ["common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]),
 ];
 
 macro_rules! resolve {

@@ -10,7 +10,7 @@ use wgpu::TextureFormat::{R32Float, Rgba16Float, Rgba32Float};
 /// Edge of a workgroup [texels].
 pub const GROUP_SIZE: u32 = 8;
 
-const PARAMS: Binding = Binding::uniform::<FilterParams>("params");
+pub(super) const PARAMS: Binding = Binding::uniform::<FilterParams>("params");
 
 pub const ROWS: KernelDesc = KernelDesc {
     name: "filter_rows",
@@ -20,20 +20,23 @@ pub const ROWS: KernelDesc = KernelDesc {
     tier: Tier::Core,
 };
 
+/// From blurred rows to the maps.
+pub(super) const COLUMNS_BINDINGS: &[Binding] = &[
+    PARAMS,
+    VIEWS,
+    Binding::texture("rows", FLOAT).array(),
+    Binding::texture("filters", FLOAT).array(),
+    Binding::texture("nearests", FLOAT).array(),
+    OPAQUES,
+    Binding::texture_write("soft_filters", Rgba16Float).array(),
+    Binding::texture_write("soft_nearests", R32Float).array(),
+    Binding::texture_write("soft_opaques", R32Float).array(),
+];
+
 pub const COLUMNS: KernelDesc = KernelDesc {
     name: "filter_columns",
     sources: crate::sources!["common/view.wgsl", "common/window.wgsl", "filter_columns.wgsl"],
-    bindings: &[
-        PARAMS,
-        VIEWS,
-        Binding::texture("rows", FLOAT).array(),
-        Binding::texture("filters", FLOAT).array(),
-        Binding::texture("nearests", FLOAT).array(),
-        OPAQUES,
-        Binding::texture_write("soft_filters", Rgba16Float).array(),
-        Binding::texture_write("soft_nearests", R32Float).array(),
-        Binding::texture_write("soft_opaques", R32Float).array(),
-    ],
+    bindings: COLUMNS_BINDINGS,
     constants: &[],
     tier: Tier::Core,
 };

@@ -1,10 +1,10 @@
 //! What the kernels that evaluate hits share: sources, bindings and specialisation.
 use crate::{
     footprint::{GpuMaterial, MAX_MATERIALS},
-    gpu::{Access, Binding, BindingKind, FLOAT},
+    gpu::{Binding, Constant, FLOAT, Source, join},
     view::{GpuView, MAX_VIEWS},
 };
-use wgpu::{TextureFormat::R32Uint, TextureSampleType::Uint, TextureViewDimension};
+use wgpu::TextureSampleType::Uint;
 
 /// What a batch holds; kernels leave out the rest. Hash key of the pipelines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -116,7 +116,7 @@ impl Features {
     }
 
     /// Values of the overrides of `constants`.
-    pub fn constants(self, constants: &[(&'static str, f64)]) -> Vec<(&'static str, f64)> {
+    pub fn constants(self, constants: &[Constant]) -> Vec<Constant> {
         let flag = |name: &str| match name {
             "HAS_PARTICLES" => Some(self.particles),
             "HAS_TRIANGLES" => Some(self.triangles),
@@ -151,37 +151,29 @@ pub(super) const IMAGES: Binding = Binding::texture("images", FLOAT).array();
 pub(super) const SMALL_DEPTHS: Binding = Binding::read::<u32>("small_depths");
 pub(super) const OPAQUES: Binding = Binding::texture("opaques", FLOAT).array();
 
-/// The sums of the native tier: textures that take atomics.
-pub(super) const fn atomic_texture(name: &'static str) -> Binding {
-    Binding {
-        name,
-        kind: BindingKind::StorageTexture {
-            access: Access::Atomic,
-            format: R32Uint,
-            dimension: TextureViewDimension::D2,
-        },
-    }
-}
-
-/// Puts the sums, as buffers or as textures, before the other bindings.
-#[macro_export]
-macro_rules! sums_then {
-    (buffer, $($binding:expr),* $(,)?) => {
-        &[
-            $crate::gpu::Binding::read_write::<u32>("sum_red"),
-            $crate::gpu::Binding::read_write::<u32>("sum_green"),
-            $crate::gpu::Binding::read_write::<u32>("sum_blue"),
-            $crate::gpu::Binding::read_write::<u32>("nearness"),
-            $($binding),*
-        ]
-    };
-    (texture, $($binding:expr),* $(,)?) => {
-        &[
-            $crate::stage::hits::atomic_texture("sum_red"),
-            $crate::stage::hits::atomic_texture("sum_green"),
-            $crate::stage::hits::atomic_texture("sum_blue"),
-            $crate::stage::hits::atomic_texture("nearness"),
-            $($binding),*
-        ]
-    };
-}
+/// What all of these kernels need.
+pub(super) const CASTER_SOURCES: &[Source] = crate::sources![
+    "common/record.wgsl",
+    "common/view.wgsl",
+    "common/material.wgsl",
+    "common/tile_rect.wgsl"
+];
+/// A hit of any caster: the functions, what they read, and what they can leave out.
+pub(super) const HIT_SOURCES: &[Source] = join![
+    Source: CASTER_SOURCES,
+    crate::sources![
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/rolled.wgsl"
+    ],
+];
+pub(super) const HIT_CONSTANTS: &[Constant] = &[
+    ("HAS_PARTICLES", 1.0),
+    ("HAS_TRIANGLES", 1.0),
+    ("HAS_TEXTURES", 1.0),
+    ("HAS_PUFFS", 1.0),
+    ROLLED,
+];
+/// Of `wgsl/common/rolled.wgsl`; the pipeline's configuration says whether.
+pub(crate) const ROLLED: Constant = ("ROLLED", 0.0);

@@ -1,4 +1,8 @@
-//! The pipeline, stage by stage, in dispatch order.
+//! The pipeline, stage by stage.
+//!
+//! A kernel is data: its files of `wgsl/`, its bindings and its overrides, joined from lists that
+//! kernels share: `hits` (evaluate a hit), `walk` (visit a tile's pairs) and `sums` (add to a
+//! texel's sums, or resolve them). Kernels of both tiers are arrays, core first.
 pub mod accumulate;
 pub mod air;
 pub mod bin;
@@ -12,6 +16,8 @@ pub mod project;
 pub mod resolve;
 pub mod shade;
 pub mod sort;
+mod sums;
+mod walk;
 
 /// Every kernel: what the layout and shader tests and the export walk.
 pub const KERNELS: &[&crate::gpu::KernelDesc] = &[

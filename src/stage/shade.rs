@@ -5,18 +5,20 @@
 //! are walked a segment at a time: `seen` and `layers` leave `partials`, which `surfaces` and
 //! `composite` put together in order.
 use super::{
-    bin::{Segment, Tile},
-    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS},
+    hits::{
+        CASTERS, HIT_CONSTANTS, HIT_SOURCES, IMAGES, MATERIALS, OPAQUES, ROLLED, SETUPS, VIEWS,
+    },
+    walk::{self, DISPATCHES, FOOTPRINTS, LANE_SOURCES, PAIRS, walk_sources},
 };
 use crate::{
-    gpu::{Binding, FLOAT, KernelDesc, Tier},
+    gpu::{Binding, Constant, FLOAT, KernelDesc, Source, Tier, join, on_each_tier},
     light::{Light, LightKind},
     view::{GpuView, View},
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec3, Vec3};
 use wgpu::{
-    TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},
+    TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float},
     TextureSampleType::Uint,
 };
 
@@ -35,328 +37,170 @@ const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 pub const CASTER_LANES: u32 = 64;
 
 pub(super) const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
-pub(super) const LIGHTS: Binding = Binding::texture("lights", Uint);
-pub(super) const CLUSTERS: Binding = Binding::texture("clusters", Uint);
 const AIR: Binding = Binding::texture("air", FLOAT).array();
 const TRIANGLES: Binding = Binding::texture("triangles", Uint);
-pub(super) const FILTERS: Binding = Binding::texture("filters", FLOAT).array();
-pub(super) const NEARESTS: Binding = Binding::texture("nearests", FLOAT).array();
-pub(super) const CURVES: Binding = Binding::texture("curves", Uint).array();
+const SURFACES_BELOW: Binding = Binding::texture("surfaces", FLOAT);
+const LIT: Binding = Binding::texture("lit", FLOAT);
+/// What segments leave, written and read.
+const TO_PARTIALS: Binding = Binding::read_write::<[u32; 4]>("partials");
+const PARTIALS: Binding = Binding::read::<[u32; 4]>("partials");
 
-macro_rules! seen {
-    ($tier:ident, $walk:literal) => {
-        KernelDesc {
-            name: "shade_seen",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/dispatch.wgsl",
-                "common/solid.wgsl",
-                "common/cost.wgsl",
-                "common/gather_seen.wgsl",
-                $walk,
-                "shade_seen.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<Segment>("segments"),
-                Binding::read_write::<[u32; 4]>("partials"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_QUADS", 1.0),
-                ("COUNT_COST", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const SEEN: [KernelDesc; 2] =
-    [seen!(Core, "common/walk_uniform.wgsl"), seen!(Native, "common/walk_subgroup.wgsl")];
+/// The lights of a point, and the maps that it gets their light through.
+pub(super) const LIGHT_BINDINGS: &[Binding] = &[
+    Binding::texture("lights", Uint),
+    Binding::texture("clusters", Uint),
+    Binding::texture("filters", FLOAT).array(),
+    Binding::texture("nearests", FLOAT).array(),
+    OPAQUES,
+    Binding::texture("curves", Uint).array(),
+];
+pub(super) const LIGHT_SOURCES: &[Source] = crate::sources![
+    "common/light.wgsl",
+    "common/curve.wgsl",
+    "common/curve_light.wgsl",
+    "common/owner.wgsl",
+    "common/receiver.wgsl",
+    "common/receive.wgsl"
+];
+pub(super) const LIGHT_CONSTANTS: &[Constant] = &[("NODES", 0.0), ("HAS_GAIN", 0.0)];
 
-macro_rules! surfaces {
-    ($tier:ident, $walk:literal) => {
-        KernelDesc {
-            name: "shade_surfaces",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/solid.wgsl",
-                "common/cost.wgsl",
-                "common/gather_seen.wgsl",
-                $walk,
-                "common/light.wgsl",
-                "common/octahedral.wgsl",
-                "common/curve.wgsl",
-                "common/curve_light.wgsl",
-                "common/owner.wgsl",
-                "common/receiver.wgsl",
-                "common/receive.wgsl",
-                "common/shading.wgsl",
-                "common/surface.wgsl",
-                "common/air.wgsl",
-                "shade_surfaces.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                PARAMS,
-                Binding::read::<Tile>("tiles"),
-                Binding::read::<[u32; 4]>("partials"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                TRIANGLES,
-                LIGHTS,
-                CLUSTERS,
-                FILTERS,
-                NEARESTS,
-                OPAQUES,
-                CURVES,
-                Binding::texture_write("surfaces", Rgba32Float),
-                AIR,
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_QUADS", 1.0),
-                ("NODES", 0.0),
-                ("HAS_GAIN", 0.0),
-                ("COUNT_COST", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const SURFACES: [KernelDesc; 2] =
-    [surfaces!(Core, "common/walk_uniform.wgsl"), surfaces!(Native, "common/walk_subgroup.wgsl")];
+/// A walk of the camera's lists.
+const SEEN_SOURCES: &[Source] =
+    join![Source: HIT_SOURCES, LANE_SOURCES, crate::sources!["common/cost.wgsl"]];
+const SEEN_CONSTANTS: &[Constant] =
+    join![Constant: HIT_CONSTANTS, &[("HAS_QUADS", 1.0), ("COUNT_COST", 0.0)]];
+const SEEN_BINDINGS: &[Binding] = &[PAIRS, FOOTPRINTS, CASTERS, SETUPS, IMAGES];
+/// A walk of what is solid.
+const SOLID_SOURCES: &[Source] =
+    join![Source: SEEN_SOURCES, crate::sources!["common/solid.wgsl", "common/gather_seen.wgsl"]];
+/// The light of a surface that is seen.
+const SURFACE_SOURCES: &[Source] = join![
+    Source: LIGHT_SOURCES,
+    crate::sources![
+        "common/octahedral.wgsl",
+        "common/shading.wgsl",
+        "common/surface.wgsl",
+        "common/air.wgsl"
+    ],
+];
+/// A walk of what is blended, lit.
+const LAYER_SOURCES: &[Source] = join![
+    Source: SEEN_SOURCES,
+    SURFACE_SOURCES,
+    crate::sources![
+        "common/volumes.wgsl",
+        "common/fog.wgsl",
+        "common/gather_layers.wgsl",
+        "common/sheet.wgsl"
+    ],
+];
+const LAYER_CONSTANTS: &[Constant] =
+    join![Constant: SEEN_CONSTANTS, LIGHT_CONSTANTS, &[("HAS_VOLUMES", 0.0)]];
+/// After what is the kernel's own.
+const LAYER_BINDINGS: &[Binding] = join![
+    Binding: SEEN_BINDINGS,
+    &[TRIANGLES],
+    LIGHT_BINDINGS,
+    &[SURFACES_BELOW, LIT, AIR],
+];
 
-macro_rules! layers {
-    ($tier:ident, $walk:literal) => {
-        KernelDesc {
-            name: "shade_layers",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/dispatch.wgsl",
-                "common/air.wgsl",
-                "common/cost.wgsl",
-                "common/volumes.wgsl",
-                "common/fog.wgsl",
-                "common/gather_layers.wgsl",
-                $walk,
-                "common/light.wgsl",
-                "common/octahedral.wgsl",
-                "common/curve.wgsl",
-                "common/curve_light.wgsl",
-                "common/owner.wgsl",
-                "common/receiver.wgsl",
-                "common/receive.wgsl",
-                "common/shading.wgsl",
-                "common/surface.wgsl",
-                "common/sheet.wgsl",
-                "shade_layers.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                PARAMS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<Segment>("segments"),
-                Binding::read_write::<[u32; 4]>("partials"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                TRIANGLES,
-                LIGHTS,
-                CLUSTERS,
-                FILTERS,
-                NEARESTS,
-                OPAQUES,
-                CURVES,
-                Binding::texture("surfaces", FLOAT),
-                Binding::texture("lit", FLOAT),
-                AIR,
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_QUADS", 1.0),
-                ("NODES", 0.0),
-                ("HAS_GAIN", 0.0),
-                ("COUNT_COST", 0.0),
-                ("HAS_VOLUMES", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const LAYERS: [KernelDesc; 2] =
-    [layers!(Core, "common/walk_uniform.wgsl"), layers!(Native, "common/walk_subgroup.wgsl")];
+pub const SEEN: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "shade_seen",
+    sources: join![
+        Source: SOLID_SOURCES,
+        walk_sources(TIER),
+        crate::sources!["common/dispatch.wgsl", "shade_seen.wgsl"],
+    ],
+    bindings: join![
+        Binding: &[VIEWS, MATERIALS, DISPATCHES, walk::SEGMENTS, TO_PARTIALS],
+        SEEN_BINDINGS,
+    ],
+    constants: SEEN_CONSTANTS,
+    tier: TIER,
+});
 
-macro_rules! composite {
-    ($tier:ident, $walk:literal) => {
-        KernelDesc {
-            name: "shade_composite",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/rolled.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/air.wgsl",
-                "common/cost.wgsl",
-                "common/volumes.wgsl",
-                "common/fog.wgsl",
-                "common/gather_layers.wgsl",
-                $walk,
-                "common/light.wgsl",
-                "common/octahedral.wgsl",
-                "common/curve.wgsl",
-                "common/curve_light.wgsl",
-                "common/owner.wgsl",
-                "common/receiver.wgsl",
-                "common/receive.wgsl",
-                "common/shading.wgsl",
-                "common/surface.wgsl",
-                "common/sheet.wgsl",
-                "common/tone.wgsl",
-                "shade_composite.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                PARAMS,
-                Binding::read::<Tile>("tiles"),
-                Binding::read::<[u32; 4]>("partials"),
-                Binding::read_write::<u32>("pixels"),
-                Binding::texture_read("pairs", Rg32Uint),
-                Binding::texture_read("footprints", Rgba32Uint),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                TRIANGLES,
-                LIGHTS,
-                CLUSTERS,
-                FILTERS,
-                NEARESTS,
-                OPAQUES,
-                CURVES,
-                Binding::texture("surfaces", FLOAT),
-                Binding::texture("lit", FLOAT),
-                AIR,
-            ],
-            constants: &[
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("ROLLED", 0.0),
-                ("HAS_QUADS", 1.0),
-                ("NODES", 0.0),
-                ("HAS_GAIN", 0.0),
-                ("COUNT_COST", 0.0),
-                ("HAS_VOLUMES", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const COMPOSITE: [KernelDesc; 2] =
-    [composite!(Core, "common/walk_uniform.wgsl"), composite!(Native, "common/walk_subgroup.wgsl")];
+pub const SURFACES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "shade_surfaces",
+    sources: join![
+        Source: SOLID_SOURCES,
+        walk_sources(TIER),
+        SURFACE_SOURCES,
+        crate::sources!["shade_surfaces.wgsl"],
+    ],
+    bindings: join![
+        Binding: &[VIEWS, MATERIALS, PARAMS, walk::TILES, PARTIALS],
+        SEEN_BINDINGS,
+        &[TRIANGLES],
+        LIGHT_BINDINGS,
+        &[Binding::texture_write("surfaces", Rgba32Float), AIR],
+    ],
+    constants: join![Constant: SEEN_CONSTANTS, LIGHT_CONSTANTS],
+    tier: TIER,
+});
+
+pub const LAYERS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "shade_layers",
+    sources: join![
+        Source: LAYER_SOURCES,
+        walk_sources(TIER),
+        crate::sources!["common/dispatch.wgsl", "shade_layers.wgsl"],
+    ],
+    bindings: join![
+        Binding: &[VIEWS, MATERIALS, PARAMS, DISPATCHES, walk::SEGMENTS, TO_PARTIALS],
+        LAYER_BINDINGS,
+    ],
+    constants: LAYER_CONSTANTS,
+    tier: TIER,
+});
+
+pub const COMPOSITE: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "shade_composite",
+    sources: join![
+        Source: LAYER_SOURCES,
+        walk_sources(TIER),
+        crate::sources!["common/tone.wgsl", "shade_composite.wgsl"],
+    ],
+    bindings: join![
+        Binding: &[
+            VIEWS,
+            MATERIALS,
+            PARAMS,
+            walk::TILES,
+            PARTIALS,
+            Binding::read_write::<u32>("pixels"),
+        ],
+        LAYER_BINDINGS,
+    ],
+    constants: LAYER_CONSTANTS,
+    tier: TIER,
+});
 
 pub const CASTERS_LIT: KernelDesc = KernelDesc {
     name: "shade_casters",
-    sources: crate::sources![
-        "common/record.wgsl",
-        "common/view.wgsl",
-        "common/material.wgsl",
-        "common/light.wgsl",
-        "common/curve.wgsl",
-        "common/curve_light.wgsl",
-        "common/owner.wgsl",
-        "common/receiver.wgsl",
-        "common/rolled.wgsl",
-        "common/receive.wgsl",
-        "shade_casters.wgsl"
+    sources: join![
+        Source: LIGHT_SOURCES,
+        crate::sources![
+            "common/record.wgsl",
+            "common/view.wgsl",
+            "common/material.wgsl",
+            "common/rolled.wgsl",
+            "shade_casters.wgsl"
+        ],
     ],
-    bindings: &[
-        MATERIALS,
-        PARAMS,
-        Binding::texture_read("footprints", Rgba32Uint),
-        Binding::texture_read("rects", Rg32Uint),
-        CASTERS,
-        LIGHTS,
-        CLUSTERS,
-        FILTERS,
-        NEARESTS,
-        OPAQUES,
-        CURVES,
-        Binding::texture_write("lit", Rgba16Float),
+    bindings: join![
+        Binding: &[
+            MATERIALS,
+            PARAMS,
+            FOOTPRINTS,
+            Binding::texture_read("rects", Rg32Uint),
+            CASTERS,
+        ],
+        LIGHT_BINDINGS,
+        &[Binding::texture_write("lit", Rgba16Float)],
     ],
-    constants: &[
-        ("WORKGROUP_SIZE", CASTER_LANES as f64),
-        ("NODES", 0.0),
-        ("HAS_GAIN", 0.0),
-        ("ROLLED", 0.0),
+    constants: join![
+        Constant: LIGHT_CONSTANTS,
+        &[ROLLED, ("WORKGROUP_SIZE", CASTER_LANES as f64)],
     ],
     tier: Tier::Core,
 };

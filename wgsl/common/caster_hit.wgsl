@@ -1,4 +1,4 @@
-// What a ray meets of any caster: opacity, light that passes, depth. CPU twin: src/cpu/hit.rs.
+// What a ray meets of any caster: opacity, light that passes, depth. CPU twin: src/cpu/caster_hit.rs.
 // The kernel binds `casters`, `setups`, `images`, `materials`.
 // Needs common/hit.wgsl, texture.wgsl.
 

@@ -1,4 +1,4 @@
-// Volumes along the eye's ray, between the layers of four pixels. CPU twin: src/cpu/shade.rs.
+// Volumes along the eye's ray, between the layers of four pixels. CPU twin: src/cpu/shade/layers.rs.
 // Needs common/caster_hit.wgsl, volumes.wgsl.
 var<private> inside: array<vec3<f32>, 4>; // absorption where the ray is [1/m]
 var<private> reached: vec4<f32>;          // light depth so far

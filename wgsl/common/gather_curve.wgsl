@@ -41,11 +41,17 @@ fn start(view: GpuView, texel: vec2<u32>) {
     clear_list();
 }
 
-fn meet(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
+// A hit joins those that wait.
+fn join(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
     open_light = scaled(open_light, light);
     let placed = opacity >= vec4(TRACE);
     open_start = select(open_start, min(open_start, depth), placed);
     open_end = select(open_end, max(open_end, depth), placed);
+    return placed;
+}
+
+fn meet(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
+    let placed = join(light, depth, opacity);
     let seen = opacity >= vec4(VISIBLE_OPACITY);
     nearest = select(nearest, min(nearest, depth), seen);
     return placed;

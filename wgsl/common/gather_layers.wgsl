@@ -1,4 +1,4 @@
-// Four pixels while what is not solid is laid over them, front to back. CPU twin: src/cpu/shade.rs.
+// Four pixels while what is not solid is laid over them, front to back. CPU twin: src/cpu/shade/layers.rs.
 // Needs common/caster_hit.wgsl, fog.wgsl, sheet.wgsl, surface.wgsl, cost.wgsl; the kernel binds `surfaces`
 // and `lit`.
 //

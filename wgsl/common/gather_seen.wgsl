@@ -1,4 +1,4 @@
-// The nearest solid caster of four pixels. CPU twin: src/cpu/shade.rs. Needs common/solid.wgsl, cost.wgsl.
+// The nearest solid caster of four pixels. CPU twin: src/cpu/shade/mod.rs. Needs common/solid.wgsl, cost.wgsl.
 var<private> corner: vec2<f32>; // first of the four pixels
 var<private> nearest: vec4<f32>;
 var<private> seen: vec4<u32>;   // caster

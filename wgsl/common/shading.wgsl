@@ -1,4 +1,4 @@
-// How what the camera sees scatters light to it. CPU twin: src/cpu/shading.rs.
+// How what the camera sees scatters light to it. CPU twin: src/cpu/shading/mod.rs.
 // Needs common/receive.wgsl, cost.wgsl.
 const PER_PI: f32 = 0.31830989;
 

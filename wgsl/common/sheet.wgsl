@@ -1,5 +1,5 @@
 // Panes: thin sheets that filter what is behind them, scatter some light and mirror some. CPU twin:
-// src/cpu/shading.rs. Needs common/shading.wgsl.
+// src/cpu/shading/mod.rs. Needs common/shading.wgsl.
 struct Lit {
     diffuse: vec3<f32>, // from both sides
     shine: vec3<f32>,

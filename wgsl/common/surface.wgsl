@@ -1,4 +1,4 @@
-// Points and normals of what the camera sees. CPU twin: src/cpu/shading.rs. Needs
+// Points and normals of what the camera sees. CPU twin: src/cpu/shading/mod.rs. Needs
 // common/caster_hit.wgsl, octahedral.wgsl; the kernel binds `triangles`, `params`.
 
 // World space, from the camera's light depth.

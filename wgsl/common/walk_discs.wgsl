@@ -39,17 +39,3 @@ fn walk(view: GpuView, first: u32, end: u32) {
         }
     }
 }
-
-fn broadcast_disc(disc: Disc, j: u32) -> Disc {
-    var other: Disc;
-    other.center = subgroupShuffle(disc.center, j);
-    other.bend = subgroupShuffle(disc.bend, j);
-    other.depth = subgroupShuffle(disc.depth, j);
-    other.slope = subgroupShuffle(disc.slope, j);
-    other.absorbed = subgroupShuffle(disc.absorbed, j);
-    if PERSPECTIVE {
-        other.tilt = subgroupShuffle(disc.tilt, j);
-        other.tilt_bend = subgroupShuffle(disc.tilt_bend, j);
-    }
-    return other;
-}

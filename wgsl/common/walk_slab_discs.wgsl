@@ -1,12 +1,13 @@
 // Walks a tile's soft discs front to back, a slab at a time: every lane of a subgroup prepares one
 // disc and tests it against the subgroup's block of texels; those that touch it are visited by all
 // lanes. CPU twin: src/cpu/curve/tile.rs, `walk`.
-// Needs common/visit_discs.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`, and says
-// in `open_rest` what comes behind all pairs.
+// Needs common/visit_discs.wgsl, disc_lanes.wgsl; the kernel binds `pairs` and `footprints`, and
+// says in `open_rest` what comes behind all pairs.
 var<private> base: u32; // next pair
 var<private> slab_first: u32;
 var<private> slab_key: u32;
 var<private> slab_reach: u32;
+var<private> front: u32; // key of the last pair that was fetched
 
 // A run of pairs, one per lane, up to the end of the slab.
 struct Stretch {
@@ -25,10 +26,12 @@ fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> St
     let look = textureLoad(footprints, record_texel(at + 1u));
     let key = look.z >> 16u;
     let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= slab_reach;
+    let disc = prepare_disc(view, place, look);
+    let outside = disc.center - clamp(disc.center, lo, hi);
     let in_slab = subgroupBallot(slab);
-    let touching = subgroupBallot(slab && touches_box(view, place, look, lo, hi));
+    let touching = subgroupBallot(slab && dot(outside, outside) <= disc.reach * disc.reach);
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
-    return Stretch(prepare_disc(view, place, look), touching.xy, count, key);
+    return Stretch(disc, touching.xy, count, key);
 }
 
 fn first_lane(mask: vec2<u32>) -> u32 {
@@ -51,6 +54,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     slab_first = first;
     slab_key = 0u;
     slab_reach = 0u;
+    front = 0u;
     if first < end {
         slab_key = pair_key(first);
         slab_reach = (pair_key(end - 1u) - slab_key) / slab_count();
@@ -60,7 +64,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     // visit.
     loop {
         var whole = false;
-        while !whole && subgroupAny(any(young())) {
+        while !whole && subgroupAny(any(young() | (nearest > vec4(key_depth(front))))) {
             let stretch = fetch(view, lane, end, lo, hi);
             var mask = stretch.ballot;
             while any(mask != vec2(0u)) {
@@ -74,7 +78,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             let stretch = fetch(view, lane, end, lo, hi);
             var mask = stretch.ballot;
             while any(mask != vec2(0u)) {
-                let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+                visit_behind(view, broadcast_disc(stretch.disc, first_lane(mask)));
                 mask = without_first(mask);
             }
             whole = next_stretch(stretch, size);
@@ -84,7 +88,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         if is_rest {
             break;
         }
-        if base >= end || subgroupAll(settled(f32(slab_key) / f32(INVISIBLE - 1u))) {
+        if base >= end || subgroupAll(settled(key_depth(slab_key))) {
             base = end;
             is_rest = true;
             open_rest(view);
@@ -95,27 +99,19 @@ fn walk(view: GpuView, first: u32, end: u32) {
 // True at the end of the slab; where it ends, the next begins.
 fn next_stretch(stretch: Stretch, size: u32) -> bool {
     let key = subgroupShuffle(stretch.key, min(stretch.count, size - 1u));
+    front = subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u);
     base += stretch.count;
     let whole = stretch.count < size;
     slab_key = select(slab_key, key, whole);
     return whole;
 }
 
+// No later pair of the tile is in front of it.
+fn key_depth(key: u32) -> f32 {
+    return f32(key) / f32(INVISIBLE - 1u);
+}
+
 fn pair_key(pair: u32) -> u32 {
     let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
     return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
-}
-
-fn broadcast_disc(disc: Disc, j: u32) -> Disc {
-    var other: Disc;
-    other.center = subgroupShuffle(disc.center, j);
-    other.bend = subgroupShuffle(disc.bend, j);
-    other.depth = subgroupShuffle(disc.depth, j);
-    other.slope = subgroupShuffle(disc.slope, j);
-    other.absorbed = subgroupShuffle(disc.absorbed, j);
-    if PERSPECTIVE {
-        other.tilt = subgroupShuffle(disc.tilt, j);
-        other.tilt_bend = subgroupShuffle(disc.tilt_bend, j);
-    }
-    return other;
 }

@@ -1,4 +1,6 @@
 //! The binary: exit status, standard output, files.
+mod export;
+
 use serde_json::Value;
 use std::{
     fs,
@@ -351,69 +353,4 @@ fn a_failed_write_leaves_nothing_behind() {
     let stderr = folder.fail(&["render", "scene.toml", "-o", "o"], 1);
     assert!(stderr.contains("frame_0000.png"), "{stderr}");
     assert_eq!(files(&folder.0), ["scene.toml"]);
-}
-
-#[test]
-fn export_writes_every_kernel() {
-    let folder = Folder::new("export");
-    for target in ["spirv", "hlsl", "msl", "glsl", "wgsl"] {
-        folder.run(&["export", "--target", target, "-o", target]);
-        let dir = folder.0.join(target);
-        let manifest = fs::read_to_string(dir.join("manifest.json")).unwrap();
-        let manifest: Value = serde_json::from_str(&manifest).unwrap();
-        let kernels = manifest["kernels"].as_array().unwrap();
-        assert_eq!(kernels.len(), gobo::stage::KERNELS.len());
-        let mut expected = vec!["manifest.json".to_owned()];
-        for (kernel, desc) in kernels.iter().zip(gobo::stage::KERNELS) {
-            assert_eq!(kernel["name"], desc.name);
-            assert_eq!(kernel["bindings"].as_array().unwrap().len(), desc.bindings.len());
-            assert_eq!(kernel["constants"].as_object().unwrap().len(), desc.constants.len());
-            let Some(file) = kernel["file"].as_str() else {
-                assert_ne!(kernel["unsupported"].as_str().unwrap(), "");
-                continue;
-            };
-            let size = &kernel["workgroup_size"];
-            assert!((0..3).all(|axis| size[axis].as_u64() > Some(0)), "{kernel}");
-            let source = fs::read(dir.join(file)).unwrap();
-            well_formed(target, &source, kernel["entry_point"].as_str().unwrap())
-                .unwrap_or_else(|error| panic!("{target}/{file}: {error}"));
-            expected.push(file.to_owned());
-        }
-        expected.sort();
-        assert_eq!(files(&dir), expected);
-    }
-}
-
-fn well_formed(target: &str, source: &[u8], entry_point: &str) -> Result<(), String> {
-    if target == "spirv" {
-        let magic = source.starts_with(&0x0723_0203_u32.to_le_bytes());
-        return if magic && source.len().is_multiple_of(4) {
-            Ok(())
-        } else {
-            Err("no SPIR-V".to_owned())
-        };
-    }
-    let text = str::from_utf8(source).map_err(|error| error.to_string())?;
-    if !text.contains(&format!("{entry_point}(")) {
-        return Err(format!("no function {entry_point}"));
-    }
-    if target == "wgsl" {
-        let module = naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text))?;
-        if !module.overrides.is_empty() || module.entry_points[0].name != entry_point {
-            return Err(format!("{:?}", module.overrides));
-        }
-    }
-    Ok(())
-}
-
-#[test]
-fn malformed_sources_are_noticed() {
-    assert!(well_formed("spirv", b"\x03\x02\x23\x07", "main").is_ok());
-    assert!(well_formed("spirv", b"\x07\x23\x02\x03", "main").is_err());
-    assert!(well_formed("glsl", b"void other() {}", "main").is_err());
-    assert!(well_formed("wgsl", b"@compute @workgroup_size(1) fn a() {", "a").is_err());
-    assert!(
-        well_formed("wgsl", b"override N: u32; @compute @workgroup_size(N) fn a() {}", "a")
-            .is_err()
-    );
 }

@@ -1,0 +1,72 @@
+// A soft disc of the `filter` transfer, made ready for texels. CPU twin: src/cpu/hit.rs.
+// Needs common/view.wgsl, record.wgsl, tile_rect.wgsl.
+
+// The batch's views are perspective ones.
+override PERSPECTIVE: bool;
+// The views have opaque casters.
+override HAS_OPAQUE: bool;
+
+struct Disc {
+    center: vec2<f32>,   // [texels]
+    reach: f32,          // [texels]
+    bend: f32,           // 1 / radius^2 [1 / texels^2]
+    tilt: vec2<f32>,     // how the plane's distance changes [1 / texels]
+    tilt_bend: f32,
+    depth: f32,          // light depth; of a perspective view distance along the axis [m]
+    slope: f32,          // opacity at the centre
+    absorbed: vec3<f32>, // slope (1 - c)
+}
+
+fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
+    var disc: Disc;
+    let radius = bitcast<f32>(place.z);
+    disc.center = bitcast<vec2<f32>>(place.xy);
+    disc.depth = bitcast<f32>(place.w);
+    // Nothing is hit at the end of the ray.
+    disc.slope = select(unpack2x16float(look.y).y, 0.0, !PERSPECTIVE && disc.depth >= 1.0);
+    let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    disc.absorbed = disc.slope * (1.0 - color);
+    disc.reach = radius + SLACK;
+    disc.bend = 1.0 / (radius * radius);
+    if PERSPECTIVE {
+        // q^2 = (|delta|^2 / scale^2 - (n . delta)^2) / (radius len t)^2, where n is the ray to
+        // the centre, len its length at depth 1, t = 1 + tilt . delta.
+        let slope = (disc.center - view.size * 0.5) / view.scale;
+        let len2 = 1.0 + dot(slope, slope);
+        disc.tilt = slope / (len2 * view.scale);
+        disc.bend = 1.0 / (radius * radius * len2 * view.scale * view.scale);
+        disc.tilt_bend = 1.0 / (radius * radius);
+        disc.depth = view.near + disc.depth * (view.far - view.near);
+        // tan(axis + cone) - tan(axis), outwards from the view's middle.
+        let rest = 1.0 - sqrt(len2 - 1.0) * radius;
+        disc.reach = select(1e18, view.scale * radius * len2 / rest + SLACK, rest > 0.0);
+    }
+    return disc;
+}
+
+// Opacity before the disc's slope, and light depth.
+struct Profile4 {
+    profile: vec4<f32>,
+    depth: vec4<f32>,
+}
+
+// Of four texels in a column, `dx` and `dy` from the centre.
+fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
+    var rest: vec4<f32>;
+    var depth = vec4(disc.depth);
+    if PERSPECTIVE {
+        let turn = dx * disc.tilt.x + dy * disc.tilt.y;
+        let t = 1.0 + turn;
+        rest = 1.0 - ((dx * dx + dy * dy) * disc.bend - turn * turn * disc.tilt_bend) / (t * t);
+        rest = select(vec4(0.0), max(rest, vec4(0.0)), t > vec4(0.0));
+        depth = (disc.depth / t - view.near) / (view.far - view.near);
+        rest = select(vec4(0.0), rest, depth >= vec4(0.0) & depth < vec4(1.0));
+    } else {
+        rest = max(1.0 - (dx * dx + dy * dy) * disc.bend, vec4(0.0));
+    }
+    var profile = rest * rest;
+    if HAS_OPAQUE {
+        profile = select(vec4(0.0), profile, depth < opaque);
+    }
+    return Profile4(profile, depth);
+}
