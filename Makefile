@@ -3,7 +3,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 
 DEMOS := smoke glass
 
-.PHONY: demo test bench tables quality setup
+.PHONY: demo test test-swiftshader bench tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -14,6 +14,11 @@ demo: setup
 
 test: setup
 	cargo test
+
+# The kernels against their twins on a second driver, SwiftShader (subgroups of 4). Left out is
+# what takes it minutes: the heaviest scenes, and what asks no kernel.
+test-swiftshader: setup
+	sh tools/swiftshader.sh cargo test --test root -- $(SWIFTSHADER_TESTS)
 
 # Shadow maps beside the raster pipeline: a quick table, and a page with plots.
 bench: setup

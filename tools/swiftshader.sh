@@ -14,19 +14,22 @@ cache=${CARGO_TARGET_DIR:-target}/swiftshader
 has_driver() { [ -f "$1/$manifest" ] && [ -f "$1/libvk_swiftshader.so" ]; }
 
 found=
-for folder in ${SWIFTSHADER:+"$SWIFTSHADER"} "$cache" /usr/lib/chromium /usr/lib64/chromium-browser \
-    /opt/google/chrome; do
-    if has_driver "$folder"; then
-        found=$folder
-        break
-    fi
-done
-
-if [ -z "$found" ]; then
-    if [ -n "${SWIFTSHADER:-}" ]; then
-        say "SWIFTSHADER=$SWIFTSHADER has no $manifest with libvk_swiftshader.so"
+if [ -n "${SWIFTSHADER:-}" ]; then
+    found=$SWIFTSHADER
+    if ! has_driver "$found"; then
+        say "SWIFTSHADER=$found has no $manifest with libvk_swiftshader.so"
         exit 1
     fi
+else
+    for folder in "$cache" /usr/lib/chromium /usr/lib64/chromium-browser /opt/google/chrome; do
+        if has_driver "$folder"; then
+            found=$folder
+            break
+        fi
+    done
+fi
+
+if [ -z "$found" ]; then
     if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-deb >/dev/null 2>&1; then
         say "install Chromium, or set SWIFTSHADER to the folder of its $manifest"
         exit 1
