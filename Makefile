@@ -6,7 +6,7 @@ DEMOS := smoke glass
 # What SwiftShader is not asked: scenes that take it minutes; what hardly asks a kernel; and bench,
 # which compares with the driver's own rasterizer, whose corners snap to 1/16 texel there (1/256 on
 # most: benches/raster/agree.rs).
-SWIFTSHADER_SKIPS := pipeline::a_million pipeline::a_hundred_thousand pipeline::more_tiles \
+SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
 .PHONY: demo test test-swiftshader bench tables quality setup
