@@ -3,7 +3,13 @@ export XDG_RUNTIME_DIR ?= /tmp
 
 DEMOS := smoke glass
 
-.PHONY: demo test bench results native tables quality setup
+# What SwiftShader is not asked: scenes that take it minutes; what hardly asks a kernel; and bench,
+# which compares with the driver's own rasterizer, whose corners snap to 1/16 texel there (1/256 on
+# most: benches/raster/agree.rs).
+SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
+	cli:: dither_figures:: bench::
+
+.PHONY: demo test test-swiftshader bench results native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -14,6 +20,10 @@ demo: setup
 
 test: setup
 	cargo test
+
+# The kernels against their twins on a second driver, SwiftShader (subgroups of 4).
+test-swiftshader: setup
+	sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
 
 # Shadow maps beside the raster pipeline: a quick table, and a page with plots.
 bench: setup

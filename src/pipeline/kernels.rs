@@ -3,8 +3,10 @@ use super::Config;
 use crate::{
     gpu::{Kernel, KernelDesc, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, occlude, project,
-        resolve, shade, sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter,
+        hits::{Features, ROLLED},
+        occlude, project, resolve, shade,
+        sort::Sort,
     },
 };
 use std::collections::HashMap;
@@ -94,6 +96,7 @@ pub struct Kernels {
     pub(crate) filter_columns: Kernel,
     pub(crate) colored_rows: Kernel,
     pub(crate) colored_columns: Kernel,
+    rolled: bool,
     variants: HashMap<(Variant, Features), Kernel>,
 }
 
@@ -120,6 +123,7 @@ impl Kernels {
             filter_columns: kernel(&filter::COLUMNS),
             colored_rows: kernel(&colored::ROWS),
             colored_columns: kernel(&colored::COLUMNS),
+            rolled: config.rolled,
             variants: HashMap::new(),
         }
     }
@@ -132,9 +136,13 @@ impl Kernels {
         features: Features,
     ) -> &Kernel {
         let desc = variant.desc(self.tier, features);
-        self.variants
-            .entry((variant, features))
-            .or_insert_with(|| Kernel::new(device, desc, &features.constants(desc.constants)))
+        self.variants.entry((variant, features)).or_insert_with(|| {
+            let mut constants = features.constants(desc.constants);
+            if let Some(rolled) = constants.iter_mut().find(|(name, _)| *name == ROLLED.0) {
+                rolled.1 = f64::from(u8::from(self.rolled));
+            }
+            Kernel::new(device, desc, &constants)
+        })
     }
 
     /// For `record`.

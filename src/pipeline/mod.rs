@@ -54,6 +54,9 @@ pub struct Config {
     /// Whether particles of at most 2x2 texels skip sort and bin. Off on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
+    /// Whether kernels do in loops what is otherwise written out. On SwiftShader, whose compiler
+    /// takes a minute for a kernel otherwise and a second so.
+    pub rolled: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
     /// Whether dithered casters block each channel by a threshold of its own.
@@ -73,6 +76,7 @@ impl Config {
             sort: sort::Shape::of(adapter),
             pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
+            rolled: adapter.driver.starts_with("SwiftShader"),
             soften: false,
             colored: false,
             nodes: 0,

@@ -5,11 +5,11 @@
 //! the eye. `sum` -> `air`: the same from the eye on, and what is left of the light from there.
 //! What is solid, and what is laid over it, takes its share at its own depth (`shade`).
 use super::{
-    hits::VIEWS,
+    hits::{ROLLED, VIEWS},
     shade::{LIGHT_BINDINGS, LIGHT_CONSTANTS, LIGHT_SOURCES, PARAMS},
 };
 use crate::{
-    gpu::{Binding, FLOAT, KernelDesc, Source, Tier, join},
+    gpu::{Binding, Constant, FLOAT, KernelDesc, Source, Tier, join},
     settings::Air,
 };
 use bytemuck::{Pod, Zeroable};
@@ -31,6 +31,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
             "common/record.wgsl",
             "common/view.wgsl",
             "common/material.wgsl",
+            "common/rolled.wgsl",
             "common/air_params.wgsl",
             "air_scatter.wgsl"
         ],
@@ -40,7 +41,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
         LIGHT_BINDINGS,
         &[Binding::texture_write("sources", Rgba32Float).array()],
     ],
-    constants: LIGHT_CONSTANTS,
+    constants: join![Constant: LIGHT_CONSTANTS, &[ROLLED]],
     tier: Tier::Core,
 };
 

@@ -134,6 +134,7 @@ macro_rules! any {
                 "common/order.wgsl",
                 "common/volumes.wgsl",
                 "common/crossing.wgsl",
+                "common/rolled.wgsl",
                 "common/visit_hits.wgsl"
             ],
             [
@@ -142,7 +143,8 @@ macro_rules! any {
                 ("HAS_TEXTURES", 1.0),
                 ("HAS_PUFFS", 1.0),
                 ("HAS_OVER", 1.0),
-                ("HAS_VOLUMES", 1.0)
+                ("HAS_VOLUMES", 1.0),
+                ("ROLLED", 0.0)
             ]
         )
     };

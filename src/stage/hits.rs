@@ -161,7 +161,19 @@ pub(super) const CASTER_SOURCES: &[Source] = crate::sources![
 /// A hit of any caster: the functions, what they read, and what they can leave out.
 pub(super) const HIT_SOURCES: &[Source] = join![
     Source: CASTER_SOURCES,
-    crate::sources!["common/hit.wgsl", "common/texture.wgsl", "common/caster_hit.wgsl"],
+    crate::sources![
+        "common/hit.wgsl",
+        "common/texture.wgsl",
+        "common/caster_hit.wgsl",
+        "common/rolled.wgsl"
+    ],
 ];
-pub(super) const HIT_CONSTANTS: &[Constant] =
-    &[("HAS_PARTICLES", 1.0), ("HAS_TRIANGLES", 1.0), ("HAS_TEXTURES", 1.0), ("HAS_PUFFS", 1.0)];
+pub(super) const HIT_CONSTANTS: &[Constant] = &[
+    ("HAS_PARTICLES", 1.0),
+    ("HAS_TRIANGLES", 1.0),
+    ("HAS_TEXTURES", 1.0),
+    ("HAS_PUFFS", 1.0),
+    ROLLED,
+];
+/// Of `wgsl/common/rolled.wgsl`; the pipeline's configuration says whether.
+pub(crate) const ROLLED: Constant = ("ROLLED", 0.0);

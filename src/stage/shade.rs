@@ -5,7 +5,9 @@
 //! are walked a segment at a time: `seen` and `layers` leave `partials`, which `surfaces` and
 //! `composite` put together in order.
 use super::{
-    hits::{CASTERS, HIT_CONSTANTS, HIT_SOURCES, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS},
+    hits::{
+        CASTERS, HIT_CONSTANTS, HIT_SOURCES, IMAGES, MATERIALS, OPAQUES, ROLLED, SETUPS, VIEWS,
+    },
     walk::{self, DISPATCHES, FOOTPRINTS, LANE_SOURCES, PAIRS, walk_sources},
 };
 use crate::{
@@ -181,6 +183,7 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
             "common/record.wgsl",
             "common/view.wgsl",
             "common/material.wgsl",
+            "common/rolled.wgsl",
             "shade_casters.wgsl"
         ],
     ],
@@ -197,7 +200,7 @@ pub const CASTERS_LIT: KernelDesc = KernelDesc {
     ],
     constants: join![
         Constant: LIGHT_CONSTANTS,
-        &[("WORKGROUP_SIZE", CASTER_LANES as f64)],
+        &[ROLLED, ("WORKGROUP_SIZE", CASTER_LANES as f64)],
     ],
     tier: Tier::Core,
 };

@@ -1,5 +1,5 @@
 // Light at a depth of a texel's curve. CPU twin: src/cpu/curve/mod.rs, `light_at`.
-// Needs common/curve.wgsl; the kernel binds `curves`.
+// Needs common/curve.wgsl, rolled.wgsl; the kernel binds `curves`.
 
 // A curve may brighten.
 override HAS_GAIN: bool;
@@ -32,13 +32,18 @@ fn curve_light(view: GpuView, at: vec2<u32>, z: f32) -> vec3<f32> {
     seek_behind = vec3(1.0);
     seek_here = vec3(1.0);
     seek_rest = vec3(1.0);
-    seek_pair(view, at, 0u);
-    seek_pair(view, at, 1u);
-    if NODES > 4u {
+    for (var pair = 0u; ROLLED && pair < NODES / 2u; pair += 1u) {
+        seek_pair(view, at, pair);
+    }
+    if !ROLLED {
+        seek_pair(view, at, 0u);
+        seek_pair(view, at, 1u);
+    }
+    if !ROLLED && NODES > 4u {
         seek_pair(view, at, 2u);
         seek_pair(view, at, 3u);
     }
-    if NODES > 8u {
+    if !ROLLED && NODES > 8u {
         seek_pair(view, at, 4u);
         seek_pair(view, at, 5u);
         seek_pair(view, at, 6u);

@@ -17,10 +17,15 @@ fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
 }
 
 fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
-    visit_texel(view, place, look, 0u);
-    visit_texel(view, place, look, 1u);
-    visit_texel(view, place, look, 2u);
-    visit_texel(view, place, look, 3u);
+    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+        visit_texel(view, place, look, i);
+    }
+    if !ROLLED {
+        visit_texel(view, place, look, 0u);
+        visit_texel(view, place, look, 1u);
+        visit_texel(view, place, look, 2u);
+        visit_texel(view, place, look, 3u);
+    }
 }
 
 fn nearest_texel(i: u32) -> f32 {

@@ -219,10 +219,15 @@ fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
         }
     } else if HAS_PARTICLES {
         let arriving = textureLoad(lit, record_texel(footprint), 0).rgb;
-        visit_particle(view, place, look, arriving, 0u);
-        visit_particle(view, place, look, arriving, 1u);
-        visit_particle(view, place, look, arriving, 2u);
-        visit_particle(view, place, look, arriving, 3u);
+        for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+            visit_particle(view, place, look, arriving, i);
+        }
+        if !ROLLED {
+            visit_particle(view, place, look, arriving, 0u);
+            visit_particle(view, place, look, arriving, 1u);
+            visit_particle(view, place, look, arriving, 2u);
+            visit_particle(view, place, look, arriving, 3u);
+        }
     }
 }
 

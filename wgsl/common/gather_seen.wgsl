@@ -21,10 +21,15 @@ fn visit_pixel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
 
 fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
     count_pair();
-    visit_pixel(view, place, look, 0u);
-    visit_pixel(view, place, look, 1u);
-    visit_pixel(view, place, look, 2u);
-    visit_pixel(view, place, look, 3u);
+    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+        visit_pixel(view, place, look, i);
+    }
+    if !ROLLED {
+        visit_pixel(view, place, look, 0u);
+        visit_pixel(view, place, look, 1u);
+        visit_pixel(view, place, look, 2u);
+        visit_pixel(view, place, look, 3u);
+    }
 }
 
 fn settled(front: f32) -> bool {

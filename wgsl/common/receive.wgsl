@@ -22,9 +22,16 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
 }
 
 fn receive_row(view: GpuView, texel: vec2<f32>, w: vec3<f32>, z: f32, bias: f32) -> vec3<f32> {
-    return receive_texel(view, texel - vec2(1.0, 0.0), z, bias) * w.x
-        + receive_texel(view, texel, z, bias) * w.y
-        + receive_texel(view, texel + vec2(1.0, 0.0), z, bias) * w.z;
+    if !ROLLED {
+        return receive_texel(view, texel - vec2(1.0, 0.0), z, bias) * w.x
+            + receive_texel(view, texel, z, bias) * w.y
+            + receive_texel(view, texel + vec2(1.0, 0.0), z, bias) * w.z;
+    }
+    var sum = vec3(0.0);
+    for (var i = 0u; i < 3u; i += 1u) {
+        sum += receive_texel(view, texel + vec2(f32(i) - 1.0, 0.0), z, bias) * w[i];
+    }
+    return sum;
 }
 
 // Weights of a quadratic B-spline around t in -0.5..0.5.
@@ -49,9 +56,16 @@ fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
     let t = clamp(place - middle - 0.5, vec2(-0.5), vec2(0.5));
     let x = spline(t.x);
     let y = spline(t.y);
-    return receive_row(view, middle - vec2(0.0, 1.0), x, z, bias / range) * y.x
-        + receive_row(view, middle, x, z, bias / range) * y.y
-        + receive_row(view, middle + vec2(0.0, 1.0), x, z, bias / range) * y.z;
+    if !ROLLED {
+        return receive_row(view, middle - vec2(0.0, 1.0), x, z, bias / range) * y.x
+            + receive_row(view, middle, x, z, bias / range) * y.y
+            + receive_row(view, middle + vec2(0.0, 1.0), x, z, bias / range) * y.z;
+    }
+    var sum = vec3(0.0);
+    for (var i = 0u; i < 3u; i += 1u) {
+        sum += receive_row(view, middle + vec2(0.0, f32(i) - 1.0), x, z, bias / range) * y[i];
+    }
+    return sum;
 }
 
 // The face of a cube that looks towards `away` from its middle.

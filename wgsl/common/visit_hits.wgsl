@@ -20,8 +20,8 @@ fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
     return hit;
 }
 
-fn added4(a: Hit, b: Hit, c: Hit, d: Hit) -> Light4 {
-    return light4(added_light(a), added_light(b), added_light(c), added_light(d));
+fn added4(met: array<Hit, 4>) -> Light4 {
+    return light4(added_light(met[0]), added_light(met[1]), added_light(met[2]), added_light(met[3]));
 }
 
 fn face_texel(view: GpuView, look: vec4<u32>, i: u32) -> Face {
@@ -52,15 +52,21 @@ fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
     if HAS_VOLUMES {
         ramps = cross_faces(view, look);
     }
-    let a = hit_texel(view, place, look, 0u);
-    let b = hit_texel(view, place, look, 1u);
-    let c = hit_texel(view, place, look, 2u);
-    let d = hit_texel(view, place, look, 3u);
-    let light = light4(a.light, b.light, c.light, d.light);
-    let opacity = vec4(a.opacity, b.opacity, c.opacity, d.opacity);
-    let placed = meet(light, vec4(a.depth, b.depth, c.depth, d.depth), opacity);
+    var met = array(MISS, MISS, MISS, MISS);
+    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+        met[i] = hit_texel(view, place, look, i);
+    }
+    if !ROLLED {
+        met[0] = hit_texel(view, place, look, 0u);
+        met[1] = hit_texel(view, place, look, 1u);
+        met[2] = hit_texel(view, place, look, 2u);
+        met[3] = hit_texel(view, place, look, 3u);
+    }
+    let light = light4(met[0].light, met[1].light, met[2].light, met[3].light);
+    let opacity = vec4(met[0].opacity, met[1].opacity, met[2].opacity, met[3].opacity);
+    let placed = meet(light, vec4(met[0].depth, met[1].depth, met[2].depth, met[3].depth), opacity);
     if HAS_PUFFS {
-        open_end = select(open_end, max(open_end, vec4(a.end, b.end, c.end, d.end)), placed);
+        open_end = select(open_end, max(open_end, vec4(met[0].end, met[1].end, met[2].end, met[3].end)), placed);
     }
     if HAS_OVER || HAS_VOLUMES {
         scale = scaled(scale, light);
@@ -68,7 +74,7 @@ fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
         surface_scale = scaled(surface_scale, light);
     }
     if HAS_OVER {
-        let added = added4(a, b, c, d);
+        let added = added4(met);
         open_added = plus(scaled(open_added, light), added);
         surfaces = plus(surfaces, added);
     }
