@@ -1,10 +1,10 @@
 //! Pipelines of one device, by kernel and by what the batch holds.
 use super::Config;
 use crate::{
-    gpu::{Kernel, KernelDesc, Tier},
+    gpu::{Constant, Kernel, KernelDesc, Tier},
     stage::{
         accumulate, air, bin, cluster, colored, curve, filter,
-        hits::{Features, ROLLED},
+        hits::{Features, ROLLED, WIDE},
         occlude, project, resolve, shade,
         sort::Sort,
     },
@@ -96,7 +96,8 @@ pub struct Kernels {
     pub(crate) filter_columns: Kernel,
     pub(crate) colored_rows: Kernel,
     pub(crate) colored_columns: Kernel,
-    rolled: bool,
+    /// Constants that the pipeline's configuration sets.
+    own: [Constant; 2],
     variants: HashMap<(Variant, Features), Kernel>,
 }
 
@@ -123,7 +124,8 @@ impl Kernels {
             filter_columns: kernel(&filter::COLUMNS),
             colored_rows: kernel(&colored::ROWS),
             colored_columns: kernel(&colored::COLUMNS),
-            rolled: config.rolled,
+            own: [(ROLLED.0, config.rolled), (WIDE.0, config.wide)]
+                .map(|(name, is)| (name, f64::from(u8::from(is)))),
             variants: HashMap::new(),
         }
     }
@@ -138,8 +140,10 @@ impl Kernels {
         let desc = variant.desc(self.tier, features);
         self.variants.entry((variant, features)).or_insert_with(|| {
             let mut constants = features.constants(desc.constants);
-            if let Some(rolled) = constants.iter_mut().find(|(name, _)| *name == ROLLED.0) {
-                rolled.1 = f64::from(u8::from(self.rolled));
+            for constant in &mut constants {
+                if let Some(own) = self.own.iter().find(|own| own.0 == constant.0) {
+                    *constant = *own;
+                }
             }
             Kernel::new(device, desc, &constants)
         })

@@ -57,6 +57,8 @@ pub struct Config {
     /// Whether kernels do in loops what is otherwise written out. On SwiftShader, whose compiler
     /// takes a minute for a kernel otherwise and a second so.
     pub rolled: bool,
+    /// Whether subgroups may have more than 32 lanes.
+    pub wide: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
     /// Whether dithered casters block each channel by a threshold of its own.
@@ -77,6 +79,7 @@ impl Config {
             pair_budget: PAIR_LIMIT,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             rolled: adapter.driver.starts_with("SwiftShader"),
+            wide: adapter.subgroup_max_size > 32,
             soften: false,
             colored: false,
             nodes: 0,

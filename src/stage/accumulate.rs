@@ -6,7 +6,7 @@ use super::{
     bin::BatchCounters,
     hits::{
         CASTER_SOURCES, CASTERS, HIT_CONSTANTS, HIT_SOURCES, IMAGES, MATERIALS, OPAQUES, SETUPS,
-        VIEWS,
+        VIEWS, WIDE,
     },
     project::{CHUNK_SIZE, Chunk, ProjectParams},
     resolve::MAP_BINDINGS,
@@ -46,9 +46,15 @@ const GATHER_CONSTANTS: &[Constant] =
 const DISC_SOURCES: &[Source] = join![
     Source: CASTER_SOURCES,
     TALL_LANE_SOURCES,
-    crate::sources!["common/owner.wgsl", "common/disc.wgsl", "common/gather_discs.wgsl"],
+    crate::sources![
+        "common/owner.wgsl",
+        "common/wide.wgsl",
+        "common/disc.wgsl",
+        "common/gather_discs.wgsl"
+    ],
 ];
-const DISC_CONSTANTS: &[Constant] = &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)];
+const DISC_CONSTANTS: &[Constant] =
+    &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), WIDE];
 
 pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "accumulate_tiles",

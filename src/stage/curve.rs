@@ -5,7 +5,7 @@
 //! `partials`, which `resolve_curve` puts together in order.
 use super::{
     bin::{BatchCounters, Segment, Tile},
-    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS},
+    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS, WIDE},
 };
 use crate::gpu::{Binding, KernelDesc, Tier};
 use wgpu::{
@@ -152,7 +152,7 @@ macro_rules! any {
 
 macro_rules! discs {
     ($kernel:ident, $($start:tt),*) => {
-        $kernel!($($start),*, ["common/disc.wgsl", "common/visit_discs.wgsl"], [("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0)])
+        $kernel!($($start),*, ["common/wide.wgsl", "common/disc.wgsl", "common/visit_discs.wgsl"], [("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), WIDE])
     };
 }
 

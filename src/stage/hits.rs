@@ -177,3 +177,5 @@ pub(super) const HIT_CONSTANTS: &[Constant] = &[
 ];
 /// Of `wgsl/common/rolled.wgsl`; the pipeline's configuration says whether.
 pub(crate) const ROLLED: Constant = ("ROLLED", 0.0);
+/// Of `wgsl/common/wide.wgsl`; the pipeline's configuration says whether.
+pub(crate) const WIDE: Constant = ("WIDE", 1.0);

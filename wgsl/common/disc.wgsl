@@ -52,19 +52,22 @@ struct Profile4 {
 
 // Of four texels in a column, `dx` and `dy` from the centre.
 fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
-    var rest: vec4<f32>;
-    var depth = vec4(disc.depth);
-    if PERSPECTIVE {
-        let turn = dx * disc.tilt.x + dy * disc.tilt.y;
-        let t = 1.0 + turn;
-        rest = 1.0 - ((dx * dx + dy * dy) * disc.bend - turn * turn * disc.tilt_bend) / (t * t);
-        rest = select(vec4(0.0), max(rest, vec4(0.0)), t > vec4(0.0));
-        depth = (disc.depth / t - view.near) / (view.far - view.near);
-        rest = select(vec4(0.0), rest, depth >= vec4(0.0) & depth < vec4(1.0));
-    } else {
-        rest = max(1.0 - (dx * dx + dy * dy) * disc.bend, vec4(0.0));
+    if !PERSPECTIVE {
+        return rest_profile(disc, 1.0 - (dx * dx + dy * dy) * disc.bend, opaque);
     }
-    var profile = rest * rest;
+    let turn = dx * disc.tilt.x + dy * disc.tilt.y;
+    let t = 1.0 + turn;
+    let rest = max(1.0 - ((dx * dx + dy * dy) * disc.bend - turn * turn * disc.tilt_bend) / (t * t), vec4(0.0));
+    let depth = (disc.depth / t - view.near) / (view.far - view.near);
+    let hits = t > vec4(0.0) & depth >= vec4(0.0) & depth < select(vec4(1.0), opaque, HAS_OPAQUE);
+    return Profile4(select(vec4(0.0), rest * rest, hits), depth);
+}
+
+// Of a disc that is as deep everywhere; `rest`: 1 - q^2.
+fn rest_profile(disc: Disc, rest: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
+    let depth = vec4(disc.depth);
+    let inside = max(rest, vec4(0.0));
+    var profile = inside * inside;
     if HAS_OPAQUE {
         profile = select(vec4(0.0), profile, depth < opaque);
     }

@@ -36,21 +36,68 @@ fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
     }
 }
 
-fn visit_disc(view: GpuView, disc: Disc) {
-    visit_rows(view, disc, 0u);
-    visit_rows(view, disc, 1u);
+// 1 - q^2 of a column's texels, by differences: it is of second degree in y. Of a view from afar.
+fn column_rest(disc: Disc) -> array<vec4<f32>, 2> {
+    let dx = x - disc.center.x;
+    let dy = corner.y + 0.5 - disc.center.y;
+    let turn = -2.0 * disc.bend;
+    let a = 1.0 - (dx * dx + dy * dy) * disc.bend;
+    let step = turn * dy - disc.bend;
+    let b = a + step;
+    let step_b = step + turn;
+    let c = b + step_b;
+    let step_c = step_b + turn;
+    let d = c + step_c;
+    let step_d = step_c + turn;
+    let e = d + step_d;
+    let step_e = step_d + turn;
+    let f = e + step_e;
+    let step_f = step_e + turn;
+    let g = f + step_f;
+    let step_g = step_f + turn;
+    return array(vec4(a, b, c, d), vec4(e, f, g, g + step_g));
 }
 
-fn visit_rows(view: GpuView, disc: Disc, i: u32) {
-    let dx = x - disc.center.x;
-    let dy = ys[i] - disc.center.y;
-    let met = disc_profile(view, disc, dx, dy, opaque_depth[i]);
-    let profile = met.profile;
+fn column_profile(view: GpuView, disc: Disc) -> array<Profile4, 2> {
+    if PERSPECTIVE {
+        return array(
+            disc_profile(view, disc, x - disc.center.x, ys[0] - disc.center.y, opaque_depth[0]),
+            disc_profile(view, disc, x - disc.center.x, ys[1] - disc.center.y, opaque_depth[1]),
+        );
+    }
+    let rest = column_rest(disc);
+    return array(rest_profile(disc, rest[0], opaque_depth[0]), rest_profile(disc, rest[1], opaque_depth[1]));
+}
+
+fn multiply(disc: Disc, profile: vec4<f32>, i: u32) {
     red[i] *= 1.0 - profile * disc.absorbed.r;
     green[i] *= 1.0 - profile * disc.absorbed.g;
     blue[i] *= 1.0 - profile * disc.absorbed.b;
-    let seen = profile * disc.slope >= vec4(VISIBLE_OPACITY);
-    nearest[i] = select(nearest[i], min(nearest[i], met.depth), seen);
+}
+
+fn seek_nearest(disc: Disc, met: Profile4, i: u32) {
+    let nearer = met.profile * disc.slope >= vec4(VISIBLE_OPACITY) & met.depth < nearest[i];
+    nearest[i] = select(nearest[i], met.depth, nearer);
+}
+
+fn visit_disc(view: GpuView, disc: Disc) {
+    let met = column_profile(view, disc);
+    multiply(disc, met[0].profile, 0u);
+    multiply(disc, met[1].profile, 1u);
+    seek_nearest(disc, met[0], 0u);
+    seek_nearest(disc, met[1], 1u);
+}
+
+// As `visit_disc`, of a disc behind what is nearest.
+fn visit_behind(view: GpuView, disc: Disc) {
+    let met = column_profile(view, disc);
+    multiply(disc, met[0].profile, 0u);
+    multiply(disc, met[1].profile, 1u);
+}
+
+// Something at or behind `front` may be the nearest.
+fn seeks(front: f32) -> bool {
+    return any(nearest[0] > vec4(front)) || any(nearest[1] > vec4(front));
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {

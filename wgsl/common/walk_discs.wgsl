@@ -1,8 +1,24 @@
 // Walks a tile's soft discs front to back, a subgroup at a time: what most smoke is made of, with
 // all else compiled away. Every lane prepares one disc and tests it against the subgroup's block
 // of texels; the discs that touch it are broadcast and multiplied into every lane's texels.
-// CPU twin: src/cpu/accumulate.rs. Needs common/gather_discs.wgsl; the kernel binds `pairs` and
-// `footprints`.
+// CPU twin: src/cpu/accumulate.rs. Needs common/gather_discs.wgsl, disc_lanes.wgsl; the kernel binds
+// `pairs` and `footprints`.
+struct Stretch {
+    disc: Disc,
+    ballot: vec2<u32>, // lanes whose disc touches the block
+    front: f32,        // no later pair is nearer
+}
+
+fn fetch(view: GpuView, pair: u32, end: u32, size: u32, lo: vec2<f32>, hi: vec2<f32>) -> Stretch {
+    let at = textureLoad(pairs, record_texel(min(pair, end - 1u))).g * FOOTPRINT_TEXELS;
+    let look = textureLoad(footprints, record_texel(at + 1u));
+    let disc = prepare_disc(view, textureLoad(footprints, record_texel(at)), look);
+    let outside = disc.center - clamp(disc.center, lo, hi);
+    let touches = pair < end && dot(outside, outside) <= disc.reach * disc.reach;
+    let front = f32(subgroupShuffle(look.z, size - 1u) >> 16u) / f32(INVISIBLE - 1u);
+    return Stretch(disc, subgroupBallot(touches).xy, front);
+}
+
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let all_lanes = subgroupBallot(true);
@@ -13,29 +29,21 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let texel = vec2<u32>(corner);
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
     let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5);
-    for (var base = first; base < end; base += size) {
-        let at = textureLoad(pairs, record_texel(min(base + lane, end - 1u))).g * FOOTPRINT_TEXELS;
-        let look = textureLoad(footprints, record_texel(at + 1u));
-        let disc = prepare_disc(view, textureLoad(footprints, record_texel(at)), look);
-        let outside = disc.center - clamp(disc.center, lo, hi);
-        let touches = base + lane < end && dot(outside, outside) <= disc.reach * disc.reach;
-        let ballot = subgroupBallot(touches);
-        var low = ballot.x;
-        var high = ballot.y;
-        while (low | high) != 0u {
-            var j: u32;
-            if low != 0u {
-                j = firstTrailingBit(low);
-                low &= low - 1u;
-            } else {
-                j = 32u + firstTrailingBit(high);
-                high &= high - 1u;
-            }
-            visit_disc(view, broadcast_disc(disc, j));
+    var base = first;
+    // Until all texels know what is nearest.
+    for (var sought = true; sought && base < end;) {
+        let stretch = fetch(view, base + lane, end, size, lo, hi);
+        for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
+            visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
         }
-        // What follows is no nearer than this stretch's first pair.
-        if subgroupAll(settled(subgroupShuffle(f32(look.z >> 16u) / f32(INVISIBLE - 1u), 0u))) {
-            break;
+        base = select(base + size, end, subgroupAll(settled(stretch.front)));
+        sought = subgroupAny(seeks(stretch.front));
+    }
+    while base < end {
+        let stretch = fetch(view, base + lane, end, size, lo, hi);
+        for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
+            visit_behind(view, broadcast_disc(stretch.disc, first_lane(mask)));
         }
+        base = select(base + size, end, subgroupAll(settled(stretch.front)));
     }
 }

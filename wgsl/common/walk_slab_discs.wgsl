@@ -34,14 +34,6 @@ fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> St
     return Stretch(disc, touching.xy, count, key);
 }
 
-fn first_lane(mask: vec2<u32>) -> u32 {
-    return select(32u + firstTrailingBit(mask.y), firstTrailingBit(mask.x), mask.x != 0u);
-}
-
-fn without_first(mask: vec2<u32>) -> vec2<u32> {
-    return select(vec2(0u, mask.y & (mask.y - 1u)), vec2(mask.x & (mask.x - 1u), mask.y), mask.x != 0u);
-}
-
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let all_lanes = subgroupBallot(true);
@@ -67,7 +59,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         while !whole && subgroupAny(any(young() | (nearest > vec4(key_depth(front))))) {
             let stretch = fetch(view, lane, end, lo, hi);
             var mask = stretch.ballot;
-            while any(mask != vec2(0u)) {
+            while has_lanes(mask) {
                 let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
                 append_young();
                 mask = without_first(mask);
@@ -77,7 +69,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         while !whole {
             let stretch = fetch(view, lane, end, lo, hi);
             var mask = stretch.ballot;
-            while any(mask != vec2(0u)) {
+            while has_lanes(mask) {
                 visit_behind(view, broadcast_disc(stretch.disc, first_lane(mask)));
                 mask = without_first(mask);
             }
