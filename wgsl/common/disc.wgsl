@@ -63,6 +63,18 @@ fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<
     return Profile4(select(vec4(0.0), rest * rest, hits), depth);
 }
 
+// 1 - q^2 of four texels in a column, by differences: it is of second degree in y. `dx` and `dy`:
+// the first from the centre.
+fn column_rest(disc: Disc, dx: f32, dy: f32) -> vec4<f32> {
+    let turn = -2.0 * disc.bend;
+    let a = 1.0 - (dx * dx + dy * dy) * disc.bend;
+    let step_a = turn * dy - disc.bend;
+    let b = a + step_a;
+    let step_b = step_a + turn;
+    let c = b + step_b;
+    return vec4(a, b, c, c + (step_b + turn));
+}
+
 // Of a disc that is as deep everywhere; `rest`: 1 - q^2.
 fn rest_profile(disc: Disc, rest: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
     let depth = vec4(disc.depth);

@@ -7,6 +7,8 @@ var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> opaque_depth: vec4<f32>;
 var<private> nearest: vec4<f32>;
 var<private> passed: Light4;
+var<private> hit_count: vec4<u32>; // of the segment, as far as it was counted
+var<private> few: vec4<bool>;      // of hits that go in one by one until the curve is full
 // Hits that have not gone into the curve; start 2 where there is none.
 var<private> open_start: vec4<f32>;
 var<private> open_end: vec4<f32>;
@@ -18,6 +20,16 @@ var<private> scale: Light4;
 // A slab's pairs lie within this share of the depths of their segment: 1 over it.
 fn slab_count() -> u32 {
     return NODES + NODES / 2u;
+}
+
+// Texels with more hits have none that goes in alone.
+fn most_few() -> vec4<u32> {
+    return vec4(2u * NODES);
+}
+
+// The next hit goes in alone, without a merge.
+fn is_single() -> vec4<bool> {
+    return few & young();
 }
 
 fn start(view: GpuView, texel: vec2<u32>) {
@@ -39,6 +51,8 @@ fn start(view: GpuView, texel: vec2<u32>) {
             textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
         );
     }
+    hit_count = vec4(0u);
+    few = vec4(true);
     clear_list();
     clear_volumes();
 }
@@ -47,8 +61,9 @@ fn start(view: GpuView, texel: vec2<u32>) {
 fn join(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
     open_light = scaled(open_light, light);
     let placed = opacity >= vec4(TRACE);
-    open_start = select(open_start, min(open_start, depth), placed);
-    open_end = select(open_end, max(open_end, depth), placed);
+    // Faster than min and max, which have NaNs to think of.
+    open_start = select(open_start, depth, placed & depth < open_start);
+    open_end = select(open_end, depth, placed & depth > open_end);
     return placed;
 }
 
@@ -65,21 +80,19 @@ fn join_ramp(ramp: Ramp4) -> vec4<bool> {
     return ramp.is;
 }
 
-fn meet(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
-    let placed = join(light, depth, opacity);
-    let seen = opacity >= vec4(VISIBLE_OPACITY);
-    nearest = select(nearest, min(nearest, depth), seen);
-    return placed;
+// A hit that may be the nearest.
+fn see(depth: vec4<f32>, opacity: vec4<f32>) {
+    nearest = select(nearest, depth, opacity >= vec4(VISIBLE_OPACITY) & depth < nearest);
 }
 
 // Whether a texel's hits must go in before the next caster.
 fn must_flush(placed: vec4<bool>) -> bool {
-    return any(placed & (young() | vec4(!slabbed())));
+    return any(placed & (is_single() | vec4(!slabbed())));
 }
 
 // What waits goes into the curves; before the end of a slab only where the next hit must not join.
 fn flush(whole: bool) {
-    let goes = (open_start <= vec4(1.0)) & (vec4(whole) | young() | vec4(!slabbed()));
+    let goes = (open_start <= vec4(1.0)) & (vec4(whole) | is_single() | vec4(!slabbed()));
     let all = total_light();
     if HAS_OVER {
         adding = open_added;
@@ -89,8 +102,8 @@ fn flush(whole: bool) {
 }
 
 // A hit that fits without a merge goes in alone: the same, and far less work.
-fn append_young() {
-    let goes = (open_start <= vec4(1.0)) & young();
+fn append_single() {
+    let goes = (open_start <= vec4(1.0)) & is_single();
     let all = total_light();
     append(fixed(open_start), fixed(open_end), open_light, all, goes);
     close_open(all, goes);

@@ -36,28 +36,6 @@ fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
     }
 }
 
-// 1 - q^2 of a column's texels, by differences: it is of second degree in y. Of a view from afar.
-fn column_rest(disc: Disc) -> array<vec4<f32>, 2> {
-    let dx = x - disc.center.x;
-    let dy = corner.y + 0.5 - disc.center.y;
-    let turn = -2.0 * disc.bend;
-    let a = 1.0 - (dx * dx + dy * dy) * disc.bend;
-    let step = turn * dy - disc.bend;
-    let b = a + step;
-    let step_b = step + turn;
-    let c = b + step_b;
-    let step_c = step_b + turn;
-    let d = c + step_c;
-    let step_d = step_c + turn;
-    let e = d + step_d;
-    let step_e = step_d + turn;
-    let f = e + step_e;
-    let step_f = step_e + turn;
-    let g = f + step_f;
-    let step_g = step_f + turn;
-    return array(vec4(a, b, c, d), vec4(e, f, g, g + step_g));
-}
-
 fn column_profile(view: GpuView, disc: Disc) -> array<Profile4, 2> {
     if PERSPECTIVE {
         return array(
@@ -65,8 +43,12 @@ fn column_profile(view: GpuView, disc: Disc) -> array<Profile4, 2> {
             disc_profile(view, disc, x - disc.center.x, ys[1] - disc.center.y, opaque_depth[1]),
         );
     }
-    let rest = column_rest(disc);
-    return array(rest_profile(disc, rest[0], opaque_depth[0]), rest_profile(disc, rest[1], opaque_depth[1]));
+    let dx = x - disc.center.x;
+    let dy = corner.y + 0.5 - disc.center.y;
+    return array(
+        rest_profile(disc, column_rest(disc, dx, dy), opaque_depth[0]),
+        rest_profile(disc, column_rest(disc, dx, dy + 4.0), opaque_depth[1]),
+    );
 }
 
 fn multiply(disc: Disc, profile: vec4<f32>, i: u32) {

@@ -21,8 +21,11 @@ fn slabbed() -> bool {
 
 fn texels_profile(view: GpuView, disc: Disc) -> Profile4 {
     let dx = corner.x + 0.5 - disc.center.x;
-    let dy = corner.y + vec4(0.5, 1.5, 2.5, 3.5) - disc.center.y;
-    return disc_profile(view, disc, dx, dy, opaque_depth);
+    let dy = corner.y + 0.5 - disc.center.y;
+    if PERSPECTIVE {
+        return disc_profile(view, disc, dx, dy + vec4(0.0, 1.0, 2.0, 3.0), opaque_depth);
+    }
+    return rest_profile(disc, column_rest(disc, dx, dy), opaque_depth);
 }
 
 fn disc_light(disc: Disc, profile: vec4<f32>) -> Light4 {
@@ -33,15 +36,21 @@ fn disc_light(disc: Disc, profile: vec4<f32>) -> Light4 {
     );
 }
 
-fn visit_disc(view: GpuView, disc: Disc) -> vec4<bool> {
+// Counts towards `few`, and seeks the nearest.
+fn count_disc(view: GpuView, disc: Disc) {
     let met = texels_profile(view, disc);
-    return meet(disc_light(disc, met.profile), met.depth, met.profile * disc.slope);
+    let opacity = met.profile * disc.slope;
+    hit_count += select(vec4(0u), vec4(1u), opacity >= vec4(TRACE));
+    see(met.depth, opacity);
 }
 
-// As `visit_disc`, of a disc behind what is nearest.
-fn visit_behind(view: GpuView, disc: Disc) {
+fn visit_disc(view: GpuView, disc: Disc) -> vec4<bool> {
     let met = texels_profile(view, disc);
-    let placed = join(disc_light(disc, met.profile), met.depth, met.profile * disc.slope);
+    return join(disc_light(disc, met.profile), met.depth, met.profile * disc.slope);
+}
+
+fn count_hits(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
+    count_disc(view, prepare_disc(view, place, look));
 }
 
 // True where the hits cannot wait.

@@ -12,6 +12,8 @@ fn slabbed() -> bool {
     return false;
 }
 
+fn count_hits(view: GpuView, place: vec4<u32>, look: vec4<u32>) {}
+
 fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
     let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
     if !(hit.depth >= 0.0 && hit.depth < opaque_depth[i]) {
@@ -64,7 +66,9 @@ fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
     }
     let light = light4(met[0].light, met[1].light, met[2].light, met[3].light);
     let opacity = vec4(met[0].opacity, met[1].opacity, met[2].opacity, met[3].opacity);
-    let placed = meet(light, vec4(met[0].depth, met[1].depth, met[2].depth, met[3].depth), opacity);
+    let depth = vec4(met[0].depth, met[1].depth, met[2].depth, met[3].depth);
+    let placed = join(light, depth, opacity);
+    see(depth, opacity);
     if HAS_PUFFS {
         open_end = select(open_end, max(open_end, vec4(met[0].end, met[1].end, met[2].end, met[3].end)), placed);
     }

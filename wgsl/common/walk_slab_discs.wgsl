@@ -7,7 +7,6 @@ var<private> base: u32; // next pair
 var<private> slab_first: u32;
 var<private> slab_key: u32;
 var<private> slab_reach: u32;
-var<private> front: u32; // key of the last pair that was fetched
 
 // A run of pairs, one per lane, up to the end of the slab.
 struct Stretch {
@@ -43,55 +42,58 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
     let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
     base = first;
-    slab_first = first;
     slab_key = 0u;
+    slab_reach = INVISIBLE;
+    var front = 0.0;
+    while base < end && subgroupAny(any(hit_count <= most_few() | nearest > vec4(front))) {
+        slab_first = base;
+        let stretch = fetch(view, lane, end, lo, hi);
+        for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
+            count_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+        }
+        front = key_depth(subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u));
+        base += stretch.count;
+    }
+    few = hit_count <= most_few();
+    base = first;
+    slab_first = first;
     slab_reach = 0u;
-    front = 0u;
     if first < end {
         slab_key = pair_key(first);
         slab_reach = (pair_key(end - 1u) - slab_key) / slab_count();
     }
-    var rests = 0u;
-    // Drivers skip no branch, but they leave loops: what is rare is done outside of those that
-    // visit.
-    loop {
-        var whole = false;
-        while !whole && subgroupAny(any(young() | (nearest > vec4(key_depth(front))))) {
+    // Drivers run each loop once and skip no branch: what is rare is in no loop with what is not.
+    while base < end && subgroupAny(any(is_single())) {
+        for (var whole = false; !whole;) {
             let stretch = fetch(view, lane, end, lo, hi);
-            var mask = stretch.ballot;
-            while has_lanes(mask) {
+            for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
                 let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
-                append_young();
-                mask = without_first(mask);
-            }
-            whole = next_stretch(stretch, size);
-        }
-        while !whole {
-            let stretch = fetch(view, lane, end, lo, hi);
-            var mask = stretch.ballot;
-            while has_lanes(mask) {
-                visit_behind(view, broadcast_disc(stretch.disc, first_lane(mask)));
-                mask = without_first(mask);
+                append_single();
             }
             whole = next_stretch(stretch, size);
         }
         flush(true);
         slab_first = base;
-        if rests == rest_steps() {
-            break;
-        }
-        if base >= end || subgroupAll(settled(key_depth(slab_key))) {
-            base = end;
-            open_rest(view, rests);
-            rests += 1u;
-        }
     }
+    while base < end {
+        for (var whole = false; !whole;) {
+            let stretch = fetch(view, lane, end, lo, hi);
+            for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
+                let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+            }
+            whole = next_stretch(stretch, size);
+        }
+        flush(true);
+        slab_first = base;
+        base = select(base, end, subgroupAll(settled(key_depth(slab_key))));
+    }
+    open_rest(view, 0u);
+    flush(true);
 }
 
 // True at the end of the slab; where it ends, the next begins.
 fn next_stretch(stretch: Stretch, size: u32) -> bool {
     let key = subgroupShuffle(stretch.key, min(stretch.count, size - 1u));
-    front = subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u);
     base += stretch.count;
     let whole = stretch.count < size;
     slab_key = select(slab_key, key, whole);

@@ -4,6 +4,16 @@
 // in `open_rest` what comes behind all pairs.
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
+    var front = 0.0;
+    while slabbed() && base < end && any(hit_count <= most_few() | nearest > vec4(front)) {
+        let at = textureLoad(pairs, record_texel(base), 0).g * FOOTPRINT_TEXELS;
+        let look = textureLoad(footprints, record_texel(at + 1u));
+        count_hits(view, textureLoad(footprints, record_texel(at)), look);
+        front = f32(look.z >> 16u) / f32(INVISIBLE - 1u);
+        base += 1u;
+    }
+    few = hit_count <= most_few();
+    base = first;
     var slab_first = first;
     var slab_key = 0u;
     var reach = 0u;

@@ -2,8 +2,8 @@
 //!
 //! In general every hit goes into its texel's curve as it comes. A tile of soft discs may have
 //! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels:
-//! what hits a texel in one slab goes in as one ramp from the first of the hits to the last. Only
-//! where the next hit fits without a merge does it go in at once; so few hits stay exact.
+//! what hits a texel in one slab goes in as one ramp from the first of the hits to the last. Only of
+//! a texel with few hits does one that fits without a merge go in at once; so few hits stay exact.
 use super::{
     Affine, PackedNode, Streaming,
     volumes::{Inside, Ramp},
@@ -21,6 +21,11 @@ use glam::{IVec3, Vec3};
 
 /// Pairs of a slab, at most.
 pub const SLAB_PAIRS: usize = 128;
+
+/// Hits of a segment with which a texel still takes them one by one until its curve is full.
+pub const fn most_few(nodes: u32) -> u32 {
+    2 * nodes
+}
 
 /// A slab's pairs lie within this share of the depths of their segment: 1 over it. `nodes`: K.
 pub const fn slab_count(nodes: u32) -> u32 {
@@ -217,6 +222,14 @@ fn walk(
 ) {
     let keys = (pairs.first().map_or(0, |p| p.1), pairs.last().map_or(0, |p| p.1));
     let reach = (keys.1 - keys.0) / slab_count(modes.nodes);
+    let mut counts = TileTexels::filled(0);
+    for target in pairs.iter().map(|pair| Target::new(records, pair.0)).filter(|_| modes.slabs) {
+        for (place, at) in tile.texels() {
+            let hit = target.hit(at, opaque[place]).filter(|hit| hit.depth < opaque[place]);
+            counts[place] += u32::from(hit.is_some_and(|hit| hit.opacity >= TRACE));
+        }
+    }
+    let is_few = |place: usize| counts[place] <= most_few(modes.nodes);
     let mut first = 0;
     for (i, &(footprint, key)) in pairs.iter().enumerate() {
         if i - first >= SLAB_PAIRS || key - pairs[first].1 > reach {
@@ -252,7 +265,7 @@ fn walk(
                     texel.nearest = texel.nearest.min(hit.depth);
                 }
             }
-            if placed && (texel.curve.is_young() || !modes.slabs) {
+            if placed && (is_few(place) && texel.curve.is_young() || !modes.slabs) {
                 texel.flush();
             }
         }
