@@ -8,11 +8,10 @@
 @group(0) @binding(3) var<storage, read> segments: array<Segment>;
 @group(0) @binding(4) var<storage, read_write> partials: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read_write> counters: BatchCounters;
-@group(0) @binding(6) var pairs: texture_2d<u32>;
-@group(0) @binding(7) var footprints: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(8) var casters: texture_2d<u32>;
-@group(0) @binding(9) var setups: texture_2d<u32>;
-@group(0) @binding(10) var images: texture_2d_array<f32>;
+@group(0) @binding(6) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(7) var casters: texture_2d<u32>;
+@group(0) @binding(8) var setups: texture_2d<u32>;
+@group(0) @binding(9) var images: texture_2d_array<f32>;
 @group(0) @binding(11) var opaques: texture_2d_array<f32>;
 
 fn open_rest(view: GpuView, step: u32) {}

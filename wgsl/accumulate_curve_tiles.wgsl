@@ -7,8 +7,7 @@
 @group(0) @binding(6) var<storage, read> tiles: array<Tile>;
 @group(0) @binding(7) var<storage, read> scattered_tiles: array<u32>;
 @group(0) @binding(8) var<storage, read_write> counters: BatchCounters;
-@group(0) @binding(9) var pairs: texture_2d<u32>;
-@group(0) @binding(10) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(9) var footprints: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(11) var casters: texture_2d<u32>;
 @group(0) @binding(12) var setups: texture_2d<u32>;
 @group(0) @binding(13) var images: texture_2d_array<f32>;

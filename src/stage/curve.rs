@@ -9,7 +9,7 @@ use super::{
 };
 use crate::gpu::{Binding, KernelDesc, Tier};
 use wgpu::{
-    TextureFormat::{R32Float, Rgba16Float, Rgba32Uint},
+    TextureFormat::{R32Float, Rg32Uint, Rgba16Float, Rgba32Uint},
     TextureSampleType::Uint,
 };
 
@@ -23,8 +23,15 @@ pub const fn partial_bytes(nodes: u32, changes: bool) -> u64 {
     16 * 16 * (nodes as u64 / 2 + if changes { 6 } else { 1 }) * 16
 }
 
-// Core WebGPU has 4 storage textures a stage: pairs are sampled.
-const PAIRS: Binding = Binding::texture("pairs", Uint);
+/// Sampled where a stage has no more than 4 storage textures: loads from those are far cheaper on
+/// software adapters.
+const fn pairs(tier: Tier) -> Binding {
+    match tier {
+        Tier::Core => Binding::texture("pairs", Uint),
+        Tier::Native => Binding::texture_read("pairs", Rg32Uint),
+    }
+}
+
 const FOOTPRINTS: Binding = Binding::texture_read("footprints", Rgba32Uint);
 const FILTERS: Binding = Binding::texture_write("filters", Rgba16Float).array();
 const NEARESTS: Binding = Binding::texture_write("nearests", R32Float).array();
@@ -62,8 +69,8 @@ macro_rules! tiles {
                 Binding::read::<Tile>("tiles"),
                 Binding::read::<u32>("scattered_tiles"),
                 Binding::read_write::<BatchCounters>("counters"),
-                PAIRS,
                 FOOTPRINTS,
+                pairs(Tier::$tier),
                 CASTERS,
                 SETUPS,
                 IMAGES,
@@ -110,11 +117,11 @@ macro_rules! segments {
                 Binding::read::<Segment>("segments"),
                 Binding::read_write::<[u32; 4]>("partials"),
                 Binding::read_write::<BatchCounters>("counters"),
-                PAIRS,
                 FOOTPRINTS,
                 CASTERS,
                 SETUPS,
                 IMAGES,
+                pairs(Tier::$tier),
                 OPAQUES,
             ],
             constants: &[("NODES", 8.0), ("HAS_QUADS", 1.0), ("HAS_GAIN", 0.0), $($constant),*],
@@ -157,26 +164,48 @@ macro_rules! discs {
 }
 
 pub const TILES: [KernelDesc; 2] = [
-    any!(tiles, Core, buffer, "common/sums_buffer.wgsl", ["common/walk_slabs_uniform.wgsl"]),
-    any!(tiles, Native, texture, "common/sums_texture.wgsl", ["common/walk_slabs.wgsl"]),
+    any!(
+        tiles,
+        Core,
+        buffer,
+        "common/sums_buffer.wgsl",
+        ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]
+    ),
+    any!(
+        tiles,
+        Native,
+        texture,
+        "common/sums_texture.wgsl",
+        ["common/curve_pairs_stored.wgsl", "common/walk_slabs.wgsl"]
+    ),
 ];
 pub const SEGMENTS: [KernelDesc; 2] = [
-    any!(segments, Core, ["common/walk_slabs_uniform.wgsl"]),
-    any!(segments, Native, ["common/walk_slabs.wgsl"]),
+    any!(segments, Core, ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]),
+    any!(segments, Native, ["common/curve_pairs_stored.wgsl", "common/walk_slabs.wgsl"]),
 ];
 pub const DISC_TILES: [KernelDesc; 2] = [
-    discs!(tiles, Core, buffer, "common/sums_buffer.wgsl", ["common/walk_slabs_uniform.wgsl"]),
+    discs!(
+        tiles,
+        Core,
+        buffer,
+        "common/sums_buffer.wgsl",
+        ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]
+    ),
     discs!(
         tiles,
         Native,
         texture,
         "common/sums_texture.wgsl",
-        ["common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]
+        ["common/curve_pairs_stored.wgsl", "common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]
     ),
 ];
 pub const DISC_SEGMENTS: [KernelDesc; 2] = [
-    discs!(segments, Core, ["common/walk_slabs_uniform.wgsl"]),
-    discs!(segments, Native, ["common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]),
+    discs!(segments, Core, ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]),
+    discs!(
+        segments,
+        Native,
+        ["common/curve_pairs_stored.wgsl", "common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]
+    ),
 ];
 
 macro_rules! resolve {

@@ -1,7 +1,7 @@
 // Walks a tile's soft discs front to back, a slab at a time: every lane of a subgroup prepares one
 // disc and tests it against the subgroup's block of texels; those that touch it are visited by all
 // lanes. CPU twin: src/cpu/curve/tile.rs, `walk`.
-// Needs common/visit_discs.wgsl, disc_lanes.wgsl; the kernel binds `pairs` and `footprints`, and
+// Needs common/visit_discs.wgsl, disc_lanes.wgsl; curve_pairs_*.wgsl; the kernel binds `footprints`, and
 // says in `open_rest` what comes behind all pairs.
 var<private> base: u32; // next pair
 var<private> slab_first: u32;
@@ -20,7 +20,7 @@ fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> St
     let index = base + lane;
     // Of an empty tile none, but something must be read.
     let pair = min(index, max(end, 1u) - 1u);
-    let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
     let place = textureLoad(footprints, record_texel(at));
     let look = textureLoad(footprints, record_texel(at + 1u));
     let key = look.z >> 16u;
@@ -106,6 +106,6 @@ fn key_depth(key: u32) -> f32 {
 }
 
 fn pair_key(pair: u32) -> u32 {
-    let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
     return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
 }

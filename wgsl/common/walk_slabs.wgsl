@@ -1,7 +1,7 @@
 // Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup fetches one
 // footprint and tests it against the subgroup's block of texels; those that touch it are visited
 // by all lanes. CPU twin: src/cpu/curve/tile.rs, `walk`.
-// Needs common/gather_curve.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`, and says
+// Needs common/gather_curve.wgsl, reach.wgsl; curve_pairs_*.wgsl; the kernel binds `footprints`, and says
 // in `open_rest` what comes behind all pairs.
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
@@ -30,7 +30,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             let index = base + lane;
             // Of an empty tile none, but something must be read.
             let pair = min(index, max(end, 1u) - 1u);
-            let footprint = textureLoad(pairs, record_texel(pair), 0).g;
+            let footprint = pair_footprint(pair);
             let at = footprint * FOOTPRINT_TEXELS;
             let look = textureLoad(footprints, record_texel(at + 1u));
             key = look.z >> 16u;
@@ -80,6 +80,6 @@ fn walk(view: GpuView, first: u32, end: u32) {
 }
 
 fn pair_key(pair: u32) -> u32 {
-    let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
     return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
 }

@@ -1,12 +1,12 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
 // core tier, without subgroups. CPU twin: src/cpu/curve/tile.rs, `walk`.
-// Needs common/gather_curve.wgsl, reach.wgsl; the kernel binds `pairs` and `footprints`, and says
+// Needs common/gather_curve.wgsl, reach.wgsl; curve_pairs_*.wgsl; the kernel binds `footprints`, and says
 // in `open_rest` what comes behind all pairs.
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
     var front = 0.0;
     while slabbed() && base < end && any(hit_count <= most_few() | nearest > vec4(front)) {
-        let at = textureLoad(pairs, record_texel(base), 0).g * FOOTPRINT_TEXELS;
+        let at = pair_footprint(base) * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));
         count_hits(view, textureLoad(footprints, record_texel(at)), look);
         front = f32(look.z >> 16u) / f32(INVISIBLE - 1u);
@@ -26,7 +26,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         var whole = true;
         var key = 0u;
         while base < end {
-            let at = textureLoad(pairs, record_texel(base), 0).g * FOOTPRINT_TEXELS;
+            let at = pair_footprint(base) * FOOTPRINT_TEXELS;
             let look = textureLoad(footprints, record_texel(at + 1u));
             key = look.z >> 16u;
             if base - slab_first >= SLAB_PAIRS || key - slab_key > reach {
@@ -55,6 +55,6 @@ fn walk(view: GpuView, first: u32, end: u32) {
 }
 
 fn pair_key(pair: u32) -> u32 {
-    let at = textureLoad(pairs, record_texel(pair), 0).g * FOOTPRINT_TEXELS;
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
     return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
 }

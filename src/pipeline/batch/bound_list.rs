@@ -158,14 +158,16 @@ impl BoundList {
         let mut outputs = vec![texture(&filters), texture(&nearests)];
         let mut resolve =
             vec![shared.views.clone(), dispatches.clone(), merged_tiles.clone(), tiles.clone()];
-        let (mut to_map, to_sums);
+        let (mut to_map, mut to_sums);
         if curved {
             outputs.push(texture(&curves));
             resolve.push(partials.clone());
-            let own = [tiles, scattered_tiles, &counters, pairs, footprints];
+            let own = [tiles, scattered_tiles, &counters, footprints, pairs];
             to_map = shared.summed(shared.hits(own, &hit));
-            let own = [dispatches, segments, &partials, &counters, pairs, footprints];
+            let own = [dispatches, segments, &partials, &counters, footprints];
             to_sums = shared.hits(own, &hit);
+            // Before the opaque depths, where the tiles' kernel has them too.
+            to_sums.insert(to_sums.len() - 1, pairs.clone());
         } else if let Some(composed) =
             context.scratch.composed.as_ref().filter(|_| features.is_composed())
         {
