@@ -12,6 +12,10 @@ use std::ops::RangeInclusive;
 /// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
 
+/// Casters a tile, in the mean, from which on it pays to have a loop for what is nearest and one for
+/// the rest.
+const DENSE: u32 = 16;
+
 /// What a batch will do, known on the CPU.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
@@ -146,7 +150,8 @@ impl Plan {
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
-        let features = Features { nodes, ..filtering.features };
+        let dense = filtering.footprint_count >= DENSE * tile_count;
+        let features = Features { nodes, ..filtering.features.of_density(dense) };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, kept, cleared: false }
     }

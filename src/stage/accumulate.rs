@@ -54,7 +54,7 @@ const DISC_SOURCES: &[Source] = join![
     ],
 ];
 const DISC_CONSTANTS: &[Constant] =
-    &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), WIDE];
+    &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), ("DENSE", 1.0), WIDE];
 
 pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "accumulate_tiles",

@@ -32,6 +32,8 @@ pub struct Features {
     pub perspective: bool,
     /// There are opaque casters as well; of plain casters only.
     pub opaque: bool,
+    /// Tiles have many casters; of plain casters only.
+    pub dense: bool,
     /// Of a curve (K); 0 where there are none.
     pub nodes: u32,
     /// Kernels of the picture count what each pixel costs; no property of casters.
@@ -56,6 +58,7 @@ impl Features {
         solid: true,
         perspective: false,
         opaque: false,
+        dense: false,
         nodes: 0,
         cost: false,
     };
@@ -76,6 +79,7 @@ impl Features {
         solid: false,
         perspective: false,
         opaque: false,
+        dense: false,
         nodes: 0,
         cost: false,
     };
@@ -104,6 +108,7 @@ impl Features {
             solid: self.solid && other.solid,
             perspective: false,
             opaque: false,
+            dense: false,
             nodes: 0,
             cost: false,
         }
@@ -113,6 +118,11 @@ impl Features {
     #[must_use]
     pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
         Self { perspective: self.plain && perspective, opaque: self.plain && opaque, ..self }
+    }
+
+    #[must_use]
+    pub fn of_density(self, dense: bool) -> Self {
+        Self { dense: self.plain && dense, ..self }
     }
 
     /// Values of the overrides of `constants`.
@@ -131,6 +141,7 @@ impl Features {
             "HAS_SMALL" => Some(self.small),
             "PERSPECTIVE" => Some(self.perspective),
             "HAS_OPAQUE" => Some(self.opaque),
+            "DENSE" => Some(self.dense),
             "COUNT_COST" => Some(self.cost),
             _ => None,
         };

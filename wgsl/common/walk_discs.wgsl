@@ -37,7 +37,10 @@ fn walk(view: GpuView, first: u32, end: u32) {
             visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
         }
         base = select(base + size, end, subgroupAll(settled(stretch.front)));
-        sought = subgroupAny(seeks(stretch.front));
+        sought = !DENSE || subgroupAny(seeks(stretch.front));
+    }
+    if !DENSE {
+        return;
     }
     while base < end {
         let stretch = fetch(view, base + lane, end, size, lo, hi);
