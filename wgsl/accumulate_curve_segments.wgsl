@@ -1,7 +1,7 @@
 // accumulate, curve segments: the curves of one segment of a long tile. One workgroup per segment,
 // a column of texels per invocation. resolve_curve puts a tile's segments together in order.
 // CPU twin: src/cpu/curve/tile.rs. Host: src/stage/curve.rs. Needs common/gather_curve.wgsl,
-// walk_slabs*.wgsl, visit_*.wgsl and what they need.
+// curve_partial.wgsl, curve_pairs_*.wgsl, walk_slab*.wgsl, visit_*.wgsl and what they need.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(2) var<storage, read> dispatches: array<vec4<u32>>;

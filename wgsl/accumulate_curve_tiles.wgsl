@@ -1,7 +1,7 @@
 // accumulate, curve tiles: curves, filter and nearest depth of every tile that one workgroup
 // finishes. One workgroup per tile, a column of texels per invocation.
 // CPU twin: src/cpu/curve/tile.rs. Host: src/stage/curve.rs. Needs common/gather_curve.wgsl,
-// walk_slabs*.wgsl, visit_*.wgsl, overflow_curve.wgsl and what they need.
+// curve_pairs_*.wgsl, walk_slab*.wgsl, visit_*.wgsl, overflow_curve.wgsl and what they need.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(6) var<storage, read> tiles: array<Tile>;
@@ -19,7 +19,7 @@
 var<private> own_tile: u32;
 var<private> first_sum: u32;
 
-// Few tiles have any rest; drivers skip no branch, but they leave loops.
+// What comes behind all pairs: volumes that hold the light, then what had no room, of few tiles.
 fn open_rest(view: GpuView, step: u32) {
     if step + 1u < rest_steps() {
         let ramps = join_ramp(begin_inside());

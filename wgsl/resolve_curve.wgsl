@@ -187,7 +187,7 @@ fn resolve_curve(
             adding = selected(adding, black4(), ramp.is);
             is = is | ramp.is;
         }
-        // Drivers skip no branch, but they leave loops.
+        // Once, behind all segments.
         for (var is_rest = i + 1u == count * steps + rest_steps(); is_rest; is_rest = false) {
             let rest = overflowed(sum_index(tile_id, place));
             own = rest_light(rest, whole);

@@ -1,8 +1,8 @@
 // Walks a tile's soft discs front to back, a slab at a time: every lane of a subgroup prepares one
 // disc and tests it against the subgroup's block of texels; those that touch it are visited by all
 // lanes. CPU twin: src/cpu/curve/tile.rs, `walk`.
-// Needs common/visit_discs.wgsl, disc_lanes.wgsl; curve_pairs_*.wgsl; the kernel binds `footprints`, and
-// says in `open_rest` what comes behind all pairs.
+// Needs common/visit_discs.wgsl, disc_lanes.wgsl, curve_pairs_*.wgsl; the kernel binds `footprints`,
+// and says in `open_rest` what comes behind all pairs.
 var<private> base: u32; // next pair
 var<private> slab_first: u32;
 var<private> slab_key: u32;

@@ -1,8 +1,8 @@
 // Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup fetches one
 // footprint and tests it against the subgroup's block of texels; those that touch it are visited
 // by all lanes. CPU twin: src/cpu/curve/tile.rs, `walk`.
-// Needs common/gather_curve.wgsl, reach.wgsl; curve_pairs_*.wgsl; the kernel binds `footprints`, and says
-// in `open_rest` what comes behind all pairs.
+// Needs common/gather_curve.wgsl, reach.wgsl, curve_pairs_*.wgsl; the kernel binds `footprints`,
+// and says in `open_rest` what comes behind all pairs.
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let all_lanes = subgroupBallot(true);

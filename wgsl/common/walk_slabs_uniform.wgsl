@@ -1,7 +1,7 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
 // core tier, without subgroups. CPU twin: src/cpu/curve/tile.rs, `walk`.
-// Needs common/gather_curve.wgsl, reach.wgsl; curve_pairs_*.wgsl; the kernel binds `footprints`, and says
-// in `open_rest` what comes behind all pairs.
+// Needs common/gather_curve.wgsl, reach.wgsl, curve_pairs_*.wgsl; the kernel binds `footprints`,
+// and says in `open_rest` what comes behind all pairs.
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
     var front = 0.0;

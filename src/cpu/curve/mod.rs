@@ -1,5 +1,5 @@
-//! Twin of `wgsl/common/curve.wgsl` and `nodes.wgsl`: light as a function of depth, along the ray
-//! of one texel.
+//! Twin of `wgsl/common/curve.wgsl`, `curve_list.wgsl` and `curve_light.wgsl`: light as a function
+//! of depth, along the ray of one texel.
 //!
 //! A curve is a list of *ramps*, nearest first: light falls linearly from what the ramp before
 //! left to the ramp's own, between its start and its end. A pane is a ramp of no length, a *step*.
