@@ -94,6 +94,15 @@ impl Renderer {
         }
     }
 
+    /// For tests: whether soft discs wait in a queue ([`Config::queued`]) where the adapter has the
+    /// subgroups for it, which changes no bit.
+    pub fn set_queued(&mut self, queued: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            let usual = Config::new(engine.gpu.tier, &engine.gpu.adapter).queued;
+            engine.pipeline.set_queued(queued && usual);
+        }
+    }
+
     /// Whether particles of at most 2x2 texels skip sort and bin; what is usual depends on the
     /// adapter ([`Config::scatter_tiny`]). The CPU twin has one path only.
     pub fn set_scatter_tiny(&mut self, scatter: bool) {

@@ -8,8 +8,9 @@ use gobo::{
     cpu,
     frame::ViewMaps,
     glam::{Vec3, Vec4},
-    gpu::Tier,
+    gpu::{Gpu, Selection, Tier},
     light::LightKind,
+    render::Renderer,
     scene::Scene,
     stage::bin::tile_grid,
     view::shadow_views,
@@ -125,6 +126,39 @@ fn gpu_matches_twin_with_plain_discs() {
     assert_matches_twin(&scene);
     scene.shadow.size = 80; // no whole number of 32s
     assert_matches_twin(&scene);
+}
+
+/// Sparse tiles and crowded ones, with and without opaque casters, of parallel light and of
+/// perspective views; black texels end a walk early.
+#[test]
+fn a_queue_of_discs_changes_no_bit() {
+    let gpu = Gpu::new(&Selection { tier: Some(Tier::Native), ..Selection::default() });
+    let mut renderer = Renderer::on(gpu.unwrap_or_else(|error| panic!("{error}")));
+    let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
+    scene.lights = lights();
+    scene.shadow.size = 80;
+    for (count, size, opacity) in [(300, 1.0, 1.0), (30_000, 0.3, 0.05), (30_000, 1.0, 1.0)] {
+        scene.particles = random_discs(count, 5);
+        for particle in &mut scene.particles {
+            particle.radius *= size;
+            particle.color.w *= opacity;
+        }
+        for opaque in [false, true] {
+            scene.triangles.clear();
+            if opaque {
+                let corners = [Vec3::new(-1.0, 0.1, -1.5), Vec3::new(1.5, 0.0, -0.5), Vec3::Z];
+                scene.triangles.push(triangle(corners, 1));
+            }
+            let mut maps = |queued| {
+                renderer.set_queued(queued);
+                renderer.render(&scene, true).unwrap_or_else(|error| panic!("{error}")).maps
+            };
+            for (a, b) in maps(true).iter().zip(&maps(false)) {
+                let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
+                assert!(same, "{count} discs, opaque casters: {opaque}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -45,6 +45,12 @@ impl Variant {
             Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
             Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
             Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
+            Self::AccumulateTiles if features.queued => {
+                return &accumulate::DISC_QUEUE_TILES;
+            }
+            Self::AccumulateSegments if features.queued => {
+                return &accumulate::DISC_QUEUE_SEGMENTS;
+            }
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
             Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,

@@ -59,6 +59,9 @@ pub struct Config {
     pub rolled: bool,
     /// Whether subgroups may have more than 32 lanes.
     pub wide: bool,
+    /// Whether soft discs wait in a queue of eight, one for each lane of a subgroup; changes no bit.
+    /// On software adapters with such subgroups, on the native tier.
+    pub queued: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
     /// Whether dithered casters block each channel by a threshold of its own.
@@ -80,12 +83,18 @@ impl Config {
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             rolled: adapter.driver.starts_with("SwiftShader"),
             wide: adapter.subgroup_max_size > 32,
+            queued: adapter.device_type == wgpu::DeviceType::Cpu
+                && [adapter.subgroup_min_size, adapter.subgroup_max_size] == [8, 8],
             soften: false,
             colored: false,
             nodes: 0,
             count_cost: false,
             hide: true,
         }
+    }
+
+    fn queues(&self) -> bool {
+        self.queued && self.tier == Tier::Native
     }
 
     /// A curve needs its hits in order: tiny casters go through tiles.
@@ -149,6 +158,11 @@ impl Pipeline {
     /// K of the curves, 0 for none; for the next `prepare`.
     pub fn set_nodes(&mut self, nodes: u32) {
         self.config.nodes = nodes;
+    }
+
+    /// For the next `prepare`.
+    pub fn set_queued(&mut self, queued: bool) {
+        self.config.queued = queued;
     }
 
     /// For the next `prepare_picture`.
@@ -246,7 +260,7 @@ impl Pipeline {
         });
         let pending: Vec<_> = pending.collect();
         let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
-        let mut plans = plan::batches(&pending, casters, nodes, kept)?;
+        let mut plans = plan::batches(&pending, casters, &self.config, kept)?;
         let listed: u64 = plans.iter().map(Plan::caster_count).sum();
         let culled = (all * pending.len()) as u64 - listed;
 

@@ -1,5 +1,8 @@
 //! What a frame will do, known on the CPU: its batches, and what each of their lists projects.
-use super::casters::{CasterSet, Class};
+use super::{
+    Config,
+    casters::{CasterSet, Class},
+};
 use crate::{
     atlas::MapPlace,
     error::Error,
@@ -12,8 +15,8 @@ use std::ops::RangeInclusive;
 /// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
 
-/// Casters a tile, in the mean, from which on it pays to have a loop for what is nearest and one for
-/// the rest.
+/// Casters a tile, in the mean, from which on it pays that discs wait until there are eight, and to
+/// have a loop for what is nearest and one for the rest.
 const DENSE: u32 = 16;
 
 /// What a batch will do, known on the CPU.
@@ -69,12 +72,12 @@ pub(super) struct PendingView<'a> {
     pub groups: &'a [u32],
 }
 
-/// Cuts the views into batches and lists their casters. `nodes`: K of the curves, 0 for none;
-/// `kept`: the maps hold something already.
+/// Cuts the views into batches and lists their casters. `kept`: the maps hold something
+/// already.
 pub(super) fn batches(
     views: &[PendingView<'_>],
     casters: &CasterSet,
-    nodes: u32,
+    config: &Config,
     kept: bool,
 ) -> Result<Vec<Plan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
@@ -102,7 +105,7 @@ pub(super) fn batches(
                 .is_some_and(|(v, _): &(GpuView, _)| v.perspective != gpu_view.perspective)
             || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
         if full && !batch.is_empty() {
-            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, nodes, kept));
+            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, config, kept));
             (tile_count, footprints) = (0, [0; 2]);
             gpu_view.first_tile = 0;
         }
@@ -111,7 +114,7 @@ pub(super) fn batches(
         footprints = [0, 1].map(|i| footprints[i] + listed[i]);
     }
     if !batch.is_empty() {
-        plans.push(Plan::new(batch, tile_count, casters, nodes, kept));
+        plans.push(Plan::new(batch, tile_count, casters, config, kept));
     }
     Ok(plans)
 }
@@ -129,12 +132,11 @@ impl Plan {
         listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
     }
 
-    /// `nodes`: K of the curves, 0 for none.
     fn new(
         seen: Vec<(GpuView, &[u32])>,
         tile_count: u32,
         casters: &CasterSet,
-        nodes: u32,
+        config: &Config,
         kept: bool,
     ) -> Self {
         let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
@@ -151,7 +153,8 @@ impl Plan {
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
         let dense = filtering.footprint_count >= DENSE * tile_count;
-        let features = Features { nodes, ..filtering.features.of_density(dense) };
+        let features = filtering.features.of_walk(dense, config.queues());
+        let features = Features { nodes: config.nodes, ..features };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, kept, cleared: false }
     }

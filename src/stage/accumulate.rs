@@ -16,10 +16,10 @@ use super::{
     },
     walk::{
         self, DISPATCHES, FOOTPRINTS, LANE_SOURCES, PAIRS, SEGMENT_BINDINGS, TALL_LANE_SOURCES,
-        TILE_BINDINGS, disc_walk_sources, walk_sources,
+        TILE_BINDINGS, DISC_QUEUE_SOURCES, disc_walk_sources, walk_sources,
     },
 };
-use crate::gpu::{Binding, Constant, KernelDesc, Source, join, on_each_tier};
+use crate::gpu::{Binding, Constant, KernelDesc, Source, Tier, join, on_each_tier};
 
 /// Workgroups of `tiny`: 8,192 invocations in flight, each adding at most 7 * 65,536 to a texel,
 /// stay below 2^32.
@@ -54,7 +54,7 @@ const DISC_SOURCES: &[Source] = join![
     ],
 ];
 const DISC_CONSTANTS: &[Constant] =
-    &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), ("DENSE", 1.0), WIDE];
+    &[("HAS_GAIN", 0.0), ("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), WIDE];
 
 pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "accumulate_tiles",
@@ -182,15 +182,22 @@ pub const OVERFLOW: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
 
 pub const DISC_TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "accumulate_tiles",
-    sources: join![
-        Source: DISC_SOURCES,
-        disc_walk_sources(TIER),
-        crate::sources!["common/sums.wgsl", "common/owners.wgsl", "accumulate_tiles.wgsl"],
-    ],
-    bindings: join![Binding: TILE_BINDINGS, &[OPAQUES], MAP_BINDINGS],
+    sources: join![Source: DISC_SOURCES, disc_walk_sources(TIER), DISC_TILE_SOURCES],
+    bindings: DISC_TILE_BINDINGS,
     constants: join![Constant: DISC_CONSTANTS, &[("HAS_OWNERS", 0.0)]],
     tier: TIER,
 });
+/// In place of [`DISC_TILES`] where a software adapter has subgroups of eight lanes.
+pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
+    name: "accumulate_tiles",
+    sources: join![Source: DISC_SOURCES, DISC_QUEUE_SOURCES, DISC_TILE_SOURCES],
+    bindings: DISC_TILE_BINDINGS,
+    constants: join![Constant: DISC_CONSTANTS, &[("HAS_OWNERS", 0.0), ("DENSE", 1.0)]],
+    tier: Tier::Native,
+};
+const DISC_TILE_SOURCES: &[Source] =
+    crate::sources!["common/sums.wgsl", "common/owners.wgsl", "accumulate_tiles.wgsl"];
+const DISC_TILE_BINDINGS: &[Binding] = join![Binding: TILE_BINDINGS, &[OPAQUES], MAP_BINDINGS];
 
 pub const DISC_SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "accumulate_segments",
@@ -198,9 +205,24 @@ pub const DISC_SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
         Source: DISC_SOURCES,
         sums_sources(TIER),
         disc_walk_sources(TIER),
-        crate::sources!["common/merge.wgsl", "common/dispatch.wgsl", "accumulate_segments.wgsl"],
+        DISC_SEGMENT_SOURCES,
     ],
     bindings: join![Binding: sums(TIER), SEGMENT_BINDINGS, &[OPAQUES]],
     constants: DISC_CONSTANTS,
     tier: TIER,
 });
+/// In place of [`DISC_SEGMENTS`] where a software adapter has subgroups of eight lanes.
+pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
+    name: "accumulate_segments",
+    sources: join![
+        Source: DISC_SOURCES,
+        sums_sources(Tier::Native),
+        DISC_QUEUE_SOURCES,
+        DISC_SEGMENT_SOURCES,
+    ],
+    bindings: join![Binding: sums(Tier::Native), SEGMENT_BINDINGS, &[OPAQUES]],
+    constants: join![Constant: DISC_CONSTANTS, &[("DENSE", 1.0)]],
+    tier: Tier::Native,
+};
+const DISC_SEGMENT_SOURCES: &[Source] =
+    crate::sources!["common/merge.wgsl", "common/dispatch.wgsl", "accumulate_segments.wgsl"];

@@ -34,6 +34,8 @@ pub struct Features {
     pub opaque: bool,
     /// Tiles have many casters; of plain casters only.
     pub dense: bool,
+    /// Discs wait in a queue; of plain casters only, and no property of them.
+    pub queued: bool,
     /// Of a curve (K); 0 where there are none.
     pub nodes: u32,
     /// Kernels of the picture count what each pixel costs; no property of casters.
@@ -59,6 +61,7 @@ impl Features {
         perspective: false,
         opaque: false,
         dense: false,
+        queued: false,
         nodes: 0,
         cost: false,
     };
@@ -80,6 +83,7 @@ impl Features {
         perspective: false,
         opaque: false,
         dense: false,
+        queued: false,
         nodes: 0,
         cost: false,
     };
@@ -109,6 +113,7 @@ impl Features {
             perspective: false,
             opaque: false,
             dense: false,
+            queued: false,
             nodes: 0,
             cost: false,
         }
@@ -120,9 +125,10 @@ impl Features {
         Self { perspective: self.plain && perspective, opaque: self.plain && opaque, ..self }
     }
 
+    /// How tiles are walked.
     #[must_use]
-    pub fn of_density(self, dense: bool) -> Self {
-        Self { dense: self.plain && dense, ..self }
+    pub fn of_walk(self, dense: bool, queued: bool) -> Self {
+        Self { dense: self.plain && dense, queued: self.plain && queued, ..self }
     }
 
     /// Values of the overrides of `constants`.

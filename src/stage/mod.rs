@@ -84,6 +84,8 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &accumulate::ORDERED[1],
     &accumulate::DISC_TILES[1],
     &accumulate::DISC_SEGMENTS[1],
+    &accumulate::DISC_QUEUE_TILES,
+    &accumulate::DISC_QUEUE_SEGMENTS,
     &resolve::TILES[1],
     &resolve::ORDERED[1],
     &resolve::OPAQUE[1],

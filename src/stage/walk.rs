@@ -49,3 +49,7 @@ pub(super) const fn disc_walk_sources(tier: Tier) -> &'static [Source] {
         Tier::Native => crate::sources!["common/disc_lanes.wgsl", "common/walk_discs.wgsl"],
     }
 }
+
+/// In place of the native tier's where a software adapter has subgroups of eight lanes.
+pub(super) const DISC_QUEUE_SOURCES: &[Source] =
+    crate::sources!["common/disc_lanes.wgsl", "common/walk_discs_queue.wgsl"];

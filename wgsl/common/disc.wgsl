@@ -8,7 +8,6 @@ override HAS_OPAQUE: bool;
 
 struct Disc {
     center: vec2<f32>,   // [texels]
-    reach: f32,          // [texels]
     bend: f32,           // 1 / radius^2 [1 / texels^2]
     tilt: vec2<f32>,     // how the plane's distance changes [1 / texels]
     tilt_bend: f32,
@@ -26,7 +25,6 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
     disc.slope = select(unpack2x16float(look.y).y, 0.0, !PERSPECTIVE && disc.depth >= 1.0);
     let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     disc.absorbed = disc.slope * (1.0 - color);
-    disc.reach = radius + SLACK;
     disc.bend = 1.0 / (radius * radius);
     if PERSPECTIVE {
         // q^2 = (|delta|^2 / scale^2 - (n . delta)^2) / (radius len t)^2, where n is the ray to
@@ -37,11 +35,24 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
         disc.bend = 1.0 / (radius * radius * len2 * view.scale * view.scale);
         disc.tilt_bend = 1.0 / (radius * radius);
         disc.depth = view.near + disc.depth * (view.far - view.near);
-        // tan(axis + cone) - tan(axis), outwards from the view's middle.
-        let rest = 1.0 - sqrt(len2 - 1.0) * radius;
-        disc.reach = select(1e18, view.scale * radius * len2 / rest + SLACK, rest > 0.0);
     }
     return disc;
+}
+
+// Whether a disc may touch a block of texels with centres from `lo` to `hi`.
+fn touches(view: GpuView, place: vec4<u32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let radius = bitcast<f32>(place.z);
+    let center = bitcast<vec2<f32>>(place.xy);
+    let outside = center - clamp(center, lo, hi);
+    var reach = radius + SLACK;
+    if PERSPECTIVE {
+        // tan(axis + cone) - tan(axis), outwards from the view's middle.
+        let slope = length((center - view.size * 0.5) / view.scale);
+        let rest = 1.0 - slope * radius;
+        reach = view.scale * radius * (1.0 + slope * slope) / rest + SLACK;
+        reach = select(1e18, reach, rest > 0.0);
+    }
+    return dot(outside, outside) <= reach * reach;
 }
 
 // Opacity before the disc's slope, and light depth.

@@ -1,4 +1,4 @@
-// What a subgroup's lanes share of a disc: all but its reach. Needs common/disc.wgsl.
+// What a subgroup's lanes share. Needs common/disc.wgsl.
 fn broadcast_disc(disc: Disc, j: u32) -> Disc {
     var other: Disc;
     other.center = subgroupShuffle(disc.center, j);

@@ -2,9 +2,6 @@
 // them. CPU twin: src/cpu/accumulate.rs. Needs common/disc.wgsl, sums.wgsl, rows_8.wgsl;
 // the kernel binds `opaques`.
 
-// Tiles have many discs: what is nearest is sought in a loop of its own.
-override DENSE: bool;
-
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> x: f32;            // texel centres
 var<private> ys: array<vec4<f32>, 2>;

@@ -11,12 +11,11 @@ struct Stretch {
 
 fn fetch(view: GpuView, pair: u32, end: u32, size: u32, lo: vec2<f32>, hi: vec2<f32>) -> Stretch {
     let at = textureLoad(pairs, record_texel(min(pair, end - 1u))).g * FOOTPRINT_TEXELS;
+    let place = textureLoad(footprints, record_texel(at));
     let look = textureLoad(footprints, record_texel(at + 1u));
-    let disc = prepare_disc(view, textureLoad(footprints, record_texel(at)), look);
-    let outside = disc.center - clamp(disc.center, lo, hi);
-    let touches = pair < end && dot(outside, outside) <= disc.reach * disc.reach;
     let front = f32(subgroupShuffle(look.z, size - 1u) >> 16u) / f32(INVISIBLE - 1u);
-    return Stretch(disc, subgroupBallot(touches).xy, front);
+    let touched = subgroupBallot(pair < end && touches(view, place, lo, hi));
+    return Stretch(prepare_disc(view, place, look), touched.xy, front);
 }
 
 fn walk(view: GpuView, first: u32, end: u32) {
@@ -37,10 +36,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
         }
         base = select(base + size, end, subgroupAll(settled(stretch.front)));
-        sought = !DENSE || subgroupAny(seeks(stretch.front));
-    }
-    if !DENSE {
-        return;
+        sought = subgroupAny(seeks(stretch.front));
     }
     while base < end {
         let stretch = fetch(view, base + lane, end, size, lo, hi);

@@ -25,12 +25,10 @@ fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> St
     let look = textureLoad(footprints, record_texel(at + 1u));
     let key = look.z >> 16u;
     let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= slab_reach;
-    let disc = prepare_disc(view, place, look);
-    let outside = disc.center - clamp(disc.center, lo, hi);
     let in_slab = subgroupBallot(slab);
-    let touching = subgroupBallot(slab && dot(outside, outside) <= disc.reach * disc.reach);
+    let touching = subgroupBallot(slab && touches(view, place, lo, hi));
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
-    return Stretch(disc, touching.xy, count, key);
+    return Stretch(prepare_disc(view, place, look), touching.xy, count, key);
 }
 
 fn walk(view: GpuView, first: u32, end: u32) {
