@@ -1,14 +1,16 @@
 // bin, emit: the pairs of each run, front to back. One invocation per run. A footprint whose pairs
 // do not all fit emits none and goes to the scatter path.
-// CPU twin: src/cpu/bin.rs. Host: src/stage/bin.rs. Needs common/record.wgsl, view.wgsl, bin.wgsl.
+// CPU twin: src/cpu/bin.rs. Host: src/stage/bin.rs. Needs common/record.wgsl, view.wgsl, bin.wgsl,
+// dispatch.wgsl, raise_dispatch.wgsl.
 @group(0) @binding(0) var<uniform> params: BinParams;
 @group(0) @binding(1) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(2) var sorted: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(3) var rects: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(4) var<storage, read_write> run_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read_write> counters: BatchCounters;
-@group(0) @binding(6) var<storage, read_write> overflow: array<u32>;
-@group(0) @binding(7) var pairs: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(6) var<storage, read_write> dispatches: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> overflow: array<u32>;
+@group(0) @binding(8) var pairs: texture_storage_2d<rg32uint, write>;
 
 override WORKGROUP_SIZE: u32;
 
@@ -22,6 +24,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     let end = min(first + params.run_length, params.footprint_count);
     var offset = run_offsets[run];
     var run_pairs = 0u;
+    var overflowed = 0u; // of all runs, when this one added its last
     for (var i = first; i < end; i += 1u) {
         let footprint = textureLoad(sorted, record_texel(i)).g;
         let rect = textureLoad(rects, record_texel(footprint)).rg;
@@ -29,7 +32,9 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         let counted = run_pairs + count <= RUN_PAIRS;
         let fits = counted && offset + count <= params.pair_capacity;
         if count > 0u && !fits {
-            overflow[atomicAdd(&counters.overflowed, 1u)] = footprint;
+            let slot = atomicAdd(&counters.overflowed, 1u);
+            overflow[slot] = footprint;
+            overflowed = slot + 1u;
             atomicMin(&counters.pair_count, select(0xffffffffu, offset, counted));
         }
         let view = views[rect.y >> 16u];
@@ -47,5 +52,8 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         offset += select(0u, count, counted);
         run_pairs += select(0u, count, counted);
+    }
+    if overflowed > 0u {
+        raise_dispatch(OVERFLOW_DISPATCH, overflowed, OVERFLOW_SLICES);
     }
 }

@@ -52,9 +52,7 @@ pub(super) struct List {
     count: BindGroup,
     scan: BindGroup,
     emit: BindGroup,
-    ranges: BindGroup,
-    segments: BindGroup,
-    dispatch: BindGroup,
+    tiles: BindGroup,
 }
 
 impl List {
@@ -176,34 +174,26 @@ impl List {
                 texture(rects),
                 scratch.run_offsets.as_entire_binding(),
                 counters.as_entire_binding(),
+                scratch.dispatches.as_entire_binding(),
                 scratch.overflow.as_entire_binding(),
                 texture(&pairs[0]),
             ],
         );
-        let ranges = kernels.bin_ranges.bind(
-            device,
-            &[
-                counters.as_entire_binding(),
-                texture(&pairs[sorted_pairs]),
-                scratch.tiles.as_entire_binding(),
-            ],
-        );
-        let segments = kernels.bin_segments.bind(
+        let tiles = kernels.bin_tiles.bind(
             device,
             &[
                 params.as_entire_binding(),
                 views.as_entire_binding(),
                 counters.as_entire_binding(),
+                scratch.dispatches.as_entire_binding(),
                 if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles }
                     .as_entire_binding(),
+                texture(&pairs[sorted_pairs]),
                 scratch.tiles.as_entire_binding(),
                 scratch.segments.as_entire_binding(),
                 scratch.merged_tiles.as_entire_binding(),
             ],
         );
-        let dispatch = kernels
-            .bin_dispatch
-            .bind(device, &[counters.as_entire_binding(), scratch.dispatches.as_entire_binding()]);
         Ok(Self {
             footprint_count: plan.footprint_count,
             run_count,
@@ -218,9 +208,7 @@ impl List {
             count,
             scan,
             emit,
-            ranges,
-            segments,
-            dispatch,
+            tiles,
         })
     }
 
@@ -258,7 +246,6 @@ impl List {
         kernels.bin_count.record(&mut pass, &self.count, runs);
         kernels.bin_scan.record(&mut pass, &self.scan, [1, 1, 1]);
         kernels.bin_emit.record(&mut pass, &self.emit, runs);
-        kernels.bin_dispatch.record(&mut pass, &self.dispatch, [1, 1, 1]);
         true
     }
 
@@ -272,11 +259,9 @@ impl List {
         let mut pass = timeline.pass(encoder, "bin");
         if let Some(tile_sort) = &self.tile_sort {
             kernels.sort.record(&mut pass, tile_sort);
-            kernels.bin_ranges.record(&mut pass, &self.ranges, [bin::RANGE_GROUPS, 1, 1]);
         }
-        let tiles = [self.tile_count.div_ceil(bin::TILE_LANES), 1, 1];
-        kernels.bin_segments.record(&mut pass, &self.segments, tiles);
-        kernels.bin_dispatch.record(&mut pass, &self.dispatch, [1, 1, 1]);
+        let groups = [self.tile_count.div_ceil(bin::TILE_LANES), 1, 1];
+        kernels.bin_tiles.record(&mut pass, &self.tiles, groups);
     }
 
     pub(super) fn read_counters(

@@ -152,7 +152,7 @@ impl Scratch {
     /// What a list expects to be zero.
     pub(super) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
         encoder.clear_buffer(&list.counters, 0, None);
-        encoder.clear_buffer(&self.tiles, 0, None);
+        encoder.clear_buffer(&self.dispatches, 0, None);
         encoder.clear_buffer(&self.scattered_tiles, 0, None);
     }
 

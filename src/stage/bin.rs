@@ -1,9 +1,9 @@
 //! bin: from depth-sorted footprints to each tile's pairs, front to back.
 //!
 //! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the
-//! pairs in sorted order; a stable sort by tile follows, then `ranges` finds each tile's pairs and
-//! `segments` cuts long tiles. What does not fit is listed in `overflow` for the scatter path.
-//! `dispatch` turns counts into workgroups for what only the GPU knows.
+//! pairs in sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and
+//! cuts long tiles into segments. What does not fit is listed in `overflow` for the scatter path.
+//! `dispatches` are the workgroups of what only the GPU knows.
 use crate::{
     gpu::{Binding, KernelDesc, Tier},
     view::{GpuView, MAX_VIEWS},
@@ -22,7 +22,7 @@ pub const DISC_SEGMENT: u32 = 8192;
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups: a subgroup of llvmpipe.
 pub const LANES: u32 = 8;
-/// Of `segments`.
+/// Of `tiles`.
 pub const TILE_LANES: u32 = 64;
 
 pub const COUNT: KernelDesc = KernelDesc {
@@ -57,6 +57,8 @@ pub const EMIT: KernelDesc = KernelDesc {
         "common/record.wgsl",
         "common/view.wgsl",
         "common/bin.wgsl",
+        "common/dispatch.wgsl",
+        "common/raise_dispatch.wgsl",
         "bin_emit.wgsl"
     ],
     bindings: &[
@@ -66,6 +68,7 @@ pub const EMIT: KernelDesc = KernelDesc {
         Binding::texture_read("rects", Rg32Uint),
         Binding::read_write::<u32>("run_offsets"),
         Binding::read_write::<BatchCounters>("counters"),
+        Binding::read_write::<u32>("dispatches"),
         Binding::read_write::<u32>("overflow"),
         Binding::texture_write("pairs", Rg32Uint),
     ],
@@ -73,52 +76,29 @@ pub const EMIT: KernelDesc = KernelDesc {
     tier: Tier::Core,
 };
 
-pub const RANGES: KernelDesc = KernelDesc {
-    name: "bin_ranges",
+pub const TILES: KernelDesc = KernelDesc {
+    name: "bin_tiles",
     sources: crate::sources![
         "common/record.wgsl",
-        "common/bin.wgsl",
-        "common/tile.wgsl",
-        "bin_ranges.wgsl"
-    ],
-    bindings: &[
-        Binding::read_write::<BatchCounters>("counters"),
-        Binding::texture_read("pairs", Rg32Uint),
-        Binding::read_write::<Tile>("tiles"),
-    ],
-    constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    tier: Tier::Core,
-};
-
-pub const SEGMENTS: KernelDesc = KernelDesc {
-    name: "bin_segments",
-    sources: crate::sources![
         "common/view.wgsl",
         "common/bin.wgsl",
         "common/tile.wgsl",
-        "bin_segments.wgsl"
+        "common/dispatch.wgsl",
+        "common/raise_dispatch.wgsl",
+        "bin_tiles.wgsl"
     ],
     bindings: &[
         Binding::uniform::<BinParams>("params"),
         Binding::uniform::<[GpuView; MAX_VIEWS]>("views"),
         Binding::read_write::<BatchCounters>("counters"),
+        Binding::read_write::<u32>("dispatches"),
         Binding::read_write::<u32>("scattered_tiles"),
+        Binding::texture_read("pairs", Rg32Uint),
         Binding::read_write::<Tile>("tiles"),
         Binding::read_write::<Segment>("segments"),
         Binding::read_write::<u32>("merged_tiles"),
     ],
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    tier: Tier::Core,
-};
-
-pub const DISPATCH: KernelDesc = KernelDesc {
-    name: "bin_dispatch",
-    sources: crate::sources!["common/bin.wgsl", "common/dispatch.wgsl", "bin_dispatch.wgsl"],
-    bindings: &[
-        Binding::read_write::<BatchCounters>("counters"),
-        Binding::read_write::<[u32; 4]>("dispatches"),
-    ],
-    constants: &[],
     tier: Tier::Core,
 };
 
@@ -215,10 +195,6 @@ crate::gpu_layout!(Segment { tile, first, end, view });
 
 /// Runs that a list has at most.
 pub const MAX_RUNS: u64 = 4096;
-/// Workgroups of `ranges`, which stride over the pairs: enough to fill a large GPU, and an
-/// invocation stays below llvmpipe's loop budget.
-pub const RANGE_GROUPS: u32 = 1024;
-
 /// Footprints of a run, so that about `RUNS` invocations share the work.
 pub fn run_length(footprint_count: u32) -> u32 {
     const RUNS: u32 = 2048;

@@ -1,0 +1,60 @@
+// bin, tiles: where each tile's pairs begin and end in the pairs sorted by tile; cuts those of long
+// tiles into segments. One invocation per tile.
+// CPU twin: src/cpu/bin.rs. Host: src/stage/bin.rs.
+// Needs common/record.wgsl, view.wgsl, bin.wgsl, tile.wgsl, dispatch.wgsl, raise_dispatch.wgsl.
+@group(0) @binding(0) var<uniform> params: BinParams;
+@group(0) @binding(1) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(2) var<storage, read_write> counters: BatchCounters;
+@group(0) @binding(3) var<storage, read_write> dispatches: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> scattered_tiles: array<u32>;
+@group(0) @binding(5) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(6) var<storage, read_write> tiles: array<Tile>;
+@group(0) @binding(7) var<storage, read_write> segments: array<Segment>;
+@group(0) @binding(8) var<storage, read_write> merged_tiles: array<u32>;
+
+override WORKGROUP_SIZE: u32;
+
+// The first pairs of a tile and of the one after it, halving what they may be.
+fn pair_range(tile: u32) -> vec2<u32> {
+    var low = vec2(0u);
+    var high = vec2(atomicLoad(&counters.pair_count));
+    while any(low < high) {
+        let middle = low + (high - low) / 2u;
+        let before = vec2(
+            textureLoad(pairs, record_texel(middle.x)).r < tile,
+            textureLoad(pairs, record_texel(middle.y)).r <= tile,
+        ) & low < high;
+        high = select(middle, high, before);
+        low = select(low, middle + 1u, before);
+    }
+    return low;
+}
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
+    let tile = id.x;
+    if tile >= params.tile_count {
+        return;
+    }
+    var view = 0u;
+    for (var i = 1u; i < params.view_count; i += 1u) {
+        view = select(view, i, views[i].first_tile <= tile);
+    }
+    let range = pair_range(tile);
+    let needed = (range.y - range.x + params.segment_length - 1u) / params.segment_length;
+    let merged = needed > 1u || scattered_tiles[tile] != 0u;
+    if !merged {
+        tiles[tile] = Tile(range.x, range.y, view, 0u);
+        return;
+    }
+    let slot = atomicAdd(&counters.segment_count, needed);
+    tiles[tile] = Tile(range.x, range.y, view, slot + 1u);
+    let merged_slot = atomicAdd(&counters.merged_count, 1u);
+    merged_tiles[merged_slot] = tile;
+    raise_dispatch(MERGED_DISPATCH, merged_slot + 1u, 1u);
+    raise_dispatch(SEGMENT_DISPATCH, slot + needed, 1u);
+    for (var i = 0u; i < needed; i += 1u) {
+        let first = range.x + i * params.segment_length;
+        segments[slot + i] = Segment(tile, first, min(first + params.segment_length, range.y), view);
+    }
+}
