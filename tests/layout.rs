@@ -7,7 +7,7 @@ use gobo::{
     stage::{
         KERNELS,
         air::AirParams,
-        bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment, Tile},
+        bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment},
         cluster::{ClusterCounters, ClusterParams},
         curve::CURVE_SEGMENT,
         filter::FilterParams,
@@ -32,7 +32,6 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<SortPass>,
     struct_agrees::<BinParams>,
     struct_agrees::<BatchCounters>,
-    struct_agrees::<Tile>,
     struct_agrees::<Segment>,
     struct_agrees::<AirParams>,
     struct_agrees::<FilterParams>,

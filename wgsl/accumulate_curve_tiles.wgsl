@@ -4,7 +4,7 @@
 // curve_pairs_*.wgsl, walk_slab*.wgsl, visit_*.wgsl, overflow_curve.wgsl and what they need.
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
-@group(0) @binding(6) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(6) var tiles: texture_2d<u32>;
 @group(0) @binding(7) var<storage, read> scattered_tiles: array<u32>;
 @group(0) @binding(8) var<storage, read_write> counters: BatchCounters;
 @group(0) @binding(9) var footprints: texture_storage_2d<rgba32uint, read>;
@@ -49,13 +49,13 @@ fn accumulate_curve_tiles(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let tile_id = interleaved(workgroup, workgroups);
-    let tile = tiles[tile_id];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     if tile.merged != 0u {
         return;
     }
     let view = views[tile.view];
     let place = lane_texel(lane);
-    let texel = tile_texel(view, tile_id) + place;
+    let texel = tile.place * TILE_SIZE + place;
     own_tile = tile_id;
     first_sum = sum_index(tile_id, place);
     start(view, texel);

@@ -10,7 +10,7 @@
 @group(0) @binding(5) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(6) var<storage, read> dispatches: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read> segments: array<Segment>;
-@group(0) @binding(8) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(8) var tiles: texture_2d<u32>;
 @group(0) @binding(9) var<storage, read_write> partials: array<vec4<u32>>;
 @group(0) @binding(10) var pairs: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(11) var footprints: texture_storage_2d<rgba32uint, read>;
@@ -34,7 +34,7 @@ fn accumulate_ordered(
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);
-    let composed = index < partial_room() && segment_count(tiles[segment.tile]) > 1u;
+    let composed = index < partial_room() && segment_count(tile_of(textureLoad(tiles, record_texel(segment.tile), 0))) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));

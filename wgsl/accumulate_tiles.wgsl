@@ -1,18 +1,17 @@
 // accumulate, tiles: filter and nearest depth of every tile that one workgroup finishes. One
 // workgroup per tile, a column of texels per invocation, no atomics.
 // CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
-// Needs common/gather.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl.
+// Needs common/gather.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl, maps.wgsl
+// or maps_fetched.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
-@group(0) @binding(2) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(2) var tiles: texture_2d<u32>;
 @group(0) @binding(3) var pairs: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(4) var footprints: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(5) var casters: texture_2d<u32>;
 @group(0) @binding(6) var setups: texture_2d<u32>;
 @group(0) @binding(7) var images: texture_2d_array<f32>;
 @group(0) @binding(8) var opaques: texture_2d_array<f32>;
-@group(0) @binding(9) var filters: texture_storage_2d_array<rgba16float, write>;
-@group(0) @binding(10) var nearests: texture_storage_2d_array<r32float, write>;
 
 @compute @workgroup_size(LANES)
 fn accumulate_tiles(
@@ -21,18 +20,19 @@ fn accumulate_tiles(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let tile_id = interleaved(workgroup, workgroups);
-    let tile = tiles[tile_id];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     if tile.merged != 0u {
         return;
     }
     let view = views[tile.view];
-    let texel = tile_texel(view, tile_id) + lane_texel(lane);
+    let texel = tile.place * TILE_SIZE + lane_texel(lane);
+    let alpha_of_none = plain_alpha(view.origin + texel, view.layer);
     start(view, texel);
     walk(view, tile.first, tile.end);
     for (var i = 0u; i < ROWS; i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
         var nearest_depth = nearest_texel(i);
-        var alpha = 1.0;
+        var alpha = alpha_of_none;
         if HAS_OWNERS {
             alpha = tagged_alpha(owner_texel(i));
             nearest_depth = tagged_depth(nearest_depth, owner_texel(i));

@@ -8,7 +8,7 @@
 @group(0) @binding(3) var<storage, read_write> dispatches: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> scattered_tiles: array<u32>;
 @group(0) @binding(5) var pairs: texture_storage_2d<rg32uint, read>;
-@group(0) @binding(6) var<storage, read_write> tiles: array<Tile>;
+@group(0) @binding(6) var tiles: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(7) var<storage, read_write> segments: array<Segment>;
 @group(0) @binding(8) var<storage, read_write> merged_tiles: array<u32>;
 
@@ -43,12 +43,16 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     let range = pair_range(tile);
     let needed = (range.y - range.x + params.segment_length - 1u) / params.segment_length;
     let merged = needed > 1u || scattered_tiles[tile] != 0u;
+    let number = tile - views[view].first_tile;
+    let place = vec2(number % views[view].tiles_x, number / views[view].tiles_x);
+    var record = Tile(range.x, range.y, 0u, view, place);
     if !merged {
-        tiles[tile] = Tile(range.x, range.y, view, 0u);
+        textureStore(tiles, record_texel(tile), tile_record(record));
         return;
     }
     let slot = atomicAdd(&counters.segment_count, needed);
-    tiles[tile] = Tile(range.x, range.y, view, slot + 1u);
+    record.merged = slot + 1u;
+    textureStore(tiles, record_texel(tile), tile_record(record));
     let merged_slot = atomicAdd(&counters.merged_count, 1u);
     merged_tiles[merged_slot] = tile;
     raise_dispatch(MERGED_DISPATCH, merged_slot + 1u, 1u);

@@ -4,7 +4,7 @@
 // Needs common/gather_colored.wgsl and what it needs, lane.wgsl, tile.wgsl, walk_*.wgsl, small.wgsl.
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
-@group(0) @binding(2) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(2) var tiles: texture_2d<u32>;
 @group(0) @binding(3) var pairs: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(4) var footprints: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(5) var casters: texture_2d<u32>;
@@ -21,12 +21,12 @@ fn colored_tiles(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let tile_id = interleaved(workgroup, workgroups);
-    let tile = tiles[tile_id];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     if tile.merged != 0u {
         return;
     }
     let view = views[tile.view];
-    let texel = tile_texel(view, tile_id) + lane_texel(lane);
+    let texel = tile.place * TILE_SIZE + lane_texel(lane);
     start(view, texel);
     walk(view, tile.first, tile.end);
     for (var i = 0u; i < 4u; i += 1u) {

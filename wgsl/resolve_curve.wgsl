@@ -5,7 +5,7 @@
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<storage, read> dispatches: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> merged_tiles: array<u32>;
-@group(0) @binding(7) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(7) var tiles: texture_2d<u32>;
 @group(0) @binding(8) var<storage, read> partials: array<vec4<u32>>;
 @group(0) @binding(9) var filters: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(10) var nearests: texture_storage_2d_array<r32float, write>;
@@ -110,10 +110,10 @@ fn resolve_curve(
         return;
     }
     let tile_id = merged_tiles[slot];
-    let tile = tiles[tile_id];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     let view = views[tile.view];
     let place = lane_texel(lane);
-    let at = view.origin + tile_texel(view, tile_id) + place;
+    let at = view.origin + tile.place * TILE_SIZE + place;
     let count = (tile.end - tile.first + CURVE_SEGMENT - 1u) / CURVE_SEGMENT;
     clear_list();
     clear_volumes();

@@ -6,7 +6,7 @@
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<storage, read> dispatches: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> merged_tiles: array<u32>;
-@group(0) @binding(7) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(7) var tiles: texture_2d<u32>;
 @group(0) @binding(8) var opaques: texture_storage_2d_array<r32float, write>;
 @group(0) @binding(9) var<storage, read> small_depths: array<u32>;
 
@@ -20,12 +20,13 @@ fn resolve_opaque(
     if slot >= dispatches[MERGED_DISPATCH].w {
         return;
     }
-    let tile = merged_tiles[slot];
-    let view = views[tiles[tile].view];
+    let tile_id = merged_tiles[slot];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
+    let view = views[tile.view];
     let place = lane_texel(lane);
     for (var i = 0u; i < 4u; i += 1u) {
-        let sum = sum_index(tile, place + vec2(0u, i));
-        let at = tile_texel(view, tile) + place + vec2(0u, i);
+        let sum = sum_index(tile_id, place + vec2(0u, i));
+        let at = tile.place * TILE_SIZE + place + vec2(0u, i);
         let depth = min(nearness_to_depth(load_nearness(sum)), small_depth(view, at));
         textureStore(opaques, view.origin + at, view.layer, vec4(depth));
         clear_sums(sum);

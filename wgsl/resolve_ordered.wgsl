@@ -6,7 +6,7 @@
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<storage, read> dispatches: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> merged_tiles: array<u32>;
-@group(0) @binding(7) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(7) var tiles: texture_2d<u32>;
 @group(0) @binding(8) var<storage, read> partials: array<vec4<u32>>;
 @group(0) @binding(9) var filters: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(10) var nearests: texture_storage_2d_array<r32float, write>;
@@ -22,7 +22,7 @@ fn resolve_ordered(
         return;
     }
     let id = merged_tiles[slot];
-    let tile = tiles[id];
+    let tile = tile_of(textureLoad(tiles, record_texel(id), 0));
     let view = views[tile.view];
     let place = lane_texel(lane);
     let room = partial_room();
@@ -52,7 +52,7 @@ fn resolve_ordered(
             tau = max(tau, vec3(0)); // a body that is not closed would brighten
         }
         passed *= light(bitcast<vec3<u32>>(tau));
-        let at = view.origin + tile_texel(view, id) + place + vec2(0u, i);
+        let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);
         var alpha = 1.0;
         if HAS_OWNERS {
             alpha = tagged_alpha(owner);

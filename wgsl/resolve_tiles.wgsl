@@ -5,7 +5,7 @@
 @group(0) @binding(4) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(5) var<storage, read> dispatches: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> merged_tiles: array<u32>;
-@group(0) @binding(7) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(7) var tiles: texture_2d<u32>;
 @group(0) @binding(8) var filters: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(9) var nearests: texture_storage_2d_array<r32float, write>;
 
@@ -19,12 +19,13 @@ fn resolve_tiles(
     if slot >= dispatches[MERGED_DISPATCH].w {
         return;
     }
-    let tile = merged_tiles[slot];
-    let view = views[tiles[tile].view];
+    let tile_id = merged_tiles[slot];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
+    let view = views[tile.view];
     let place = lane_texel(lane);
     for (var i = 0u; i < 4u; i += 1u) {
-        let sum = sum_index(tile, place + vec2(0u, i));
-        let at = view.origin + tile_texel(view, tile) + place + vec2(0u, i);
+        let sum = sum_index(tile_id, place + vec2(0u, i));
+        let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);
         textureStore(filters, at, view.layer, vec4(blackened(light(load_sums(sum))), 1.0));
         textureStore(nearests, at, view.layer, vec4(nearness_to_depth(load_nearness(sum))));
         clear_sums(sum);

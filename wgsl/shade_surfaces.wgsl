@@ -5,7 +5,7 @@
 @group(0) @binding(0) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(1) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(2) var<uniform> params: PictureParams;
-@group(0) @binding(3) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(3) var tiles: texture_2d<u32>;
 @group(0) @binding(4) var<storage, read> partials: array<vec4<u32>>;
 @group(0) @binding(5) var pairs: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(6) var footprints: texture_storage_2d<rgba32uint, read>;
@@ -61,10 +61,10 @@ fn shade_surfaces(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let tile_id = interleaved(workgroup, workgroups);
-    let tile = tiles[tile_id];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     let view = views[0];
     let place = lane_texel(lane);
-    let pixel = tile_texel(view, tile_id) + place;
+    let pixel = tile.place * TILE_SIZE + place;
     start(view, pixel);
     if tile.merged == 0u {
         walk(view, tile.first, tile.end);

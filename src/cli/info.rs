@@ -53,8 +53,7 @@ pub(crate) fn run(json: bool) -> Result<(), Failure> {
 
 fn describe(adapter: &wgpu::Adapter) -> AdapterEntry {
     let info = adapter.get_info();
-    let available = adapter.limits();
-    let choice = TierChoice::new(&Selection::default(), adapter.features(), &available);
+    let choice = TierChoice::new(&Selection::default(), adapter);
     let limits = &choice.limits;
     AdapterEntry {
         name: info.name,

@@ -30,6 +30,9 @@ pub struct Selection {
 /// What kernels of [`Tier::Native`] use: an adapter must have all of them.
 pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
 
+/// What kernels that wait for memory use on software adapters: read what they will overwrite.
+pub const FETCH_FEATURES: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+
 /// Features that only measure: timers, and blending that the bench compares maps with.
 const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY
     .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
@@ -47,7 +50,8 @@ pub struct TierChoice {
 }
 
 impl TierChoice {
-    pub fn new(selection: &Selection, available: Features, limits: &Limits) -> Self {
+    pub fn new(selection: &Selection, adapter: &wgpu::Adapter) -> Self {
+        let available = adapter.features();
         let core = |reason: String| Self {
             tier: Tier::Core,
             reason: format!("core: {reason}"),
@@ -66,9 +70,18 @@ impl TierChoice {
         Self {
             tier: Tier::Native,
             reason: format!("native: {}", names(NATIVE_FEATURES)),
-            features: available & (NATIVE_FEATURES | BENCH_FEATURES),
-            limits: raised(limits),
+            features: available & (NATIVE_FEATURES | BENCH_FEATURES | fetch_features(adapter)),
+            limits: raised(&adapter.limits()),
         }
+    }
+}
+
+fn fetch_features(adapter: &wgpu::Adapter) -> Features {
+    let format = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba16Float);
+    let reads = format.flags.contains(wgpu::TextureFormatFeatureFlags::STORAGE_READ_WRITE);
+    match adapter.get_info().device_type {
+        DeviceType::Cpu if reads => FETCH_FEATURES,
+        _ => Features::empty(),
     }
 }
 

@@ -58,7 +58,7 @@ impl Gpu {
 
     fn open(adapter: &wgpu::Adapter, selection: &Selection) -> Result<Self, Error> {
         let info = adapter.get_info();
-        let choice = TierChoice::new(selection, adapter.features(), &adapter.limits());
+        let choice = TierChoice::new(selection, adapter);
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("gobo"),
             required_features: choice.features,

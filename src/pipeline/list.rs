@@ -189,7 +189,7 @@ impl List {
                 if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles }
                     .as_entire_binding(),
                 texture(&pairs[sorted_pairs]),
-                scratch.tiles.as_entire_binding(),
+                texture(&scratch.tiles),
                 scratch.segments.as_entire_binding(),
                 scratch.merged_tiles.as_entire_binding(),
             ],

@@ -31,7 +31,7 @@ pub use small::{SMALL_SIDE, TriangleExtent};
 
 use crate::{
     error::Error,
-    gpu::{Allocator, Memory, Tier, Timeline},
+    gpu::{Allocator, FETCH_FEATURES, Memory, Tier, Timeline},
     stage::sort::{self, PAIR_LIMIT},
     view::View,
 };
@@ -60,7 +60,8 @@ pub struct Config {
     /// Whether subgroups may have more than 32 lanes.
     pub wide: bool,
     /// Whether soft discs wait in a queue of eight, one for each lane of a subgroup; changes no bit.
-    /// On software adapters with such subgroups, on the native tier.
+    /// On software adapters with such subgroups, on the native tier; without [`FETCH_FEATURES`] no
+    /// pipeline does.
     pub queued: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
@@ -93,10 +94,6 @@ impl Config {
         }
     }
 
-    fn queues(&self) -> bool {
-        self.queued && self.tier == Tier::Native
-    }
-
     /// A curve needs its hits in order: tiny casters go through tiles.
     fn scatters(&self) -> bool {
         self.scatter_tiny && self.nodes == 0
@@ -108,6 +105,8 @@ impl Config {
 pub struct Pipeline {
     kernels: Kernels,
     config: Config,
+    /// What the device allows.
+    may_queue: bool,
 }
 
 /// A scene's maps on the GPU and all it takes to fill them.
@@ -127,8 +126,9 @@ pub struct Prepared {
 }
 
 impl Pipeline {
-    pub fn new(device: &wgpu::Device, config: Config) -> Self {
-        Self { kernels: Kernels::new(device, config), config }
+    pub fn new(device: &wgpu::Device, mut config: Config) -> Self {
+        config.queued &= config.tier == Tier::Native && device.features().contains(FETCH_FEATURES);
+        Self { kernels: Kernels::new(device, config), config, may_queue: config.queued }
     }
 
     pub fn config(&self) -> &Config {
@@ -160,9 +160,9 @@ impl Pipeline {
         self.config.nodes = nodes;
     }
 
-    /// For the next `prepare`.
+    /// For the next `prepare`; nothing where it was off from the start.
     pub fn set_queued(&mut self, queued: bool) {
-        self.config.queued = queued;
+        self.config.queued = queued && self.may_queue;
     }
 
     /// For the next `prepare_picture`.

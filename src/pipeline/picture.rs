@@ -198,7 +198,7 @@ impl Pipeline {
             solid_features,
             &[
                 &uniforms,
-                &[whole(&scratch.tiles), whole(&partials)],
+                &[texture(&scratch.tiles), whole(&partials)],
                 &hits(&solid),
                 &lit_by,
                 &over_solid,
@@ -224,7 +224,7 @@ impl Pipeline {
             clear_features,
             &[
                 &uniforms,
-                &[whole(&scratch.tiles), whole(&partials), whole(&pixels)],
+                &[texture(&scratch.tiles), whole(&partials), whole(&pixels)],
                 &hits(&clear),
                 &lit_by,
                 &over_clear,

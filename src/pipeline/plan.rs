@@ -153,7 +153,7 @@ impl Plan {
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
         let dense = filtering.footprint_count >= DENSE * tile_count;
-        let features = filtering.features.of_walk(dense, config.queues());
+        let features = filtering.features.of_walk(dense, config.queued);
         let features = Features { nodes: config.nodes, ..features };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, kept, cleared: false }

@@ -10,7 +10,7 @@ use crate::{
     footprint::{FOOTPRINT_TEXELS, SETUP_TEXELS},
     gpu::{Allocator, Tier, view},
     stage::{
-        bin::{self, Dispatch, SEGMENT_LENGTH, Segment, Tile},
+        bin::{self, Dispatch, SEGMENT_LENGTH, Segment},
         curve::{CURVE_SEGMENT, partial_bytes},
         sort::{PAIR_FORMAT, pair_limit},
     },
@@ -32,7 +32,7 @@ pub(super) struct Scratch {
     pub setups: TextureView,
     pub pairs: [TextureView; 2],
     pub pair_capacity: u32,
-    pub tiles: Buffer,
+    pub tiles: TextureView,
     pub scattered_tiles: Buffer,
     pub merged_tiles: Buffer,
     pub segments: Buffer,
@@ -201,7 +201,12 @@ impl Scratch {
             setups,
             pairs,
             pair_capacity,
-            tiles: allocator.storage::<Tile>("tiles", tiles, none)?,
+            tiles: view(&allocator.records(
+                "tiles",
+                TextureFormat::Rgba32Uint,
+                tiles,
+                storage | TextureUsages::TEXTURE_BINDING,
+            )?),
             scattered_tiles: allocator.storage::<u32>("scattered_tiles", tiles, none)?,
             merged_tiles: allocator.storage::<u32>("merged_tiles", tiles, none)?,
             segments: allocator.storage::<Segment>(

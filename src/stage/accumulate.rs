@@ -9,7 +9,7 @@ use super::{
         VIEWS, WIDE,
     },
     project::{CHUNK_SIZE, Chunk, ProjectParams},
-    resolve::MAP_BINDINGS,
+    resolve::{FETCHED_MAP_BINDINGS, MAP_BINDINGS},
     sums::{
         OVERFLOW_BINDINGS, OVERFLOW_SOURCES, RECTS, SAMPLED_FOOTPRINTS, SCATTERED_TILES, sums,
         sums_sources,
@@ -61,7 +61,7 @@ pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     sources: join![
         Source: GATHER_SOURCES,
         walk_sources(TIER),
-        crate::sources!["common/sums.wgsl", "accumulate_tiles.wgsl"],
+        crate::sources!["common/sums.wgsl", "common/maps.wgsl", "accumulate_tiles.wgsl"],
     ],
     bindings: join![Binding: TILE_BINDINGS, &[OPAQUES], MAP_BINDINGS],
     constants: GATHER_CONSTANTS,
@@ -182,22 +182,31 @@ pub const OVERFLOW: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
 
 pub const DISC_TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "accumulate_tiles",
-    sources: join![Source: DISC_SOURCES, disc_walk_sources(TIER), DISC_TILE_SOURCES],
-    bindings: DISC_TILE_BINDINGS,
+    sources: join![
+        Source: DISC_SOURCES,
+        disc_walk_sources(TIER),
+        crate::sources!["common/maps.wgsl"],
+        DISC_TILE_SOURCES,
+    ],
+    bindings: join![Binding: TILE_BINDINGS, &[OPAQUES], MAP_BINDINGS],
     constants: join![Constant: DISC_CONSTANTS, &[("HAS_OWNERS", 0.0)]],
     tier: TIER,
 });
-/// In place of [`DISC_TILES`] where a software adapter has subgroups of eight lanes.
+/// In place of [`DISC_TILES`] where discs wait in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
-    sources: join![Source: DISC_SOURCES, DISC_QUEUE_SOURCES, DISC_TILE_SOURCES],
-    bindings: DISC_TILE_BINDINGS,
+    sources: join![
+        Source: DISC_SOURCES,
+        DISC_QUEUE_SOURCES,
+        crate::sources!["common/maps_fetched.wgsl"],
+        DISC_TILE_SOURCES,
+    ],
+    bindings: join![Binding: TILE_BINDINGS, &[OPAQUES], FETCHED_MAP_BINDINGS],
     constants: join![Constant: DISC_CONSTANTS, &[("HAS_OWNERS", 0.0), ("DENSE", 1.0)]],
     tier: Tier::Native,
 };
 const DISC_TILE_SOURCES: &[Source] =
     crate::sources!["common/sums.wgsl", "common/owners.wgsl", "accumulate_tiles.wgsl"];
-const DISC_TILE_BINDINGS: &[Binding] = join![Binding: TILE_BINDINGS, &[OPAQUES], MAP_BINDINGS];
 
 pub const DISC_SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "accumulate_segments",
@@ -211,7 +220,7 @@ pub const DISC_SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     constants: DISC_CONSTANTS,
     tier: TIER,
 });
-/// In place of [`DISC_SEGMENTS`] where a software adapter has subgroups of eight lanes.
+/// In place of [`DISC_SEGMENTS`] where discs wait in a queue.
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_segments",
     sources: join![

@@ -9,7 +9,7 @@ use crate::{
     view::{GpuView, MAX_VIEWS},
 };
 use bytemuck::{Pod, Zeroable};
-use wgpu::TextureFormat::Rg32Uint;
+use wgpu::TextureFormat::{Rg32Uint, Rgba32Uint};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
 /// stays below the 65,535 iterations that llvmpipe allows it.
@@ -94,7 +94,7 @@ pub const TILES: KernelDesc = KernelDesc {
         Binding::read_write::<u32>("dispatches"),
         Binding::read_write::<u32>("scattered_tiles"),
         Binding::texture_read("pairs", Rg32Uint),
-        Binding::read_write::<Tile>("tiles"),
+        Binding::texture_write("tiles", Rgba32Uint),
         Binding::read_write::<Segment>("segments"),
         Binding::read_write::<u32>("merged_tiles"),
     ],
@@ -170,17 +170,6 @@ crate::gpu_layout!(BatchCounters {
 
 /// Of `pair_count` among the counters.
 pub const PAIR_COUNT_INDEX: u32 = 1;
-
-/// WGSL: `wgsl/common/tile.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Tile {
-    pub first: u32,
-    pub end: u32,
-    pub view: u32,
-    pub merged: u32,
-}
-crate::gpu_layout!(Tile { first, end, view, merged });
 
 /// WGSL: `wgsl/common/tile.wgsl`.
 #[repr(C)]

@@ -4,8 +4,9 @@
 //! pairs did not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles leave
 //! `partials`, which `resolve_curve` puts together in order.
 use super::{
-    bin::{BatchCounters, Segment, Tile},
+    bin::{BatchCounters, Segment},
     hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS, WIDE},
+    walk,
 };
 use crate::gpu::{Binding, KernelDesc, Tier};
 use wgpu::{
@@ -66,7 +67,7 @@ macro_rules! tiles {
                 $sums,
                 VIEWS,
                 MATERIALS,
-                Binding::read::<Tile>("tiles"),
+                walk::TILES,
                 Binding::read::<u32>("scattered_tiles"),
                 Binding::read_write::<BatchCounters>("counters"),
                 FOOTPRINTS,
@@ -235,7 +236,7 @@ macro_rules! resolve {
                 VIEWS,
                 Binding::read::<[u32; 4]>("dispatches"),
                 Binding::read::<u32>("merged_tiles"),
-                Binding::read::<Tile>("tiles"),
+                walk::TILES,
                 Binding::read::<[u32; 4]>("partials"),
                 FILTERS,
                 NEARESTS,

@@ -12,6 +12,11 @@ pub(super) const MAP_BINDINGS: &[Binding] = &[
     Binding::texture_write("filters", Rgba16Float).array(),
     Binding::texture_write("nearests", R32Float).array(),
 ];
+/// The same where it is fetched before.
+pub(super) const FETCHED_MAP_BINDINGS: &[Binding] = &[
+    Binding::texture_read_write("filters", Rgba16Float).array(),
+    Binding::texture_read_write("nearests", R32Float).array(),
+];
 
 pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
     name: "resolve_tiles",

@@ -1,12 +1,15 @@
 //! What the kernels share that walk the pairs of a tile or of a segment.
 use super::{
-    bin::{Segment, Tile},
+    bin::Segment,
     hits::{CASTERS, IMAGES, MATERIALS, SETUPS, VIEWS},
 };
 use crate::gpu::{Binding, Source, Tier};
-use wgpu::TextureFormat::{Rg32Uint, Rgba32Uint};
+use wgpu::{
+    TextureFormat::{Rg32Uint, Rgba32Uint},
+    TextureSampleType::Uint,
+};
 
-pub(super) const TILES: Binding = Binding::read::<Tile>("tiles");
+pub(super) const TILES: Binding = Binding::texture("tiles", Uint);
 pub(super) const SEGMENTS: Binding = Binding::read::<Segment>("segments");
 pub(super) const DISPATCHES: Binding = Binding::read::<[u32; 4]>("dispatches");
 pub(super) const PAIRS: Binding = Binding::texture_read("pairs", Rg32Uint);

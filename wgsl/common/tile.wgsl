@@ -1,11 +1,22 @@
-// The work of one tile. Rust: `Tile` and `Segment` in src/stage/bin.rs.
+// The work of one tile; a texel of `tiles`.
 struct Tile {
     first: u32, // of its pairs
     end: u32,
-    view: u32,
     merged: u32, // not 0: several workgroups share it; 1 + its first segment
+    view: u32,
+    place: vec2<u32>, // in the view's map [tiles]
 }
 
+fn tile_record(tile: Tile) -> vec4<u32> {
+    return vec4(tile.first, tile.end, tile.merged, tile.view | (tile.place.x << 8u) | (tile.place.y << 20u));
+}
+
+fn tile_of(record: vec4<u32>) -> Tile {
+    let place = vec2((record.w >> 8u) & 0xfffu, record.w >> 20u);
+    return Tile(record.x, record.y, record.z, record.w & 0xffu, place);
+}
+
+// Rust: `Segment` in src/stage/bin.rs.
 struct Segment {
     tile: u32,
     first: u32, // of its pairs

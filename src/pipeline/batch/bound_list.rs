@@ -284,7 +284,7 @@ impl<'a> Shared<'a> {
             views: views.as_entire_binding(),
             materials: context.casters.materials.as_entire_binding(),
             dispatches: scratch.dispatches.as_entire_binding(),
-            tiles: scratch.tiles.as_entire_binding(),
+            tiles: BindingResource::TextureView(&scratch.tiles),
             segments: scratch.segments.as_entire_binding(),
             merged_tiles: scratch.merged_tiles.as_entire_binding(),
             scattered_tiles: scratch.scattered_tiles.as_entire_binding(),
