@@ -8,7 +8,8 @@ mod timing;
 mod transfer;
 
 pub use adapter::{
-    Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, adapters, all_adapters, shortcoming,
+    Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, adapters, all_adapters,
+    shortcoming,
 };
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::Gpu;

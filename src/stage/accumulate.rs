@@ -15,8 +15,8 @@ use super::{
         sums_sources,
     },
     walk::{
-        self, DISPATCHES, FOOTPRINTS, LANE_SOURCES, PAIRS, SEGMENT_BINDINGS, TALL_LANE_SOURCES,
-        TILE_BINDINGS, DISC_QUEUE_SOURCES, disc_walk_sources, walk_sources,
+        self, DISC_QUEUE_SOURCES, DISPATCHES, FOOTPRINTS, LANE_SOURCES, PAIRS, SEGMENT_BINDINGS,
+        TALL_LANE_SOURCES, TILE_BINDINGS, disc_walk_sources, walk_sources,
     },
 };
 use crate::gpu::{Binding, Constant, KernelDesc, Source, Tier, join, on_each_tier};
