@@ -18,10 +18,10 @@ demo: setup
 	done
 	@echo "The pictures are above; the shadow maps are in out/*/maps/."
 
-# Most of the time lavapipe compiles kernels: without LLVM's optimisations in half of it, to the same
-# results.
+# Most of the time lavapipe compiles kernels, each on one core: without LLVM's optimisations in half
+# of it, to the same results, and with other tests beside.
 test: setup
-	GALLIVM_PERF=nopt cargo test
+	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test
 
 # The kernels against their twins on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup

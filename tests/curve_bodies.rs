@@ -212,7 +212,7 @@ fn over_is_composed_front_to_back() {
 /// More pairs on one tile than a segment holds: layers of one colour, fog among them.
 #[test]
 fn segments_follow_each_other() {
-    const COUNT: u32 = 20_000;
+    const COUNT: u32 = 16_500;
     let soft =
         |transfer| Material { shape: Shape::Disc, profile: Profile::Flat, ..material(transfer) };
     let mut chance = Chance::new(12);

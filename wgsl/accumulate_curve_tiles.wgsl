@@ -26,7 +26,7 @@ fn open_rest(view: GpuView, step: u32) {
         return;
     }
     var rest = nothing_overflowed();
-    for (var has_rest = scattered_tiles[own_tile] != 0u; has_rest; has_rest = false) {
+    if scattered_tiles[own_tile] != 0u {
         rest = overflowed(first_sum);
     }
     let light = rest_light(rest, total_light());

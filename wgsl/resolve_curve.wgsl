@@ -188,7 +188,7 @@ fn resolve_curve(
             is = is | ramp.is;
         }
         // Once, behind all segments.
-        for (var is_rest = i + 1u == count * steps + rest_steps(); is_rest; is_rest = false) {
+        if i + 1u == count * steps + rest_steps() {
             let rest = overflowed(sum_index(tile_id, place));
             own = rest_light(rest, whole);
             is = is_light(own);

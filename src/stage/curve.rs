@@ -4,11 +4,15 @@
 //! pairs did not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles leave
 //! `partials`, which `resolve_curve` puts together in order.
 use super::{
-    bin::{BatchCounters, Segment},
-    hits::{CASTERS, IMAGES, MATERIALS, OPAQUES, SETUPS, VIEWS, WIDE},
-    walk,
+    bin::BatchCounters,
+    hits::{
+        CASTER_SOURCES, CASTERS, HIT_CONSTANTS, HIT_SOURCES, IMAGES, MATERIALS, OPAQUES, SETUPS,
+        VIEWS, WIDE,
+    },
+    sums::{RESOLVE_BINDINGS, RESOLVE_SOURCES, sums, sums_sources},
+    walk::{DISPATCHES, FOOTPRINTS, LANE_SOURCES, SEGMENTS as SEGMENT_LIST, TILES as TILE_LIST},
 };
-use crate::gpu::{Binding, KernelDesc, Tier};
+use crate::gpu::{Binding, Constant, KernelDesc, Source, Tier, join, on_each_tier};
 use wgpu::{
     TextureFormat::{R32Float, Rg32Uint, Rgba16Float, Rgba32Uint},
     TextureSampleType::Uint,
@@ -33,226 +37,174 @@ const fn pairs(tier: Tier) -> Binding {
     }
 }
 
-const FOOTPRINTS: Binding = Binding::texture_read("footprints", Rgba32Uint);
-const FILTERS: Binding = Binding::texture_write("filters", Rgba16Float).array();
-const NEARESTS: Binding = Binding::texture_write("nearests", R32Float).array();
-const CURVES: Binding = Binding::texture_write("curves", Rgba32Uint).array();
+const CURVE_SOURCES: &[Source] = join![
+    Source: LANE_SOURCES,
+    crate::sources![
+        "common/bin.wgsl",
+        "common/reach.wgsl",
+        "common/curve.wgsl",
+        "common/curve_list.wgsl",
+        "common/curve_volumes.wgsl",
+        "common/gather_curve.wgsl"
+    ],
+];
+const HIT_VISIT_SOURCES: &[Source] = join![
+    Source: HIT_SOURCES,
+    CURVE_SOURCES,
+    crate::sources![
+        "common/order.wgsl",
+        "common/volumes.wgsl",
+        "common/crossing.wgsl",
+        "common/visit_hits.wgsl"
+    ],
+];
+const DISC_VISIT_SOURCES: &[Source] = join![
+    Source: CASTER_SOURCES,
+    CURVE_SOURCES,
+    crate::sources!["common/wide.wgsl", "common/disc.wgsl", "common/visit_discs.wgsl"],
+];
+const TILE_SOURCES: &[Source] =
+    crate::sources!["common/overflow_curve.wgsl", "accumulate_curve_tiles.wgsl"];
+const SEGMENT_SOURCES: &[Source] = crate::sources![
+    "common/sums.wgsl",
+    "common/dispatch.wgsl",
+    "common/curve_partial.wgsl",
+    "accumulate_curve_segments.wgsl"
+];
 
-macro_rules! tiles {
-    ($tier:ident, $sums:ident, $sums_file:literal, [$($walk:literal),*], [$($visit:literal),*], [$($constant:expr),*]) => {
-        KernelDesc {
-            name: "accumulate_curve_tiles",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/bin.wgsl",
-                "common/sums.wgsl",
-                $sums_file,
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/curve.wgsl",
-                "common/curve_list.wgsl",
-                "common/curve_volumes.wgsl",
-                "common/gather_curve.wgsl",
-                $($visit,)*
-                $($walk,)*
-                "common/overflow_curve.wgsl",
-                "accumulate_curve_tiles.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                MATERIALS,
-                walk::TILES,
-                Binding::read::<u32>("scattered_tiles"),
-                Binding::read_write::<BatchCounters>("counters"),
-                FOOTPRINTS,
-                pairs(Tier::$tier),
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                OPAQUES,
-                FILTERS,
-                NEARESTS,
-                CURVES
-            ],
-            constants: &[("NODES", 8.0), ("HAS_QUADS", 1.0), ("HAS_GAIN", 0.0), $($constant),*],
-            tier: Tier::$tier,
+const fn walk_sources(tier: Tier) -> &'static [Source] {
+    match tier {
+        Tier::Core => {
+            crate::sources!["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]
         }
-    };
-}
-
-macro_rules! segments {
-    ($tier:ident, [$($walk:literal),*], [$($visit:literal),*], [$($constant:expr),*]) => {
-        KernelDesc {
-            name: "accumulate_curve_segments",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/material.wgsl",
-                "common/tile_rect.wgsl",
-                "common/bin.wgsl",
-                "common/sums.wgsl",
-                "common/dispatch.wgsl",
-                "common/reach.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/tile.wgsl",
-                "common/curve.wgsl",
-                "common/curve_list.wgsl",
-                "common/curve_volumes.wgsl",
-                "common/curve_partial.wgsl",
-                "common/gather_curve.wgsl",
-                $($visit,)*
-                $($walk,)*
-                "accumulate_curve_segments.wgsl"
-            ],
-            bindings: &[
-                VIEWS,
-                MATERIALS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<Segment>("segments"),
-                Binding::read_write::<[u32; 4]>("partials"),
-                Binding::read_write::<BatchCounters>("counters"),
-                FOOTPRINTS,
-                CASTERS,
-                SETUPS,
-                IMAGES,
-                pairs(Tier::$tier),
-                OPAQUES,
-            ],
-            constants: &[("NODES", 8.0), ("HAS_QUADS", 1.0), ("HAS_GAIN", 0.0), $($constant),*],
-            tier: Tier::$tier,
+        Tier::Native => {
+            crate::sources!["common/curve_pairs_stored.wgsl", "common/walk_slabs.wgsl"]
         }
-    };
+    }
 }
 
-macro_rules! any {
-    ($kernel:ident, $($start:tt),*) => {
-        $kernel!(
-            $($start),*,
-            [
-                "common/hit.wgsl",
-                "common/texture.wgsl",
-                "common/caster_hit.wgsl",
-                "common/order.wgsl",
-                "common/volumes.wgsl",
-                "common/crossing.wgsl",
-                "common/rolled.wgsl",
-                "common/visit_hits.wgsl"
-            ],
-            [
-                ("HAS_PARTICLES", 1.0),
-                ("HAS_TRIANGLES", 1.0),
-                ("HAS_TEXTURES", 1.0),
-                ("HAS_PUFFS", 1.0),
-                ("HAS_OVER", 1.0),
-                ("HAS_VOLUMES", 1.0),
-                ("ROLLED", 0.0)
-            ]
-        )
-    };
+const fn disc_walk_sources(tier: Tier) -> &'static [Source] {
+    match tier {
+        Tier::Core => walk_sources(tier),
+        Tier::Native => crate::sources![
+            "common/curve_pairs_stored.wgsl",
+            "common/disc_lanes.wgsl",
+            "common/walk_slab_discs.wgsl"
+        ],
+    }
 }
 
-macro_rules! discs {
-    ($kernel:ident, $($start:tt),*) => {
-        $kernel!($($start),*, ["common/wide.wgsl", "common/disc.wgsl", "common/visit_discs.wgsl"], [("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), WIDE])
-    };
-}
+const NODES: Constant = ("NODES", 8.0);
+const CURVE_CONSTANTS: &[Constant] = &[NODES, ("HAS_QUADS", 1.0), ("HAS_GAIN", 0.0)];
+const HIT_VISIT_CONSTANTS: &[Constant] = join![
+    Constant: CURVE_CONSTANTS,
+    HIT_CONSTANTS,
+    &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
+];
+const DISC_VISIT_CONSTANTS: &[Constant] =
+    join![Constant: CURVE_CONSTANTS, &[("PERSPECTIVE", 0.0), ("HAS_OPAQUE", 1.0), WIDE]];
 
-pub const TILES: [KernelDesc; 2] = [
-    any!(
-        tiles,
-        Core,
-        buffer,
-        "common/sums_buffer.wgsl",
-        ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]
-    ),
-    any!(
-        tiles,
-        Native,
-        texture,
-        "common/sums_texture.wgsl",
-        ["common/curve_pairs_stored.wgsl", "common/walk_slabs.wgsl"]
-    ),
+const PARTIALS: Binding = Binding::read_write::<[u32; 4]>("partials");
+const COUNTERS: Binding = Binding::read_write::<BatchCounters>("counters");
+/// What a tile is written to that is finished.
+const MAP_BINDINGS: &[Binding] = &[
+    Binding::texture_write("filters", Rgba16Float).array(),
+    Binding::texture_write("nearests", R32Float).array(),
+    Binding::texture_write("curves", Rgba32Uint).array(),
 ];
-pub const SEGMENTS: [KernelDesc; 2] = [
-    any!(segments, Core, ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]),
-    any!(segments, Native, ["common/curve_pairs_stored.wgsl", "common/walk_slabs.wgsl"]),
-];
-pub const DISC_TILES: [KernelDesc; 2] = [
-    discs!(
-        tiles,
-        Core,
-        buffer,
-        "common/sums_buffer.wgsl",
-        ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]
-    ),
-    discs!(
-        tiles,
-        Native,
-        texture,
-        "common/sums_texture.wgsl",
-        ["common/curve_pairs_stored.wgsl", "common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]
-    ),
-];
-pub const DISC_SEGMENTS: [KernelDesc; 2] = [
-    discs!(segments, Core, ["common/curve_pairs_sampled.wgsl", "common/walk_slabs_uniform.wgsl"]),
-    discs!(
-        segments,
-        Native,
-        ["common/curve_pairs_stored.wgsl", "common/disc_lanes.wgsl", "common/walk_slab_discs.wgsl"]
-    ),
-];
+const TILE_BINDINGS: [&[Binding]; 2] = on_each_tier!(TIER => join![
+    Binding: sums(TIER),
+    &[
+        VIEWS,
+        MATERIALS,
+        TILE_LIST,
+        Binding::read::<u32>("scattered_tiles"),
+        COUNTERS,
+        FOOTPRINTS,
+        pairs(TIER),
+        CASTERS,
+        SETUPS,
+        IMAGES,
+        OPAQUES,
+    ],
+    MAP_BINDINGS,
+]);
+const SEGMENT_BINDINGS: [&[Binding]; 2] = on_each_tier!(TIER => &[
+    VIEWS,
+    MATERIALS,
+    DISPATCHES,
+    SEGMENT_LIST,
+    PARTIALS,
+    COUNTERS,
+    FOOTPRINTS,
+    CASTERS,
+    SETUPS,
+    IMAGES,
+    pairs(TIER),
+    OPAQUES,
+]);
 
-macro_rules! resolve {
-    ($tier:ident, $sums:ident, $sums_file:literal) => {
-        KernelDesc {
-            name: "resolve_curve",
-            sources: crate::sources![
-                "common/record.wgsl",
-                "common/view.wgsl",
-                "common/tile.wgsl",
-                "common/rows_4.wgsl",
-                "common/lane.wgsl",
-                "common/sums.wgsl",
-                $sums_file,
-                "common/dispatch.wgsl",
-                "common/curve.wgsl",
-                "common/order.wgsl",
-                "common/volumes.wgsl",
-                "common/curve_list.wgsl",
-                "common/curve_volumes.wgsl",
-                "common/curve_partial.wgsl",
-                "common/overflow_curve.wgsl",
-                "resolve_curve.wgsl"
-            ],
-            bindings: crate::sums_then![
-                $sums,
-                VIEWS,
-                Binding::read::<[u32; 4]>("dispatches"),
-                Binding::read::<u32>("merged_tiles"),
-                walk::TILES,
-                Binding::read::<[u32; 4]>("partials"),
-                FILTERS,
-                NEARESTS,
-                CURVES
-            ],
-            constants: &[
-                ("NODES", 8.0),
-                ("HAS_GAIN", 0.0),
-                ("HAS_OVER", 0.0),
-                ("HAS_VOLUMES", 0.0),
-            ],
-            tier: Tier::$tier,
-        }
-    };
-}
-pub const RESOLVE: [KernelDesc; 2] = [
-    resolve!(Core, buffer, "common/sums_buffer.wgsl"),
-    resolve!(Native, texture, "common/sums_texture.wgsl"),
-];
+pub const TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_curve_tiles",
+    sources: join![
+        Source: HIT_VISIT_SOURCES,
+        sums_sources(TIER),
+        walk_sources(TIER),
+        TILE_SOURCES,
+    ],
+    bindings: TILE_BINDINGS[TIER as usize],
+    constants: HIT_VISIT_CONSTANTS,
+    tier: TIER,
+});
+pub const SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_curve_segments",
+    sources: join![Source: HIT_VISIT_SOURCES, walk_sources(TIER), SEGMENT_SOURCES],
+    bindings: SEGMENT_BINDINGS[TIER as usize],
+    constants: HIT_VISIT_CONSTANTS,
+    tier: TIER,
+});
+pub const DISC_TILES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_curve_tiles",
+    sources: join![
+        Source: DISC_VISIT_SOURCES,
+        sums_sources(TIER),
+        disc_walk_sources(TIER),
+        TILE_SOURCES,
+    ],
+    bindings: TILE_BINDINGS[TIER as usize],
+    constants: DISC_VISIT_CONSTANTS,
+    tier: TIER,
+});
+pub const DISC_SEGMENTS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "accumulate_curve_segments",
+    sources: join![Source: DISC_VISIT_SOURCES, disc_walk_sources(TIER), SEGMENT_SOURCES],
+    bindings: SEGMENT_BINDINGS[TIER as usize],
+    constants: DISC_VISIT_CONSTANTS,
+    tier: TIER,
+});
+
+pub const RESOLVE: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+    name: "resolve_curve",
+    sources: join![
+        Source: RESOLVE_SOURCES,
+        sums_sources(TIER),
+        crate::sources![
+            "common/curve.wgsl",
+            "common/order.wgsl",
+            "common/volumes.wgsl",
+            "common/curve_list.wgsl",
+            "common/curve_volumes.wgsl",
+            "common/curve_partial.wgsl",
+            "common/overflow_curve.wgsl",
+            "resolve_curve.wgsl"
+        ],
+    ],
+    bindings: join![
+        Binding: sums(TIER),
+        RESOLVE_BINDINGS,
+        &[Binding::read::<[u32; 4]>("partials")],
+        MAP_BINDINGS,
+    ],
+    constants: &[NODES, ("HAS_GAIN", 0.0), ("HAS_OVER", 0.0), ("HAS_VOLUMES", 0.0)],
+    tier: TIER,
+});

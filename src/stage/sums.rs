@@ -84,16 +84,3 @@ pub(super) const RESOLVE_SOURCES: &[Source] = crate::sources![
     "common/lane.wgsl",
     "common/dispatch.wgsl"
 ];
-
-/// Puts the sums, as buffers or as textures, before the other bindings.
-#[macro_export]
-macro_rules! sums_then {
-    (buffer, $($binding:expr),* $(,)?) => {
-        $crate::gpu::join![$crate::gpu::Binding:
-            $crate::stage::sums::sums($crate::gpu::Tier::Core), &[$($binding),*]]
-    };
-    (texture, $($binding:expr),* $(,)?) => {
-        $crate::gpu::join![$crate::gpu::Binding:
-            $crate::stage::sums::sums($crate::gpu::Tier::Native), &[$($binding),*]]
-    };
-}

@@ -96,9 +96,8 @@ fn settled(front: f32) -> bool {
 }
 
 fn settled_rows(front: f32, i: u32) -> bool {
-    let light = max(max(red[i], green[i]), blue[i]);
-    let open = (light >= vec4(BLACK) | nearest[i] > vec4(front)) & opaque_depth[i] > vec4(front);
-    return !any(open);
+    let lit = red[i] >= vec4(BLACK) | green[i] >= vec4(BLACK) | blue[i] >= vec4(BLACK);
+    return !any((lit | nearest[i] > vec4(front)) & opaque_depth[i] > vec4(front));
 }
 
 // Batches of plain discs are not asked for it.
