@@ -29,11 +29,28 @@ fn accumulate_segments(
     let texel = tile_texel(view, segment.tile) + place;
     start(view, texel);
     walk(view, segment.first, segment.end);
+    // A copy: what a loop indexes is memory, and what the walk changes should be registers.
+    var own: array<vec4<f32>, 8>;
+    own[0] = own_texel(0u);
+    own[1] = own_texel(1u);
+    own[2] = own_texel(2u);
+    own[3] = own_texel(3u);
+    if ROWS > 4u {
+        own[4] = own_texel(4u);
+        own[5] = own_texel(5u);
+        own[6] = own_texel(6u);
+        own[7] = own_texel(7u);
+    }
     for (var i = 0u; i < ROWS; i += 1u) {
         let sum = sum_index(segment.tile, place + vec2(0u, i));
-        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(passed_texel(i)) * FIXED_ONE))));
-        if nearest_texel(i) < 1.0 {
-            raise_nearness(sum, depth_to_nearness(nearest_texel(i)));
+        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(own[i].rgb) * FIXED_ONE))));
+        if own[i].a < 1.0 {
+            raise_nearness(sum, depth_to_nearness(own[i].a));
         }
     }
+}
+
+// Light that passed, and the nearest depth.
+fn own_texel(i: u32) -> vec4<f32> {
+    return vec4(passed_texel(i), nearest_texel(i));
 }
