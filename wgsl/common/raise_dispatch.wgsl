@@ -1,6 +1,6 @@
-// Workgroup counts of what only the GPU knows. They only grow, so that the largest of many
-// invocations stays, in whatever order they come. Needs common/dispatch.wgsl; the kernel binds
-// `dispatches`.
+// Workgroup counts of what only the GPU knows: zero before each batch, then they only grow, so that
+// the largest of many invocations stays, in whatever order they come.
+// Needs common/dispatch.wgsl; the kernel binds `dispatches`.
 const MAX_X: u32 = 32768u; // below every adapter's limit of workgroups in a row
 
 fn raise_dispatch(place: u32, count: u32, slices: u32) {

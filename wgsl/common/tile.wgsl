@@ -7,6 +7,7 @@ struct Tile {
     place: vec2<u32>, // in the view's map [tiles]
 }
 
+// A batch has at most 64 views, a map at most 4,096 tiles along an edge.
 fn tile_record(tile: Tile) -> vec4<u32> {
     return vec4(tile.first, tile.end, tile.merged, tile.view | (tile.place.x << 8u) | (tile.place.y << 20u));
 }
