@@ -21,6 +21,7 @@ mod dither_maps;
 mod extremes;
 mod filter;
 mod gltf;
+mod grammar;
 mod hidden;
 mod hostile;
 mod layout;

@@ -23,7 +23,7 @@ fn pair_range(tile: u32) -> vec2<u32> {
         let before = vec2(
             textureLoad(pairs, record_texel(middle.x)).r < tile,
             textureLoad(pairs, record_texel(middle.y)).r <= tile,
-        ) & low < high;
+        ) & (low < high);
         high = select(middle, high, before);
         low = select(low, middle + 1u, before);
     }

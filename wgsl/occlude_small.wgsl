@@ -89,7 +89,7 @@ fn occlude_small(
         );
         let weighted = e * weights;
         let depth = dot(weighted, depths) / (weighted.x + weighted.y + weighted.z);
-        let inside = all(e > vec3(0.0) | (e == vec3(0.0) & owned)) && x <= span.y;
+        let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & owned)) && x <= span.y;
         if inside && depth >= 0.0 && depth <= 1.0 {
             let texel = first_texel + u32(y) * row_texels + u32(x);
             // The last bit is that of dithered surfaces.

@@ -42,3 +42,19 @@ pub(crate) fn parse(desc: &KernelDesc) -> naga::Module {
     naga::front::wgsl::parse_str(&wgsl)
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&wgsl, desc.name)))
 }
+
+/// Every file of `wgsl/`: its path there, and its text.
+pub(crate) fn wgsl_files() -> Vec<(String, String)> {
+    let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/wgsl"));
+    let (mut pending, mut files) = (vec![root.to_owned()], Vec::new());
+    while let Some(path) = pending.pop() {
+        if path.is_dir() {
+            pending.extend(path.read_dir().unwrap().map(|entry| entry.unwrap().path()));
+        } else {
+            let name = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
+            files.push((name, std::fs::read_to_string(path).unwrap()));
+        }
+    }
+    files.sort();
+    files
+}

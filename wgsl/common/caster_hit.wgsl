@@ -126,7 +126,7 @@ fn triangle_weights(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let c = edge(setup, 2u, texel);
     let e = vec3(a, b, c);
     let tie = (vec3(weights_ties.w) & vec3(1u, 2u, 4u)) != vec3(0u);
-    let inside = all(e > vec3(0.0) | (e == vec3(0.0) & tie));
+    let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & tie));
     let weighted = e * bitcast<vec3<f32>>(weights_ties.xyz);
     let sum = weighted.x + weighted.y + weighted.z;
     let barycentric = weighted / sum;

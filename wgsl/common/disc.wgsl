@@ -70,7 +70,8 @@ fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<
     let t = 1.0 + turn;
     let rest = max(1.0 - ((dx * dx + dy * dy) * disc.bend - turn * turn * disc.tilt_bend) / (t * t), vec4(0.0));
     let depth = (disc.depth / t - view.near) / (view.far - view.near);
-    let hits = t > vec4(0.0) & depth >= vec4(0.0) & depth < select(vec4(1.0), opaque, HAS_OPAQUE);
+    let end = select(vec4(1.0), opaque, HAS_OPAQUE);
+    let hits = (t > vec4(0.0)) & (depth >= vec4(0.0)) & (depth < end);
     return Profile4(select(vec4(0.0), rest * rest, hits), depth);
 }
 

@@ -62,8 +62,8 @@ fn join(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
     open_light = scaled(open_light, light);
     let placed = opacity >= vec4(TRACE);
     // Faster than min and max, which have NaNs to think of.
-    open_start = select(open_start, depth, placed & depth < open_start);
-    open_end = select(open_end, depth, placed & depth > open_end);
+    open_start = select(open_start, depth, placed & (depth < open_start));
+    open_end = select(open_end, depth, placed & (depth > open_end));
     return placed;
 }
 
@@ -82,7 +82,7 @@ fn join_ramp(ramp: Ramp4) -> vec4<bool> {
 
 // A hit that may be the nearest.
 fn see(depth: vec4<f32>, opacity: vec4<f32>) {
-    nearest = select(nearest, depth, opacity >= vec4(VISIBLE_OPACITY) & depth < nearest);
+    nearest = select(nearest, depth, (opacity >= vec4(VISIBLE_OPACITY)) & (depth < nearest));
 }
 
 // Whether a texel's hits must go in before the next caster.

@@ -58,7 +58,8 @@ fn multiply(disc: Disc, profile: vec4<f32>, i: u32) {
 }
 
 fn seek_nearest(disc: Disc, met: Profile4, i: u32) {
-    let nearer = met.profile * disc.slope >= vec4(VISIBLE_OPACITY) & met.depth < nearest[i];
+    let seen = met.profile * disc.slope >= vec4(VISIBLE_OPACITY);
+    let nearer = seen & (met.depth < nearest[i]);
     nearest[i] = select(nearest[i], met.depth, nearer);
 }
 
@@ -96,8 +97,8 @@ fn settled(front: f32) -> bool {
 }
 
 fn settled_rows(front: f32, i: u32) -> bool {
-    let lit = red[i] >= vec4(BLACK) | green[i] >= vec4(BLACK) | blue[i] >= vec4(BLACK);
-    return !any((lit | nearest[i] > vec4(front)) & opaque_depth[i] > vec4(front));
+    let lit = (red[i] >= vec4(BLACK)) | (green[i] >= vec4(BLACK)) | (blue[i] >= vec4(BLACK));
+    return !any((lit | (nearest[i] > vec4(front))) & (opaque_depth[i] > vec4(front)));
 }
 
 // Batches of plain discs are not asked for it.

@@ -43,7 +43,7 @@ fn edge_rows(edge: vec4<f32>, ys: vec4<f32>) -> vec4<f32> {
 }
 
 fn within(e: vec4<f32>, tie: bool) -> vec4<bool> {
-    return e > vec4(0.0) | (e == vec4(0.0) & vec4(tie));
+    return (e > vec4(0.0)) | ((e == vec4(0.0)) & vec4(tie));
 }
 
 fn visit_rows(sheet: Sheet, i: u32) {
@@ -58,7 +58,7 @@ fn visit_rows(sheet: Sheet, i: u32) {
     let depth = (a * weighted.x + b * weighted.y + c * weighted.z) / sum;
     // The last bit is that of dithered surfaces.
     let stored = bitcast<vec4<f32>>(bitcast<vec4<u32>>(depth) & vec4(~1u));
-    let counts = inside & sum > vec4(0.0) & depth >= vec4(0.0) & depth <= vec4(1.0);
+    let counts = inside & (sum > vec4(0.0)) & (depth >= vec4(0.0)) & (depth <= vec4(1.0));
     nearest[i] = select(nearest[i], min(nearest[i], stored), counts);
 }
 

@@ -44,7 +44,7 @@ fn ranks(marked: u32) -> u32 {
 fn nth_lane(ranks: u32, n: u32) -> u32 {
     // Lanes but the last whose rank is at most `n`: the fourth bit of their digit stays.
     let before = (0x08888888u + n * 0x01111111u - (ranks & 0x07777777u)) & 0x08888888u;
-    return ((before >> 3u) * 0x01111111u >> 24u) & 7u;
+    return (((before >> 3u) * 0x01111111u) >> 24u) & 7u;
 }
 
 fn footprint_of(pair: u32, end: u32) -> u32 {

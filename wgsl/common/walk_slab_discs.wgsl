@@ -43,7 +43,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     slab_key = 0u;
     slab_reach = INVISIBLE;
     var front = 0.0;
-    while base < end && subgroupAny(any(hit_count <= most_few() | nearest > vec4(front))) {
+    while base < end && subgroupAny(any((hit_count <= most_few()) | (nearest > vec4(front)))) {
         slab_first = base;
         let stretch = fetch(view, lane, end, lo, hi);
         for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {

@@ -5,7 +5,7 @@
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
     var front = 0.0;
-    while slabbed() && base < end && any(hit_count <= most_few() | nearest > vec4(front)) {
+    while slabbed() && base < end && any((hit_count <= most_few()) | (nearest > vec4(front))) {
         let at = pair_footprint(base) * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));
         count_hits(view, textureLoad(footprints, record_texel(at)), look);
