@@ -2,7 +2,7 @@
 //!
 //! All live in rgba32uint or rg32uint textures, [`ROW`] texels wide: element `i` of `n` texels
 //! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
-//! bound by the size of a storage binding. WGSL: `wgsl/common/record.wgsl`.
+//! bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
 use crate::caster::{Material, Particle};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
@@ -260,7 +260,7 @@ pub struct TriangleSetup {
     pub pad: [u32; 4],
 }
 
-/// A material as kernels read it. WGSL: `wgsl/common/material.wgsl`.
+/// A material as kernels read it. WGSL: `wgsl/records/material.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuMaterial {

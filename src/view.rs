@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use fit::{depth_range, looking};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
-/// Edge of a tile [texels]. WGSL: `wgsl/common/view.wgsl`.
+/// Edge of a tile [texels]. WGSL: `wgsl/records/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
 /// Views of a batch: the length of the uniform array.
 pub const MAX_VIEWS: usize = 64;
@@ -69,7 +69,7 @@ pub struct View {
     pub scale: f32,
 }
 
-/// What kernels read of a [`View`]. WGSL: `wgsl/common/view.wgsl`.
+/// What kernels read of a [`View`]. WGSL: `wgsl/records/view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuView {

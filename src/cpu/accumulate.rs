@@ -28,7 +28,7 @@ const MAX_LIGHT: f32 = 256.0;
 /// Least opacity of a hit that counts for the nearest depth.
 pub const VISIBLE_OPACITY: f32 = 1.0 / 255.0;
 
-/// Integer hash (Jarzynski and Olano 2020, pcg). WGSL: `wgsl/common/hash.wgsl`.
+/// Integer hash (Jarzynski and Olano 2020, pcg). WGSL: `wgsl/hit/hash.wgsl`.
 pub fn hash(value: u32) -> u32 {
     let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);

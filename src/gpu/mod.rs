@@ -4,6 +4,8 @@ mod allocate;
 mod context;
 mod kernel;
 mod layout;
+mod link;
+mod resource;
 mod timing;
 mod transfer;
 
@@ -13,7 +15,8 @@ pub use adapter::{
 };
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::Gpu;
-pub use kernel::{Access, Binding, BindingKind, Constant, FLOAT, Kernel, KernelDesc, Source, Tier};
-pub(crate) use kernel::{join, joined, joined_length, on_each_tier};
+pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
 pub use layout::{Field, GpuLayout, size_of_field};
+pub use link::{Item, Library, LinkError, Linked, words};
+pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use timing::Timeline;

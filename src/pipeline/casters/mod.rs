@@ -14,7 +14,7 @@ use crate::{
     dither::{Pattern, blue_ranks, window},
     error::Error,
     footprint::{CASTER_TEXELS, Caster, MAX_MATERIALS, TRIANGLE_TEXELS, TriangleRecord},
-    gpu::{Allocator, Memory},
+    gpu::{Allocator, Memory, Resources},
     stage::hits::Features,
     view::GpuView,
     volume::absorptions,
@@ -96,6 +96,14 @@ fn hash(texture: &Texture) -> u64 {
 }
 
 impl CasterSet {
+    pub(super) fn resources(&self) -> Resources<'_> {
+        Resources::new()
+            .with("casters", &self.casters)
+            .with("triangles", &self.triangles)
+            .with("images", &self.images)
+            .with("materials", &self.materials)
+    }
+
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
