@@ -14,7 +14,7 @@
 use std::{collections::HashMap, sync::LazyLock};
 
 /// Path in `wgsl/` and text.
-pub type SourceFile = (&'static str, &'static str);
+type SourceFile = (&'static str, &'static str);
 
 static LIBRARY: LazyLock<Result<Library, LinkError>> =
     LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
@@ -151,9 +151,9 @@ impl Library {
         from: LinkError,
     ) -> Result<&Item, LinkError> {
         let items = self.0.get(file).map(|file| &file.items);
-        items.and_then(|items| items.iter().find(|item| item.name == name)).ok_or_else(|| {
-            LinkError { reason: format!("`{name}` is not in wgsl/{file}"), ..from }
-        })
+        items
+            .and_then(|items| items.iter().find(|item| item.name == name))
+            .ok_or_else(|| LinkError { reason: format!("`{name}` is not in wgsl/{file}"), ..from })
     }
 
     /// Every declaration of every file.
@@ -295,8 +295,10 @@ mod tests {
          stop,\n};\n\nconst OWN: u32 = 1u; // its own\n\n// Enters.\n@compute @workgroup_size(1)\n\
          fn root() {\n    go(size() + OWN); // no_name\n}\n",
     );
-    const B: SourceFile =
-        ("b.wgsl", "fn size() -> u32 { return rest(); }\nfn rest() -> u32 { return 2u; }\n\nfn unused() {}\n");
+    const B: SourceFile = (
+        "b.wgsl",
+        "fn size() -> u32 { return rest(); }\nfn rest() -> u32 { return 2u; }\n\nfn unused() {}\n",
+    );
     const WAY: SourceFile =
         ("way/one.wgsl", "import choice::root::OWN;\nfn go(a: u32) {}\nconst stop: u32 = OWN;\n");
 
@@ -350,6 +352,9 @@ mod tests {
             "wgsl/b.wgsl:2: `go` is in wgsl/way/one.wgsl too"
         );
         assert_eq!(with("\nstruct;"), "wgsl/b.wgsl:2: a declaration without a name");
-        assert_eq!(fails(&[B, WAY]).unwrap_or_default(), "wgsl/a/root.wgsl:1: `root` is not in wgsl/a/root.wgsl");
+        assert_eq!(
+            fails(&[B, WAY]).unwrap_or_default(),
+            "wgsl/a/root.wgsl:1: `root` is not in wgsl/a/root.wgsl"
+        );
     }
 }

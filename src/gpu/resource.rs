@@ -1,5 +1,8 @@
 //! What a kernel binds, by name: the declarations of `wgsl/bind/` say how.
-use super::link::{Item, LinkError, Linked};
+use super::{
+    kernel::KernelError,
+    link::{Item, LinkError, Linked},
+};
 use std::collections::HashMap;
 use wgpu::{TextureFormat, TextureSampleType, TextureViewDimension};
 
@@ -43,17 +46,20 @@ pub struct Binding {
 
 impl Linked {
     /// What the kernel binds, by number.
-    pub fn bindings(&self) -> Result<Vec<Binding>, LinkError> {
+    pub fn bindings(&self) -> Result<Vec<Binding>, KernelError> {
         let bound = self.items.iter().filter(|item| item.text.contains("@binding("));
         let mut bindings: Vec<_> = bound
             .map(|item| {
                 Binding::declared(item).ok_or_else(|| LinkError {
                     file: item.file,
                     line: item.line,
-                    reason: format!("`{}` is bound in a way that the host does not know", item.name),
+                    reason: format!(
+                        "`{}` is bound in a way that the host does not know",
+                        item.name
+                    ),
                 })
             })
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, LinkError>>()?;
         bindings.sort_unstable_by_key(|binding| binding.number);
         Ok(bindings)
     }

@@ -3,10 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelDesc, KernelError, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter,
-        hits::Features,
-        occlude, project, resolve, shade,
-        sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, occlude, project,
+        resolve, shade, sort::Sort,
     },
 };
 use std::collections::{HashMap, hash_map::Entry};

@@ -136,7 +136,8 @@ impl List {
         let emit = kernels.bin_emit.bind(device, &resources.clone().with("pairs", &pairs[0]))?;
         let scattered = if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources = resources.with("pairs", &pairs[sorted_pairs]);
-        let tiles = kernels.bin_tiles.bind(device, &resources.with("scattered_tiles", scattered))?;
+        let tiles =
+            kernels.bin_tiles.bind(device, &resources.with("scattered_tiles", scattered))?;
         Ok(Self {
             footprint_count: plan.footprint_count,
             run_count,

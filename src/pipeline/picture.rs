@@ -150,14 +150,8 @@ impl Pipeline {
             .with("lit", &lit)
             .with("pixels", &pixels);
         let kernels = context.kernels;
-        let (air_volume, air) = PreparedAir::new(
-            context.allocator,
-            queue,
-            kernels,
-            clear_features,
-            scene,
-            &resources,
-        )?;
+        let (air_volume, air) =
+            PreparedAir::new(context.allocator, queue, kernels, clear_features, scene, &resources)?;
         let resources = resources.with("air", &air_volume);
         let of_solid = resources.clone().with("pairs", &scratch.pairs[solid.sorted_pairs]);
         let of_clear = resources.with("pairs", &scratch.pairs[clear.sorted_pairs]);

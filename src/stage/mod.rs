@@ -1,6 +1,6 @@
 //! The pipeline, stage by stage.
 //!
-//! A kernel is data ([`KernelDesc`](crate::gpu::KernelDesc)): the file of its entry point, and what
+//! A kernel is data ([`KernelDesc`]): the file of its entry point, and what
 //! that file's imports from `choice::` stand for. All else stands in `wgsl/`.
 pub mod accumulate;
 pub mod air;
@@ -17,8 +17,10 @@ pub mod shade;
 pub mod sort;
 mod walk;
 
-/// Every kernel: what the layout and shader tests and the export walk.
-pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
+use crate::gpu::{KernelDesc, Tier};
+
+/// Every kernel.
+pub const KERNELS: &[&KernelDesc] = &[
     &project::PARTICLES,
     &project::TRIANGLES,
     &sort::SERIAL_COUNT,
@@ -72,3 +74,12 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &curve::DISC_SEGMENTS,
     &curve::RESOLVE,
 ];
+
+/// Every kernel on each of its tiers, core first.
+pub fn variants() -> impl Iterator<Item = (&'static KernelDesc, Tier)> {
+    let on = |tier| {
+        let of_tier = KERNELS.iter().filter(move |desc| desc.tiers.contains(&tier));
+        of_tier.map(move |&desc| (desc, tier))
+    };
+    Tier::ALL.iter().flat_map(move |&tier| on(tier))
+}

@@ -31,15 +31,15 @@ pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
-        Mutex::new(Renderer::on(gpu))
+        Mutex::new(Renderer::on(gpu).unwrap())
     });
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
     renderer.set_scatter_tiny(scatter);
     renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
 }
 
-pub(crate) fn parse(desc: &KernelDesc) -> naga::Module {
-    let wgsl = desc.wgsl();
+pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {
+    let wgsl = desc.link(tier).unwrap_or_else(|error| panic!("{}: {error}", desc.name)).wgsl;
     naga::front::wgsl::parse_str(&wgsl)
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&wgsl, desc.name)))
 }

@@ -64,9 +64,9 @@ fn may_meet(operators: &[&str]) -> bool {
         && operators.split(|o| kind(o) == Some("logic")).all(|part| {
             let relations = part.iter().filter(|o| kind(o) == Some("relation")).count();
             relations <= 1
-                && part.split(|o| kind(o) == Some("relation")).all(|side| {
-                    side.len() == 1 || side.iter().all(|o| kind(o) != Some("shift"))
-                })
+                && part
+                    .split(|o| kind(o) == Some("relation"))
+                    .all(|side| side.len() == 1 || side.iter().all(|o| kind(o) != Some("shift")))
         })
 }
 

@@ -105,7 +105,8 @@ impl BoundList {
         tiny: Option<ChunkBuffers>,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
-        let variants = readers.all().into_iter().chain(tiny.as_ref().map(|_| Variant::AccumulateTiny));
+        let variants =
+            readers.all().into_iter().chain(tiny.as_ref().map(|_| Variant::AccumulateTiny));
         for variant in variants {
             context.kernels.make(device, variant, features)?;
         }
