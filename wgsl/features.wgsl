@@ -1,5 +1,5 @@
 // What a batch holds and what its device is good at: what is not there is compiled away. Rust:
-// `Features` in src/stage/hits.rs and `Config` in src/pipeline/config.rs say the values.
+// `Features` in src/stage/hits.rs and `Config` in src/shadows/config.rs say the values.
 
 override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;

@@ -6,7 +6,7 @@
 //! What is solid, and what is laid over it, takes its share at its own depth (`shade`).
 use crate::{
     gpu::{KernelDesc, Tier},
-    settings::Air,
+    model::Air,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;

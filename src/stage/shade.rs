@@ -7,8 +7,8 @@
 use super::walk::{ROWS_4, WALK};
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
-    light::{Light, LightKind},
-    view::{GpuView, View},
+    model::{Light, LightKind, View},
+    records::GpuView,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec3, Vec3};

@@ -1,5 +1,5 @@
 // bin, count: how many pairs each run of the depth-sorted footprints has. One invocation per run.
-// `project` has sorted what touches no tile to the end. CPU twin: src/cpu/bin.rs. Host:
+// `project` has sorted what touches no tile to the end. CPU twin: src/reference/bin.rs. Host:
 // src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};

@@ -1,5 +1,5 @@
 // bin, emit: the pairs of each run, front to back. One invocation per run. A footprint whose pairs
-// do not all fit emits none and goes to the scatter path. CPU twin: src/cpu/bin.rs. Host:
+// do not all fit emits none and goes to the scatter path. CPU twin: src/reference/bin.rs. Host:
 // src/stage/bin.rs.
 
 import package::bin::raise_dispatch::raise_dispatch;

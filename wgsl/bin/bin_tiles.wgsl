@@ -1,5 +1,5 @@
 // bin, tiles: where each tile's pairs begin and end in the pairs sorted by tile; cuts those of long
-// tiles into segments. One invocation per tile. CPU twin: src/cpu/bin.rs. Host: src/stage/bin.rs.
+// tiles into segments. One invocation per tile. CPU twin: src/reference/bin.rs. Host: src/stage/bin.rs.
 
 import package::bin::raise_dispatch::raise_dispatch;
 import package::bind::changed::{counters, merged_tiles, scattered_tiles, segments};

@@ -1,5 +1,5 @@
 // cluster, count: which lights reach each cluster, as bits, and how many. One invocation per
-// cluster. CPU twin: src/cpu/cluster.rs. Host: src/stage/cluster.rs.
+// cluster. CPU twin: src/reference/cluster.rs. Host: src/stage/cluster.rs.
 
 import package::bind::changed::offsets;
 import package::bind::sampled::{cells, reaches};

@@ -1,6 +1,6 @@
 // cluster, scan: lights of the clusters before each cluster, in place; ALL_LIGHTS for those whose
 // list does not fit. One workgroup: every invocation adds up a stretch, the stretches' sums are
-// scanned in workgroup memory. CPU twin: src/cpu/cluster.rs. Host: src/stage/cluster.rs.
+// scanned in workgroup memory. CPU twin: src/reference/cluster.rs. Host: src/stage/cluster.rs.
 
 import package::bind::changed::{cluster_counters, offsets};
 import package::bind::uniform::cluster_params;

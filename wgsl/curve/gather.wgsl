@@ -1,4 +1,4 @@
-// Four texels in a column while their casters' hits become curves. CPU twin: src/cpu/curve/tile.rs.
+// Four texels in a column while their casters' hits become curves. CPU twin: src/reference/curve/tile.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::light4::{Light4, black4, fixed, plus, scaled, selected, white4};

@@ -1,5 +1,5 @@
 // The curves of four texels in a column while their hits come in: one node more than a curve has,
-// each texel's in a component. CPU twin: src/cpu/curve/mod.rs, `Streaming`, which says what merges
+// each texel's in a component. CPU twin: src/reference/curve/mod.rs, `Streaming`, which says what merges
 // and why.
 //
 // Indices are literals, so that the arrays become registers: software drivers read arrays with an

@@ -1,5 +1,5 @@
 // The cheapest merge of two neighbours among the nodes of four texels. CPU twin:
-// src/cpu/curve/mod.rs.
+// src/reference/curve/mod.rs.
 
 import package::curve::light4::level;
 import package::curve::list::{lights, means, spans};

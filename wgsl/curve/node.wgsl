@@ -1,4 +1,4 @@
-// How a map stores a curve: nodes of 8 bytes, nearest first. CPU twin: src/cpu/curve/mod.rs. Start
+// How a map stores a curve: nodes of 8 bytes, nearest first. CPU twin: src/reference/curve/mod.rs. Start
 // (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts
 // at 0 is none.
 

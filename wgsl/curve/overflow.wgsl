@@ -1,5 +1,5 @@
 // Casters whose pairs did not fit, as one hit behind what did: pairs are given room front to back.
-// Leaves the sums zero. CPU twin: src/cpu/curve/tile.rs.
+// Leaves the sums zero. CPU twin: src/reference/curve/tile.rs.
 
 import package::curve::light4::{Light4, light4, white4};
 import package::curve::volumes::rest_of_volumes;

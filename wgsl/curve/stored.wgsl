@@ -1,4 +1,4 @@
-// Nodes as a map stores them. CPU twin: src/cpu/curve/mod.rs.
+// Nodes as a map stores them. CPU twin: src/reference/curve/mod.rs.
 
 import package::curve::light4::decode;
 import package::curve::list::{lights, means, spans};

@@ -1,5 +1,5 @@
 // A soft disc of the `filter` transfer meets the four texels; hits wait for the end of their slab.
-// CPU twin: src/cpu/curve/tile.rs.
+// CPU twin: src/reference/curve/tile.rs.
 
 import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
 import package::curve::light4::Light4;

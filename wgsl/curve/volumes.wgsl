@@ -1,4 +1,4 @@
-// Volumes on the rays of four texels, face by face, as ramps. CPU twin: src/cpu/curve/volumes.rs.
+// Volumes on the rays of four texels, face by face, as ramps. CPU twin: src/reference/curve/volumes.rs.
 
 import package::curve::light4::{Light4, black4, light4, plus, quotient, scaled, selected, white4};
 import package::curve::list::disordered;

@@ -1,6 +1,6 @@
 // accumulate, curve segments: the curves of one segment of a long tile. One workgroup per segment,
 // a column of texels per invocation. resolve_curve puts a tile's segments together in order. CPU
-// twin: src/cpu/curve/tile.rs. Host: src/stage/curve.rs.
+// twin: src/reference/curve/tile.rs. Host: src/stage/curve.rs.
 
 import package::bind::changed::{counters, partials};
 import package::bind::read::{dispatches, segments};

@@ -1,6 +1,6 @@
 // accumulate, curve tiles: curves, filter and nearest depth of every tile that one workgroup
 // finishes. One workgroup per tile, a column of texels per invocation. CPU twin:
-// src/cpu/curve/tile.rs. Host: src/stage/curve.rs.
+// src/reference/curve/tile.rs. Host: src/stage/curve.rs.
 
 import package::bind::changed::counters;
 import package::bind::read::scattered_tiles;

@@ -2,7 +2,7 @@
 // order counts; resolve_ordered composes a tile's segments. One workgroup per segment, a column of
 // texels per invocation. A tile's only segment is a plain factor of what was scattered there, and
 // goes to the sums; so does what `partials` has no room for, which takes more scattered tiles than
-// the pair budget has segments. CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
+// the pair budget has segments. CPU twin: src/reference/accumulate.rs. Host: src/stage/accumulate.rs.
 
 import package::bind::changed::partials;
 import package::bind::read::{dispatches, segments};

@@ -1,6 +1,6 @@
 // accumulate, overflow: footprints whose pairs did not fit, straight into the sums. One workgroup
 // per footprint and slice of its tiles: the 65,536 tiles of a large map are more than llvmpipe lets
-// one invocation walk. CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
+// one invocation walk. CPU twin: src/reference/accumulate.rs. Host: src/stage/accumulate.rs.
 
 import package::driver::overflow::{OVERFLOW_LANES, walk_overflow};
 import package::records::view::{GpuView, TILE_SIZE};

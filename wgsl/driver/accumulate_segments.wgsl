@@ -1,6 +1,6 @@
 // accumulate, segments: adds one segment of a long tile to the sums of its texels. One workgroup
 // per segment, a column of texels per invocation; atomics, because segments of a tile run side by
-// side. CPU twin: src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
+// side. CPU twin: src/reference/accumulate.rs. Host: src/stage/accumulate.rs.
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;

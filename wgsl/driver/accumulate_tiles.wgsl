@@ -1,6 +1,6 @@
 // accumulate, tiles: filter and nearest depth of every tile that one workgroup finishes. One
 // workgroup per tile, a column of texels per invocation, no atomics. CPU twin:
-// src/cpu/accumulate.rs. Host: src/stage/accumulate.rs.
+// src/reference/accumulate.rs. Host: src/stage/accumulate.rs.
 
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;

@@ -1,5 +1,5 @@
 // colored, overflow: footprints whose pairs did not fit, straight into the nearest opaque depths by
-// channel. One workgroup per footprint and slice of its tiles. CPU twin: src/cpu/colored.rs. Host:
+// channel. One workgroup per footprint and slice of its tiles. CPU twin: src/reference/colored.rs. Host:
 // src/stage/colored.rs.
 
 import package::bind::changed::scattered_tiles;

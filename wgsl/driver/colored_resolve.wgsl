@@ -1,6 +1,6 @@
 // colored, resolve: opaque depths by channel of the tiles that several workgroups or the scatter
 // path added to. Leaves the sums zero. One workgroup per tile, four texels per invocation. CPU
-// twin: src/cpu/colored.rs. Host: src/stage/colored.rs.
+// twin: src/reference/colored.rs. Host: src/stage/colored.rs.
 
 import package::bind::read::{dispatches, merged_tiles};
 import package::bind::sampled::tiles;

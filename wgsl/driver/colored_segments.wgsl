@@ -1,6 +1,6 @@
 // colored, segments: adds one segment of a long tile to the nearest opaque depths by channel. One
 // workgroup per segment, four texels per invocation; atomics, because segments of a tile run side
-// by side. CPU twin: src/cpu/colored.rs. Host: src/stage/colored.rs.
+// by side. CPU twin: src/reference/colored.rs. Host: src/stage/colored.rs.
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;

@@ -1,5 +1,5 @@
 // colored, tiles: nearest opaque depth of each channel, of the tiles that one workgroup finishes.
-// Four texels per invocation. CPU twin: src/cpu/colored.rs. Host: src/stage/colored.rs.
+// Four texels per invocation. CPU twin: src/reference/colored.rs. Host: src/stage/colored.rs.
 
 import package::bind::sampled::tiles;
 import package::bind::stored::{colored, opaques};

@@ -1,5 +1,5 @@
 // occlude, overflow: footprints whose pairs did not fit, straight into the nearest opaque depths.
-// One workgroup per footprint and slice of its tiles. CPU twin: src/cpu/occlude.rs. Host:
+// One workgroup per footprint and slice of its tiles. CPU twin: src/reference/occlude.rs. Host:
 // src/stage/occlude.rs.
 
 import package::bind::changed::scattered_tiles;

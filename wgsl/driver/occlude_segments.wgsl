@@ -1,6 +1,6 @@
 // occlude, segments: adds one segment of a long tile to the nearest opaque depths. One workgroup
 // per segment, four texels per invocation; atomics, because segments of a tile run side by side.
-// CPU twin: src/cpu/occlude.rs. Host: src/stage/occlude.rs.
+// CPU twin: src/reference/occlude.rs. Host: src/stage/occlude.rs.
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;

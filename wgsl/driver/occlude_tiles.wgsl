@@ -1,6 +1,6 @@
 // occlude, tiles: opaque depth of every tile that one workgroup finishes. One workgroup per tile, a
 // column of texels per invocation; no clip and no blending, only a minimum in registers. CPU twin:
-// src/cpu/occlude.rs. Host: src/stage/occlude.rs.
+// src/reference/occlude.rs. Host: src/stage/occlude.rs.
 
 import package::bind::sampled::tiles;
 import package::bind::stored::opaques;

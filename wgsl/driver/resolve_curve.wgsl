@@ -1,6 +1,6 @@
 // resolve, curve: curves, filter and nearest depth of the tiles that have several segments: their
 // curves after each other. One workgroup per tile, four texels per invocation. CPU twin:
-// src/cpu/curve/tile.rs. Host: src/stage/curve.rs.
+// src/reference/curve/tile.rs. Host: src/stage/curve.rs.
 
 import package::bind::read::{dispatches, merged_tiles, partials};
 import package::bind::sampled::tiles;
@@ -98,7 +98,7 @@ fn minus(a: Light4, b: Light4) -> Light4 {
 const LEAST_REST: f32 = 0.0625;
 
 // The scale up to a place behind which `light` is left of white, of a segment with `scale` and
-// `all` behind it. CPU twin: src/cpu/curve/mod.rs, `Affine`.
+// `all` behind it. CPU twin: src/reference/curve/mod.rs, `Affine`.
 fn scale_share(light: vec4<f32>, scale: vec4<f32>, all: vec4<f32>, part: f32) -> vec4<f32> {
     let lost = 1.0 - scale;
     let rest = 1.0 - (all - scale) / max(lost, vec4(1e-3));

@@ -1,6 +1,6 @@
 // resolve, opaque: opaque depth of the tiles that several workgroups or the scatter path added to.
 // Leaves the sums zero. One workgroup per tile, four texels per invocation. CPU twin:
-// src/cpu/resolve.rs. Host: src/stage/resolve.rs.
+// src/reference/resolve.rs. Host: src/stage/resolve.rs.
 
 import package::bind::read::{dispatches, merged_tiles};
 import package::bind::sampled::tiles;

@@ -1,7 +1,7 @@
 // resolve, ordered: filter and nearest depth of the tiles that several workgroups or the scatter
 // path added to, where the order counts: a tile's segments, front to back, then what was scattered.
 // Leaves the sums zero. One workgroup per tile, four texels per invocation. CPU twin:
-// src/cpu/accumulate.rs, src/cpu/resolve.rs. Host: src/stage/resolve.rs.
+// src/reference/accumulate.rs, src/reference/resolve.rs. Host: src/stage/resolve.rs.
 
 import package::bind::read::{dispatches, merged_tiles, partials};
 import package::bind::sampled::tiles;

@@ -1,4 +1,4 @@
-// Whether an opaque material's hit blocks the light at a texel. CPU twin: src/cpu/occlude.rs.
+// Whether an opaque material's hit blocks the light at a texel. CPU twin: src/reference/occlude.rs.
 
 import package::bind::sampled::casters;
 import package::bind::uniform::materials;

@@ -1,5 +1,5 @@
 // Which channels of the light an opaque material's hit blocks at a texel: those of a `dither`
-// caster have thresholds of their own. CPU twin: src/cpu/colored.rs.
+// caster have thresholds of their own. CPU twin: src/reference/colored.rs.
 
 import package::bind::uniform::materials;
 import package::hit::blocks::{caster_id, threshold};

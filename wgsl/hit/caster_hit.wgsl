@@ -1,5 +1,5 @@
 // What a ray meets of any caster: opacity, light that passes, depth. CPU twin:
-// src/cpu/caster_hit.rs.
+// src/reference/caster_hit.rs.
 
 import package::bind::sampled::{casters, images};
 import package::bind::uniform::materials;

@@ -1,4 +1,4 @@
-// What `over` adds, and what the faces of volumes do. CPU twin: src/cpu/caster_hit.rs.
+// What `over` adds, and what the faces of volumes do. CPU twin: src/reference/caster_hit.rs.
 
 import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;

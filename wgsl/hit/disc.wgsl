@@ -1,4 +1,4 @@
-// A soft disc of the `filter` transfer, made ready for texels. CPU twin: src/cpu/hit.rs.
+// A soft disc of the `filter` transfer, made ready for texels. CPU twin: src/reference/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::records::tile_rect::SLACK;

@@ -1,5 +1,5 @@
 // Dither patterns: what opacity a caster must exceed at a texel to block its light. CPU twin:
-// src/dither/mod.rs, which says why.
+// src/reference/dither.rs, which says why.
 
 import package::bind::sampled::casters;
 import package::hit::hash::pcg;

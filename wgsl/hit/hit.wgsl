@@ -1,4 +1,4 @@
-// What one ray through one texel meets. CPU twin: src/cpu/hit.rs.
+// What one ray through one texel meets. CPU twin: src/reference/hit.rs.
 
 import package::records::material::{
     MAX_GAIN, PROFILE_SOFT, SHAPE_DISC, SHAPE_QUAD, TRANSFER_FILTER,

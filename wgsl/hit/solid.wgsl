@@ -1,5 +1,5 @@
 // Whether an opaque material's hit is there at all; the picture has no dithered ones. CPU twin:
-// src/cpu/occlude.rs.
+// src/reference/occlude.rs.
 
 import package::bind::uniform::materials;
 import package::hit::caster_hit::Hit;

@@ -1,7 +1,7 @@
 // As walk_discs.wgsl, for subgroups of eight lanes on a software adapter, where branches,
 // reductions and writes within loops are dear and lanes are neighbours in a row. Of crowded tiles
 // the discs that touch the subgroup's block wait in a queue; when there are eight they are
-// multiplied in, with no branch between them. CPU twin: src/cpu/accumulate.rs.
+// multiplied in, with no branch between them. CPU twin: src/reference/accumulate.rs.
 
 import package::bind::loaded::{footprints, pairs};
 import package::hit::disc::{Disc, prepare_disc, touches};

@@ -1,5 +1,5 @@
 // project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and
-// view; a workgroup takes a chunk. CPU twin: src/cpu/project.rs. Host: src/stage/project.rs.
+// view; a workgroup takes a chunk. CPU twin: src/reference/project.rs. Host: src/stage/project.rs.
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;

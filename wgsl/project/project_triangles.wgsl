@@ -1,5 +1,5 @@
 // project: triangles -> footprints, depth keys, tile rectangles and setups. One invocation per
-// triangle and view; a workgroup takes a chunk. CPU twin: src/cpu/project.rs. Host:
+// triangle and view; a workgroup takes a chunk. CPU twin: src/reference/project.rs. Host:
 // src/stage/project.rs.
 
 import package::bind::read::chunks;

@@ -1,5 +1,5 @@
-// Rust: `GpuMaterial` in src/footprint.rs; the numbers are those of `Transfer`, `Shape` and
-// `Profile` in src/caster.rs.
+// Rust: `GpuMaterial` in src/records/footprint.rs; the numbers are those of `Transfer`, `Shape` and
+// `Profile` in src/model/caster.rs.
 
 struct GpuMaterial {
     tint: vec4<f32>, // linear rgba

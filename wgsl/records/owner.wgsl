@@ -1,6 +1,6 @@
 // Whose the nearest translucent depth is: 16 bits of the object's id, for receivers that all but
 // their own casters tint. Eleven bits are the alpha of the filter, five the last bits of the depth,
-// for want of storage textures. Rust: src/owner.rs.
+// for want of storage textures. Rust: src/records/owner.rs.
 
 const NO_OWNER: u32 = 0u;
 const DEPTH_TAG_BITS: u32 = 5u;

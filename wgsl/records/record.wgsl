@@ -1,5 +1,5 @@
 // Records in textures: element i starts at linear texel i * (texels of an element). Rust:
-// src/footprint.rs.
+// src/records/footprint.rs.
 
 const ROW: u32 = 4096u; // texels
 

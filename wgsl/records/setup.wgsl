@@ -1,4 +1,4 @@
-// What `project` leaves of a triangle: a record of `setups`. Rust: src/footprint.rs.
+// What `project` leaves of a triangle: a record of `setups`. Rust: src/records/footprint.rs.
 
 import package::bind::sampled::setups;
 import package::records::record::record_texel;

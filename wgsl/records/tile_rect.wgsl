@@ -1,4 +1,4 @@
-// The tiles of a footprint. Rust: `TileRect` in src/footprint.rs; CPU twin: src/cpu/project.rs.
+// The tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU twin: src/reference/project.rs.
 
 import package::records::view::TILE_SIZE;
 

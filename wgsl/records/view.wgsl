@@ -1,4 +1,4 @@
-// One shadow camera. Rust: `GpuView` in src/view.rs.
+// One shadow camera. Rust: `GpuView` in src/records/view.rs.
 
 struct GpuView {
     view_from_world: mat4x4<f32>,

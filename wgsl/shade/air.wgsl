@@ -1,6 +1,6 @@
 // Light that the air scatters to the eye, as a volume: layer k of a column of pixels holds what is
 // scattered between the eye and the end of slice k (rgb), and what is left of the light from there
-// (a). CPU twin: src/cpu/air.rs. Rust: `AirParams` in src/stage/air.rs.
+// (a). CPU twin: src/reference/air.rs. Rust: `AirParams` in src/stage/air.rs.
 
 import package::bind::sampled::air;
 import package::bind::uniform::picture_params;

@@ -1,5 +1,5 @@
 // air, scatter: the light that the air of one slice of a column of pixels sends to the eye, per
-// unit of what it takes from a ray. One invocation per column and slice. CPU twin: src/cpu/air.rs.
+// unit of what it takes from a ray. One invocation per column and slice. CPU twin: src/reference/air.rs.
 // Host: src/stage/air.rs.
 
 import package::bind::stored::sources;

@@ -1,5 +1,5 @@
 // air, sum: from the eye through the slices of a column of pixels. One invocation per column. CPU
-// twin: src/cpu/air.rs. Host: src/stage/air.rs.
+// twin: src/reference/air.rs. Host: src/stage/air.rs.
 
 import package::bind::sampled::sources;
 import package::bind::stored::air;

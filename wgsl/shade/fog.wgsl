@@ -1,5 +1,5 @@
 // Volumes along the eye's ray, between the layers of four pixels. CPU twin:
-// src/cpu/shade/layers.rs.
+// src/reference/shade/layers.rs.
 
 import package::bind::uniform::materials;
 import package::records::setup::{BACK_BIT, setup_texel};

@@ -1,4 +1,4 @@
-// The light that arrives at a point through the shadow maps. CPU twin: src/cpu/receive.rs.
+// The light that arrives at a point through the shadow maps. CPU twin: src/reference/receive.rs.
 
 import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::uniform::picture_params;

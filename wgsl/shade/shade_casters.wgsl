@@ -1,6 +1,6 @@
 // shade, casters: the light that reaches the middle of each particle that is seen and not solid,
 // through the shadow maps. One invocation per footprint of the camera's view. CPU twin:
-// src/cpu/shading/mod.rs. Host: src/stage/shade.rs.
+// src/reference/shading/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::loaded::{footprints, rects};
 import package::bind::sampled::casters;

@@ -1,5 +1,5 @@
 // shade, composite: what is not solid over what is, and the whole to the screen. One workgroup per
-// tile, four pixels per invocation. CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
+// tile, four pixels per invocation. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::pixels;
 import package::bind::read::partials;

@@ -1,6 +1,6 @@
 // shade, layers: what a segment of a long tile lays over each pixel; one workgroup per segment,
 // four pixels per invocation. Light L behind it becomes colour + passed * L, so that
-// shade_composite composes the segments of a tile in order. CPU twin: src/cpu/shade/mod.rs. Host:
+// shade_composite composes the segments of a tile in order. CPU twin: src/reference/shade/mod.rs. Host:
 // src/stage/shade.rs.
 
 import package::bind::changed::partials;

@@ -1,6 +1,6 @@
 // shade, seen: the nearest solid caster of each pixel of a long tile, one segment at a time; one
 // workgroup per segment, four pixels per invocation. shade_surfaces takes the nearest of them. CPU
-// twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
+// twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::partials;
 import package::bind::read::{dispatches, segments};

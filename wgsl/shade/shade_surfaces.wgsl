@@ -1,5 +1,5 @@
 // shade, surfaces: what the camera sees of solid casters, lit through the shadow maps. One
-// workgroup per tile, four pixels per invocation. CPU twin: src/cpu/shade/mod.rs. Host:
+// workgroup per tile, four pixels per invocation. CPU twin: src/reference/shade/mod.rs. Host:
 // src/stage/shade.rs.
 
 import package::bind::read::partials;

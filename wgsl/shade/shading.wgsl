@@ -1,4 +1,4 @@
-// How what the camera sees scatters light to it. CPU twin: src/cpu/shading/mod.rs.
+// How what the camera sees scatters light to it. CPU twin: src/reference/shading/mod.rs.
 
 import package::bind::uniform::picture_params;
 import package::records::light::{LightList, listed_light};

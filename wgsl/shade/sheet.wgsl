@@ -1,5 +1,5 @@
 // Panes: thin sheets that filter what is behind them, scatter some light and mirror some. CPU twin:
-// src/cpu/shading/mod.rs.
+// src/reference/shading/mod.rs.
 
 import package::bind::uniform::picture_params;
 import package::records::light::listed_light;

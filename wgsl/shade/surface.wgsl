@@ -1,4 +1,4 @@
-// Points and normals of what the camera sees. CPU twin: src/cpu/shading/mod.rs.
+// Points and normals of what the camera sees. CPU twin: src/reference/shading/mod.rs.
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::picture_params;

@@ -1,4 +1,4 @@
-// Linear light to what a screen shows. CPU twin: src/cpu/shading/tone.rs.
+// Linear light to what a screen shows. CPU twin: src/reference/shading/tone.rs.
 
 // Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn tone_mapped(light: vec3<f32>) -> vec3<f32> {

@@ -1,5 +1,5 @@
 // colored, rows: how much of each row's window dithered surfaces block by channel, and what is
-// behind them. CPU twin: src/cpu/colored.rs. Host: src/stage/colored.rs.
+// behind them. CPU twin: src/reference/colored.rs. Host: src/stage/colored.rs.
 
 import package::bind::sampled::colored;
 import package::bind::stored::rows;

@@ -1,5 +1,5 @@
 // filter, columns: the rest of the blur, and the maps with a grey filter instead of holes. CPU
-// twin: src/cpu/filter.rs. Host: src/stage/filter.rs.
+// twin: src/reference/filter.rs. Host: src/stage/filter.rs.
 
 import package::bind::sampled::{filters, nearests, opaques, rows};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};

@@ -1,5 +1,5 @@
 // filter, rows: how much of each row's window dithered surfaces block, and what is behind them. CPU
-// twin: src/cpu/filter.rs. Host: src/stage/filter.rs.
+// twin: src/reference/filter.rs. Host: src/stage/filter.rs.
 
 import package::bind::sampled::opaques;
 import package::bind::stored::rows;

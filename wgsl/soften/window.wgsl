@@ -1,4 +1,4 @@
-// What a run of texels says of dithered surfaces. CPU twin: src/cpu/filter.rs, `Run`.
+// What a run of texels says of dithered surfaces. CPU twin: src/reference/filter.rs, `Run`.
 
 struct FilterParams {
     radius: i32, // half the window [texels]

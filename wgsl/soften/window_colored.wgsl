@@ -1,4 +1,4 @@
-// What a run of texels says of dithered surfaces by channel. CPU twin: src/cpu/colored.rs, `Run`.
+// What a run of texels says of dithered surfaces by channel. CPU twin: src/reference/colored.rs, `Run`.
 
 import package::soften::window::is_dithered;
 

@@ -1,5 +1,5 @@
 // The state of four texels while the nearest opaque surface of each channel is sought. CPU twin:
-// src/cpu/colored.rs.
+// src/reference/colored.rs.
 
 import package::features::ROLLED;
 import package::hit::blocks::stored_depth;

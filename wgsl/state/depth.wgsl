@@ -1,5 +1,5 @@
 // The state of four texels while the nearest opaque surface is sought. CPU twin:
-// src/cpu/occlude.rs.
+// src/reference/occlude.rs.
 
 import package::features::ROLLED;
 import package::hit::blocks::{blocks, stored_depth};

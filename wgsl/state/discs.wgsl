@@ -1,5 +1,5 @@
 // Eight texels in a column of an invocation, and soft discs of the `filter` transfer that multiply
-// them. CPU twin: src/cpu/accumulate.rs.
+// them. CPU twin: src/reference/accumulate.rs.
 
 import package::bind::sampled::opaques;
 import package::features::{HAS_OPAQUE, PERSPECTIVE};

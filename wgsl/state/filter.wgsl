@@ -1,5 +1,5 @@
 // The state of four texels while their casters are multiplied up, front to back, in registers. CPU
-// twin: src/cpu/accumulate.rs.
+// twin: src/reference/accumulate.rs.
 
 import package::bind::sampled::{casters, opaques};
 import package::features::{HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};

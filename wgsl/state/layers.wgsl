@@ -1,5 +1,5 @@
 // Four pixels while what is not solid is laid over them, front to back. CPU twin:
-// src/cpu/shade/layers.rs.
+// src/reference/shade/layers.rs.
 //
 // Casters come in order of their nearest corner. A pane reaches from there far back, so it waits
 // until what comes next is behind it; the order is exact while at most two panes wait. What the two

@@ -1,4 +1,4 @@
-// The nearest solid caster of four pixels. CPU twin: src/cpu/shade/mod.rs.
+// The nearest solid caster of four pixels. CPU twin: src/reference/shade/mod.rs.
 
 import package::features::ROLLED;
 import package::hit::caster_hit::caster_hit;

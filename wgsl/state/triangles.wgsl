@@ -1,5 +1,5 @@
 // Eight texels in a column of an invocation, and opaque triangles that lower their depth: what most
-// ground and walls are made of, with all else compiled away. CPU twin: src/cpu/occlude.rs.
+// ground and walls are made of, with all else compiled away. CPU twin: src/reference/occlude.rs.
 
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;

@@ -1,5 +1,5 @@
 // What a segment does to the light of one texel, for resolve to compose in order: L becomes L *
-// scale + added. CPU twin: src/cpu/accumulate.rs, `Passed`.
+// scale + added. CPU twin: src/reference/accumulate.rs, `Passed`.
 
 import package::features::HAS_GAIN;
 

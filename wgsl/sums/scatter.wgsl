@@ -1,5 +1,5 @@
 // One caster's light at one texel straight into the sums: the scatter path. CPU twin:
-// src/cpu/accumulate.rs.
+// src/reference/accumulate.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::{casters, opaques};

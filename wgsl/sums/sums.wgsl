@@ -1,4 +1,4 @@
-// Light in fixed point: sums of integers are the same in every order. CPU twin: src/cpu/resolve.rs.
+// Light in fixed point: sums of integers are the same in every order. CPU twin: src/reference/resolve.rs.
 
 import package::features::HAS_GAIN;
 

@@ -1,7 +1,7 @@
 // Walks a tile's soft discs front to back, a subgroup at a time: what most smoke is made of, with
 // all else compiled away. Every lane prepares one disc and tests it against the subgroup's block of
 // texels; the discs that touch it are broadcast and multiplied into every lane's texels. CPU twin:
-// src/cpu/accumulate.rs.
+// src/reference/accumulate.rs.
 
 import package::bind::loaded::{footprints, pairs};
 import package::hit::disc::{Disc, prepare_disc, touches};

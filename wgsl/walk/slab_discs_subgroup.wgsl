@@ -1,6 +1,6 @@
 // Walks a tile's soft discs front to back, a slab at a time: every lane of a subgroup prepares one
 // disc and tests it against the subgroup's block of texels; those that touch it are visited by all
-// lanes. CPU twin: src/cpu/curve/tile.rs, `walk`.
+// lanes. CPU twin: src/reference/curve/tile.rs, `walk`.
 
 import package::bind::loaded::footprints;
 import package::curve::gather::{

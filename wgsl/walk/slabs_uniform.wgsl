@@ -1,5 +1,5 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
-// core tier, without subgroups. CPU twin: src/cpu/curve/tile.rs, `walk`.
+// core tier, without subgroups. CPU twin: src/reference/curve/tile.rs, `walk`.
 
 import package::bind::loaded::footprints;
 import package::curve::gather::{

@@ -1,6 +1,6 @@
 // Walks a tile's opaque triangles front to back, a subgroup at a time: every lane fetches one and
 // tests its box and its edges against the subgroup's block of texels; those that touch it are
-// broadcast. CPU twin: src/cpu/occlude.rs.
+// broadcast. CPU twin: src/reference/occlude.rs.
 
 import package::bind::loaded::{footprints, pairs};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};

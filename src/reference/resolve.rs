@@ -1,0 +1,25 @@
+//! Twin of `wgsl/driver/resolve_*.wgsl`: sums -> `F`, as its texture stores it.
+use super::accumulate::{FIXED_ONE, Light};
+use glam::{IVec3, Vec3};
+use half::f16;
+
+/// Transmittance below which a texel is black, so that stopping early changes no bit.
+pub const BLACK: f32 = 1.0 / 1024.0;
+
+/// Transmittance of an optical depth in fixed point.
+pub fn passed(sums: IVec3) -> Vec3 {
+    (sums.as_vec3() / -FIXED_ONE).map(f32::exp)
+}
+
+/// `F`, rounded as rgba16float does. `gain`: nothing is black for good.
+pub fn resolve(light: Light, gain: bool) -> [f32; 3] {
+    let light = match light {
+        Light::Passed(light) => light,
+        Light::Sums(sums) => passed(sums),
+    };
+    let stored = |light: f32| {
+        let light = if !gain && light < BLACK { 0.0 } else { light };
+        f16::from_f32(light.min(f16::MAX.to_f32())).to_f32()
+    };
+    light.to_array().map(stored)
+}

@@ -1,0 +1,29 @@
+//! Twin of `wgsl/shade/tone.wgsl`: from light to what a screen shows.
+use glam::Vec3;
+
+/// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
+fn tone_mapped(light: Vec3) -> Vec3 {
+    const START: f32 = 0.76;
+    /// Far less than the original: fire stays orange.
+    const DESATURATION: f32 = 0.01;
+    let least = light.min_element();
+    let toe = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
+    let color = light - toe;
+    let peak = color.max_element();
+    if peak < START {
+        return color;
+    }
+    let rest = 1.0 - START;
+    let new_peak = 1.0 - rest * rest / (peak + rest - START);
+    let share = 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0);
+    (color * (new_peak / peak)).lerp(Vec3::splat(new_peak), share)
+}
+
+/// sRGB (IEC 61966-2-1) of linear light.
+pub fn to_screen(light: Vec3) -> [u8; 3] {
+    tone_mapped(light).to_array().map(|v| {
+        let v = v.clamp(0.0, 1.0);
+        let v = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+        (v * 255.0 + 0.5).floor() as u8
+    })
+}
