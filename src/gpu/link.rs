@@ -176,7 +176,8 @@ impl File {
             let line = 1 + text[..end - item.len()].matches('\n').count();
             let fail = |reason: String| LinkError { file: path, line, reason };
             start = end;
-            if let Some((module, names)) = import(item) {
+            if let Some((at, module, names)) = import(item) {
+                let line = line + item[..at].matches('\n').count();
                 let import = Import { module, line };
                 imports.extend(names.into_iter().map(|name| (name, import)));
                 continue;
@@ -234,8 +235,9 @@ fn item_end(text: &str, start: usize) -> Option<usize> {
     let mut depth = 0_i32;
     for (at, c) in code(text, start) {
         depth += i32::from("{(".contains(c)) - i32::from("})".contains(c));
-        if depth == 0 && ";}".contains(c) {
-            let rest = &text[at + 1..];
+        let rest = &text[at + 1..];
+        // The names of an import stand in braces before the end.
+        if depth == 0 && ";}".contains(c) && !rest.starts_with(';') {
             let line = rest.split('\n').next().unwrap_or_default();
             let is_comment = line.trim_start().starts_with("//");
             return Some(at + 1 + if is_comment { line.len() } else { 0 });
@@ -277,12 +279,12 @@ fn declared(item: &'static str) -> Option<(&'static str, &'static str)> {
     words.find(|&(at, word)| is_name(at, word)).map(|(_, name)| (keyword, name))
 }
 
-/// Module and names of an import.
-fn import(item: &'static str) -> Option<(&'static str, Vec<&'static str>)> {
+/// Where an import begins, behind a comment, its module and its names.
+fn import(item: &'static str) -> Option<(usize, &'static str, Vec<&'static str>)> {
     let (start, word) = words(item).next()?;
     let path = item[start..].strip_prefix("import ").filter(|_| word == "import")?;
     let (module, names) = path.split(';').next()?.rsplit_once("::")?;
-    Some((module.trim(), words(names).map(|(_, name)| name).collect()))
+    Some((start, module.trim(), words(names).map(|(_, name)| name).collect()))
 }
 
 #[cfg(test)]

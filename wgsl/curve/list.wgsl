@@ -16,8 +16,8 @@ import choice::visit::ordered;
 const DARK: u32 = 64u; // 1/1024 of 65535
 
 var<private> spans: array<vec4<u32>, 17>;  // start << 16 | end, in fixed point; 0 for none
-var<private> lights: array<vec4<u32>, 17>; // behind: green << 16 | red
-var<private> means: array<vec4<u32>, 17>;  // mean of the channels << 16 | blue
+var<private> node_lights: array<vec4<u32>, 17>; // behind: green << 16 | red
+var<private> node_means: array<vec4<u32>, 17>;  // mean of the channels << 16 | blue
 var<private> disordered: u32;              // hits whose place in a merged ramp is lost
 var<private> latest: vec4<u32>;            // the largest start of a hit so far
 var<private> adding: Light4;               // what the hit that goes in adds, of `over`
@@ -25,8 +25,8 @@ var<private> adding: Light4;               // what the hit that goes in adds, of
 fn clear_node(i: u32) {
     let white = white4();
     spans[i] = vec4(0u);
-    lights[i] = encode_lights(white);
-    means[i] = encode_means(white);
+    node_lights[i] = encode_lights(white);
+    node_means[i] = encode_means(white);
 }
 
 fn clear_list() {
@@ -66,8 +66,8 @@ fn last_end() -> vec4<u32> {
 
 // Nothing that is seen passes the last node.
 fn dark() -> vec4<bool> {
-    let last = lights[NODES - 1u];
-    let most = max(max(last & vec4(0xffffu), last >> vec4(16u)), means[NODES - 1u] & vec4(0xffffu));
+    let last = node_lights[NODES - 1u];
+    let most = max(max(last & vec4(0xffffu), last >> vec4(16u)), node_means[NODES - 1u] & vec4(0xffffu));
     return select(most < vec4(DARK), vec4(false), vec4(HAS_GAIN || HAS_OVER));
 }
 
@@ -130,8 +130,8 @@ fn add_node(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is:
     let counts = is & !(last & dark());
     if ordered() {
         spans[NODES] = span;
-        lights[NODES] = encode_lights(passed);
-        means[NODES] = encode_means(passed);
+        node_lights[NODES] = encode_lights(passed);
+        node_means[NODES] = encode_means(passed);
     } else {
         make_room(span, light, passed, last, counts);
     }
@@ -165,8 +165,8 @@ fn append(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: v
 
 fn drop_first(i: u32, counts: vec4<bool>) {
     spans[i] = select(spans[i], spans[i + 1u], counts);
-    lights[i] = select(lights[i], lights[i + 1u], counts);
-    means[i] = select(means[i], means[i + 1u], counts);
+    node_lights[i] = select(node_lights[i], node_lights[i + 1u], counts);
+    node_means[i] = select(node_means[i], node_means[i + 1u], counts);
 }
 
 var<private> new_span: vec4<u32>;
@@ -177,8 +177,8 @@ var<private> old_span: vec4<u32>; // of the node in front of the new one
 fn seek(i: u32) {
     let in_front = spans[i] <= new_span;
     old_span = select(old_span, spans[i], in_front);
-    new_lights = select(new_lights, lights[i], in_front);
-    new_means = select(new_means, means[i], in_front);
+    new_lights = select(new_lights, node_lights[i], in_front);
+    new_means = select(new_means, node_means[i], in_front);
 }
 
 // Nodes behind the new one move back, and get less light. Without a hit the new node goes last.
@@ -246,16 +246,16 @@ fn make_room(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, c
     move_back(1u, own);
     let here = spans[0] > new_span;
     spans[0] = select(spans[0], new_span, here);
-    lights[0] = select(lights[0], new_lights, here);
-    means[0] = select(means[0], new_means, here);
+    node_lights[0] = select(node_lights[0], new_lights, here);
+    node_means[0] = select(node_means[0], new_means, here);
 }
 
 fn move_back(i: u32, light: Light4) {
     let front = i - 1u;
     let moves = spans[front] > new_span;
     let here = !moves & ((spans[i] > new_span) | vec4(i == NODES));
-    let own = scaled(decode_light(lights[front], means[front]), light);
+    let own = scaled(decode_light(node_lights[front], node_means[front]), light);
     spans[i] = select(select(spans[i], new_span, here), spans[front], moves);
-    lights[i] = select(select(lights[i], new_lights, here), encode_lights(own), moves);
-    means[i] = select(select(means[i], new_means, here), encode_means(own), moves);
+    node_lights[i] = select(select(node_lights[i], new_lights, here), encode_lights(own), moves);
+    node_means[i] = select(select(node_means[i], new_means, here), encode_means(own), moves);
 }

@@ -2,7 +2,7 @@
 // src/reference/curve/mod.rs.
 
 import package::curve::light4::level;
-import package::curve::list::{lights, means, spans};
+import package::curve::list::{node_lights, node_means, spans};
 
 // The cheapest pair of neighbours so far.
 var<private> best_cost: vec4<f32>;
@@ -14,7 +14,7 @@ var<private> best_means: array<vec4<f32>, 2>;
 var<private> before: vec4<f32>;
 
 fn mean_level(i: u32) -> vec4<f32> {
-    return level(means[i] >> vec4(16u));
+    return level(node_means[i] >> vec4(16u));
 }
 
 // Weighs the merge of nodes i and i + 1: how far the light between falls from the straight line
@@ -79,6 +79,6 @@ fn merged_span() -> vec4<u32> {
 fn close_up(i: u32, at: vec4<u32>, merged: vec4<u32>) {
     let stays = vec4(i) < at;
     spans[i] = select(select(spans[i + 1u], spans[i], stays), merged, vec4(i) == at);
-    lights[i] = select(lights[i + 1u], lights[i], stays);
-    means[i] = select(means[i + 1u], means[i], stays);
+    node_lights[i] = select(node_lights[i + 1u], node_lights[i], stays);
+    node_means[i] = select(node_means[i + 1u], node_means[i], stays);
 }

@@ -1,7 +1,7 @@
 // Nodes as a map stores them. CPU twin: src/reference/curve/mod.rs.
 
 import package::curve::light4::decode;
-import package::curve::list::{lights, means, spans};
+import package::curve::list::{node_lights, node_means, spans};
 import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
 import package::features::HAS_GAIN;
 import package::sums::sums::BLACK;
@@ -19,14 +19,14 @@ fn packed_first(i: u32) -> vec4<u32> {
     let start = spans[i] >> vec4(16u);
     let end = max(spans[i] & vec4(0xffffu), start);
     let length = vec4<u32>(round(sqrt(vec4<f32>(end - start) / DEPTHS) * LEVELS));
-    let red = stored_channel(decode(lights[i] & vec4(0xffffu)));
+    let red = stored_channel(decode(node_lights[i] & vec4(0xffffu)));
     return (start << vec4(16u)) | (length << vec4(4u)) | (red >> vec4(8u));
 }
 
 fn packed_second(i: u32) -> vec4<u32> {
-    let red = stored_channel(decode(lights[i] & vec4(0xffffu)));
-    let green = stored_channel(decode(lights[i] >> vec4(16u)));
-    let blue = stored_channel(decode(means[i] & vec4(0xffffu)));
+    let red = stored_channel(decode(node_lights[i] & vec4(0xffffu)));
+    let green = stored_channel(decode(node_lights[i] >> vec4(16u)));
+    let blue = stored_channel(decode(node_means[i] & vec4(0xffffu)));
     return ((red & vec4(255u)) << vec4(24u)) | (green << vec4(12u)) | blue;
 }
 

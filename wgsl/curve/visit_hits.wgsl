@@ -4,7 +4,7 @@ import package::curve::gather::{
     corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
 };
 import package::curve::light4::{Light4, black4, light4, plus, scaled, selected};
-import package::curve::volumes::{change_density, crossed, last_face, surface_scale, surfaces};
+import package::curve::volumes::{change_density, crossed, last_face, surface_scale, surface_light};
 import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::{Face, added_light, face_crossing, volume_face};
@@ -84,13 +84,13 @@ fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
     }
     if HAS_OVER || HAS_VOLUMES {
         scale = scaled(scale, light);
-        surfaces = scaled(surfaces, light);
+        surface_light = scaled(surface_light, light);
         surface_scale = scaled(surface_scale, light);
     }
     if HAS_OVER {
         let added = added4(met);
         open_added = plus(scaled(open_added, light), added);
-        surfaces = plus(surfaces, added);
+        surface_light = plus(surface_light, added);
     }
     return must_flush(ramps | placed);
 }

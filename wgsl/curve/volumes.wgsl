@@ -16,7 +16,7 @@ var<private> last_face: vec4<f32>;
 // All faces, as nearest-depth mode adds them up.
 var<private> crossed: array<vec4<i32>, 4>;
 // What passes all hits but volumes, and what they leave of light but for what they add.
-var<private> surfaces: Light4;
+var<private> surface_light: Light4;
 var<private> surface_scale: Light4;
 
 struct Ramp4 {
@@ -30,7 +30,7 @@ fn clear_volumes() {
     density = black4();
     last_face = vec4(0.0);
     crossed = array(vec4(0), vec4(0), vec4(0), vec4(0));
-    surfaces = white4();
+    surface_light = white4();
     surface_scale = white4();
 }
 
@@ -97,7 +97,7 @@ fn rest_of_volumes(is: Light4, rest: array<vec3<i32>, 4>) -> Light4 {
         volumes_light(2u, rest[2]),
         volumes_light(3u, rest[3]),
     );
-    let own = quotient(scaled(surfaces, sums), is, 1e-9);
+    let own = quotient(scaled(surface_light, sums), is, 1e-9);
     let apart = max(max(abs(own.red - 1.0), abs(own.green - 1.0)), abs(own.blue - 1.0));
     return selected(white4(), own, apart >= vec4(ROUNDING));
 }

@@ -9,7 +9,7 @@ import package::curve::gather::{light_texel, nearest, scale, start, total_light}
 import package::curve::list::disordered;
 import package::curve::partial::{first_node, partial_size};
 import package::curve::stored::{packed_pair, packed_row};
-import package::curve::volumes::{crossed, density, last_face, surface_scale, surfaces};
+import package::curve::volumes::{crossed, density, last_face, surface_scale, surface_light};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 import package::records::dispatch::SEGMENT_DISPATCH;
 import package::records::view::{GpuView, TILE_SIZE};
@@ -67,7 +67,7 @@ fn store_change(first: u32, i: u32) {
     let at = first + i * TILE_SIZE * partial_size() + 1u;
     partials[at] = bitcast<vec4<u32>>(vec4(light_texel(scale, i), 0.0));
     partials[at + 1u] = bitcast<vec4<u32>>(vec4(light_texel(surface_scale, i), last_face[i]));
-    partials[at + 2u] = bitcast<vec4<u32>>(vec4(light_texel(surfaces, i), 0.0));
+    partials[at + 2u] = bitcast<vec4<u32>>(vec4(light_texel(surface_light, i), 0.0));
     partials[at + 3u] = bitcast<vec4<u32>>(vec4(light_texel(density, i), 0.0));
     partials[at + 4u] = bitcast<vec4<u32>>(crossed[i]);
 }

@@ -15,17 +15,12 @@ import package::records::record::record_texel;
 import package::records::tile::{segment_count, tile_of};
 import package::state::filter::{added, crossed, nearest, nearest_texel, owner, passed, start};
 import package::sums::merge::merge;
-import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial};
+import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_room};
 import package::sums::sums::{FIXED_ONE, depth_to_nearness, to_tau};
 import package::walk::lane::{LANES, lane_texel, sum_index, tile_texel};
 import choice::rows::ROWS;
 import choice::sums::{add_to_sums, raise_nearness};
 import choice::walk::walk;
-
-// Segments that `partials` has room for.
-fn partial_room() -> u32 {
-    return arrayLength(&partials) / (PARTIAL_TEXELS * sum_index(1u, vec2(0u)));
-}
 
 @compute @workgroup_size(LANES)
 fn accumulate_ordered(
@@ -42,7 +37,7 @@ fn accumulate_ordered(
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);
-    let composed = index < partial_room() && segment_count(tile_of(textureLoad(tiles, record_texel(segment.tile), 0))) > 1u;
+    let composed = index < partial_room(arrayLength(&partials)) && segment_count(tile_of(textureLoad(tiles, record_texel(segment.tile), 0))) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));

@@ -16,7 +16,7 @@ import package::curve::partial::{first_node, partial_size};
 import package::curve::stored::{packed_pair, packed_row};
 import package::curve::volumes::{
     Ramp4, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
-    rest_steps, surfaces,
+    rest_steps, surface_light,
 };
 import package::features::{HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
 import package::records::dispatch::MERGED_DISPATCH;
@@ -72,7 +72,7 @@ fn load_segment(first: u32) -> vec4<f32> {
         let of_surfaces = partial_rows(first + 2u);
         let scale = rows_light(of_surfaces);
         next_last = rows_last(of_surfaces);
-        surfaces = behind(surfaces, rows_light(partial_rows(first + 3u)), scale);
+        surface_light = behind(surface_light, rows_light(partial_rows(first + 3u)), scale);
         next_density = rows_light(partial_rows(first + 4u));
         let faces = partial_rows(first + 5u);
         for (var i = 0u; i < ROWS; i += 1u) {

@@ -1,7 +1,8 @@
 // What one ray through one texel meets. CPU twin: src/reference/hit.rs.
 
 import package::records::material::{
-    MAX_GAIN, PROFILE_SOFT, SHAPE_DISC, SHAPE_QUAD, TRANSFER_FILTER,
+    MAX_GAIN, PROFILE_SOFT, SHAPE_DISC, SHAPE_QUAD, TRANSFER_DITHER, TRANSFER_FILTER,
+    TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE, TRANSFER_STAIN,
 };
 import package::records::view::GpuView;
 

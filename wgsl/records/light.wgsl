@@ -1,9 +1,8 @@
 // Lights of the picture, records of the texture `lights`: all lights, then all shadow views. Rust:
 // `GpuLight` and `PictureParams` in src/stage/shade.rs.
 
-import package::bind::sampled::clusters;
+import package::bind::sampled::{clusters, lights};
 import package::bind::uniform::picture_params;
-import package::curve::list::lights;
 import package::records::cluster::ALL_LIGHTS;
 import package::records::record::record_texel;
 import package::records::view::GpuView;

@@ -6,9 +6,8 @@
 // nearest panes scatter and mirror is added after the walk: a software driver runs both sides of
 // every branch, and particles would pay for panes. Those behind only filter.
 
-import package::bind::sampled::lit;
+import package::bind::sampled::{lit, surfaces};
 import package::bind::uniform::{materials, picture_params};
-import package::curve::volumes::surfaces;
 import package::features::{HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, caster_hit, triangle_hit};
 import package::records::material::{

@@ -2,6 +2,7 @@
 // scale + added. CPU twin: src/reference/accumulate.rs, `Passed`.
 
 import package::features::HAS_GAIN;
+import package::walk::lane::sum_index;
 
 struct Partial {
     scale: vec3<f32>,
@@ -36,4 +37,9 @@ fn pack_partial(p: Partial) -> vec4<u32> {
         pack_pair(p.added.gb),
         bitcast<u32>(p.nearest),
     );
+}
+
+// Segments that `length` texels of `partials` have room for.
+fn partial_room(length: u32) -> u32 {
+    return length / (PARTIAL_TEXELS * sum_index(1u, vec2(0u)));
 }
