@@ -8,13 +8,11 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle},
 };
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Transfer},
-    cpu::render_maps,
-    frame::ViewMaps,
     glam::{Vec3, Vec4},
-    light::{Light, LightKind},
+    model::{Light, LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
+    records::ViewMaps,
+    reference::render_maps,
     scene::Scene,
-    settings::Receiver,
     view::shadow_views,
 };
 
@@ -98,7 +96,8 @@ fn every_shape_around_a_wide_spot() {
 #[test]
 fn a_disc_beside_the_lamp_left_out_is_noticed() {
     let mut scene = lamp(vec![Material { profile: Profile::Flat, ..material(Transfer::Filter) }]);
-    scene.particles = vec![particle(Vec3::new(0.2, 1.0, 0.002), 0.5, Vec4::new(0.0, 0.0, 0.0, 0.9))];
+    scene.particles =
+        vec![particle(Vec3::new(0.2, 1.0, 0.002), 0.5, Vec4::new(0.0, 0.0, 0.0, 0.9))];
     assert_agrees(&scene, EDGED);
     let views = shadow_views(&scene);
     let dark = |view| render(&scene, view).iter().filter(|texel| texel.filter[0] < 0.5).count();
