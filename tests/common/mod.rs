@@ -1,11 +1,11 @@
 pub(crate) mod brute_force;
 pub(crate) mod compare;
+pub(crate) mod files;
 pub(crate) mod scenes;
 
 use gobo::{
-    frame::Frame,
     gpu::{Gpu, KernelDesc, Selection, Tier},
-    render::Renderer,
+    render::{Frame, Renderer},
     scene::Scene,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};

@@ -1,5 +1,5 @@
 //! What a scene file leaves out is chosen: camera, light, planes and ground.
-use super::{Folder, read, read_with};
+use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::UVec2,
     scene::{self, Scene},
@@ -31,7 +31,7 @@ fn what_is_left_out_is_chosen() {
 
 fn assert_in_picture(scene: &Scene) {
     let bounds = scene.bounds();
-    let camera = view::View::from_camera(&scene.camera, &bounds);
+    let camera = gobo::model::View::from_camera(&scene.camera, &bounds);
     for corner in bounds.corners() {
         let clip = camera.clip_from_world() * corner.extend(1.0);
         let ndc = clip.truncate() / clip.w;

@@ -1,0 +1,231 @@
+//! What a frame costs beside its kernels: nothing. `record` has neither device nor queue to ask; the
+//! counters of wgpu say that nothing is made on the way all the same.
+use crate::common::{
+    TIERS,
+    scenes::{Chance, empty, light, material, random_discs, triangle},
+};
+use gobo::{
+    glam::{Vec3, Vec4},
+    gpu::{Gpu, Selection, Tier, Timeline},
+    model::{LightKind, Material, Pattern, Transfer, View},
+    scene::Scene,
+    shadows::{CasterSet, Config, Pipeline, Prepared},
+    view::shadow_views,
+    wgpu,
+};
+
+/// What lives on the device. Buffers count those that `Queue::write_*` stages until the next
+/// submission. (Command encoders are the host's; wgpu 30 counts views and bytes of textures, but
+/// not all textures.)
+fn living(device: &wgpu::Device) -> [(&'static str, isize); 12] {
+    let hal = device.get_internal_counters().hal;
+    [
+        ("buffers", hal.buffers.read()),
+        ("texture views", hal.texture_views.read()),
+        ("bind groups", hal.bind_groups.read()),
+        ("bind group layouts", hal.bind_group_layouts.read()),
+        ("pipeline layouts", hal.pipeline_layouts.read()),
+        ("compute pipelines", hal.compute_pipelines.read()),
+        ("render pipelines", hal.render_pipelines.read()),
+        ("shader modules", hal.shader_modules.read()),
+        ("samplers", hal.samplers.read()),
+        ("query sets", hal.query_sets.read()),
+        ("bytes of buffers", hal.buffer_memory.read()),
+        ("bytes of textures", hal.texture_memory.read()),
+    ]
+}
+
+/// What `work` left on the device, by name.
+fn made(device: &wgpu::Device, work: impl FnOnce()) -> Vec<(&'static str, isize)> {
+    let before = living(device);
+    work();
+    let after = living(device).into_iter().zip(before);
+    after.map(|((name, a), (_, b))| (name, a - b)).filter(|&(_, more)| more != 0).collect()
+}
+
+fn submit_all(gpu: &Gpu) {
+    gpu.queue.submit([]);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    gpu.check().unwrap();
+}
+
+/// Discs, triangles and opaque ones; `pane` is the material of the triangles that filter.
+fn mixture(pane: Material) -> Scene {
+    let opaque = material(Transfer::Opaque);
+    let mut scene = empty(vec![material(Transfer::Filter), pane, opaque]);
+    let position = Vec3::new(3.0, 4.0, 2.5);
+    scene.lights = vec![
+        light(LightKind::Directional { direction: Vec3::NEG_Y }),
+        light(LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 }),
+    ];
+    scene.particles = random_discs(3000, 3);
+    let mut chance = Chance::new(4);
+    for i in 0..24 {
+        let corners = [0; 3].map(|_| chance.vec3(-2.0, 2.0));
+        scene.triangles.push(triangle(corners, 1 + u32::from(i % 4 == 0)));
+    }
+    scene
+}
+
+fn casters(gpu: &Gpu, scene: &Scene) -> CasterSet {
+    let Scene { particles, triangles, materials, textures, .. } = scene;
+    CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures).unwrap()
+}
+
+struct Case {
+    name: &'static str,
+    scene: Scene,
+    /// Changes what the pipeline makes.
+    set: fn(&mut Pipeline),
+}
+
+/// One for each way through `record`.
+fn cases() -> Vec<Case> {
+    let pane = |transfer| Material {
+        tint: Vec4::new(0.2, 0.7, 0.9, 0.8),
+        pattern: Pattern::Blue,
+        ..material(transfer)
+    };
+    let case = |name, transfer, set: fn(&mut Pipeline)| {
+        let scene = mixture(pane(transfer));
+        Case { name, scene, set }
+    };
+    use Transfer::{Dither, Filter, Over};
+    vec![
+        case("filter", Filter, |_| ()),
+        case("tiny ones through tiles", Filter, |pipeline| pipeline.set_scatter_tiny(false)),
+        case("too small a budget", Filter, |pipeline| pipeline.set_pair_budget(500)),
+        case("curves", Filter, |pipeline| pipeline.set_nodes(8)),
+        case("over", Over, |_| ()),
+        case("softened dither", Dither, |pipeline| pipeline.set_soften(true)),
+        case("coloured dither", Dither, |pipeline| pipeline.set_colored(true)),
+    ]
+}
+
+fn open(tier: Tier) -> (Gpu, Pipeline) {
+    let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() });
+    let gpu = gpu.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
+    let mut config = Config::new(gpu.tier, &gpu.adapter);
+    config.scatter_tiny = true; // as on a GPU
+    let pipeline = Pipeline::new(&gpu.device, config);
+    (gpu, pipeline)
+}
+
+fn prepare(gpu: &Gpu, pipeline: &mut Pipeline, casters: &CasterSet, views: &[View]) -> Prepared {
+    let prepared = pipeline.prepare(&gpu.device, &gpu.queue, casters, views, None).unwrap();
+    submit_all(gpu);
+    prepared
+}
+
+#[test]
+fn a_frame_makes_nothing_on_the_device() {
+    for tier in TIERS {
+        let (gpu, mut pipeline) = open(tier);
+        let usual = *pipeline.config();
+        for Case { name, scene, set } in cases() {
+            pipeline.set_pair_budget(usual.pair_budget);
+            pipeline.set_scatter_tiny(usual.scatter_tiny);
+            pipeline.set_nodes(usual.nodes);
+            pipeline.set_soften(usual.soften);
+            pipeline.set_colored(usual.colored);
+            set(&mut pipeline);
+            let casters = casters(&gpu, &scene);
+            let prepared = prepare(&gpu, &mut pipeline, &casters, &shadow_views(&scene));
+            let mut timeline = Timeline::untimed();
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let mut commands = None;
+            let made = made(&gpu.device, || {
+                for _ in 0..3 {
+                    prepared.record(pipeline.kernels(), &mut encoder, &mut timeline);
+                }
+                commands = Some(encoder.finish());
+            });
+            assert_eq!(made, [], "{tier:?}, {name}");
+            gpu.check().unwrap();
+        }
+    }
+}
+
+/// Not even in what wgpu does behind a submission.
+#[test]
+fn frames_after_the_first_leave_the_device_as_it_is() {
+    let (gpu, mut pipeline) = open(Tier::Native);
+    let scene = &cases()[0].scene;
+    let (casters, views) = (casters(&gpu, scene), shadow_views(scene));
+    let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
+    let maps = &prepared.maps;
+    let Gpu { device, queue, .. } = &gpu;
+    let picture = pipeline.prepare_picture(device, queue, &casters, scene, &views, maps, None);
+    let picture = picture.unwrap();
+    submit_all(&gpu);
+    let mut timeline = Timeline::untimed();
+    let mut frame = || {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        prepared.record(pipeline.kernels(), &mut encoder, &mut timeline);
+        picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
+        queue.submit([encoder.finish()]);
+        submit_all(&gpu);
+    };
+    frame();
+    assert_eq!(made(device, || (0..10).for_each(|_| frame())), []);
+}
+
+#[test]
+fn casters_that_stay_are_not_uploaded_again() {
+    let (gpu, _) = open(Tier::Native);
+    let mut scene = mixture(material(Transfer::Filter));
+    let mut casters = casters(&gpu, &scene);
+    submit_all(&gpu);
+    let mut update = |scene: &Scene| {
+        let Scene { particles, triangles, materials, textures, .. } = scene;
+        let staged = made(&gpu.device, || {
+            assert!(casters.update(&gpu.queue, particles, triangles, materials, textures));
+        });
+        submit_all(&gpu);
+        staged
+    };
+    assert_eq!(update(&scene), []);
+    // One buffer for each part that changed, and nothing afterwards.
+    let buffers = |staged: &[(&str, isize)]| {
+        staged.iter().find(|(name, _)| *name == "buffers").map_or(0, |&(_, count)| count)
+    };
+    scene.particles[7].color.w *= 0.5;
+    assert_eq!(buffers(&update(&scene)), 1);
+    assert_eq!(update(&scene), []);
+    scene.triangles[3].positions[1].y += 0.01;
+    scene.materials[1].reflectivity = 0.1;
+    assert!(buffers(&update(&scene)) >= 2);
+    assert_eq!(update(&scene), []);
+}
+
+/// What the tests above look at does count.
+#[test]
+fn what_is_made_is_noticed() {
+    let (gpu, mut pipeline) = open(Tier::Native);
+    let Gpu { device, queue, .. } = &gpu;
+    let scene = &cases()[0].scene;
+    let set = casters(&gpu, scene);
+    submit_all(&gpu);
+    let has = |made: &[(&str, isize)], wanted: &str| {
+        assert!(
+            made.iter().any(|&(name, count)| name == wanted && count > 0),
+            "{wanted}: {made:?}"
+        );
+    };
+    let mut kept = None;
+    let views = shadow_views(scene);
+    let by_prepare = made(device, || {
+        kept = Some(pipeline.prepare(device, queue, &set, &views, None).unwrap());
+    });
+    for name in
+        ["buffers", "texture views", "bind groups", "compute pipelines", "bytes of textures"]
+    {
+        has(&by_prepare, name);
+    }
+    submit_all(&gpu);
+    let buffer = gpu.storage::<u32>("one", 1);
+    has(&made(device, || queue.write_buffer(&buffer, 0, &[0; 4])), "buffers");
+    let mut second = None;
+    has(&made(device, || second = Some(gpu.storage::<u32>("two", 1))), "buffers");
+}

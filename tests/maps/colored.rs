@@ -1,0 +1,156 @@
+//! Coloured dithering: kernels against the twin, every path alike, and honest by channel.
+use crate::common::{
+    TIERS, render,
+    scenes::{Chance, empty, light, material, pane, particle},
+};
+use gobo::{
+    glam::{Vec3, Vec4},
+    model::{LightKind, Material, Particle, Pattern, Profile, Shape, Transfer},
+    records::ViewMaps,
+    reference,
+    scene::Scene,
+    view::shadow_views,
+};
+
+/// Where a ray grazes an edge, or an opacity is a threshold to the last bit, rounding decides; a
+/// softened texel is seen through a whole window.
+const GRAZED: f64 = 1e-3;
+const GRAZED_SOFT: f64 = 0.02;
+
+fn glass(pattern: Pattern, tint: Vec4) -> Material {
+    Material { pattern, tint, profile: Profile::Flat, ..material(Transfer::Dither) }
+}
+
+/// Coloured panes, discs and puffs, gel and a wall.
+fn mixture(pattern: Pattern) -> Scene {
+    let mut scene = empty(vec![
+        glass(pattern, Vec4::new(0.9, 0.4, 0.1, 0.7)),
+        Material { shape: Shape::Puff, ..glass(pattern, Vec4::new(0.2, 0.5, 0.9, 0.8)) },
+        Material { tint: Vec4::new(0.2, 0.9, 0.4, 0.5), ..material(Transfer::Filter) },
+        material(Transfer::Opaque),
+    ]);
+    scene.lights = vec![
+        light(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
+        light(LightKind::Point { position: Vec3::new(0.2, 0.3, 3.0) }),
+    ];
+    scene.lights[1].size = Some(48);
+    scene.ambient = Vec3::splat(0.2);
+    let mut chance = Chance::new(3);
+    for id in 0..150 {
+        let color = chance.vec3(0.2, 1.0).extend(chance.unit());
+        let (center, radius) = (chance.vec3(-1.5, 1.5), chance.within(0.05, 0.4));
+        let material = [0, 1, 2][chance.below(3)];
+        scene.particles.push(Particle { material, id, ..particle(center, radius, color) });
+    }
+    scene.triangles.extend(pane(0.05, 0.8, 0));
+    scene.triangles.extend(pane(0.2, 2.5, 3));
+    scene.shadow.colored = true;
+    scene
+}
+
+fn twin(scene: &Scene) -> Vec<ViewMaps> {
+    reference::render_maps(scene, &shadow_views(scene)).0
+}
+
+fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
+    let (mut apart, mut count) = (0, 0);
+    for (a, b) in a.iter().zip(b) {
+        assert_eq!(a.colored.len(), b.colored.len());
+        for i in 0..a.filter.len() {
+            let light = (0..3).all(|c| (a.filter[i][c] - b.filter[i][c]).abs() < 2e-3);
+            let near = |a: f32, b: f32| (a - b).abs() < 2e-6;
+            let depths = near(a.nearest[i], b.nearest[i]) && near(a.opaque[i], b.opaque[i]);
+            let channels =
+                a.colored.is_empty() || (0..3).all(|c| near(a.colored[i][c], b.colored[i][c]));
+            apart += usize::from(!(light && depths && channels));
+            count += 1;
+        }
+    }
+    f64::from(apart as u32) / f64::from(count)
+}
+
+#[test]
+fn gpu_matches_twin() {
+    for pattern in [Pattern::Bayer4, Pattern::Blue, Pattern::Hashed] {
+        for (soften, most) in [(false, GRAZED), (true, GRAZED_SOFT)] {
+            let mut scene = mixture(pattern);
+            scene.shadow.soften = soften;
+            let expected = twin(&scene);
+            for tier in TIERS {
+                let apart = share_apart(&render(tier, &scene).maps, &expected);
+                assert!(apart <= most, "{pattern:?} {tier:?} {soften}: {apart}");
+            }
+        }
+    }
+    let other = twin(&mixture(Pattern::Bayer8));
+    assert!(share_apart(&other, &twin(&mixture(Pattern::Bayer4))) > GRAZED);
+}
+
+#[test]
+fn pictures_match_the_twin() {
+    let scene = mixture(Pattern::Blue);
+    let views = shadow_views(&scene);
+    let expected = reference::render_picture(&scene, &views, &twin(&scene)).rgb;
+    let mut grey = scene.clone();
+    grey.shadow.colored = false;
+    for tier in TIERS {
+        let apart = |scene: &Scene| {
+            let actual = render(tier, scene).picture.rgb;
+            let channels = expected.iter().flatten().zip(actual.iter().flatten());
+            channels.filter(|(a, b)| a.abs_diff(**b) > 4).count() as f64
+                / (3 * expected.len()) as f64
+        };
+        assert!(apart(&scene) <= 3e-3, "{tier:?}: {}", apart(&scene));
+        assert!(apart(&grey) > 3e-3, "the check can fail");
+    }
+}
+
+/// Tiles, segments and the overflow path.
+#[test]
+fn every_path_draws_the_same() {
+    let mut scene = mixture(Pattern::Bayer8);
+    scene.particles.iter_mut().for_each(|p| p.material %= 2);
+    let mut overflowing = scene.clone();
+    overflowing.shadow.pair_budget = 60;
+    let mut long = scene.clone();
+    // More pairs in a tile than a segment holds, far behind all else but nothing less visible.
+    long.particles.extend((0..3000).map(|id| {
+        let center = Vec3::new(0.0, 0.0, -0.5 - id as f32 * 1e-4);
+        Particle { id, ..particle(center, 0.3, Vec4::new(0.5, 0.9, 0.2, 0.01)) }
+    }));
+    for tier in TIERS {
+        let bits = |scene: &Scene| -> Vec<u32> {
+            let maps = render(tier, scene).maps;
+            maps.iter().flat_map(|m| m.colored.as_flattened()).map(|z| z.to_bits()).collect()
+        };
+        let frame = render(tier, &overflowing);
+        assert!(frame.counters.overflowed > 0);
+        assert!(bits(&overflowing) == bits(&scene), "{tier:?}");
+        let apart = share_apart(&render(tier, &long).maps, &twin(&long));
+        assert!(apart <= GRAZED, "{tier:?}: {apart}");
+    }
+}
+
+/// Each channel lets its own share through, and two layers their product.
+#[test]
+fn each_channel_lets_its_transmittance_through() {
+    let tints = [Vec4::new(0.9, 0.4, 0.1, 0.7), Vec4::new(0.2, 0.5, 0.9, 0.8)];
+    for pattern in Pattern::ALL {
+        let mut scene = empty(tints.map(|tint| glass(pattern, tint)).to_vec());
+        scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+        scene.shadow.colored = true;
+        scene.shadow.size = 256;
+        for id in 0..2 {
+            let faces = pane(0.2 + 0.1 * id as f32, 1.5, id);
+            scene.triangles.extend(faces.map(|face| gobo::model::Triangle { id: id + 9, ..face }));
+        }
+        let maps = render(TIERS[1], &scene).maps.remove(0);
+        for channel in 0..3 {
+            let open = maps.colored.iter().filter(|z| z[channel] == 1.0).count() as f32;
+            let share = open / maps.colored.len() as f32;
+            let exact: f32 = tints.iter().map(|t| 1.0 - t.w * (1.0 - t[channel])).product();
+            // A level of the coarsest pattern, and a map a little larger than what it shows.
+            assert!((share - exact).abs() < 0.08, "{pattern:?} {channel}: {share} not {exact}");
+        }
+    }
+}

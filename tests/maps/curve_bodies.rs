@@ -1,0 +1,263 @@
+//! Curves of what is no surface: puffs and volumes, which take light along a way, and of `over`,
+//! which adds some.
+use crate::{
+    common::{
+        TIERS, render,
+        scenes::{Chance, empty, light, material, particle, triangle},
+    },
+    maps::{
+        curve::{curved, discs, holds, mixture, twin},
+        volumes::{COLOR, DISTANCE, FOG, SUN, WALL, all_maps, cuboid, floor, fog, spot, stage},
+    },
+};
+use gobo::{
+    glam::{DVec3, Vec3, Vec4},
+    model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
+    records::ViewMaps,
+    scene::Scene,
+};
+
+/// Of a stored channel, of f16 in `F`, and of a depth in 16 bits.
+const ROUNDING: f32 = 2e-3;
+
+fn middle(maps: &ViewMaps) -> usize {
+    let size = maps.view.size;
+    ((size.y / 2) * size.x + size.x / 2) as usize
+}
+
+/// Light depth of a point of the middle's ray, and light there.
+fn light_at(maps: &ViewMaps, point: Vec3) -> Vec3 {
+    let p = maps.view.view_from_world.transform_point3(point);
+    let z = (-p.z - maps.view.near) / (maps.view.far - maps.view.near);
+    maps.curve.as_ref().unwrap().light_at(middle(maps), z)
+}
+
+/// A ramp is straight, absorption is not: half way through they are this far apart at most.
+fn bend(passed: Vec3) -> Vec3 {
+    let straight = |a: f32| (0..=100).map(|i| i as f32 / 100.0).map(move |t| 1.0 - (1.0 - a) * t);
+    passed.map(|a| {
+        straight(a)
+            .zip((0..=100).map(|i| a.powf(i as f32 / 100.0)))
+            .fold(0.0, |most: f32, (line, exact)| most.max(line - exact))
+    })
+}
+
+/// What metres of fog let pass.
+fn through(metres: f32) -> Vec3 {
+    COLOR.powf(f64::from(metres) / DISTANCE).as_vec3()
+}
+
+fn near(is: Vec3, should: Vec3, slack: Vec3, what: &str) {
+    assert!((is - should).abs().cmple(slack + ROUNDING).all(), "{what}: {is} {should} {slack}");
+}
+
+/// Two fogs with air between, and a wall inside a third.
+#[test]
+fn volumes_are_ramps() {
+    for kind in [SUN, spot()] {
+        let mut scene = stage(kind);
+        for (low, high) in [(3.0, 4.0), (0.0, 1.5), (-4.0, -2.0)] {
+            let (min, max) = (Vec3::new(-2.0, -2.0, low), Vec3::new(2.0, 2.0, high));
+            scene.triangles.extend(cuboid(min, max, FOG));
+        }
+        scene.triangles.extend(floor(-3.0, WALL));
+        let scene = curved(scene, 8);
+        // Fog above height z: along the light's axis, which the middle is next to.
+        let fog_above = |z: f32| {
+            let part = |low: f32, high: f32| (high - z.clamp(low, high)).max(0.0);
+            part(3.0, 4.0) + part(0.0, 1.5) + part(-3.0, -2.0)
+        };
+        for (maps, _) in all_maps(&scene) {
+            for i in 0..140 {
+                let z = 4.4 - i as f32 * 0.0527;
+                // The end of the ray is where the light ends.
+                if (z + 3.0).abs() < 0.02 {
+                    continue;
+                }
+                let inside = [(3.0, 4.0), (0.0, 1.5), (-3.0, -2.0)]
+                    .iter()
+                    .any(|&(low, high)| z < high + 0.02 && z > low - 0.02);
+                let slack = if inside { bend(through(1.5)) } else { Vec3::ZERO };
+                let is = light_at(&maps[0], Vec3::new(0.0, 0.0, z.max(-2.98)));
+                near(is, through(fog_above(z.max(-2.98))), slack, &format!("{kind:?} {z}"));
+            }
+            let filter = Vec3::from_array(maps[0].filter[middle(&maps[0])]);
+            near(filter, through(3.5), Vec3::ZERO, "F");
+        }
+        // Wrong where the curve is a step: the check can fail.
+        assert!((through(1.0) - through(0.5)).abs().max_element() > 0.1);
+    }
+}
+
+/// A light inside a fog, and a body whose back comes before its front in the sorted order.
+#[test]
+fn volumes_that_hold_the_light_begin_with_it() {
+    let mut scene = stage(LightKind::Point { position: Vec3::new(0.0, 0.0, 2.0) });
+    scene.triangles.extend(cuboid(Vec3::splat(-3.0), Vec3::splat(3.0), FOG));
+    scene.lights[0].near = Some(0.05);
+    let scene = curved(scene, 8);
+    for (maps, _) in all_maps(&scene) {
+        let down = maps
+            .iter()
+            .find(|maps| maps.view.view_from_world.transform_vector3(Vec3::NEG_Z).z < -0.9);
+        let down = down.unwrap();
+        for (z, metres) in [(-1.0, 3.0), (-2.9, 4.9), (-3.5, 5.0), (-6.0, 5.0)] {
+            // One ramp all the way.
+            let slack = if z > -3.0 { bend(through(5.0)) } else { Vec3::splat(4e-3) };
+            near(light_at(down, Vec3::new(0.0, 0.0, z)), through(metres), slack, "down");
+        }
+    }
+}
+
+/// As nearest-depth mode has it behind everything, whatever comes together.
+#[test]
+fn the_filter_is_that_of_nearest_depth() {
+    let mut scene = mixture();
+    scene.materials.push(fog());
+    scene
+        .materials
+        .push(Material { tint: Vec4::new(0.9, 0.7, 0.2, 0.4), ..material(Transfer::Over) });
+    let (fog, over) = (scene.materials.len() as u32 - 2, scene.materials.len() as u32 - 1);
+    scene.triangles.extend(cuboid(Vec3::new(-1.5, -0.5, -1.0), Vec3::new(0.5, 0.8, 1.2), fog));
+    scene.triangles.extend(cuboid(Vec3::new(-0.5, -1.2, -0.4), Vec3::new(1.5, 0.1, 1.0), fog));
+    let mut chance = Chance::new(3);
+    for id in 0..4 {
+        let corners = [0; 3].map(|_| chance.vec3(-2.0, 2.0));
+        let pane = triangle(corners, over);
+        scene.triangles.push(gobo::model::Triangle { id, ..pane });
+    }
+    let mut nearest = scene.clone();
+    nearest.shadow.receiver = Receiver::Nearest;
+    let expected = twin(&nearest);
+    let mut changes = 0;
+    for tier in TIERS {
+        let frame = render(tier, &scene);
+        for (map, expected) in frame.maps.iter().zip(&expected) {
+            let pairs = map.filter.iter().zip(&expected.filter);
+            let far = pairs.filter(|(a, b)| (0..3).any(|i| (a[i] - b[i]).abs() > 0.004)).count();
+            // Rays that graze an edge.
+            assert!(far as f64 <= 2e-3 * map.filter.len() as f64, "{tier:?}: {far}");
+            changes += map.filter.iter().filter(|light| light[0] < 0.9).count();
+        }
+    }
+    assert!(changes > 1000, "{changes}");
+    holds(gobo::gpu::Tier::Native, &scene, "bodies and over");
+    holds(gobo::gpu::Tier::Core, &scene, "bodies and over");
+}
+
+/// A puff takes light along the way through it, two that overlap each their own.
+#[test]
+fn puffs_are_ramps_that_may_overlap() {
+    let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
+    let mut scene = empty(vec![puff]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+    scene.shadow.size = 65;
+    let colors = [Vec4::new(0.2, 0.6, 1.0, 0.5), Vec4::new(1.0, 0.4, 0.3, 0.4)];
+    let centers = [0.0, -0.7];
+    for (id, (color, z)) in (0..).zip(colors.into_iter().zip(centers)) {
+        let own = particle(Vec3::new(0.0, 0.0, z), 1.0, color);
+        scene.particles.push(Particle { id, ..own });
+    }
+    let scene = curved(scene, 8);
+    let passed = |i: usize, z: f32| {
+        let share = ((centers[i] + 1.0 - z) / 2.0).clamp(0.0, 1.0);
+        (1.0 - colors[i].w * (1.0 - colors[i].truncate())).powf(share)
+    };
+    for (maps, _) in all_maps(&scene) {
+        for i in 0..60 {
+            let z = 1.3 - i as f32 * 0.05;
+            let slack = bend(passed(0, -9.0)) + bend(passed(1, -9.0));
+            // The middle's ray passes half a texel from the centres: a chord a little shorter.
+            let is = light_at(&maps[0], Vec3::new(0.0, 0.0, z));
+            near(is, passed(0, z) * passed(1, z), slack, &format!("{z}"));
+        }
+        // Half way through both, the first is not whole: what steps would say is far off.
+        let is = light_at(&maps[0], Vec3::new(0.0, 0.0, 0.2));
+        assert!((is - passed(0, -9.0) * passed(1, 0.2)).abs().max_element() > 0.05, "{is}");
+    }
+}
+
+/// Layers of `over` in order, each texel's light what the painter's rule leaves: with few hits
+/// exactly, in one segment and in many.
+#[test]
+fn over_is_composed_front_to_back() {
+    let tints = [
+        Vec4::new(0.9, 0.2, 0.1, 0.5),
+        Vec4::new(0.1, 0.3, 0.9, 0.7),
+        Vec4::new(1.0, 1.0, 1.0, 0.6),
+        Vec4::new(0.0, 0.0, 0.0, 1.0),
+        Vec4::new(0.4, 0.8, 0.3, 0.25),
+    ];
+    let pane = |tint| Material { tint, ..material(Transfer::Over) };
+    let mut scene = empty(tints.map(pane).into());
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
+    let height = |i: usize| 1.5 - 0.6 * i as f32;
+    for i in 0..tints.len() {
+        let corner = |x: f32, z: f32| Vec3::new(x, height(i), z);
+        let corners = [corner(-4.0, -4.0), corner(4.0, -4.0), corner(0.0, 5.0)];
+        scene.triangles.push(triangle(corners, i as u32));
+    }
+    let scene = curved(scene, 8);
+    for (maps, counters) in all_maps(&scene) {
+        let mut light = Vec3::ONE;
+        for (i, tint) in tints.iter().enumerate() {
+            light = light * (1.0 - tint.w) + tint.truncate() * tint.w;
+            let behind = Vec3::new(0.0, height(i) - 0.3, 0.0);
+            near(light_at(&maps[0], behind), light, Vec3::ZERO, &format!("layer {i}"));
+        }
+        assert_eq!(counters.disordered, 0);
+    }
+}
+
+/// More pairs on one tile than a segment holds: layers of one colour, fog among them.
+#[test]
+fn segments_follow_each_other() {
+    const COUNT: u32 = 16_500;
+    let soft =
+        |transfer| Material { shape: Shape::Disc, profile: Profile::Flat, ..material(transfer) };
+    let mut chance = Chance::new(12);
+    let mut scene = empty(vec![soft(Transfer::Over), fog()]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
+    scene.shadow.size = 16;
+    let color = Vec3::new(0.8, 0.3, 0.1);
+    for id in 0..COUNT {
+        let center = Vec3::new(0.0, 1.0 - 2.0 * (id as f32 + chance.unit()) / COUNT as f32, 0.0);
+        scene.particles.push(Particle { id, ..particle(center, 50.0, color.extend(1e-4)) });
+    }
+    let (low, high) = (-0.9, 0.7);
+    scene.triangles.extend(cuboid(Vec3::new(-30.0, low, -30.0), Vec3::new(30.0, high, 30.0), 1));
+    let opacity = f64::from(half::f16::from_f32(1e-4).to_f32());
+    let scene = curved(scene, 8);
+    for tier in TIERS {
+        let frame = render(tier, &scene);
+        assert!(frame.counters.segments > 2, "{:?}", frame.counters);
+        let map = &frame.maps[0];
+        // Nearest-depth mode lets volumes filter what all `over` casters leave; on the way it is
+        // the order that counts, and the two only meet at the end.
+        let kept = (-opacity * f64::from(COUNT)).exp();
+        let painted = DVec3::splat(kept) + color.as_dvec3() * (1.0 - kept);
+        let end = painted * through(high - low).as_dvec3();
+        let filter = Vec3::from_array(map.filter[middle(map)]);
+        near(filter, end.as_vec3(), Vec3::splat(5e-3), "F");
+        let at_end = map.curve.as_ref().unwrap().light_at(middle(map), 0.9999);
+        near(at_end, end.as_vec3(), Vec3::splat(1e-2), "end");
+        let mut before = Vec3::splat(1.01);
+        for i in 0..40 {
+            let here = map.curve.as_ref().unwrap().light_at(middle(map), (i as f32 + 0.5) / 40.0);
+            assert!(here.cmple(before + 0.02).all(), "{tier:?} {i}: {here} after {before}");
+            before = here;
+        }
+    }
+    holds(gobo::gpu::Tier::Native, &scene, "segments");
+    let plain = Scene { triangles: Vec::new(), ..scene };
+    holds(gobo::gpu::Tier::Core, &plain, "segments of over");
+}
+
+/// The tests above tell the modes apart.
+#[test]
+fn twins_of_other_bodies_differ() {
+    let scene = discs(8);
+    let mut puffs = scene.clone();
+    puffs.materials[0].shape = Shape::Puff;
+    assert!(crate::maps::curve::share_apart(&twin(&scene), &twin(&puffs)) > 0.05);
+}

@@ -1,0 +1,362 @@
+//! The kernels against the twin, and what must hold of a whole frame on the GPU.
+use crate::common::{
+    TIERS, render, render_tiny,
+    scenes::{Chance, empty, light, material, particle, random_discs, triangle},
+};
+use gobo::{
+    glam::{Vec3, Vec4},
+    gpu::{Gpu, Selection, Tier},
+    model::{LightKind, Material, Profile, Shape, Transfer},
+    records::ViewMaps,
+    reference,
+    render::Renderer,
+    scene::Scene,
+    stage::bin::tile_grid,
+    view::shadow_views,
+};
+
+/// `F` is stored in 16 bits; twin and kernel may round to neighbours, and sums in fixed point add
+/// as much again.
+const FILTER: f32 = 1.0 / 512.0;
+/// Light depths are `f32`; a few operations separate twin and kernel.
+const DEPTH: f32 = 2e-6;
+/// Where a ray grazes an edge, or an opacity is 1/255 to the last bit, rounding decides.
+const GRAZED: f64 = 5e-5;
+
+/// The share of texels that differ by more than rounding.
+fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let (mut apart, mut texels) = (0, 0);
+    for (a, b) in a.iter().zip(b) {
+        assert_eq!(a.filter.len(), b.filter.len());
+        texels += a.filter.len();
+        apart += (0..a.filter.len())
+            .filter(|&i| {
+                let near = |a: f32, b: f32, tolerance: f32| (a - b).abs() <= tolerance;
+                !((0..3).all(|c| near(a.filter[i][c], b.filter[i][c], FILTER))
+                    && near(a.nearest[i], b.nearest[i], DEPTH)
+                    && near(a.opaque[i], b.opaque[i], DEPTH))
+            })
+            .count();
+    }
+    apart as f64 / texels as f64
+}
+
+fn largest_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f32 {
+    let channels = |maps: &[ViewMaps]| -> Vec<f32> {
+        maps.iter().flat_map(|view| view.filter.iter().flatten().copied()).collect()
+    };
+    let (a, b) = (channels(a), channels(b));
+    a.iter().zip(&b).fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
+}
+
+fn twin(scene: &Scene) -> (Vec<ViewMaps>, gobo::model::Counters) {
+    reference::render_maps(scene, &shadow_views(scene))
+}
+
+fn lights() -> Vec<gobo::model::Light> {
+    let position = Vec3::new(3.0, 4.0, 2.5);
+    vec![
+        light(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
+        light(LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 }),
+        light(LightKind::Point { position: Vec3::new(0.1, 0.2, -0.1) }),
+    ]
+}
+
+fn materials() -> Vec<Material> {
+    let shaped = |transfer, shape, profile| Material { shape, profile, ..material(transfer) };
+    vec![
+        shaped(Transfer::Filter, Shape::Disc, Profile::Soft),
+        shaped(Transfer::Stain, Shape::Quad, Profile::Flat),
+        shaped(Transfer::Smoke, Shape::Disc, Profile::Flat),
+        shaped(Transfer::Filter, Shape::Puff, Profile::Soft),
+        shaped(Transfer::None, Shape::Disc, Profile::Soft),
+        shaped(Transfer::Opaque, Shape::Disc, Profile::Flat),
+        Material { tint: Vec4::new(0.2, 0.7, 0.9, 0.8), ..material(Transfer::Filter) },
+        Material { reflectivity: 0.4, ..material(Transfer::Stain) },
+    ]
+}
+
+/// Every shape, many materials; `count` particles.
+fn mixture(count: usize) -> Scene {
+    let mut chance = Chance::new(count as u64);
+    let mut scene = empty(materials());
+    scene.lights = lights();
+    scene.particles = random_discs(count, 3);
+    for particle in &mut scene.particles {
+        particle.material = [0, 0, 0, 1, 2, 3, 4, 7][chance.below(8)];
+        particle.radius *= 0.5;
+        if chance.below(20) == 0 {
+            particle.material = 5;
+        }
+    }
+    for i in 0..12 {
+        let positions = [0; 3].map(|_| chance.vec3(-2.0, 2.0));
+        scene.triangles.push(triangle(positions, 5 + u32::from(i % 3 != 0)));
+    }
+    scene
+}
+
+fn assert_matches_twin(scene: &Scene) {
+    let (expected, counted) = twin(scene);
+    for tier in TIERS {
+        let frame = render(tier, scene);
+        let apart = share_apart(&frame.maps, &expected);
+        assert!(apart <= GRAZED, "{tier:?}: {apart} of the texels");
+        let near = |a: u64, b: u64| a.abs_diff(b) <= b / 1000;
+        let counters = &frame.counters;
+        assert!(near(counters.visible, counted.visible), "{tier:?} {counters:?} {counted:?}");
+        assert!(near(counters.pairs, counted.pairs), "{tier:?} {counters:?} {counted:?}");
+    }
+}
+
+#[test]
+fn gpu_matches_twin_at_awkward_counts() {
+    for count in [0, 1, 63, 64, 65, 1000] {
+        assert_matches_twin(&mixture(count));
+    }
+}
+
+#[test]
+fn gpu_matches_twin_with_plain_discs() {
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = lights();
+    scene.particles = random_discs(1000, 5);
+    assert_matches_twin(&scene);
+    scene.shadow.size = 80; // no whole number of 32s
+    assert_matches_twin(&scene);
+}
+
+/// Sparse tiles and crowded ones, with and without opaque casters, of parallel light and of
+/// perspective views; black texels end a walk early.
+#[test]
+fn a_queue_of_discs_changes_no_bit() {
+    let gpu = Gpu::new(&Selection { tier: Some(Tier::Native), ..Selection::default() });
+    let mut renderer = Renderer::on(gpu.unwrap_or_else(|error| panic!("{error}")));
+    let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
+    scene.lights = lights();
+    scene.shadow.size = 80;
+    let cases = [
+        (300, 1.0, 1.0, false),
+        (20_000, 0.3, 0.05, false),
+        (20_000, 0.3, 0.05, true),
+        (5_000, 1.0, 1.0, true),
+    ];
+    for (count, size, opacity, opaque) in cases {
+        scene.particles = random_discs(count, 5);
+        for particle in &mut scene.particles {
+            particle.radius *= size;
+            particle.color.w *= opacity;
+        }
+        scene.triangles.clear();
+        if opaque {
+            let corners = [Vec3::new(-1.0, 0.1, -1.5), Vec3::new(1.5, 0.0, -0.5), Vec3::Z];
+            scene.triangles.push(triangle(corners, 1));
+        }
+        let mut maps = |queued| {
+            renderer.set_queued(queued);
+            renderer.render(&scene, true).unwrap_or_else(|error| panic!("{error}")).maps
+        };
+        for (a, b) in maps(true).iter().zip(&maps(false)) {
+            let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
+            assert!(same, "{count} discs of opacity {opacity}, opaque casters: {opaque}");
+        }
+    }
+}
+
+#[test]
+fn gpu_matches_twin_with_many_casters() {
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = lights()[..1].to_vec();
+    scene.shadow.size = 256;
+    scene.particles = random_discs(100_003, 9);
+    for particle in &mut scene.particles {
+        particle.radius *= 0.2;
+        particle.color.w *= 0.02;
+    }
+    assert_matches_twin(&scene);
+}
+
+#[test]
+fn a_missing_caster_is_noticed() {
+    let scene = mixture(1000);
+    let mut fewer = scene.clone();
+    let large = |p: &gobo::model::Particle| p.material == 0 && p.radius > 0.1 && p.color.w > 0.1;
+    fewer.particles.remove(scene.particles.iter().position(large).expect("a large disc"));
+    let frame = render(Tier::Native, &fewer);
+    assert!(share_apart(&frame.maps, &twin(&scene).0) > GRAZED);
+}
+
+#[test]
+fn frames_are_bit_identical() {
+    let scene = mixture(1000);
+    for tier in TIERS {
+        let (a, b) = (render(tier, &scene), render(tier, &scene));
+        for (a, b) in a.maps.iter().zip(&b.maps) {
+            assert!(a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque);
+        }
+    }
+}
+
+#[test]
+fn order_of_the_casters_hardly_matters() {
+    let scene = mixture(1000);
+    let mut shuffled = scene.clone();
+    Chance::new(1).shuffle(&mut shuffled.particles);
+    for tier in TIERS {
+        let apart = largest_apart(&render(tier, &scene).maps, &render(tier, &shuffled).maps);
+        assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
+    }
+}
+
+#[test]
+fn overflow_costs_no_light() {
+    let mut scene = mixture(1000);
+    let whole = render(Tier::Native, &scene);
+    assert_eq!(whole.counters.overflowed, 0);
+    scene.shadow.pair_budget = 500;
+    for tier in TIERS {
+        let scattered = render(tier, &scene);
+        assert!(scattered.counters.overflowed > 0);
+        let apart = largest_apart(&whole.maps, &scattered.maps);
+        assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
+        let depths = |maps: &[ViewMaps]| -> Vec<Vec<f32>> {
+            maps.iter().map(|view| view.opaque.clone()).collect()
+        };
+        assert_eq!(depths(&whole.maps), depths(&scattered.maps));
+    }
+}
+
+/// 10,000 discs, alone and with 400 panes, of whose pairs nine tenths fit: the rest is counted, and
+/// costs no light.
+#[test]
+fn what_a_small_budget_has_no_room_for_is_counted_and_scattered() {
+    let mut scene = empty(materials());
+    scene.lights = lights()[..1].to_vec(); // one view, one batch
+    scene.shadow.size = 128;
+    scene.camera.target = scene.camera.eye * 2.0; // nothing to be seen
+    scene.particles = random_discs(10_000, 21);
+    for particle in &mut scene.particles {
+        particle.radius = 0.12 + 0.1 * particle.radius; // none is tiny
+        particle.color.w *= 0.05;
+    }
+    let discs = scene.clone();
+    let mut chance = Chance::new(22);
+    for _ in 0..400 {
+        let first = chance.vec3(-2.0, 2.0);
+        let corners = [Vec3::ZERO, chance.vec3(-0.3, 0.3), chance.vec3(-0.3, 0.3)];
+        scene.triangles.push(triangle(corners.map(|corner| first + corner), 6));
+    }
+    let cases = [("discs", discs, &TIERS[1..]), ("discs and panes", scene, &TIERS)];
+    for (name, scene, tiers) in cases {
+        let mut tight = scene.clone();
+        let mut expected = None;
+        for &tier in tiers {
+            let whole = render(tier, &scene);
+            let all = &whole.counters;
+            assert_eq!((all.scattered, all.overflowed), (0, 0), "{name}, {tier:?}");
+            tight.shadow.pair_budget = (all.pairs / 10 * 9) as u32;
+            let frame = render(tier, &tight);
+            let counters = &frame.counters;
+            let message = format!("{name}, {tier:?}: {counters:?}");
+            let counted = expected.get_or_insert_with(|| twin(&tight).1);
+            assert!(counters.pairs <= u64::from(tight.shadow.pair_budget), "{message}");
+            // Of casters at one depth either may come first.
+            assert!(counters.overflowed.abs_diff(counted.overflowed) <= 3, "{message} {counted:?}");
+            assert!(counters.overflowed > all.visible / 16, "{message}");
+            assert_eq!(counters.scattered, counters.overflowed, "{message}");
+            assert_eq!(counters.visible, all.visible, "{message}");
+            let apart = largest_apart(&whole.maps, &frame.maps);
+            assert!(apart <= 1.0 / 1024.0, "{name}, {tier:?}: {apart}");
+            assert!(frame.maps[0].nearest == whole.maps[0].nearest, "{name}, {tier:?}");
+        }
+    }
+}
+
+#[test]
+fn tiny_particles_give_one_map_on_both_paths() {
+    let mut scene = mixture(1000);
+    for particle in &mut scene.particles {
+        particle.radius *= 0.02;
+    }
+    for tier in TIERS {
+        let scattered = render_tiny(tier, &scene, true);
+        let tiled = render_tiny(tier, &scene, false);
+        assert!(scattered.counters.scattered > 1000, "{:?}", scattered.counters);
+        assert_eq!(tiled.counters.scattered, 0);
+        let apart = largest_apart(&scattered.maps, &tiled.maps);
+        assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
+    }
+}
+
+/// `count` discs, one behind another, within one tile.
+fn stack(count: usize, alpha: f32) -> Scene {
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = lights()[..1].to_vec();
+    let forward = Vec3::new(-0.4, -1.0, -0.3).normalize();
+    scene.particles = (0..count)
+        .map(|i| {
+            let depth = i as f32 / count as f32 * 4.0 - 2.0;
+            particle(forward * depth, 0.25, Vec4::new(0.2, 0.5, 0.8, alpha))
+        })
+        .collect();
+    // Keeps the view larger than the stack.
+    scene.particles.push(particle(Vec3::new(3.0, 0.0, -3.0), 0.1, Vec4::new(1.0, 1.0, 1.0, 0.1)));
+    scene
+}
+
+/// llvmpipe stops all loops of an invocation after 65,535 iterations.
+#[test]
+fn a_hundred_thousand_casters_on_one_tile() {
+    for alpha in [0.00005, 0.01] {
+        let scene = stack(100_000, alpha);
+        let (expected, _) = twin(&scene);
+        for tier in TIERS {
+            let frame = render(tier, &scene);
+            let apart = share_apart(&frame.maps, &expected);
+            assert!(apart <= GRAZED, "{tier:?}, alpha {alpha}: {apart}");
+        }
+    }
+}
+
+/// By the scatter path where the texels are large, through tiles where they are small.
+#[test]
+fn a_million_casters_on_one_texel_saturate() {
+    let mut scene = stack(1_000_000, 1.0);
+    for (size, scatters) in [(16, true), (64, false)] {
+        scene.shadow.size = size;
+        let frame = render(Tier::Native, &scene);
+        assert_eq!(frame.counters.scattered >= 1_000_000, scatters, "{:?}", frame.counters);
+        let maps = &frame.maps[0];
+        assert!(maps.filter.iter().flatten().all(|f| (0.0..=1.0).contains(f)));
+        let first = maps.nearest.iter().copied().fold(1.0, f32::min);
+        let dark = maps.filter.iter().zip(&maps.nearest).filter(|(f, _)| **f == [0.0; 3]);
+        let nearest = dark.map(|(_, &depth)| depth).fold(1.0, f32::min);
+        assert!(nearest == first && first < 0.5, "{nearest} {first}");
+    }
+}
+
+/// A map of 65,536 tiles, more than a dispatch has workgroups in a row: both halves are drawn.
+#[test]
+fn more_tiles_than_a_row_of_workgroups() {
+    for count in [1, 4, 65_532, 65_536, 300 * 260] {
+        let [x, y, z] = tile_grid(count);
+        assert!(x <= 65_535 && x * y * z == count, "{count}: {x} {y} {z}");
+    }
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+    scene.shadow.size = 4096;
+    for y in [-0.9, 0.9] {
+        let disc = particle(Vec3::new(0.0, y, 0.0), 0.1, Vec4::new(0.5, 0.5, 0.5, 0.8));
+        scene.particles.push(disc);
+    }
+    let map = render(TIERS[1], &scene).maps.remove(0);
+    let (top, bottom) = map.filter.split_at(map.filter.len() / 2);
+    let filtered = |half: &[[f32; 3]]| half.iter().filter(|f| f[0] < 1.0).count();
+    // A soft disc's rim is too clear for 16 bits.
+    let whole = std::f32::consts::PI * (0.1 * map.view.scale).powi(2);
+    for half in [top, bottom] {
+        let share = filtered(half) as f32 / whole;
+        assert!((0.9..1.01).contains(&share), "{share}");
+    }
+}

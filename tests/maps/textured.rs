@@ -1,0 +1,107 @@
+//! Textured shadows: a projector's picture and the net of light under water, against closed forms.
+use crate::common::{
+    TIERS, brute_force,
+    compare::{Tolerance, assert_maps_agree, compare_maps},
+    render,
+    scenes::{empty, light, pane},
+};
+use gobo::{
+    glam::{DVec2, Vec2, Vec3, Vec4},
+    model::{LightKind, Material, Transfer},
+    reference,
+    scene::{self, Scene},
+    view::shadow_views,
+};
+
+/// 16 bits of light up to 4, and a texture whose edges are a map's texel wide.
+const TOLERANCE: Tolerance = Tolerance { filter: 8e-3, depth: 1e-5, undecided: 0.05 };
+
+fn small(name: &str) -> Scene {
+    let set = [("camera.size", "[64, 36]"), ("shadow.size", "96")]
+        .map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    scene::load_with(path.as_ref(), &set).unwrap()
+}
+
+/// Every texel of the map is the texture where its ray meets the pane.
+#[test]
+fn maps_are_the_textures_where_rays_meet_them() {
+    for name in ["projector", "caustics"] {
+        let scene = small(name);
+        let views = shadow_views(&scene);
+        let twin = reference::render_maps(&scene, &views).0;
+        let gpu = TIERS.map(|tier| render(tier, &scene).maps);
+        for (i, view) in views.iter().enumerate() {
+            let expected = brute_force::render(&scene, view);
+            assert_maps_agree(&expected, &twin[i], TOLERANCE);
+            for maps in &gpu {
+                assert_maps_agree(&expected, &maps[i], TOLERANCE);
+            }
+            let mut turned = scene.clone();
+            for face in &mut turned.triangles {
+                face.uvs = face.uvs.map(|uv| Vec2::new(uv.y, uv.x));
+            }
+            let expected = brute_force::render(&turned, view);
+            assert!(compare_maps(&expected, &twin[i], TOLERANCE).is_err(), "{name}");
+        }
+    }
+}
+
+/// A lamp one metre before a pane of one metre, four checks wide: the middle of each check's image
+/// is that check, wherever the wall is.
+#[test]
+fn a_projector_throws_its_slide() {
+    let colors: [[u8; 4]; 4] =
+        [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 255]];
+    let mut scene = empty(vec![Material { texture: Some(0), ..Material::default() }]);
+    // 2x2 checks of 4x4 texels each.
+    let texel = |i: usize| colors[i % 8 / 4 + i / 8 / 4 * 2];
+    scene.textures = vec![gobo::model::Texture {
+        name: "checks".into(),
+        width: 8,
+        height: 8,
+        rgba: (0..64).flat_map(texel).collect(),
+    }];
+    scene.triangles = pane(0.1, 0.5, 0).to_vec();
+    let corners = [Vec2::new(0.0, 1.0), Vec2::ONE, Vec2::X, Vec2::ZERO];
+    scene.triangles[0].uvs = [corners[0], corners[1], corners[2]];
+    scene.triangles[1].uvs = [corners[0], corners[2], corners[3]];
+    let angle = 2.0 * 0.6_f32.atan();
+    let position = Vec3::ZERO;
+    scene.lights = vec![light(LightKind::Spot { position, direction: Vec3::NEG_Z, angle })];
+    (scene.lights[0].near, scene.lights[0].far) = (Some(0.1), Some(5.0));
+    let views = shadow_views(&scene);
+    let size = views[0].size.as_dvec2();
+    for tier in TIERS {
+        let maps = render(tier, &scene).maps.remove(0);
+        for (i, color) in colors.iter().enumerate() {
+            // Middle of the check on the pane [m] to the map.
+            let on_pane = DVec2::new((i % 2) as f64 * 0.5 - 0.25, (i / 2) as f64 * 0.5 - 0.25);
+            let at = (size * 0.5 + on_pane / 0.6 * size * 0.5).as_uvec2();
+            let filter = maps.filter[(at.y * maps.view.size.x + at.x) as usize];
+            let exact = [0, 1, 2].map(|c| f32::from(color[c]) / 255.0);
+            assert!(filter.iter().zip(exact).all(|(f, e)| (f - e).abs() < 2e-3), "{i} {filter:?}");
+        }
+    }
+}
+
+/// Water gathers light: brighter lines, darker cells, and about as much of it in all.
+#[test]
+fn caustics_move_light_and_keep_it() {
+    let mut scene = small("caustics");
+    let water = scene.materials.iter().position(|m| m.transfer == Transfer::Gain).expect("water");
+    scene.materials[water].tint = Vec4::new(4.0, 4.0, 4.0, 0.25);
+    for tier in TIERS {
+        let maps = render(tier, &scene).maps.remove(0);
+        let under: Vec<f32> = (0..maps.filter.len())
+            .filter(|&i| maps.nearest[i] < 1.0)
+            .map(|i| maps.filter[i][0])
+            .collect();
+        assert!(under.len() > 500);
+        let mean = under.iter().sum::<f32>() / under.len() as f32;
+        let most = under.iter().copied().fold(0.0, f32::max);
+        let least = under.iter().copied().fold(f32::MAX, f32::min);
+        assert!((mean - 1.0).abs() < 0.08, "{tier:?}: {mean}");
+        assert!(most > 2.0 && least < 0.6, "{tier:?}: {least} to {most}");
+    }
+}

@@ -1,0 +1,165 @@
+//! Light that the air scatters: against closed forms, kernels against the twin.
+use crate::common::{
+    TIERS, render,
+    scenes::{empty, light, pane},
+};
+use gobo::{
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    model::{Air, LightKind, Material, Transfer, View},
+    records::Picture,
+    reference::{
+        self,
+        air::{AirVolume, phase},
+        shading::Lighting,
+    },
+    scene::{self, Scene},
+    stage::air::AirParams,
+    view::shadow_views,
+};
+
+const AIR: Air = Air { density: 0.2, albedo: Vec3::new(0.9, 0.7, 0.5), anisotropy: 0.4, steps: 48 };
+
+fn twin(scene: &Scene) -> Picture {
+    let views = shadow_views(scene);
+    reference::render_picture(scene, &views, &reference::render_maps(scene, &views).0)
+}
+
+/// A sun, a wall far behind, air.
+fn sunny() -> Scene {
+    let mut scene = empty(vec![Material { transfer: Transfer::Opaque, ..Material::default() }]);
+    scene.triangles = pane(2.0, 100.0, 0).to_vec();
+    scene.camera.eye = Vec3::new(0.5, 0.2, -1.0);
+    scene.camera.target = Vec3::new(-0.3, 0.0, -15.0);
+    scene.lights =
+        vec![light(LightKind::Directional { direction: Vec3::new(0.3, -1.0, 0.2).normalize() })];
+    scene.lights[0].intensity = 2.0;
+    scene.lights[0].casts = false;
+    scene.air = Some(AIR);
+    scene
+}
+
+fn volume(scene: &Scene) -> (AirVolume, View) {
+    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let views = shadow_views(scene);
+    let maps = reference::render_maps(scene, &views).0;
+    let lighting = Lighting::new(scene, &views, &maps);
+    let view = camera.to_gpu(0, UVec2::ZERO, 0);
+    let params = AirParams::new(&scene.air.expect("air"));
+    (AirVolume::new(&view, &camera.view_from_world.inverse(), &lighting, &params), camera)
+}
+
+/// Rounding of 48 sums in 32 bits, and the columns' rays beside the pixel's.
+const ROUNDED: f32 = 2e-3;
+
+/// Light that is the same everywhere: `albedo (ambient + p E) (1 - exp(-density s))`.
+#[test]
+fn even_light_scatters_as_in_the_closed_form() {
+    let mut scene = sunny();
+    scene.ambient = Vec3::new(0.1, 0.2, 0.3);
+    let (volume, camera) = volume(&scene);
+    let world_from_view = camera.view_from_world.inverse();
+    let LightKind::Directional { direction } = scene.lights[0].kind else { unreachable!() };
+    for pixel in [Vec2::new(2.0, 2.0), Vec2::new(34.0, 30.0), Vec2::new(58.0, 10.0)] {
+        for depth in [1.0 / 48.0, 0.25, 0.5, 1.0] {
+            let slope = (pixel - camera.size.as_vec2() * 0.5) / camera.scale;
+            let way = Vec3::new(slope.x, -slope.y, -1.0);
+            let ray = world_from_view.transform_vector3(way).normalize();
+            let s = depth * (camera.far - camera.near) * way.length();
+            let left = (-AIR.density * s).exp();
+            let back = phase(direction.dot(-ray), AIR.anisotropy);
+            let exact = AIR.albedo * (scene.ambient + 2.0 * back) * (1.0 - left);
+            let air = volume.at(pixel, depth);
+            assert!((air.truncate() - exact).abs().max_element() < ROUNDED, "{air} {exact}");
+            assert!((air.w - left).abs() < ROUNDED, "{air} {left}");
+        }
+    }
+}
+
+#[test]
+fn the_phase_function_scatters_all_there_is() {
+    for g in [-0.9, -0.3, 0.0, 0.4, 0.9] {
+        const STEPS: i32 = 20_000;
+        let width = 2.0 / f64::from(STEPS);
+        let cosine = |i: i32| (f64::from(i) + 0.5) * width - 1.0;
+        let of = |i: i32| f64::from(phase(cosine(i) as f32, g)) * width;
+        let whole: f64 = (0..STEPS).map(of).sum::<f64>() * std::f64::consts::TAU;
+        let mean: f64 = (0..STEPS).map(|i| of(i) * cosine(i)).sum::<f64>() * std::f64::consts::TAU;
+        assert!((whole - 1.0).abs() < 1e-3, "{g}: {whole}");
+        assert!((mean - f64::from(g)).abs() < 2e-3, "{g}: mean cosine {mean}");
+    }
+}
+
+/// Behind a pane the air has its colour, before it the light's.
+#[test]
+fn air_behind_glass_is_coloured_and_before_it_is_not() {
+    let tint = Vec3::new(0.9, 0.3, 0.1);
+    let mut scene = empty(vec![
+        Material { tint: tint.extend(1.0), ..Material::default() },
+        Material { transfer: Transfer::Opaque, ..Material::default() },
+    ]);
+    scene.triangles = pane(0.5, 5.0, 0).to_vec();
+    scene.triangles.extend(pane(1.0, 5.0, 1));
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+    scene.lights[0].near = Some(-20.0);
+    scene.lights[0].far = Some(20.0);
+    let views = shadow_views(&scene);
+    let maps = reference::render_maps(&scene, &views).0;
+    let seen = |scene: &Scene, z: f32| {
+        let lighting = Lighting::new(scene, &views, &maps);
+        lighting.scattered(Vec3::new(0.3, 0.2, z), Vec3::X, 0.0) * (4.0 * std::f32::consts::PI)
+    };
+    assert!((seen(&scene, -3.0) - Vec3::ONE).abs().max_element() < 1e-5);
+    assert!((seen(&scene, -7.0) - tint).abs().max_element() < 2e-3);
+    assert!(seen(&scene, -12.0).max_element() < 1e-6);
+    scene.lights[0].shafts = false;
+    assert_eq!(seen(&scene, -3.0), Vec3::ZERO);
+}
+
+fn shafts() -> Scene {
+    let set = [("camera.size", "[160, 90]"), ("shadow.size", "256"), ("air.steps", "24")]
+        .map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/shafts.toml");
+    scene::load_with(path.as_ref(), &set).unwrap()
+}
+
+fn share_apart(a: &Picture, b: &Picture) -> f64 {
+    let channels = a.rgb.iter().flatten().zip(b.rgb.iter().flatten());
+    let apart = channels.filter(|(a, b)| a.abs_diff(**b) > 4).count();
+    apart as f64 / (3 * a.rgb.len()) as f64
+}
+
+/// Where a ray grazes an edge rounding decides.
+const GRAZED: f64 = 3e-3;
+
+/// Panes, particles and additive fire in the air.
+#[test]
+fn pictures_match_the_twin() {
+    let mut scene = shafts();
+    scene.particles = crate::common::scenes::random_discs(60, 4);
+    scene.materials.push(Material { name: "smoke".into(), ..Material::default() });
+    let tint = Vec4::new(0.9, 0.5, 0.2, 0.3);
+    scene.materials.push(Material { transfer: Transfer::None, tint, ..Material::default() });
+    for (i, particle) in scene.particles.iter_mut().enumerate() {
+        particle.material = (scene.materials.len() - 1 - i % 2) as u32;
+        particle.center.y += 2.0;
+    }
+    let expected = twin(&scene);
+    let mut clear = scene.clone();
+    clear.air = None;
+    for tier in TIERS {
+        let picture = render(tier, &scene).picture;
+        let apart = share_apart(&picture, &expected);
+        assert!(apart <= GRAZED, "{tier:?}: {apart}");
+        assert!(share_apart(&render(tier, &clear).picture, &expected) > GRAZED);
+    }
+}
+
+/// As the density goes to 0 the picture goes to that of clear air.
+#[test]
+fn thin_air_is_clear_air() {
+    let mut scene = shafts();
+    scene.air = None;
+    let clear = twin(&scene);
+    scene.air = Some(Air { density: 1e-5, steps: 24, ..AIR });
+    assert_eq!(share_apart(&twin(&scene), &clear), 0.0);
+}

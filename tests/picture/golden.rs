@@ -1,0 +1,121 @@
+//! The lit picture: kernels against the twin, and both against pictures that were looked at.
+use crate::common::{TIERS, files::read, render};
+use gobo::{
+    records::Picture,
+    reference,
+    scene::{self, Scene},
+    view::shadow_views,
+};
+use nv_flip::{FlipImageRgb8, FlipPool};
+use std::path::{Path, PathBuf};
+
+const SCENES: [&str; 5] = ["smoke", "glass", "box", "mixed", "cascades"];
+
+/// Mean FLIP error (Andersson et al. 2020) under which two pictures look the same; a different
+/// driver rounds a few channels differently, which stays below a tenth of it.
+const LOOKS_THE_SAME: f32 = 0.01;
+
+/// Steps of 8 bits that separate twin and kernel where both round.
+const ROUNDED: u8 = 4;
+/// Share of the channels that may be further apart: pixels whose ray grazes an edge.
+const GRAZED: f64 = 1e-3;
+
+fn file(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// Small, so that the twin is quick.
+fn small(name: &str) -> Scene {
+    let set = [("camera.size", "[240, 135]"), ("shadow.size", "256")]
+        .map(|(key, value)| (key.to_owned(), value.to_owned()));
+    scene::load_with(&file(&format!("data/{name}.toml")), &set)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn twin(scene: &Scene) -> Picture {
+    let views = shadow_views(scene);
+    let (maps, _) = reference::render_maps(scene, &views);
+    reference::render_picture(scene, &views, &maps)
+}
+
+fn share_apart(a: &Picture, b: &Picture) -> f64 {
+    assert_eq!(a.size, b.size);
+    let channels = a.rgb.iter().flatten().zip(b.rgb.iter().flatten());
+    let apart = channels.filter(|(a, b)| a.abs_diff(**b) > ROUNDED).count();
+    apart as f64 / (3 * a.rgb.len()) as f64
+}
+
+fn flip(a: &Picture, b: &Picture) -> f32 {
+    let image = |picture: &Picture| {
+        let bytes: Vec<u8> = picture.rgb.iter().flatten().copied().collect();
+        FlipImageRgb8::with_data(picture.size.x, picture.size.y, &bytes)
+    };
+    let errors = nv_flip::flip(image(a), image(b), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    FlipPool::from_image(&errors).mean()
+}
+
+fn golden(name: &str) -> Picture {
+    let path = file(&format!("tests/picture/golden/{name}.png"));
+    let image = image::open(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let image = image.into_rgb8();
+    let size = image.dimensions().into();
+    Picture { size, rgb: image.pixels().map(|pixel| pixel.0).collect() }
+}
+
+#[test]
+fn kernels_match_the_twin() {
+    for name in SCENES {
+        let scene = small(name);
+        let expected = twin(&scene);
+        for tier in TIERS {
+            let apart = share_apart(&render(tier, &scene).picture, &expected);
+            assert!(apart <= GRAZED, "{name}, {tier:?}: {apart} of the channels");
+        }
+    }
+}
+
+#[test]
+fn pictures_look_as_they_did() {
+    for name in SCENES {
+        let error = flip(&render(TIERS[1], &small(name)).picture, &golden(name));
+        assert!(error < LOOKS_THE_SAME, "{name}: FLIP {error}");
+    }
+}
+
+/// A lamp in a closed box: the faces of its cube meet without a gap.
+#[test]
+fn no_light_leaks_through_seams() {
+    let lamp = "[camera]\neye = [0.1, 9, 4]\ntarget = [0, 0, 0]\nsize = [240, 135]\n\
+        [shadow]\nsize = 64\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n\
+        [[light]]\nkind = 'point'\nposition = [0, 1, 0]\nintensity = 100\n\
+        [[material]]\nname = 'iron'\ntransfer = 'opaque'\n\
+        [[shape]]\nkind = 'plane'\nmaterial = 'iron'\nscale = [10, 1, 10]\n";
+    let closed =
+        format!("{lamp}[[shape]]\nkind = 'box'\nmaterial = 'iron'\ntranslation = [0, 1, 0]\n");
+    let brightest = |picture: &Picture| picture.rgb.iter().flatten().copied().max();
+    let (open, closed) = (read(lamp).unwrap(), read(&closed).unwrap());
+    assert!(brightest(&twin(&open)) > Some(99));
+    assert_eq!(brightest(&twin(&closed)), Some(0));
+    for tier in TIERS {
+        assert_eq!(brightest(&render(tier, &closed).picture), Some(0), "{tier:?}");
+    }
+}
+
+#[test]
+fn a_missing_light_is_noticed() {
+    let whole = small("mixed");
+    let mut darker = whole.clone();
+    darker.lights.truncate(1);
+    let picture = render(TIERS[1], &darker).picture;
+    assert!(share_apart(&picture, &twin(&whole)) > GRAZED);
+    assert!(flip(&picture, &golden("mixed")) > LOOKS_THE_SAME);
+}
+
+#[test]
+fn a_missing_pane_is_noticed() {
+    let mut fewer = small("glass");
+    let red = fewer.materials.iter().position(|m| m.name == "red").expect("red glass") as u32;
+    fewer.triangles.retain(|triangle| triangle.material != red);
+    let picture = render(TIERS[1], &fewer).picture;
+    assert!(flip(&picture, &golden("glass")) > LOOKS_THE_SAME);
+}

@@ -1,0 +1,117 @@
+//! Opaque triangles: those of a few texels go straight to their texels, larger ones through tiles.
+use crate::common::{
+    TIERS, render,
+    scenes::{Chance, empty, light, material, triangle},
+};
+use gobo::{
+    glam::Vec3,
+    model::{LightKind, Transfer, Triangle},
+    records::ViewMaps,
+    reference,
+    scene::Scene,
+    view::shadow_views,
+};
+
+/// Light depths are `f32`; a few operations separate twin and kernel.
+const DEPTH: f32 = 2e-6;
+/// Where a ray grazes an edge, rounding decides.
+const GRAZED: f64 = 2e-4;
+
+fn lit(triangles: Vec<Triangle>) -> Scene {
+    let position = Vec3::new(3.0, 4.0, 2.5);
+    let mut scene = empty(vec![material(Transfer::Opaque), material(Transfer::Cutout)]);
+    scene.lights = vec![
+        light(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
+        light(LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 }),
+        light(LightKind::Point { position: Vec3::new(0.1, 0.2, -0.1) }),
+    ];
+    scene.triangles = triangles;
+    scene
+}
+
+/// `count` triangles about `size` long [m], of the materials in turn.
+fn shards(count: u32, size: f32, materials: u32, seed: u64) -> Vec<Triangle> {
+    let mut chance = Chance::new(seed);
+    let one = |i| {
+        let center = chance.vec3(-2.0, 2.0);
+        let positions = [0; 3].map(|_| center + chance.vec3(-0.5, 0.5) * size);
+        triangle(positions, i % materials)
+    };
+    (0..count).map(one).collect()
+}
+
+/// Share of the texels whose opaque depth is another.
+fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
+    let depths = |maps: &[ViewMaps]| -> Vec<f32> {
+        maps.iter().flat_map(|view| view.opaque.iter().copied()).collect()
+    };
+    let (a, b) = (depths(a), depths(b));
+    assert_eq!(a.len(), b.len());
+    let apart = a.iter().zip(&b).filter(|(a, b)| (*a - *b).abs() > DEPTH).count();
+    apart as f64 / a.len() as f64
+}
+
+fn assert_matches_twin(scene: &Scene, what: &str) {
+    let (expected, _) = reference::render_maps(scene, &shadow_views(scene));
+    let hit = expected.iter().flat_map(|view| &view.opaque).filter(|&&d| d < 1.0).count();
+    assert!(hit > 1000, "{what}: {hit} texels are hit");
+    for tier in TIERS {
+        let apart = share_apart(&render(tier, scene).maps, &expected);
+        assert!(apart <= GRAZED, "{what}, {tier:?}: {apart}");
+    }
+}
+
+#[test]
+fn small_triangles_match_the_twin() {
+    assert_matches_twin(&lit(shards(3000, 0.1, 1, 1)), "small");
+}
+
+#[test]
+fn large_triangles_match_the_twin() {
+    assert_matches_twin(&lit(shards(300, 2.0, 1, 2)), "large");
+}
+
+#[test]
+fn small_and_large_triangles_match_the_twin() {
+    let mut triangles = shards(2048, 0.1, 1, 3);
+    triangles.extend(shards(64, 1.5, 1, 4));
+    assert_matches_twin(&lit(triangles), "opaque");
+    let mut triangles = shards(2048, 0.1, 1, 5);
+    triangles.extend(shards(256, 0.3, 2, 6));
+    assert_matches_twin(&lit(triangles), "with cutout ones");
+}
+
+/// Every texel of a wall made of small triangles is blocked, by one depth.
+#[test]
+fn a_fine_wall_has_no_holes() {
+    const CELLS: i32 = 60;
+    let corner = |x: i32, y: i32| {
+        let at = |i: i32| i as f32 / CELLS as f32 * 4.0 - 2.0;
+        Vec3::new(at(x), at(y), -1.5)
+    };
+    let cells = (0..CELLS).flat_map(|y| (0..CELLS).map(move |x| (x, y)));
+    let triangles = cells.flat_map(|(x, y)| {
+        let [a, b, c, d] = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| corner(x + i, y + j));
+        [triangle([a, b, c], 0), triangle([a, c, d], 0)]
+    });
+    let mut scene = lit(triangles.collect());
+    let position = Vec3::new(0.0, 0.0, 2.0);
+    scene.lights = vec![
+        light(LightKind::Spot { position, direction: Vec3::NEG_Z, angle: 0.9 }),
+        light(LightKind::Directional { direction: Vec3::NEG_Z }),
+    ];
+    for tier in TIERS {
+        let frame = render(tier, &scene);
+        let spot = &frame.maps[0].opaque;
+        let (least, most) = spot.iter().fold((1.0_f32, 0.0_f32), |(l, m), &d| (l.min(d), m.max(d)));
+        assert!(most - least <= DEPTH && most < 1.0, "{tier:?}: {least}..{most}");
+        let sun = &frame.maps[1];
+        let inside = |i: usize| {
+            let size = sun.view.size.x as usize;
+            let middle = |v: usize| v.abs_diff(size / 2) < size / 8;
+            middle(i % size) && middle(i / size)
+        };
+        let holes = (0..sun.opaque.len()).filter(|&i| inside(i) && sun.opaque[i] == 1.0).count();
+        assert_eq!(holes, 0, "{tier:?}");
+    }
+}

@@ -1,0 +1,258 @@
+use crate::common::gpu;
+use gobo::{
+    gpu::Gpu,
+    reference::{self, Pair},
+    stage::sort::{
+        PAIR_FORMAT, PAIR_LIMIT, PAIR_ROW, Shape, Sort, SortCount, TOTAL_ROW, WIDE_BLOCK, digits,
+        pair_limit, pair_texture_size,
+    },
+    wgpu,
+};
+use std::ops::Range;
+
+const SHAPES: [Shape; 2] = [Shape::Serial, Shape::Wide];
+const POISON: Pair = Pair { key: 0xdead_beef, value: 0xdead_beef };
+
+/// Keys by a bijective mix of the index (the finalizer of Appleby 2011, `MurmurHash3`).
+fn mixed(count: u32) -> Vec<Pair> {
+    let mix = |i: u32| {
+        let i = (i ^ (i >> 16)).wrapping_mul(0x85eb_ca6b);
+        let i = (i ^ (i >> 13)).wrapping_mul(0xc2b2_ae35);
+        i ^ (i >> 16)
+    };
+    (0..count).map(|value| Pair { key: mix(value + 1), value }).collect()
+}
+
+fn with_keys(count: u32, key: impl Fn(u32) -> u32) -> Vec<Pair> {
+    (0..count).map(|value| Pair { key: key(value), value }).collect()
+}
+
+/// The comparison every test here relies on: the first difference, or that `tail` was written.
+fn compare(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
+    let (sorted, tail) = found.split_at(expected.len());
+    if let Some(at) = (0..expected.len()).find(|&at| sorted[at] != expected[at]) {
+        return Err(format!("pair {at} is {:?}, not {:?}", sorted[at], expected[at]));
+    }
+    match tail.iter().position(|&pair| pair != POISON) {
+        Some(at) => Err(format!("pair {} past the end was written", expected.len() + at)),
+        None => Ok(()),
+    }
+}
+
+fn sorted(pairs: &[Pair], bits: Range<u32>) -> Vec<Pair> {
+    let mut pairs = pairs.to_vec();
+    reference::sort(&mut pairs, &mut Vec::new(), bits);
+    pairs
+}
+
+/// Two textures full of poison, but for `pairs` at the start of the first.
+fn pair_textures(gpu: &Gpu, pairs: &[Pair], capacity: u32) -> [wgpu::Texture; 2] {
+    let size = pair_texture_size(capacity);
+    ["pairs", "sorted_pairs"].map(|label| {
+        let texture = gpu.texture(label, size, PAIR_FORMAT);
+        let mut texels = vec![POISON; (size[0] * size[1]) as usize];
+        if label == "pairs" {
+            texels[..pairs.len()].copy_from_slice(pairs);
+        }
+        gpu.write_texture(&texture, &texels);
+        texture
+    })
+}
+
+/// Sorts the first `count` of `pairs`; all texels of the result.
+fn sort_on(
+    gpu: &Gpu,
+    sort: &Sort,
+    pairs: &[Pair],
+    count: SortCount<'_>,
+    known: Option<u32>,
+    bits: Range<u32>,
+) -> Vec<Pair> {
+    let capacity = match count {
+        SortCount::Known(capacity) | SortCount::FromBuffer { capacity, .. } => capacity,
+    };
+    let textures = pair_textures(gpu, pairs, capacity);
+    let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
+    let mut bindings = sort.bind(&gpu.device, views.each_ref(), count, bits).unwrap();
+    if let Some(known) = known {
+        bindings.write_count(&gpu.queue, known);
+    }
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    sort.record(&mut pass, &bindings);
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.read_texture(&textures[bindings.result()])
+}
+
+fn check(gpu: &Gpu, sort: &Sort, pairs: &[Pair], bits: Range<u32>) {
+    let count = SortCount::Known(pairs.len() as u32);
+    let found = sort_on(gpu, sort, pairs, count, None, bits.clone());
+    compare(&found, &sorted(pairs, bits.clone()))
+        .unwrap_or_else(|error| panic!("{} pairs, bits {bits:?}, {sort:?}: {error}", pairs.len()));
+}
+
+#[test]
+fn twin_is_a_stable_sort() {
+    for bits in [0..12, 0..24, 0..32, 3..17, 8..8, 20..32] {
+        let pairs = with_keys(5000, |i| i.wrapping_mul(0x9e37_79b9) & 0xff0f_f00f);
+        let mut expected = pairs.clone();
+        expected
+            .sort_by_key(|pair| (u64::from(pair.key) & ((1_u64 << bits.end) - 1)) >> bits.start);
+        assert_eq!(sorted(&pairs, bits), expected);
+    }
+}
+
+#[test]
+fn digits_are_even_and_cover_the_bits() {
+    let of = |bits| digits(bits).collect::<Vec<_>>();
+    assert_eq!(of(0..12), [0..6, 6..12]);
+    assert_eq!(of(0..24), [0..8, 8..16, 16..24]);
+    assert_eq!(of(3..20), [3..8, 8..14, 14..20]);
+    assert_eq!(of(0..40), of(0..32));
+    assert_eq!(of(5..5), []);
+}
+
+#[test]
+fn gpu_matches_cpu() {
+    let gpu = gpu();
+    for shape in SHAPES {
+        let sort = Sort::new(&gpu.device, shape);
+        for count in [0, 1, 63, 64, 65, 1000, 100_003] {
+            for bits in [0..12, 0..24, 0..32, 5..14] {
+                if count > 0 || bits.end == 24 {
+                    check(&gpu, &sort, &mixed(count), bits);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn gpu_sort_is_stable_whatever_the_keys() {
+    let gpu = gpu();
+    let count = 20_000;
+    for shape in SHAPES {
+        let sort = Sort::new(&gpu.device, shape);
+        check(&gpu, &sort, &with_keys(count, |_| 7), 0..24);
+        check(&gpu, &sort, &with_keys(count, |i| count - i), 0..32);
+        check(&gpu, &sort, &with_keys(count, |i| i), 0..16);
+        check(&gpu, &sort, &with_keys(count, |i| i % 3 * 0x0101_0101), 0..32);
+        check(&gpu, &sort, &with_keys(count, |_| u32::MAX), 0..32);
+    }
+}
+
+#[test]
+fn a_million_pairs_match() {
+    let gpu = gpu();
+    for shape in SHAPES {
+        check(&gpu, &Sort::new(&gpu.device, shape), &mixed(1_300_001), 0..16);
+    }
+}
+
+#[test]
+fn count_may_stay_below_the_capacity() {
+    let gpu = gpu();
+    let pairs = mixed(3000);
+    let expected = sorted(&pairs, 0..24);
+    for shape in SHAPES {
+        let sort = Sort::new(&gpu.device, shape);
+        for capacity in [3000, 50_000, 2_000_000] {
+            let known = SortCount::Known(capacity);
+            let found = sort_on(&gpu, &sort, &pairs, known, Some(3000), 0..24);
+            compare(&found, &expected).unwrap();
+            let counts = gpu.upload("counts", &[9, 9, 3000], wgpu::BufferUsages::STORAGE);
+            let counted = SortCount::FromBuffer { counts: &counts, index: 2, capacity };
+            let found = sort_on(&gpu, &sort, &pairs, counted, None, 0..24);
+            compare(&found, &expected).unwrap();
+        }
+    }
+}
+
+/// Dispatches and histograms are sized by the capacity, and fewer pairs may make more runs: 131,072
+/// make 512 runs of 256, 131,073 make 505 of 260.
+#[test]
+fn partitions_of_the_capacity_hold_those_of_any_count() {
+    let run_length = |count: u32| {
+        let usual = count.div_ceil(512).clamp(256, 2048);
+        usual.max(count.div_ceil(8192)).next_multiple_of(4)
+    };
+    let mut last = 0;
+    for count in (0..PAIR_LIMIT).step_by(61).chain([131_072, 131_073, PAIR_LIMIT]) {
+        if count == 131_072 {
+            last = 0;
+        }
+        let limit = Shape::Serial.partition_limit(count);
+        assert!(limit >= last.max(count.div_ceil(run_length(count))), "{count}");
+        assert!(limit <= 8192);
+        // No wider than a texture that has that many rows of pairs is high.
+        assert!(Shape::Wide.partition_limit(count) <= count.div_ceil(PAIR_ROW));
+        last = limit;
+    }
+}
+
+/// A count past the capacity: the first `capacity` pairs are sorted, none is written past them.
+#[test]
+fn count_past_the_capacity_is_the_capacity() {
+    let gpu = gpu();
+    let pairs = mixed(3000);
+    let expected = sorted(&pairs[..2000], 0..16);
+    let counts = gpu.upload("counts", &[u32::MAX], wgpu::BufferUsages::STORAGE);
+    for shape in SHAPES {
+        let sort = Sort::new(&gpu.device, shape);
+        let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 2000 };
+        let found = sort_on(&gpu, &sort, &pairs, counted, None, 0..16);
+        // Two passes: the result lies where the pairs were, with the unsorted ones behind.
+        assert_eq!(found[2000..3000], pairs[2000..]);
+        compare(&found[..2000], &expected).unwrap();
+    }
+}
+
+#[test]
+fn too_many_pairs_are_refused() {
+    let gpu = gpu();
+    let view = gpu.texture("pairs", [1, 1], PAIR_FORMAT).create_view(&Default::default());
+    let sort = Sort::new(&gpu.device, Shape::Serial);
+    let limit = pair_limit(&gpu.device);
+    let count = SortCount::Known(limit + 1);
+    let error = sort.bind(&gpu.device, [&view, &view], count, 0..8).unwrap_err();
+    assert!(error.to_string().contains(&(limit + 1).to_string()), "{error}");
+}
+
+/// What both sides must know and an `override` cannot say: it sizes arrays.
+#[test]
+fn constants_agree() {
+    let mut seen = 0;
+    for desc in gobo::stage::KERNELS.iter().filter(|desc| desc.name.starts_with("sort_")) {
+        let module = naga::front::wgsl::parse_str(&desc.wgsl()).unwrap();
+        for (_, constant) in module.constants.iter() {
+            let expected = match constant.name.as_deref() {
+                Some("PAIR_ROW") => PAIR_ROW,
+                Some("TOTAL_ROW") => TOTAL_ROW,
+                Some("BLOCK") => WIDE_BLOCK,
+                _ => continue,
+            };
+            let value = &module.global_expressions[constant.init];
+            assert_eq!(*value, naga::Expression::Literal(naga::Literal::U32(expected)));
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 15, "two in six kernels, one in three");
+}
+
+/// The comparison can fail: a swapped pair, a changed value, a write past the end.
+#[test]
+fn wrong_results_are_noticed() {
+    let expected = sorted(&with_keys(100, |i| i % 10), 0..8);
+    let mut right = expected.clone();
+    right.extend([POISON; 4]);
+    compare(&right, &expected).unwrap();
+    let corrupted = |change: fn(&mut [Pair])| {
+        let mut wrong = right.clone();
+        change(&mut wrong);
+        compare(&wrong, &expected).is_err()
+    };
+    assert!(corrupted(|pairs| pairs.swap(3, 4)), "equal keys out of order");
+    assert!(corrupted(|pairs| pairs[50].value ^= 1));
+    assert!(corrupted(|pairs| pairs[102].key = 0));
+}
