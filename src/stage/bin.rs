@@ -23,6 +23,7 @@ pub const TILE_LANES: u32 = 64;
 
 pub const COUNT: KernelDesc = KernelDesc {
     name: "bin_count",
+    entry: "bin_count",
     root: "bin/bin_count.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
@@ -31,6 +32,7 @@ pub const COUNT: KernelDesc = KernelDesc {
 
 pub const SCAN: KernelDesc = KernelDesc {
     name: "bin_scan",
+    entry: "bin_scan",
     root: "bin/bin_scan.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
@@ -39,6 +41,7 @@ pub const SCAN: KernelDesc = KernelDesc {
 
 pub const EMIT: KernelDesc = KernelDesc {
     name: "bin_emit",
+    entry: "bin_emit",
     root: "bin/bin_emit.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
@@ -47,6 +50,7 @@ pub const EMIT: KernelDesc = KernelDesc {
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "bin_tiles",
+    entry: "bin_tiles",
     root: "bin/bin_tiles.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],

@@ -32,6 +32,7 @@ pub const ALL_LIGHTS: u32 = u32::MAX;
 
 pub const COUNT: KernelDesc = KernelDesc {
     name: "cluster_count",
+    entry: "cluster_count",
     root: "cluster/cluster_count.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
@@ -40,6 +41,7 @@ pub const COUNT: KernelDesc = KernelDesc {
 
 pub const SCAN: KernelDesc = KernelDesc {
     name: "cluster_scan",
+    entry: "cluster_scan",
     root: "cluster/cluster_scan.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
@@ -48,6 +50,7 @@ pub const SCAN: KernelDesc = KernelDesc {
 
 pub const EMIT: KernelDesc = KernelDesc {
     name: "cluster_emit",
+    entry: "cluster_emit",
     root: "cluster/cluster_emit.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],

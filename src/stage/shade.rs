@@ -4,7 +4,7 @@
 //! In: the camera's lists, the shadow maps. Out: `pixels`. Tiles with more pairs than one segment
 //! are walked a segment at a time: `seen` and `layers` leave `partials`, which `surfaces` and
 //! `composite` put together in order.
-use super::walk::{ROWS_4, WALK};
+use super::walk::WALK;
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
     model::{Light, LightKind, View},
@@ -34,38 +34,43 @@ const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
 
 pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
+    entry: "shade_seen",
     root: "shade/shade_seen.wgsl",
-    with: &[ROWS_4, SEEN_STATE, WALK],
+    with: &[SEEN_STATE, WALK],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const SURFACES: KernelDesc = KernelDesc {
     name: "shade_surfaces",
+    entry: "shade_surfaces",
     root: "shade/shade_surfaces.wgsl",
-    with: &[ROWS_4, SEEN_STATE, WALK],
+    with: &[SEEN_STATE, WALK],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const LAYERS: KernelDesc = KernelDesc {
     name: "shade_layers",
+    entry: "shade_layers",
     root: "shade/shade_layers.wgsl",
-    with: &[ROWS_4, LAYER_STATE, WALK],
+    with: &[LAYER_STATE, WALK],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const COMPOSITE: KernelDesc = KernelDesc {
     name: "shade_composite",
+    entry: "shade_composite",
     root: "shade/shade_composite.wgsl",
-    with: &[ROWS_4, LAYER_STATE, WALK],
+    with: &[LAYER_STATE, WALK],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const CASTERS_LIT: KernelDesc = KernelDesc {
     name: "shade_casters",
+    entry: "shade_casters",
     root: "shade/shade_casters.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64)],

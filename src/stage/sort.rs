@@ -78,6 +78,7 @@ crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     name: "sort_serial_count",
+    entry: "sort_serial_count",
     root: "sort/sort_serial_count.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -86,6 +87,7 @@ pub const SERIAL_COUNT: KernelDesc = KernelDesc {
 
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     name: "sort_serial_scan",
+    entry: "sort_serial_scan",
     root: "sort/sort_serial_scan.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -94,6 +96,7 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
 
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
+    entry: "sort_serial_scatter",
     root: "sort/sort_serial_scatter.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -102,6 +105,7 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
 
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     name: "sort_wide_count",
+    entry: "sort_wide_count",
     root: "sort/sort_wide_count.wgsl",
     with: &[],
     constants: &[],
@@ -110,6 +114,7 @@ pub const WIDE_COUNT: KernelDesc = KernelDesc {
 
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
+    entry: "sort_wide_scan",
     root: "sort/sort_wide_scan.wgsl",
     with: &[],
     constants: &[],
@@ -118,6 +123,7 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
 
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
+    entry: "sort_wide_scatter",
     root: "sort/sort_wide_scatter.wgsl",
     with: &[],
     constants: &[],

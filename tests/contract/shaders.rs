@@ -32,7 +32,7 @@ fn kernels_are_valid_on_their_tier() {
         };
         is_valid(&module, capabilities).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         let entry_points: Vec<_> = module.entry_points.iter().map(|e| e.name.as_str()).collect();
-        assert_eq!(entry_points, [desc.name]);
+        assert_eq!(entry_points, [desc.entry]);
         let overrides: Vec<_> =
             module.overrides.iter().map(|(_, o)| o.name.as_deref().unwrap()).collect();
         for (name, _) in desc.constants {
@@ -78,7 +78,7 @@ fn every_entry_point_is_a_kernel() {
         .filter(|item| item.text.contains("@compute"))
         .map(|item| (item.file, item.name))
         .collect();
-    let kernels: HashSet<_> = KERNELS.iter().map(|desc| (desc.root, desc.name)).collect();
+    let kernels: HashSet<_> = KERNELS.iter().map(|desc| (desc.root, desc.entry)).collect();
     assert_eq!(entries, kernels);
 }
 
@@ -167,7 +167,8 @@ fn errors_name_their_file() {
 fn a_refused_kernel_names_file_and_line() {
     // That `ordered` takes arguments; `add_node` gives none.
     const WRONG: &[Choice] = &[
-        Choice::new("rows", "walk/rows_4.wgsl"),
+        Choice::new("state", "curve/gather.wgsl"),
+        Choice::new("store", "curve/resolve.wgsl"),
         Choice::new("sums", "sums/buffers.wgsl"),
         Choice::new("visit", "hit/dither.wgsl"),
     ];
@@ -178,7 +179,7 @@ fn a_refused_kernel_names_file_and_line() {
     let line = 1 + list.lines().position(|line| line.starts_with("fn add_node(")).unwrap();
     assert!(error.contains(&format!("wgsl/curve/list.wgsl:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
-    let unchosen = KernelDesc { with: &WRONG[..2], ..curve::RESOLVE };
+    let unchosen = KernelDesc { with: &WRONG[..3], ..curve::RESOLVE };
     let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[]).unwrap_err();
     assert!(matches!(error, KernelError::Link(_)), "{error}");
     assert!(error.to_string().contains("does not choose `visit`"), "{error}");

@@ -8,6 +8,8 @@ import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY};
 
+const ROWS: u32 = 8u; // texels that an invocation holds, in a column
+
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> x: f32;            // texel centres
 var<private> ys: array<vec4<f32>, 2>;

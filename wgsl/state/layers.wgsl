@@ -24,6 +24,8 @@ import package::shade::shading::{Gloss, mirrored, sky};
 import package::shade::sheet::light_sheet;
 import package::shade::surface::{eye, face_normal, triangle_surface, world_point};
 
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+
 const FAINT: f32 = 0.0009765625; // what is behind less than this is not seen: 1/1024
 const NOWHERE: f32 = 4.0;        // depth of a place where no pane waits
 

@@ -6,6 +6,8 @@ import package::hit::solid::is_solid;
 import package::records::view::GpuView;
 import package::shade::cost::count_pair;
 
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+
 var<private> corner: vec2<f32>; // first of the four pixels
 var<private> nearest: vec4<f32>;
 var<private> seen: vec4<u32>;   // caster

@@ -4,6 +4,8 @@
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
+const ROWS: u32 = 8u; // texels that an invocation holds, in a column
+
 struct Sheet {
     edges: array<vec4<f32>, 3>,
     weights: vec3<f32>,

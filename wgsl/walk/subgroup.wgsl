@@ -6,7 +6,7 @@ import package::bind::loaded::{footprints, pairs};
 import package::hit::reach::{front_depth, touches_box};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::view::GpuView;
-import choice::rows::ROWS;
+import choice::state::ROWS;
 import choice::state::{corner, settled, visit};
 
 fn walk(view: GpuView, first: u32, end: u32) {

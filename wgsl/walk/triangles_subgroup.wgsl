@@ -7,7 +7,7 @@ import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::state::triangles::{Sheet, corner, load_sheet, settled, visit_sheet};
-import choice::rows::ROWS;
+import choice::state::ROWS;
 
 const EDGE_SLACK: f32 = 0.001; // [texels], for rounding
 

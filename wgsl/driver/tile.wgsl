@@ -1,21 +1,19 @@
-// occlude, tiles: opaque depth of every tile that one workgroup finishes. One workgroup per tile, a
-// column of texels per invocation; no clip and no blending, only a minimum in registers. CPU twin:
-// src/reference/occlude.rs. Host: src/stage/occlude.rs.
+// Driver: every tile that one workgroup finishes. One workgroup per tile, a column of texels per
+// invocation, no atomics. A state says what a texel gathers, a store where it goes. Host:
+// src/stage/mod.rs.
 
 import package::bind::sampled::tiles;
-import package::bind::stored::opaques;
 import package::bind::uniform::views;
-import package::hit::small::small_depth;
 import package::records::record::record_texel;
 import package::records::tile::{interleaved, tile_of};
 import package::records::view::TILE_SIZE;
 import package::walk::lane::{LANES, lane_texel};
-import choice::rows::ROWS;
-import choice::state::{nearest_texel, start};
+import choice::state::start;
+import choice::store::{before_tile, store_tile};
 import choice::walk::walk;
 
 @compute @workgroup_size(LANES)
-fn occlude_tiles(
+fn walk_tile(
     @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
@@ -26,12 +24,10 @@ fn occlude_tiles(
         return;
     }
     let view = views[tile.view];
-    let texel = tile.place * TILE_SIZE + lane_texel(lane);
+    let place = lane_texel(lane);
+    let texel = tile.place * TILE_SIZE + place;
+    before_tile(view, texel, tile_id, place);
     start(view, texel);
     walk(view, tile.first, tile.end);
-    for (var i = 0u; i < ROWS; i += 1u) {
-        let at = texel + vec2(0u, i);
-        let depth = min(nearest_texel(i), small_depth(view, at));
-        textureStore(opaques, view.origin + at, view.layer, vec4(depth));
-    }
+    store_tile(view, texel);
 }
