@@ -4,7 +4,7 @@
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
 use super::{
     project::CHUNK_SIZE,
-    walk::{SUMS, WALK},
+    walk::{CANDIDATE, SUMS, WALK},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
@@ -16,8 +16,7 @@ pub const TINY_GROUPS: u32 = 32;
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
 /// Light of eight texels, of soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("state", "state/discs.wgsl");
-const DISC_WALK: Choice =
-    Choice::by_tier("walk", "walk/discs_uniform.wgsl", "walk/discs_subgroup.wgsl");
+const DISC_WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/discs_subgroup.wgsl");
 /// In place of it where discs wait in a queue.
 const QUEUE_WALK: Choice = Choice::new("walk", "llvmpipe/disc_queue.wgsl");
 pub(super) const MAPS: Choice = Choice::new("store", "state/maps.wgsl");
@@ -30,7 +29,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[FILTER, MAPS, STORED, WALK],
+    with: &[FILTER, MAPS, STORED, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -39,7 +38,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
-    with: &[FILTER, MAPS, WALK, SUMS],
+    with: &[FILTER, MAPS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -49,7 +48,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
     name: "accumulate_ordered",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
-    with: &[FILTER, ORDERED_MAPS, WALK, SUMS],
+    with: &[FILTER, ORDERED_MAPS, WALK, CANDIDATE, SUMS],
     constants: &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
 };

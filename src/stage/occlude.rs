@@ -4,15 +4,14 @@
 //! finishes; nearness sums of the others.
 use super::{
     project::CHUNK_SIZE,
-    walk::{SUMS, WALK},
+    walk::{CANDIDATE, SUMS, WALK},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 pub(super) const DEPTH: Choice = Choice::new("state", "state/depth.wgsl");
 /// Of opaque triangles only.
 const TRIANGLES: Choice = Choice::new("state", "state/triangles.wgsl");
-const TRIANGLE_WALK: Choice =
-    Choice::by_tier("walk", "walk/triangles_uniform.wgsl", "walk/triangles_subgroup.wgsl");
+const TRIANGLE_CANDIDATE: Choice = Choice::new("candidate", "state/triangles.wgsl");
 pub(super) const DEPTHS: Choice = Choice::new("store", "state/depths.wgsl");
 
 /// Opaque triangles of a few texels go straight to `small_depths`, one element per texel of the
@@ -30,7 +29,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[DEPTH, DEPTHS, WALK],
+    with: &[DEPTH, DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -40,7 +39,7 @@ pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[TRIANGLES, DEPTHS, TRIANGLE_WALK],
+    with: &[TRIANGLES, DEPTHS, WALK, TRIANGLE_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -49,7 +48,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "occlude_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
-    with: &[DEPTH, DEPTHS, WALK, SUMS],
+    with: &[DEPTH, DEPTHS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

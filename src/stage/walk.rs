@@ -5,3 +5,5 @@ use crate::gpu::Choice;
 pub(super) const WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/subgroup.wgsl");
 /// Sums of a batch's texels: buffers on the core tier, textures that take atomics on the native one.
 pub(super) const SUMS: Choice = Choice::by_tier("sums", "sums/buffers.wgsl", "sums/textures.wgsl");
+/// Of any caster.
+pub(super) const CANDIDATE: Choice = Choice::new("candidate", "walk/candidate.wgsl");
