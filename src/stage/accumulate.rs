@@ -4,7 +4,7 @@
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
 use super::{
     project::CHUNK_SIZE,
-    walk::{CANDIDATE, SUMS, WALK},
+    walk::{CANDIDATE, IN_ORDER, SUMS, WALK},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
@@ -15,21 +15,18 @@ pub const TINY_GROUPS: u32 = 32;
 /// Light of four texels.
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
 /// Light of eight texels, of soft discs of the `filter` transfer only.
-const DISCS: Choice = Choice::new("state", "state/discs.wgsl");
+pub(super) const DISCS: Choice = Choice::new("state", "state/discs.wgsl");
 const DISC_WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/discs_subgroup.wgsl");
-/// In place of it where discs wait in a queue.
-const QUEUE_WALK: Choice = Choice::new("walk", "llvmpipe/disc_queue.wgsl");
 pub(super) const MAPS: Choice = Choice::new("store", "state/maps.wgsl");
 /// In place of it where segments are composed one by one.
 pub(super) const ORDERED_MAPS: Choice = Choice::new("store", "state/ordered.wgsl");
 const STORED: Choice = Choice::new("maps", "state/maps_stored.wgsl");
-const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[FILTER, MAPS, STORED, WALK, CANDIDATE],
+    with: &[IN_ORDER, FILTER, MAPS, STORED, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -75,19 +72,9 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[DISCS, MAPS, STORED, DISC_WALK],
+    with: &[IN_ORDER, DISCS, MAPS, STORED, DISC_WALK],
     constants: &[],
     tiers: Tier::ALL,
-};
-
-/// In place of [`DISC_TILES`] where discs wait in a queue.
-pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_tiles",
-    entry: "walk_tile",
-    root: "driver/tile.wgsl",
-    with: &[DISCS, MAPS, FETCHED, QUEUE_WALK],
-    constants: &[],
-    tiers: &[Tier::Native],
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
@@ -97,14 +84,4 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     with: &[DISCS, MAPS, DISC_WALK, SUMS],
     constants: &[],
     tiers: Tier::ALL,
-};
-
-/// In place of [`DISC_SEGMENTS`] where discs wait in a queue.
-pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_segments",
-    entry: "walk_segment",
-    root: "driver/segment.wgsl",
-    with: &[DISCS, MAPS, QUEUE_WALK, SUMS],
-    constants: &[],
-    tiers: &[Tier::Native],
 };

@@ -4,7 +4,7 @@
 //!
 //! In: as of `occlude`. Out: `colored`, the opaque depths by channel; `opaques`, the last of the
 //! three, behind which no light is left. Softened: maps without `colored`.
-use super::walk::{CANDIDATE, SUMS, WALK};
+use super::walk::{CANDIDATE, IN_ORDER, SUMS, WALK};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 const COLORED: Choice = Choice::new("state", "state/colored.wgsl");
@@ -14,7 +14,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "colored_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[COLORED, COLORED_DEPTHS, WALK, CANDIDATE],
+    with: &[IN_ORDER, COLORED, COLORED_DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };

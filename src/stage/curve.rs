@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose
 //! pairs did not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles leave
 //! `partials`, which `resolve_curve` puts together in order.
-use super::walk::SUMS;
+use super::walk::{IN_ORDER, SUMS};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Pairs of a segment. Longer than those of the nearest-depth mode, because each leaves a whole
@@ -37,7 +37,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[CURVES, HITS, TILE, PAIRS, WALK, SUMS],
+    with: &[IN_ORDER, CURVES, HITS, TILE, PAIRS, WALK, SUMS],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
@@ -55,7 +55,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[CURVES, DISCS, TILE, PAIRS, DISC_WALK, SUMS],
+    with: &[IN_ORDER, CURVES, DISCS, TILE, PAIRS, DISC_WALK, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };

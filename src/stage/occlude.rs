@@ -4,7 +4,7 @@
 //! finishes; nearness sums of the others.
 use super::{
     project::CHUNK_SIZE,
-    walk::{CANDIDATE, SUMS, WALK},
+    walk::{CANDIDATE, IN_ORDER, SUMS, WALK},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
@@ -29,7 +29,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[DEPTH, DEPTHS, WALK, CANDIDATE],
+    with: &[IN_ORDER, DEPTH, DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -39,7 +39,7 @@ pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[TRIANGLES, DEPTHS, WALK, TRIANGLE_CANDIDATE],
+    with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };

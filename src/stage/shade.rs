@@ -4,7 +4,7 @@
 //! In: the camera's lists, the shadow maps. Out: `pixels`. Tiles with more pairs than one segment
 //! are walked a segment at a time: `seen` and `layers` leave `partials`, which `surfaces` and
 //! `composite` put together in order.
-use super::walk::{CANDIDATE, WALK};
+use super::walk::{CANDIDATE, IN_ORDER, WALK};
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
     model::{Light, LightKind, View},
@@ -45,7 +45,7 @@ pub const SURFACES: KernelDesc = KernelDesc {
     name: "shade_surfaces",
     entry: "shade_surfaces",
     root: "shade/shade_surfaces.wgsl",
-    with: &[SEEN_STATE, WALK, CANDIDATE],
+    with: &[IN_ORDER, SEEN_STATE, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -63,7 +63,7 @@ pub const COMPOSITE: KernelDesc = KernelDesc {
     name: "shade_composite",
     entry: "shade_composite",
     root: "shade/shade_composite.wgsl",
-    with: &[LAYER_STATE, WALK, CANDIDATE],
+    with: &[IN_ORDER, LAYER_STATE, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };

@@ -141,10 +141,6 @@ pub enum Shape {
 }
 
 impl Shape {
-    pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
-        if adapter.device_type == wgpu::DeviceType::Cpu { Self::Serial } else { Self::Wide }
-    }
-
     /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
         match self {
@@ -180,7 +176,7 @@ impl Sort {
             Shape::Serial => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
             Shape::Wide => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
         }
-        .map(|desc| Kernel::new(device, desc, Tier::Core, &[]));
+        .map(|desc| Kernel::new(device, desc, Tier::Core, &[], &[]));
         let [count, scan, scatter] = kernels;
         Ok(Self { shape, count: count?, scan: scan?, scatter: scatter? })
     }

@@ -7,3 +7,5 @@ pub(super) const WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "wa
 pub(super) const SUMS: Choice = Choice::by_tier("sums", "sums/buffers.wgsl", "sums/textures.wgsl");
 /// Of any caster.
 pub(super) const CANDIDATE: Choice = Choice::new("candidate", "walk/candidate.wgsl");
+/// A workgroup takes the tile of its number; [`Profile`](super::profile::Profile) may say otherwise.
+pub(super) const IN_ORDER: Choice = Choice::new("order", "driver/in_order.wgsl");

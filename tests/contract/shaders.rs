@@ -174,13 +174,13 @@ fn a_refused_kernel_names_file_and_line() {
     ];
     let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };
     let gpu = gpu();
-    let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[]).unwrap_err().to_string();
+    let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[], &[]).unwrap_err().to_string();
     let (_, list) = wgsl_files().into_iter().find(|(path, _)| path == "curve/list.wgsl").unwrap();
     let line = 1 + list.lines().position(|line| line.starts_with("fn add_node(")).unwrap();
     assert!(error.contains(&format!("wgsl/curve/list.wgsl:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
     let unchosen = KernelDesc { with: &WRONG[..3], ..curve::RESOLVE };
-    let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[]).unwrap_err();
+    let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[], &[]).unwrap_err();
     assert!(matches!(error, KernelError::Link(_)), "{error}");
     assert!(error.to_string().contains("does not choose `visit`"), "{error}");
 }
@@ -189,7 +189,7 @@ fn a_refused_kernel_names_file_and_line() {
 #[test]
 fn wrong_resources_are_errors() {
     let gpu = gpu();
-    let kernel = Kernel::new(&gpu.device, &bin::SCAN, Tier::Core, &[]).unwrap();
+    let kernel = Kernel::new(&gpu.device, &bin::SCAN, Tier::Core, &[], &[]).unwrap();
     let buffer = |usage| gpu.upload("buffer", &[0_u32; 16], usage);
     let (uniform, storage) = (buffer(BufferUsages::UNIFORM), buffer(BufferUsages::STORAGE));
     let texture = gpu.texture_array("texture", [1, 1, 1], wgpu::TextureFormat::R32Uint);

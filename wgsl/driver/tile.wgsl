@@ -5,9 +5,10 @@
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::records::record::record_texel;
-import package::records::tile::{interleaved, tile_of};
+import package::records::tile::tile_of;
 import package::records::view::TILE_SIZE;
 import package::walk::lane::{LANES, lane_texel};
+import choice::order::tile_number;
 import choice::state::start;
 import choice::store::{before_tile, store_tile};
 import choice::walk::walk;
@@ -18,7 +19,7 @@ fn walk_tile(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let tile_id = interleaved(workgroup, workgroups);
+    let tile_id = tile_number(workgroup, workgroups);
     let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     if tile.merged != 0u {
         return;

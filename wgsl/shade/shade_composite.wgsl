@@ -7,13 +7,14 @@ import package::bind::sampled::{surfaces, tiles};
 import package::bind::uniform::views;
 import package::features::COUNT_COST;
 import package::records::record::record_texel;
-import package::records::tile::{interleaved, segment_count, tile_of};
+import package::records::tile::{segment_count, tile_of};
 import package::records::view::TILE_SIZE;
 import package::shade::cost::walked;
 import package::shade::fog::whole;
 import package::shade::tone::{to_srgb, tone_mapped};
 import package::state::layers::{asked_of, color, finish, lay, passed, start};
 import package::walk::lane::{LANES, lane_texel, sum_index};
+import choice::order::tile_number;
 import choice::walk::walk;
 
 @compute @workgroup_size(LANES)
@@ -22,7 +23,7 @@ fn shade_composite(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let tile_id = interleaved(workgroup, workgroups);
+    let tile_id = tile_number(workgroup, workgroups);
     let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     let view = views[0];
     let place = lane_texel(lane);

@@ -13,7 +13,7 @@ import package::records::light::cluster_lights;
 import package::records::material::NO_TEXTURE;
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
-import package::records::tile::{interleaved, segment_count, tile_of};
+import package::records::tile::{segment_count, tile_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::shade::air::air_at;
 import package::shade::cost::{asked, walked};
@@ -22,6 +22,7 @@ import package::shade::shading::{Surface, shade_solid, sky};
 import package::shade::surface::{eye, triangle_surface, world_point};
 import package::state::seen::{corner, nearest, seen, setup_of, start};
 import package::walk::lane::{LANES, lane_texel, sum_index};
+import choice::order::tile_number;
 import choice::walk::walk;
 
 fn shade(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> vec3<f32> {
@@ -62,7 +63,7 @@ fn shade_surfaces(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let tile_id = interleaved(workgroup, workgroups);
+    let tile_id = tile_number(workgroup, workgroups);
     let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     let view = views[0];
     let place = lane_texel(lane);
