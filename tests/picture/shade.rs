@@ -6,11 +6,12 @@ use crate::common::{
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
     gpu::Tier,
-    model::{Light, LightKind, Material, Particle, Profile, Shape, Transfer, Triangle},
+    model::{
+        Light, LightKind, Material, Particle, Profile, ShadowSettings, Shape, Transfer, Triangle,
+    },
     records::Picture,
     reference,
     scene::Scene,
-    settings::ShadowSettings,
     view::shadow_views,
 };
 
