@@ -4,7 +4,7 @@
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
     gpu::{Gpu, Timeline},
-    picture::PreparedPicture,
+    picture::{PictureRoom, PreparedPicture},
     scene::load_with,
     shadows::{CasterSet, Config, Pipeline},
     view::shadow_views,
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scene.clusters.budget = budget;
         let maps = &prepared.maps;
         let picture =
-            pipeline.prepare_picture(device, queue, &casters, &scene, &views, maps, None)?;
+            pipeline.prepare_picture(device, queue, &casters, &scene, &views, maps, PictureRoom::default())?;
         let mut times: Vec<[f64; 3]> = Vec::new();
         for _ in 0..=RUNS {
             times.push(frame(&gpu, &mut pipeline, &picture)?);
