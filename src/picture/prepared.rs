@@ -12,10 +12,7 @@ use crate::{
     model::{Class, Scene, View},
     records::Picture,
     shadows::{
-        CasterSet, Maps, Pipeline,
-        context::view_uniform,
-        kernels::Kernels,
-        list::ListCounters,
+        CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels, list::ListCounters,
         plan::Plan,
     },
     stage::{

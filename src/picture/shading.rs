@@ -37,18 +37,8 @@ impl BandMemory {
         let none = BufferUsages::empty();
         Ok(Self {
             seen: allocator.records("seen", uint, pixels, storage)?,
-            layers: allocator.records(
-                "layers",
-                uint,
-                pixels * u64::from(LAYER_TEXELS),
-                storage,
-            )?,
-            points: allocator.records(
-                "points",
-                uint,
-                points * u64::from(POINT_TEXELS),
-                storage,
-            )?,
+            layers: allocator.records("layers", uint, pixels * u64::from(LAYER_TEXELS), storage)?,
+            points: allocator.records("points", uint, points * u64::from(POINT_TEXELS), storage)?,
             lit: allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?,
             carried: allocator.storage::<[u32; 4]>("carried", carried, none)?,
         })
@@ -76,7 +66,13 @@ pub(super) struct ShadeFeatures {
 }
 
 impl ShadeFeatures {
-    pub(super) fn new(solid: &CameraList, clear: &CameraList, maps: &Maps, cost: bool, air: bool) -> Self {
+    pub(super) fn new(
+        solid: &CameraList,
+        clear: &CameraList,
+        maps: &Maps,
+        cost: bool,
+        air: bool,
+    ) -> Self {
         let Features { triangles, textures, .. } = solid.features;
         let has_layers = clear.list.footprint_count > 0;
         let panes = has_layers && clear.features.triangles;
@@ -84,7 +80,11 @@ impl ShadeFeatures {
             solid: Features { cost, nodes: 0, ..solid.features },
             layers: Features { cost, air, nodes: 0, ..clear.features },
             surfaces: Features { triangles, textures, ..Features::NONE },
-            panes: Features { triangles: true, textures: clear.features.textures, ..Features::NONE },
+            panes: Features {
+                triangles: true,
+                textures: clear.features.textures,
+                ..Features::NONE
+            },
             light: Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE },
             composite: Features { cost, air, layers: has_layers, panes, ..Features::NONE },
         }

@@ -188,7 +188,8 @@ impl List {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) -> bool {
-        self.record_sort(kernels, encoder, timeline) && self.record_pairs(kernels, encoder, timeline)
+        self.record_sort(kernels, encoder, timeline)
+            && self.record_pairs(kernels, encoder, timeline)
     }
 
     /// Footprints, front to back. False where there is none.

@@ -123,9 +123,9 @@ impl Features {
             queued: false,
             nodes: 0,
             cost: false,
-        air: false,
-        layers: false,
-        panes: false,
+            air: false,
+            layers: false,
+            panes: false,
         }
     }
 

@@ -3,7 +3,6 @@
 // CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::pixels;
-import package::bind::loaded::points;
 import package::bind::sampled::{layers, lit, seen_pixels};
 import package::bind::stored::radiance;
 import package::bind::uniform::{band, views};

@@ -7,7 +7,7 @@ import package::bind::uniform::{band, materials, picture_params, views};
 import package::hit::caster_hit::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_NONE, POINT_SHEET, Point};
+import package::records::point::{POINT_SHEET, Point};
 import package::records::record::{FOOTPRINT_TEXELS, TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;

@@ -51,8 +51,15 @@ fn on_device<T>(
     let views = shadow_views(scene);
     let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
     pipeline.set_count_cost(count_cost);
-    let picture =
-        pipeline.prepare_picture(device, queue, &casters, scene, &views, &maps.maps, PictureRoom::default())?;
+    let picture = pipeline.prepare_picture(
+        device,
+        queue,
+        &casters,
+        scene,
+        &views,
+        &maps.maps,
+        PictureRoom::default(),
+    )?;
     let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());
     maps.record(pipeline.kernels(), &mut encoder, &mut timeline);
