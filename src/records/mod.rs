@@ -24,7 +24,7 @@ pub use hash::pcg;
 pub use layout::{Field, GpuLayout, size_of_field};
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
-pub use owner::{NO_OWNER, owner_tag, stored_tag};
+pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub(crate) use pack::{from_octahedral, octahedral};
 pub use triangle::{BACK_BIT, SETUP_TEXELS, TRIANGLE_TEXELS, TriangleRecord, TriangleSetup};
 pub use view::{GpuView, MAX_VIEWS};

@@ -2,5 +2,6 @@
 mod device;
 mod grammar;
 mod layout;
+mod mirrors;
 mod recording;
 mod shaders;
