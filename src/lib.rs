@@ -4,7 +4,6 @@
 //! opaque depth, the product of the filters and the nearest translucent depth. The pipeline is a
 //! list of stages; each is a kernel in `wgsl/`, its host side in [`stage`] and its plain twin in
 //! [`reference`].
-pub mod error;
 pub mod gpu;
 pub mod model;
 #[cfg(feature = "picture")]
@@ -20,4 +19,5 @@ pub mod stage;
 pub mod view;
 
 pub use glam;
+pub use gpu::error;
 pub use wgpu;

@@ -2,6 +2,7 @@
 mod adapter;
 mod allocate;
 mod context;
+pub mod error;
 mod kernel;
 mod link;
 #[cfg(feature = "device")]

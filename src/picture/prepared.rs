@@ -3,9 +3,8 @@ use super::{air::PreparedAir, clusters::Clusters};
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline},
-    model::Scene,
-    model::{TILE_SIZE, View},
-    records::Picture,
+    model::{Scene, TILE_SIZE, View},
+    records::{ClusterCounters, Grid, Picture},
     shadows::{
         CasterSet, Maps, Pipeline,
         context::{Context, view_uniform},
@@ -16,7 +15,6 @@ use crate::{
     },
     stage::{
         bin::{Dispatch, SEGMENT_LENGTH, tile_grid},
-        cluster::{ClusterCounters, Grid},
         hits::Features,
         shade::{CASTER_LANES, PictureParams},
     },

@@ -2,17 +2,17 @@
 use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, KernelDesc, Tier},
-    records::{GpuLayout, GpuMaterial, GpuView},
+    records::{
+        AirParams, CURVE_SEGMENT, ClusterCounters, ClusterParams, GpuLayout, GpuLight, GpuMaterial,
+        GpuView,
+    },
     reference::curve::tile::SLAB_PAIRS,
     stage::{
         KERNELS,
-        air::AirParams,
         bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment},
-        cluster::{ClusterCounters, ClusterParams},
-        curve::CURVE_SEGMENT,
         filter::FilterParams,
         project::{Chunk, ProjectParams},
-        shade::{GpuLight, PictureParams},
+        shade::PictureParams,
         sort::{SERIAL_SCATTER, SortPass},
     },
     wgpu::{TextureSampleType, TextureViewDimension},

@@ -12,11 +12,10 @@ use gobo::{
     gpu::{Gpu, Selection, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
     picture::PreparedPicture,
-    records::Picture,
+    records::{ClusterCounters, Grid, Picture, Reach},
     reference::cluster::{Clusters, assign},
     scene::Scene,
     shadows::{CasterSet, Config, Pipeline},
-    stage::cluster::{ClusterCounters, Grid, Reach},
     view::shadow_views,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
