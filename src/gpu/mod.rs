@@ -11,6 +11,7 @@ mod resource;
 mod timing;
 mod transfer;
 
+pub(crate) use adapter::missed_limit;
 pub use adapter::{Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, shortcoming};
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::Gpu;

@@ -94,7 +94,7 @@ pub struct Material {
     pub profile: Profile,
     /// Linear rgba. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
-    /// Index into [`crate::scene::Scene::textures`].
+    /// Index into [`crate::model::Scene::textures`].
     pub texture: Option<u32>,
     /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1.
     pub reflectivity: f32,
@@ -185,10 +185,24 @@ pub struct Particle {
     pub color: Vec4,
     /// Of a quad about the ray from the light [radians].
     pub rotation: f32,
-    /// Index into [`crate::scene::Scene::materials`].
+    /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
     /// Decorrelates dither patterns; unique where the file gives it.
     pub id: u32,
+}
+
+impl Default for Particle {
+    /// White, of a decimetre, at the origin.
+    fn default() -> Self {
+        Self {
+            center: Vec3::ZERO,
+            radius: 0.1,
+            color: Vec4::ONE,
+            rotation: 0.0,
+            material: 0,
+            id: 0,
+        }
+    }
 }
 
 /// A triangle of a mesh, two-sided.
@@ -200,7 +214,7 @@ pub struct Triangle {
     pub normals: [Vec3; 3],
     /// Row 0 of the texture at v = 0.
     pub uvs: [Vec2; 3],
-    /// Index into [`crate::scene::Scene::materials`].
+    /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
     /// Decorrelates dither patterns: one per object.
     pub id: u32,
@@ -216,4 +230,15 @@ pub struct Texture {
     pub height: u32,
     /// `width * height` rgba bytes, rows from the top; rgb is sRGB, alpha is linear.
     pub rgba: Vec<u8>,
+}
+
+/// What casts, in world space. Particles and triangles name their material by its index, and
+/// materials their texture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Casters<'a> {
+    pub particles: &'a [Particle],
+    pub triangles: &'a [Triangle],
+    /// At most 512.
+    pub materials: &'a [Material],
+    pub textures: &'a [Texture],
 }

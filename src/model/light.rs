@@ -58,9 +58,12 @@ pub struct Shadow {
     pub cascades: Option<Cascades>,
 }
 
+/// A light and its shadows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
+    /// For people and file names.
     pub name: String,
+    /// Where it is and where it shines.
     pub kind: LightKind,
     /// Linear rgb.
     pub color: Vec3,
@@ -116,6 +119,23 @@ impl Shadow {
 }
 
 impl Light {
+    /// Parallel light that travels along `direction` (world space).
+    pub fn directional(direction: Vec3) -> Self {
+        let direction = direction.try_normalize().unwrap_or(Vec3::NEG_Y);
+        Self { kind: LightKind::Directional { direction }, ..Self::default() }
+    }
+
+    /// A cone around `direction` (world space); `angle` is the whole cone [radians].
+    pub fn spot(position: Vec3, direction: Vec3, angle: f32) -> Self {
+        let direction = direction.try_normalize().unwrap_or(Vec3::NEG_Y);
+        Self { kind: LightKind::Spot { position, direction, angle }, ..Self::default() }
+    }
+
+    /// Light in all directions.
+    pub fn point(position: Vec3) -> Self {
+        Self { kind: LightKind::Point { position }, ..Self::default() }
+    }
+
     /// How far the light reaches [m]; `None` for no end.
     pub fn range(&self) -> Option<f32> {
         match self.kind {

@@ -1,7 +1,7 @@
 //! Everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, ClusterSettings, Light, Material, Particle, ShadowSettings, Skipped,
-    Texture, Triangle,
+    Air, Bounds, Camera, Casters, ClusterSettings, Light, Material, Particle, ShadowSettings,
+    Skipped, Texture, Triangle,
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -45,6 +45,12 @@ impl Scene {
             .iter()
             .flat_map(|t| t.positions)
             .fold(particles, |b, p| b.with_sphere(p, 0.0))
+    }
+
+    /// What casts and what is seen, as [`crate::shadows::Shadows::prepare`] takes it.
+    pub fn casters(&self) -> Casters<'_> {
+        let Self { particles, triangles, materials, textures, .. } = self;
+        Casters { particles, triangles, materials, textures }
     }
 
     /// Frames of a second of [`Self::set_time`], where frames are numbered.

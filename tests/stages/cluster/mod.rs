@@ -45,11 +45,10 @@ fn on_device<T>(
     });
     let mut pipeline = pipeline.lock().unwrap_or_else(PoisonError::into_inner);
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let Scene { particles, triangles, materials, textures, .. } = scene;
-    let casters = CasterSet::new(device, queue, particles, triangles, materials, textures)?;
+    let casters = CasterSet::new(device, queue, &scene.casters())?;
     let views = shadow_views(scene);
     let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
-    pipeline.set_count_cost(count_cost);
+    pipeline.config.count_cost = count_cost;
     let picture =
         pipeline.prepare_picture(device, queue, &casters, scene, &views, &maps.maps, None)?;
     let mut timeline = Timeline::untimed();
