@@ -20,11 +20,13 @@ use half::f16;
 /// One frame's results and what they cost.
 #[derive(Clone, Debug)]
 pub struct Frame {
+    /// What the camera sees.
     pub picture: Picture,
     /// Those that were asked for.
     pub debug: Vec<(DebugMode, Picture)>,
     /// Empty unless maps were asked for.
     pub maps: Vec<ViewMaps>,
+    /// What the frame counted.
     pub counters: Counters,
     /// Stage and its time [ms], in order.
     pub stages: Vec<(&'static str, f64)>,

@@ -14,7 +14,7 @@ use fearless_simd::Level;
 use gobo::{
     glam::UVec2,
     gpu::{Gpu, Timeline},
-    model::Material,
+    model::{Casters, Material},
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     reference::{self, Pair, project::ProjectParams},
     shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},

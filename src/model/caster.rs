@@ -88,9 +88,13 @@ pub enum Receives {
 /// What the casters of one kind share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
+    /// For people.
     pub name: String,
+    /// What a hit does to the light.
     pub transfer: Transfer,
+    /// Of its particles.
     pub shape: Shape,
+    /// Of its discs.
     pub profile: Profile,
     /// Linear rgba. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
@@ -223,6 +227,7 @@ pub struct Triangle {
 /// An image that materials sample, bilinear and repeating.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
+    /// For people.
     pub name: String,
     /// [texels]
     pub width: u32,
@@ -236,9 +241,12 @@ pub struct Texture {
 /// materials their texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Casters<'a> {
+    /// Discs, quads and puffs.
     pub particles: &'a [Particle],
+    /// Of meshes.
     pub triangles: &'a [Triangle],
     /// At most 512.
     pub materials: &'a [Material],
+    /// What materials sample.
     pub textures: &'a [Texture],
 }

@@ -10,13 +10,21 @@ use std::sync::Arc;
 /// what was not is in `skipped`.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Of the picture.
     pub camera: Camera,
+    /// Of all its lights.
     pub shadow: ShadowSettings,
+    /// Of the picture.
     pub clusters: ClusterSettings,
+    /// At most 4,096.
     pub lights: Vec<Light>,
+    /// At most 512, named by casters.
     pub materials: Vec<Material>,
+    /// Named by materials.
     pub textures: Vec<Texture>,
+    /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
+    /// Of meshes and shapes.
     pub triangles: Vec<Triangle>,
     /// Light that comes from everywhere: linear rgb.
     pub ambient: Vec3,

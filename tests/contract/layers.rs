@@ -20,9 +20,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("render", &["gpu", "model", "picture", "records", "reference", "shadows", "stage", "view"]),
 ];
 
-/// Circles that are not yet opened: `from` imports `to` all the same.
-const CIRCLES: &[(&str, &str)] = &[("gpu")];
-
 fn folder(path: &Path) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }

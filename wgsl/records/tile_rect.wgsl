@@ -3,7 +3,6 @@
 import package::records::view::TILE_SIZE;
 
 const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
-const DEPTH_BITS: u32 = 16u;
 const INVISIBLE: u32 = 0xffffu; // key of what touches no texel
 // Corners of a footprint that takes the scatter path; it has no tiles.
 const SCATTERED: u32 = 0xffffffffu;

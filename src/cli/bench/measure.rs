@@ -126,7 +126,6 @@ impl Bench {
 
     pub(super) fn run(&mut self, case: Case, with_raster: bool) -> Result<Row, Failure> {
         let (particles, views) = (case.particles(), case.views());
-        let device = &self.gpu.device;
         let materials = [Case::material()];
         let casters = self.upload(&Casters {
             particles: &particles,
