@@ -6,12 +6,12 @@ use crate::{
     gpu::{Gpu, Timeline},
     model::{Counters, Scene, View},
     picture::{
-        PreparedPicture,
+        PictureRoom, PreparedPicture,
         debug::{self, DebugMode},
     },
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    shadows::{Config, Maps, Prepared, Room, Shadows},
+    shadows::{Config, Maps, Prepared, Shadows},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views},
 };
@@ -167,8 +167,8 @@ impl GpuEngine {
             Vec::new()
         };
         let lit = Lit { scene, views: &views, maps: prepared.maps() };
-        let mut room = Room::new(scene.shadow.pair_budget.min(pair_limit(&self.gpu.device)));
-        let shown = room.until_it_fits(|pairs| self.shade_picture(&lit, pairs))?;
+        let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
+        let (shown, room, overflowed) = self.shade_whole_picture(&lit, budget)?;
         let of_picture: f64 = self.timeline.read(&self.gpu.device).iter().map(|(_, ms)| ms).sum();
         stages.push(("picture", of_picture));
         let mut memory = prepared.memory().clone();
@@ -180,7 +180,7 @@ impl GpuEngine {
         let debug = options
             .debug
             .iter()
-            .map(|&mode| Ok((mode, self.shade_debug(mode, &lit, &shown, &picture, room.pairs)?)))
+            .map(|&mode| Ok((mode, self.shade_debug(mode, &lit, &shown, &picture, room)?)))
             .collect::<Result<_, Error>>()?;
         self.gpu.check()?;
         if !options.keep {
@@ -190,6 +190,7 @@ impl GpuEngine {
             shrunk: shrunk as u64,
             cluster_lights: clusters.needed.into(),
             clusters_overflowed: clusters.overflowed.into(),
+            overflowed: counted.overflowed + overflowed,
             skipped: scene.skipped.clone(),
             ..counted
         };
@@ -212,27 +213,45 @@ impl GpuEngine {
         }
     }
 
-    /// The picture, and how many pairs it needed and had room for.
+    /// The picture once nothing is missing, what it then was prepared for, and how many casters
+    /// did not fit at a time.
+    fn shade_whole_picture(
+        &mut self,
+        lit: &Lit<'_>,
+        budget: u32,
+    ) -> Result<(PreparedPicture, PictureRoom, u64), Error> {
+        let mut room = PictureRoom::default();
+        let mut overflowed = 0;
+        loop {
+            let picture = self.shade_picture(lit, room)?;
+            let Some(needs) = picture.needs(&self.gpu, budget)? else {
+                return Ok((picture, room, overflowed));
+            };
+            // Of the most that the budget allows at a time.
+            if overflowed == 0 && needs.is_in_parts() {
+                let [solid, clear] = picture.read_counters(&self.gpu)?;
+                overflowed = u64::from(solid.overflowed + clear.overflowed);
+            }
+            room = needs;
+        }
+    }
+
     fn shade_picture(
         &mut self,
         lit: &Lit<'_>,
-        pairs: Option<u32>,
-    ) -> Result<(PreparedPicture, [u32; 2]), Error> {
+        room: PictureRoom,
+    ) -> Result<PreparedPicture, Error> {
         let Self { gpu, shadows, timeline } = self;
         let &Lit { scene, views, maps } = lit;
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let picture = shadows.with_casters(|pipeline, casters| {
+        shadows.with_casters(|pipeline, casters| {
             let picture =
-                pipeline.prepare_picture(device, queue, casters, scene, views, maps, pairs)?;
+                pipeline.prepare_picture(device, queue, casters, scene, views, maps, room)?;
             submit(gpu, timeline, |encoder, timeline| {
                 picture.record(pipeline.kernels(), encoder, timeline);
             });
             Ok(picture)
-        })?;
-        let lists = picture.read_counters(device, queue)?;
-        let needed = lists[0].pairs_needed.max(lists[1].pairs_needed);
-        let room = picture.pair_capacity();
-        Ok((picture, [needed, room]))
+        })
     }
 
     /// What `mode` shows of a picture.
@@ -242,7 +261,7 @@ impl GpuEngine {
         lit: &Lit<'_>,
         shown: &PreparedPicture,
         picture: &Picture,
-        pairs: Option<u32>,
+        room: PictureRoom,
     ) -> Result<Picture, Error> {
         let &Lit { scene, views, maps } = lit;
         match mode {
@@ -251,9 +270,9 @@ impl GpuEngine {
             DebugMode::Atlas => debug::atlas(&self.gpu, maps, views),
             DebugMode::Cost => {
                 self.shadows.configure(|config| config.count_cost = true);
-                let costs = self.shade_picture(lit, pairs);
+                let costs = self.shade_picture(lit, room);
                 self.shadows.configure(|config| config.count_cost = false);
-                Ok(debug::cost(picture, &costs?.0.read_costs(&self.gpu)?))
+                Ok(debug::cost(picture, &costs?.read_costs(&self.gpu)?))
             }
         }
     }

@@ -4,8 +4,8 @@ use crate::model::{Light, LightKind, View};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Lights of a picture. A pixel that asks all of them for its surface and for both panes of its four
-/// rows stays below the 65,535 iterations that llvmpipe allows an invocation.
+/// Lights of a picture. A point that asks all of them, nine taps each, stays below the 65,535
+/// iterations that llvmpipe allows an invocation.
 pub const MAX_LIGHTS: usize = 4096;
 /// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
 pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
