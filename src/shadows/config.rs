@@ -1,8 +1,5 @@
 //! How the pipeline runs on a device.
-use crate::{
-    gpu::Tier,
-    stage::{profile::Profile, sort::PAIR_LIMIT},
-};
+use crate::{gpu::Tier, model::MAX_PAIRS, stage::profile::Profile};
 
 /// How the pipeline runs on a device.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +31,7 @@ impl Config {
         Self {
             tier,
             profile,
-            pair_budget: PAIR_LIMIT,
+            pair_budget: MAX_PAIRS,
             scatter_tiny: profile.scatter_tiny,
             queued: profile.queued,
             soften: false,

@@ -2,14 +2,14 @@
 use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
-    records::{GpuLayout, GpuMaterial, GpuView},
+    records::{
+        AirParams, ClusterCounters, ClusterParams, GpuLayout, GpuLight, GpuMaterial, GpuView,
+    },
     stage::{
-        air::AirParams,
         bin::{BatchCounters, BinParams, Segment},
-        cluster::{ClusterCounters, ClusterParams},
         filter::FilterParams,
         project::{Chunk, ProjectParams},
-        shade::{Band, GpuLight, PictureParams, PointBatch},
+        shade::{Band, PictureParams, PointBatch},
         sort::{SERIAL_SCATTER, SortPass},
         variants,
     },

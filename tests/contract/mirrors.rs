@@ -4,8 +4,9 @@ use gobo::{
     gpu::Library,
     model::{MAX_GAIN, Pattern, Profile, Receives, Shape, TILE_SIZE, Transfer},
     records::{
-        BACK_BIT, BLUE_SIZE, DEPTH_TAG_BITS, FOOTPRINT_TEXELS, INVISIBLE, MAX_MATERIALS, MAX_VIEWS,
-        MIN_RADIUS, NO_OWNER, NO_TEXTURE, ROW, SETUP_TEXELS, TRIANGLE_BIT, TRIANGLE_TEXELS,
+        AIR_CELL, ALL_LIGHTS, BACK_BIT, BLUE_SIZE, CURVE_SEGMENT, DEPTH_TAG_BITS, FOOTPRINT_TEXELS,
+        INVISIBLE, LIGHT_TEXELS, MAX_MATERIALS, MAX_VIEWS, MIN_RADIUS, NO_OWNER, NO_TEXTURE,
+        REACH_TEXELS, ROW, SETUP_TEXELS, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
     },
     reference::{
         FAINT, accumulate, curve,
@@ -15,10 +16,7 @@ use gobo::{
         resolve::BLACK,
     },
     stage::{
-        air::AIR_CELL,
         bin::{Dispatch, SEGMENT_LENGTH},
-        cluster::{ALL_LIGHTS, REACH_TEXELS, UNIT},
-        curve::CURVE_SEGMENT,
         shade,
         sort::{PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
     },
@@ -41,7 +39,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("FOOTPRINT_TEXELS", FOOTPRINT_TEXELS),
         ("INVISIBLE", INVISIBLE),
         ("LAYER_TEXELS", shade::LAYER_TEXELS),
-        ("LIGHT_TEXELS", shade::LIGHT_TEXELS),
+        ("LIGHT_TEXELS", LIGHT_TEXELS),
         ("MAX_MATERIALS", MAX_MATERIALS as u32),
         ("MAX_VIEWS", MAX_VIEWS as u32),
         ("MERGED_DISPATCH", Dispatch::Merged as u32),
@@ -88,7 +86,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("TRANSFER_STAIN", Transfer::Stain as u32),
         ("TRIANGLE_BIT", TRIANGLE_BIT),
         ("TRIANGLE_TEXELS", TRIANGLE_TEXELS),
-        ("VIEW_TEXELS", shade::VIEW_TEXELS),
+        ("VIEW_TEXELS", VIEW_TEXELS),
     ];
     let real = [
         ("BLACK", BLACK),
