@@ -1,13 +1,16 @@
 //! Pipelines of one device, by kernel and by what the batch holds.
 use super::Config;
 use crate::{
-    gpu::{Constant, Kernel, KernelDesc, KernelError, Tier},
+    gpu::{Constant, Kernel, KernelDesc, KernelError, Resources, Tier},
     stage::{
         accumulate, air, bin, cluster, colored, curve, filter, hits::Features, occlude, project,
         resolve, shade, sort::Sort,
     },
 };
-use std::collections::{HashMap, hash_map::Entry};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    sync::OnceLock,
+};
 
 /// Kernels that are specialised to what a batch holds.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
@@ -80,27 +83,65 @@ impl Variant {
     }
 }
 
-/// Made once; the specialised kernels when a scene first needs them.
+/// A kernel that is made when something is first bound to it.
+#[derive(Debug)]
+pub(crate) struct OnDemand {
+    desc: &'static KernelDesc,
+    tier: Tier,
+    made: OnceLock<Kernel>,
+}
+
+impl OnDemand {
+    /// For `prepare`.
+    pub(crate) fn bind(
+        &self,
+        device: &wgpu::Device,
+        resources: &Resources<'_>,
+    ) -> Result<wgpu::BindGroup, KernelError> {
+        let kernel = match self.made.get() {
+            Some(kernel) => kernel,
+            None => {
+                let kernel = Kernel::new(device, self.desc, self.tier, &[])?;
+                self.made.get_or_init(|| kernel)
+            }
+        };
+        kernel.bind(device, resources)
+    }
+
+    /// `bindings` are its own, so that it has been made.
+    pub(crate) fn record(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bindings: &wgpu::BindGroup,
+        groups: [u32; 3],
+    ) {
+        if let Some(kernel) = self.made.get() {
+            kernel.record(pass, bindings, groups);
+        }
+    }
+}
+
+/// Made when a scene first needs them, and once.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
     pub(crate) tier: Tier,
-    pub(crate) project_particles: Kernel,
-    pub(crate) project_triangles: Kernel,
-    pub(crate) occlude_small: Kernel,
+    pub(crate) project_particles: OnDemand,
+    pub(crate) project_triangles: OnDemand,
+    pub(crate) occlude_small: OnDemand,
     pub(crate) sort: Sort,
-    pub(crate) bin_count: Kernel,
-    pub(crate) bin_scan: Kernel,
-    pub(crate) bin_emit: Kernel,
-    pub(crate) bin_tiles: Kernel,
-    pub(crate) air_sum: Kernel,
-    pub(crate) cluster_count: Kernel,
-    pub(crate) cluster_scan: Kernel,
-    pub(crate) cluster_emit: Kernel,
-    pub(crate) filter_rows: Kernel,
-    pub(crate) filter_columns: Kernel,
-    pub(crate) colored_rows: Kernel,
-    pub(crate) colored_columns: Kernel,
+    pub(crate) bin_count: OnDemand,
+    pub(crate) bin_scan: OnDemand,
+    pub(crate) bin_emit: OnDemand,
+    pub(crate) bin_tiles: OnDemand,
+    pub(crate) air_sum: OnDemand,
+    pub(crate) cluster_count: OnDemand,
+    pub(crate) cluster_scan: OnDemand,
+    pub(crate) cluster_emit: OnDemand,
+    pub(crate) filter_rows: OnDemand,
+    pub(crate) filter_columns: OnDemand,
+    pub(crate) colored_rows: OnDemand,
+    pub(crate) colored_columns: OnDemand,
     /// Constants that the pipeline's configuration sets.
     own: [Constant; 2],
     variants: HashMap<(Variant, Features), Kernel>,
@@ -108,25 +149,25 @@ pub struct Kernels {
 
 impl Kernels {
     pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
-        let kernel = |desc| Kernel::new(device, desc, config.tier, &[]);
+        let kernel = |desc| OnDemand { desc, tier: config.tier, made: OnceLock::new() };
         Ok(Self {
             tier: config.tier,
-            project_particles: kernel(&project::PARTICLES)?,
-            project_triangles: kernel(&project::TRIANGLES)?,
-            occlude_small: kernel(&occlude::SMALL)?,
+            project_particles: kernel(&project::PARTICLES),
+            project_triangles: kernel(&project::TRIANGLES),
+            occlude_small: kernel(&occlude::SMALL),
             sort: Sort::new(device, config.sort)?,
-            bin_count: kernel(&bin::COUNT)?,
-            bin_scan: kernel(&bin::SCAN)?,
-            bin_emit: kernel(&bin::EMIT)?,
-            bin_tiles: kernel(&bin::TILES)?,
-            air_sum: kernel(&air::SUM)?,
-            cluster_count: kernel(&cluster::COUNT)?,
-            cluster_scan: kernel(&cluster::SCAN)?,
-            cluster_emit: kernel(&cluster::EMIT)?,
-            filter_rows: kernel(&filter::ROWS)?,
-            filter_columns: kernel(&filter::COLUMNS)?,
-            colored_rows: kernel(&colored::ROWS)?,
-            colored_columns: kernel(&colored::COLUMNS)?,
+            bin_count: kernel(&bin::COUNT),
+            bin_scan: kernel(&bin::SCAN),
+            bin_emit: kernel(&bin::EMIT),
+            bin_tiles: kernel(&bin::TILES),
+            air_sum: kernel(&air::SUM),
+            cluster_count: kernel(&cluster::COUNT),
+            cluster_scan: kernel(&cluster::SCAN),
+            cluster_emit: kernel(&cluster::EMIT),
+            filter_rows: kernel(&filter::ROWS),
+            filter_columns: kernel(&filter::COLUMNS),
+            colored_rows: kernel(&colored::ROWS),
+            colored_columns: kernel(&colored::COLUMNS),
             own: [("ROLLED", config.rolled), ("WIDE", config.wide)]
                 .map(|(name, is)| (name, f64::from(u8::from(is)))),
             variants: HashMap::new(),

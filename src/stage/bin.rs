@@ -133,6 +133,8 @@ pub struct Segment {
 }
 crate::gpu_layout!(Segment { tile, first, end, view });
 
+/// Pairs that a run writes. WGSL: `wgsl/records/bin.wgsl`.
+pub const RUN_PAIRS: u64 = 49152;
 /// Runs that a list has at most.
 pub const MAX_RUNS: u64 = 4096;
 /// Footprints of a run, so that about `RUNS` invocations share the work.
