@@ -107,12 +107,13 @@ impl BoundList {
         is_read: bool,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
+        // A tile's pairs meet those of another segment, or what was scattered.
         let is_merged = list.has_segments || list.may_overflow || tiny.is_some();
         let needed = [
             (Variant::AccumulateTiny, is_read && tiny.is_some()),
             (readers.overflow, is_read && list.may_overflow),
             (readers.tiles, is_read),
-            (readers.segments, is_read && list.has_segments),
+            (readers.segments, is_read && is_merged),
             (readers.resolve, is_read && is_merged),
         ];
         for (variant, _) in needed.into_iter().filter(|(_, is_needed)| *is_needed) {
