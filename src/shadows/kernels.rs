@@ -3,8 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, occlude, project,
-        resolve, shade, sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, occlude,
+        profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
 use std::{
@@ -50,8 +50,8 @@ impl Variant {
             Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
             Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
             Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
-            Self::AccumulateTiles if features.queued => &accumulate::DISC_QUEUE_TILES,
-            Self::AccumulateSegments if features.queued => &accumulate::DISC_QUEUE_SEGMENTS,
+            Self::AccumulateTiles if features.queued => &llvmpipe::DISC_QUEUE_TILES,
+            Self::AccumulateSegments if features.queued => &llvmpipe::DISC_QUEUE_SEGMENTS,
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
             Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,
@@ -88,6 +88,7 @@ impl Variant {
 pub(crate) struct OnDemand {
     desc: &'static KernelDesc,
     tier: Tier,
+    constants: Vec<Constant>,
     made: OnceLock<Kernel>,
 }
 
@@ -101,7 +102,7 @@ impl OnDemand {
         let kernel = match self.made.get() {
             Some(kernel) => kernel,
             None => {
-                let kernel = Kernel::new(device, self.desc, self.tier, &[])?;
+                let kernel = Kernel::new(device, self.desc, self.tier, &[], &self.constants)?;
                 self.made.get_or_init(|| kernel)
             }
         };
@@ -142,23 +143,27 @@ pub struct Kernels {
     pub(crate) filter_columns: OnDemand,
     pub(crate) colored_rows: OnDemand,
     pub(crate) colored_columns: OnDemand,
-    /// Constants that the pipeline's configuration sets.
-    own: [Constant; 2],
+    pub(crate) profile: Profile,
     variants: HashMap<(Variant, Features), Kernel>,
 }
 
 impl Kernels {
     pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
-        let kernel = |desc| OnDemand { desc, tier: config.tier, made: OnceLock::new() };
+        let Profile { shape, .. } = config.profile;
+        let make = |desc, constants| {
+            OnDemand { desc, tier: config.tier, constants, made: OnceLock::new() }
+        };
+        let kernel = |desc| make(desc, Vec::new());
+        let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);
         Ok(Self {
             tier: config.tier,
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
             occlude_small: kernel(&occlude::SMALL),
-            sort: Sort::new(device, config.sort)?,
-            bin_count: kernel(&bin::COUNT),
+            sort: Sort::new(device, shape)?,
+            bin_count: bin_kernel(&bin::COUNT),
             bin_scan: kernel(&bin::SCAN),
-            bin_emit: kernel(&bin::EMIT),
+            bin_emit: bin_kernel(&bin::EMIT),
             bin_tiles: kernel(&bin::TILES),
             air_sum: kernel(&air::SUM),
             cluster_count: kernel(&cluster::COUNT),
@@ -168,8 +173,7 @@ impl Kernels {
             filter_columns: kernel(&filter::COLUMNS),
             colored_rows: kernel(&colored::ROWS),
             colored_columns: kernel(&colored::COLUMNS),
-            own: [("ROLLED", config.rolled), ("WIDE", config.wide)]
-                .map(|(name, is)| (name, f64::from(u8::from(is)))),
+            profile: config.profile,
             variants: HashMap::new(),
         })
     }
@@ -185,9 +189,15 @@ impl Kernels {
             Entry::Occupied(made) => Ok(made.into_mut()),
             Entry::Vacant(place) => {
                 let mut constants = features.constants();
-                constants.extend(self.own);
+                constants.extend(self.profile.constants());
                 let desc = variant.desc(features);
-                Ok(place.insert(Kernel::new(device, desc, self.tier, &constants)?))
+                Ok(place.insert(Kernel::new(
+                    device,
+                    desc,
+                    self.tier,
+                    self.profile.choices(),
+                    &constants,
+                )?))
             }
         }
     }
