@@ -150,8 +150,11 @@ pub struct Kernels {
 impl Kernels {
     pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
         let Profile { shape, .. } = config.profile;
-        let make = |desc, constants| {
-            OnDemand { desc, tier: config.tier, constants, made: OnceLock::new() }
+        let make = |desc, constants| OnDemand {
+            desc,
+            tier: config.tier,
+            constants,
+            made: OnceLock::new(),
         };
         let kernel = |desc| make(desc, Vec::new());
         let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);

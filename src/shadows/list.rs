@@ -104,7 +104,7 @@ impl List {
         let has_segments = plan.footprint_count > segment_length;
         let most = |footprints: u32| u64::from(footprints) * u64::from(tile_count);
         let may_overflow = most(plan.footprint_count) > u64::from(scratch.pair_capacity)
-            || most(run_length) > bin::RUN_PAIRS;
+            || most(run_length) > u64::from(bin::RUN_PAIRS);
         let params = context.uniform(
             "bin_params",
             &BinParams {
