@@ -1,13 +1,16 @@
 //! Pipelines of one device, by kernel and by what the batch holds.
 use super::Config;
 use crate::{
-    gpu::{Kernel, KernelDesc, KernelError, Tier},
+    gpu::{Constant, Kernel, KernelDesc, KernelError, Resources, Tier},
     stage::{
         accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, occlude,
         profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
-use std::collections::{HashMap, hash_map::Entry};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    sync::OnceLock,
+};
 
 /// Kernels that are specialised to what a batch holds.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
@@ -80,27 +83,66 @@ impl Variant {
     }
 }
 
-/// Made once; the specialised kernels when a scene first needs them.
+/// A kernel that is made when something is first bound to it.
+#[derive(Debug)]
+pub(crate) struct OnDemand {
+    desc: &'static KernelDesc,
+    tier: Tier,
+    constants: Vec<Constant>,
+    made: OnceLock<Kernel>,
+}
+
+impl OnDemand {
+    /// For `prepare`.
+    pub(crate) fn bind(
+        &self,
+        device: &wgpu::Device,
+        resources: &Resources<'_>,
+    ) -> Result<wgpu::BindGroup, KernelError> {
+        let kernel = match self.made.get() {
+            Some(kernel) => kernel,
+            None => {
+                let kernel = Kernel::new(device, self.desc, self.tier, &[], &self.constants)?;
+                self.made.get_or_init(|| kernel)
+            }
+        };
+        kernel.bind(device, resources)
+    }
+
+    /// `bindings` are its own, so that it has been made.
+    pub(crate) fn record(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bindings: &wgpu::BindGroup,
+        groups: [u32; 3],
+    ) {
+        if let Some(kernel) = self.made.get() {
+            kernel.record(pass, bindings, groups);
+        }
+    }
+}
+
+/// Made when a scene first needs them, and once.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
     pub(crate) tier: Tier,
-    pub(crate) project_particles: Kernel,
-    pub(crate) project_triangles: Kernel,
-    pub(crate) occlude_small: Kernel,
+    pub(crate) project_particles: OnDemand,
+    pub(crate) project_triangles: OnDemand,
+    pub(crate) occlude_small: OnDemand,
     pub(crate) sort: Sort,
-    pub(crate) bin_count: Kernel,
-    pub(crate) bin_scan: Kernel,
-    pub(crate) bin_emit: Kernel,
-    pub(crate) bin_tiles: Kernel,
-    pub(crate) air_sum: Kernel,
-    pub(crate) cluster_count: Kernel,
-    pub(crate) cluster_scan: Kernel,
-    pub(crate) cluster_emit: Kernel,
-    pub(crate) filter_rows: Kernel,
-    pub(crate) filter_columns: Kernel,
-    pub(crate) colored_rows: Kernel,
-    pub(crate) colored_columns: Kernel,
+    pub(crate) bin_count: OnDemand,
+    pub(crate) bin_scan: OnDemand,
+    pub(crate) bin_emit: OnDemand,
+    pub(crate) bin_tiles: OnDemand,
+    pub(crate) air_sum: OnDemand,
+    pub(crate) cluster_count: OnDemand,
+    pub(crate) cluster_scan: OnDemand,
+    pub(crate) cluster_emit: OnDemand,
+    pub(crate) filter_rows: OnDemand,
+    pub(crate) filter_columns: OnDemand,
+    pub(crate) colored_rows: OnDemand,
+    pub(crate) colored_columns: OnDemand,
     pub(crate) profile: Profile,
     variants: HashMap<(Variant, Features), Kernel>,
 }
@@ -108,27 +150,32 @@ pub struct Kernels {
 impl Kernels {
     pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
         let Profile { shape, .. } = config.profile;
-        let kernel = |desc| Kernel::new(device, desc, config.tier, &[], &[]);
-        let bin_kernel =
-            |desc| Kernel::new(device, desc, config.tier, &[], &[bin::workgroup_size(shape)]);
+        let make = |desc, constants| OnDemand {
+            desc,
+            tier: config.tier,
+            constants,
+            made: OnceLock::new(),
+        };
+        let kernel = |desc| make(desc, Vec::new());
+        let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);
         Ok(Self {
             tier: config.tier,
-            project_particles: kernel(&project::PARTICLES)?,
-            project_triangles: kernel(&project::TRIANGLES)?,
-            occlude_small: kernel(&occlude::SMALL)?,
+            project_particles: kernel(&project::PARTICLES),
+            project_triangles: kernel(&project::TRIANGLES),
+            occlude_small: kernel(&occlude::SMALL),
             sort: Sort::new(device, shape)?,
-            bin_count: bin_kernel(&bin::COUNT)?,
-            bin_scan: kernel(&bin::SCAN)?,
-            bin_emit: bin_kernel(&bin::EMIT)?,
-            bin_tiles: kernel(&bin::TILES)?,
-            air_sum: kernel(&air::SUM)?,
-            cluster_count: kernel(&cluster::COUNT)?,
-            cluster_scan: kernel(&cluster::SCAN)?,
-            cluster_emit: kernel(&cluster::EMIT)?,
-            filter_rows: kernel(&filter::ROWS)?,
-            filter_columns: kernel(&filter::COLUMNS)?,
-            colored_rows: kernel(&colored::ROWS)?,
-            colored_columns: kernel(&colored::COLUMNS)?,
+            bin_count: bin_kernel(&bin::COUNT),
+            bin_scan: kernel(&bin::SCAN),
+            bin_emit: bin_kernel(&bin::EMIT),
+            bin_tiles: kernel(&bin::TILES),
+            air_sum: kernel(&air::SUM),
+            cluster_count: kernel(&cluster::COUNT),
+            cluster_scan: kernel(&cluster::SCAN),
+            cluster_emit: kernel(&cluster::EMIT),
+            filter_rows: kernel(&filter::ROWS),
+            filter_columns: kernel(&filter::COLUMNS),
+            colored_rows: kernel(&colored::ROWS),
+            colored_columns: kernel(&colored::COLUMNS),
             profile: config.profile,
             variants: HashMap::new(),
         })

@@ -1,13 +1,13 @@
 //! From casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
     context::{ChunkBuffers, Chunks, Context},
-    kernels::Kernels,
+    kernels::{Kernels, OnDemand},
     plan::ListPlan,
     scratch::Scratch,
 };
 use crate::{
     error::Error,
-    gpu::{Kernel, Timeline},
+    gpu::Timeline,
     records::{CURVE_SEGMENT, DEPTH_BITS},
     stage::{
         bin::{self, BatchCounters, BinParams, DISC_SEGMENT, SEGMENT_LENGTH},
@@ -39,6 +39,10 @@ impl ListCounters {
 #[derive(Debug)]
 pub(crate) struct List {
     pub footprint_count: u32,
+    /// A tile may have more pairs than a segment.
+    pub has_segments: bool,
+    /// Some footprints' pairs may not fit.
+    pub may_overflow: bool,
     run_count: u32,
     tile_count: u32,
     particle_chunks: Option<Chunks>,
@@ -68,7 +72,7 @@ impl List {
         let device = context.allocator.device;
         let particle_chunks = context.chunk_buffers(plan, &plan.particle_chunks)?;
         let triangle_chunks = context.chunk_buffers(plan, &plan.triangle_chunks)?;
-        let bind_chunks = |kernel: &Kernel, buffers: ChunkBuffers| {
+        let bind_chunks = |kernel: &OnDemand, buffers: ChunkBuffers| {
             let resources = context.resources(views).and(&buffers.resources());
             let bindings = kernel.bind(device, &resources.with("keys", &keys[0]))?;
             Ok::<_, Error>(Chunks { count: buffers.count, bindings })
@@ -90,6 +94,17 @@ impl List {
         let curved = plan.features.nodes > 0 && !context.camera;
         let run_length = bin::run_length(context.config.profile.shape, plan.footprint_count);
         let run_count = plan.footprint_count.div_ceil(run_length);
+        let segment_length = match plan.features {
+            _ if context.camera => ROUND_LENGTH,
+            Features { nodes: 1.., .. } => CURVE_SEGMENT,
+            Features { plain: true, .. } => DISC_SEGMENT,
+            _ => SEGMENT_LENGTH,
+        };
+        // A tile has each footprint once.
+        let has_segments = plan.footprint_count > segment_length;
+        let most = |footprints: u32| u64::from(footprints) * u64::from(tile_count);
+        let may_overflow = most(plan.footprint_count) > u64::from(scratch.pair_capacity)
+            || most(run_length) > u64::from(bin::RUN_PAIRS);
         let params = context.uniform(
             "bin_params",
             &BinParams {
@@ -100,12 +115,7 @@ impl List {
                 tile_count,
                 view_count,
                 segment_capacity: scratch.segment_capacity,
-                segment_length: match plan.features {
-                    _ if context.camera => ROUND_LENGTH,
-                    Features { nodes: 1.., .. } => CURVE_SEGMENT,
-                    Features { plain: true, .. } => DISC_SEGMENT,
-                    _ => SEGMENT_LENGTH,
-                },
+                segment_length,
             },
         );
         let (mut depth_sort, mut tile_sort) = (None, None);
@@ -144,6 +154,8 @@ impl List {
             kernels.bin_tiles.bind(device, &resources.with("scattered_tiles", scattered))?;
         Ok(Self {
             footprint_count: plan.footprint_count,
+            has_segments,
+            may_overflow,
             run_count,
             tile_count,
             particle_chunks,

@@ -1,8 +1,13 @@
 //! Maps with holes to maps with a grey filter, after all batches.
-use super::{context::view_uniform, kernels::Kernels, maps::Maps, plan::Plan};
+use super::{
+    context::view_uniform,
+    kernels::{Kernels, OnDemand},
+    maps::Maps,
+    plan::Plan,
+};
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Timeline},
+    gpu::{Allocator, Timeline},
     stage::filter::{FilterParams, GROUP_SIZE},
 };
 use glam::Vec2;
@@ -49,7 +54,7 @@ impl Soften {
     }
 
     /// Rows and columns.
-    fn kernels<'a>(&self, kernels: &'a Kernels) -> [&'a Kernel; 2] {
+    fn kernels<'a>(&self, kernels: &'a Kernels) -> [&'a OnDemand; 2] {
         if self.raw.colored.is_some() {
             [&kernels.colored_rows, &kernels.colored_columns]
         } else {

@@ -140,6 +140,9 @@ pub struct Segment {
 }
 crate::gpu_layout!(Segment { tile, first, end, view });
 
+/// Pairs that a run writes. WGSL: `wgsl/records/bin.wgsl`.
+pub const RUN_PAIRS: u32 = 49152;
+
 /// Invocations of a workgroup of `count` and `emit`.
 pub fn lanes(shape: Shape) -> u32 {
     match shape {

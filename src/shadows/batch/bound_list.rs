@@ -25,10 +25,11 @@ pub(super) struct BoundList {
     pub features: Features,
     /// Of tiny particles; of what filters only.
     tiny: Option<Chunks>,
-    overflow: BindGroup,
-    tiles: BindGroup,
-    segments: BindGroup,
-    resolve: BindGroup,
+    /// Of what a list never needs there is none.
+    overflow: Option<BindGroup>,
+    tiles: Option<BindGroup>,
+    segments: Option<BindGroup>,
+    resolve: Option<BindGroup>,
 }
 
 /// The kernels that read a list.
@@ -65,10 +66,6 @@ impl Readers {
         overflow: Variant::AccumulateOverflow,
         resolve: Variant::ResolveTiles,
     };
-
-    fn all(self) -> [Variant; 4] {
-        [self.tiles, self.segments, self.overflow, self.resolve]
-    }
 }
 
 impl BoundList {
@@ -78,9 +75,10 @@ impl BoundList {
         list: List,
         features: Features,
         views: &Buffer,
+        is_read: bool,
     ) -> Result<Self, Error> {
         let readers = if maps.colored.is_some() { Readers::COLORED } else { Readers::OCCLUDE };
-        Self::new(context, maps, list, readers, features, views, None)
+        Self::new(context, maps, list, readers, features, views, None, is_read)
     }
 
     /// `tiny`: chunks of tiny particles.
@@ -91,10 +89,13 @@ impl BoundList {
         features: Features,
         views: &Buffer,
         tiny: Option<ChunkBuffers>,
+        is_read: bool,
     ) -> Result<Self, Error> {
-        Self::new(context, maps, list, Readers::ACCUMULATE, features, views, tiny)
+        Self::new(context, maps, list, Readers::ACCUMULATE, features, views, tiny, is_read)
     }
 
+    /// `is_read`: whether the list is recorded at all.
+    #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     fn new(
         context: &mut Context<'_, '_>,
         maps: &Maps,
@@ -103,11 +104,19 @@ impl BoundList {
         features: Features,
         views: &Buffer,
         tiny: Option<ChunkBuffers>,
+        is_read: bool,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
-        let variants =
-            readers.all().into_iter().chain(tiny.as_ref().map(|_| Variant::AccumulateTiny));
-        for variant in variants {
+        // A tile's pairs meet those of another segment, or what was scattered.
+        let is_merged = list.has_segments || list.may_overflow || tiny.is_some();
+        let needed = [
+            (Variant::AccumulateTiny, is_read && tiny.is_some()),
+            (readers.overflow, is_read && list.may_overflow),
+            (readers.tiles, is_read),
+            (readers.segments, is_read && is_merged),
+            (readers.resolve, is_read && is_merged),
+        ];
+        for (variant, _) in needed.into_iter().filter(|(_, is_needed)| *is_needed) {
             context.kernels.make(device, variant, features)?;
         }
         let scratch = context.scratch;
@@ -121,21 +130,18 @@ impl BoundList {
             .with("pairs", &scratch.pairs[list.sorted_pairs])
             .with("counters", &list.counters)
             .with("partials", partials);
-        let bind = |variant, resources: &Resources<'_>| {
-            context.kernels.get(variant, features).bind(device, resources)
+        let bind = |i: usize, resources: &Resources<'_>| {
+            let (variant, is_needed) = needed[i];
+            let kernel = is_needed.then(|| context.kernels.get(variant, features));
+            kernel.map(|kernel| kernel.bind(device, resources)).transpose()
         };
-        let tiny = tiny.map(|buffers| {
-            let bindings =
-                bind(Variant::AccumulateTiny, &resources.clone().and(&buffers.resources()))?;
-            Ok::<_, Error>(Chunks { count: buffers.count, bindings })
-        });
-        let (tiny, overflow, tiles, segments, resolve) = (
-            tiny.transpose()?,
-            bind(readers.overflow, &resources)?,
-            bind(readers.tiles, &resources)?,
-            bind(readers.segments, &resources)?,
-            bind(readers.resolve, &resources)?,
-        );
+        let tiny = match tiny {
+            Some(buffers) => bind(0, &resources.clone().and(&buffers.resources()))?
+                .map(|bindings| Chunks { count: buffers.count, bindings }),
+            None => None,
+        };
+        let [overflow, tiles, segments, resolve] = [1, 2, 3, 4].map(|i| bind(i, &resources));
+        let (overflow, tiles, segments, resolve) = (overflow?, tiles?, segments?, resolve?);
         Ok(Self { list, readers, features, tiny, overflow, tiles, segments, resolve })
     }
 
@@ -156,11 +162,12 @@ impl BoundList {
             let kernel = kernels.get(Variant::AccumulateTiny, *features);
             kernel.record(&mut pass, &chunks.bindings, [chunks.count.min(TINY_GROUPS), 1, 1]);
         }
-        if list.record_emit(kernels, encoder, timeline) {
+        let is_emitted = list.record_emit(kernels, encoder, timeline);
+        if let Some(overflow) = self.overflow.as_ref().filter(|_| is_emitted) {
             let mut pass = timeline.pass(encoder, readers.stage);
             kernels.get(readers.overflow, *features).record_indirect(
                 &mut pass,
-                &self.overflow,
+                overflow,
                 &scratch.dispatches,
                 Dispatch::Overflow.offset(),
             );
@@ -174,8 +181,10 @@ impl BoundList {
         pass: &mut wgpu::ComputePass<'_>,
         tile_count: u32,
     ) {
-        let kernel = kernels.get(self.readers.tiles, self.features);
-        kernel.record(pass, &self.tiles, tile_grid(tile_count));
+        if let Some(tiles) = &self.tiles {
+            let kernel = kernels.get(self.readers.tiles, self.features);
+            kernel.record(pass, tiles, tile_grid(tile_count));
+        }
     }
 
     pub(super) fn record_segments(
@@ -184,9 +193,11 @@ impl BoundList {
         kernels: &Kernels,
         pass: &mut wgpu::ComputePass<'_>,
     ) {
-        let kernel = kernels.get(self.readers.segments, self.features);
-        let offset = Dispatch::Segment.offset();
-        kernel.record_indirect(pass, &self.segments, &scratch.dispatches, offset);
+        if let Some(segments) = &self.segments {
+            let kernel = kernels.get(self.readers.segments, self.features);
+            let offset = Dispatch::Segment.offset();
+            kernel.record_indirect(pass, segments, &scratch.dispatches, offset);
+        }
     }
 
     pub(super) fn record_resolve(
@@ -195,8 +206,10 @@ impl BoundList {
         kernels: &Kernels,
         pass: &mut wgpu::ComputePass<'_>,
     ) {
-        let kernel = kernels.get(self.readers.resolve, self.features);
-        let offset = Dispatch::Merged.offset();
-        kernel.record_indirect(pass, &self.resolve, &scratch.dispatches, offset);
+        if let Some(resolve) = &self.resolve {
+            let kernel = kernels.get(self.readers.resolve, self.features);
+            let offset = Dispatch::Merged.offset();
+            kernel.record_indirect(pass, resolve, &scratch.dispatches, offset);
+        }
     }
 }

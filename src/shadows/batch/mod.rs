@@ -16,7 +16,7 @@ use crate::{
     model::TILE_SIZE,
     records::{CURVE_SEGMENT, GpuView},
 };
-use bound_list::{BoundList, Readers};
+use bound_list::BoundList;
 use std::sync::Arc;
 
 /// A batch, bound and ready to be recorded.
@@ -25,8 +25,8 @@ pub(super) struct Batch {
     scratch: Arc<Scratch>,
     views: Vec<GpuView>,
     tile_count: u32,
-    kept: bool,
-    cleared: bool,
+    reads_blocking: bool,
+    reads_filtering: bool,
     opaques: wgpu::Texture,
     small: Option<SmallTriangles>,
     blocking: BoundList,
@@ -47,15 +47,29 @@ impl Batch {
         let may_scatter = context.config.scatters() && !plan.lists[1].is_composed();
         let tiny = if may_scatter { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
+        let small = SmallTriangles::new(context, &plan.small_chunks, &views)?;
+        // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
+        let has_old_depths = plan.kept && small.is_none();
+        let by_channel = maps.colored.is_some() && small.is_some();
+        let reads_blocking = blocking.footprint_count > 0 || has_old_depths || by_channel;
+        // `prepare` may have filled the maps with what they are without casters that filter.
+        let reads_filtering = filtering.footprint_count > 0 || !plan.cleared;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             views: plan.views.clone(),
             tile_count: plan.tile_count,
-            kept: plan.kept,
-            cleared: plan.cleared,
             opaques: maps.opaques.clone(),
-            small: SmallTriangles::new(context, &plan.small_chunks, &views)?,
-            blocking: BoundList::blocking(context, maps, blocking, plan.lists[0].features, &views)?,
+            reads_blocking,
+            reads_filtering,
+            small,
+            blocking: BoundList::blocking(
+                context,
+                maps,
+                blocking,
+                plan.lists[0].features,
+                &views,
+                reads_blocking,
+            )?,
             filtering: BoundList::filtering(
                 context,
                 maps,
@@ -63,6 +77,7 @@ impl Batch {
                 plan.lists[1].features,
                 &views,
                 tiny,
+                reads_filtering,
             )?,
         })
     }
@@ -74,8 +89,7 @@ impl Batch {
         timeline: &mut Timeline,
     ) {
         self.record_blocking(kernels, encoder, timeline);
-        // `prepare` may have filled the maps with what they are without casters that filter.
-        if self.filtering.list.footprint_count > 0 || !self.cleared {
+        if self.reads_filtering {
             self.record_filtering(kernels, encoder, timeline);
         }
     }
@@ -96,10 +110,7 @@ impl Batch {
                 copy_depths(scratch, &self.views, &self.opaques, encoder);
             }
         }
-        // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
-        let has_old_depths = self.kept && self.small.is_none();
-        let by_channel = blocking.readers == Readers::COLORED && self.small.is_some();
-        if is_listed || has_old_depths || by_channel {
+        if self.reads_blocking {
             blocking.record_lists(scratch, kernels, encoder, timeline);
             let mut pass = timeline.pass(encoder, blocking.readers.stage);
             blocking.record_tiles(kernels, &mut pass, self.tile_count);
