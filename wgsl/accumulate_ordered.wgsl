@@ -19,6 +19,14 @@
 @group(0) @binding(14) var images: texture_2d_array<f32>;
 @group(0) @binding(15) var opaques: texture_2d_array<f32>;
 
+// Pairs at the end of a segment whose hits go to the next one where they lie behind its front.
+const OVERLAP: u32 = 256u;
+
+fn pair_front(pair: u32) -> f32 {
+    let footprint = textureLoad(pairs, record_texel(pair)).g;
+    return front_depth(textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)));
+}
+
 @compute @workgroup_size(LANES)
 fn accumulate_ordered(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -32,13 +40,32 @@ fn accumulate_ordered(
     let segment = segments[index];
     let view = views[segment.view];
     let place = lane_texel(lane);
+    let tile = tile_of(textureLoad(tiles, record_texel(segment.tile), 0));
     start(view, tile_texel(view, segment.tile) + place);
-    walk(view, segment.first, segment.end);
-    let composed = index < partial_room() && segment_count(tile_of(textureLoad(tiles, record_texel(segment.tile), 0))) > 1u;
+    // Hits of the last pairs of the segment before that lie behind the front of this one; its own pairs;
+    // its last ones, of which what lies behind the front of the next is not its own.
+    let before = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);
+    let last = select(segment.end, segment.end - OVERLAP, segment.end < tile.end);
+    for (var part = select(1u, 0u, HAS_OVER); part < select(2u, 3u, HAS_OVER); part += 1u) {
+        var first = segment.first;
+        var end = segment.end;
+        if HAS_OVER {
+            first = select(select(before, first, part == 1u), last, part == 2u);
+            end = select(select(end, last, part == 1u), segment.first, part == 0u);
+            // Where there is no such segment, neither are there such pairs.
+            let front = front_depths(pair_front(min(end, tile.end - 1u)));
+            own_from = select(vec4(-1.0), front, part == 0u);
+            own_before = select(vec4(2.0), front, part == 2u);
+            own_faces = part > 0u;
+        }
+        walk(view, first, end);
+    }
+    finish();
+    let composed = index < partial_room() && segment_count(tile) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
-            partials[at] = pack_partial(Partial(passed[i], added[i], nearest[i], vec3(0), 0, NO_OWNER));
+            partials[at] = pack_partial(Partial(passed[i], added_texel(i), nearest[i], vec3(0), 0, NO_OWNER));
             if HAS_VOLUMES || HAS_OWNERS {
                 let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
                 let tau = bitcast<vec3<u32>>(crossed[i].xyz);
@@ -46,7 +73,7 @@ fn accumulate_ordered(
             }
         } else {
             let sum = sum_index(segment.tile, place + vec2(0u, i));
-            let tau = vec3<i32>(round(to_tau(passed[i] + added[i]) * FIXED_ONE));
+            let tau = vec3<i32>(round(to_tau(passed[i] + added_texel(i)) * FIXED_ONE));
             if HAS_VOLUMES {
                 add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
             } else {

@@ -29,6 +29,7 @@ fn accumulate_tiles(
     let alpha_of_none = plain_alpha(view.origin + texel, view.layer);
     start(view, texel);
     walk(view, tile.first, tile.end);
+    finish();
     for (var i = 0u; i < ROWS; i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
         var nearest_depth = nearest_texel(i);

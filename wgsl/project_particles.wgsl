@@ -127,7 +127,9 @@ fn project_particles(
     // Opaque depths know tiles only.
     let scatter = params.scatter == 1u && material.transfer < TRANSFER_OPAQUE && !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
-    let front = depth_key(nearest);
+    // The nearest point of a plane that faces the light is its centre.
+    let least = distance_key(view, length(center) - select(0.0, depth_reach, is_puff));
+    let front = depth_key(select(nearest, least, params.by_distance == 1u && view.perspective > 0.0));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y);

@@ -3,19 +3,23 @@
 //!
 //! A tile's pairs are multiplied up front to back, a segment at a time. A tile with one segment
 //! is done then. Where several segments or scattered casters meet, optical depths are added in
-//! fixed point: sums of integers are the same in every order.
+//! fixed point: sums of integers are the same in every order. Where the order counts, hits wait for
+//! those that come late, across the ends of segments too, and segments are composed.
 use super::{
     caster_hit::{Hit, Records, Target},
+    order::HitOrder,
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
     model::TILE_SIZE,
-    records::{Footprint, GpuView, NO_OWNER, TileRect, owner_tag, pcg},
+    records::{Footprint, GpuView, INVISIBLE, NO_OWNER, TileRect, owner_tag, pcg},
 };
 use glam::{IVec3, UVec2, Vec2, Vec3};
 
 /// Pairs that are multiplied up before their product goes to the sums.
 pub const SEGMENT: usize = 2048;
+/// Pairs at the end of a segment whose hits go to the next one where they lie behind its front.
+pub const OVERLAP: usize = 256;
 /// Of optical depth.
 pub const FIXED_ONE: f32 = 65536.0;
 /// What one addend adds at most: past ln 1024 a texel is black.
@@ -91,6 +95,8 @@ struct Passed {
     leaves: i32,
     /// Whose `nearest` is.
     owner: u16,
+    /// Hits whose place was lost.
+    late: u32,
 }
 
 impl Passed {
@@ -101,11 +107,22 @@ impl Passed {
         tau: IVec3::ZERO,
         leaves: 0,
         owner: NO_OWNER,
+        late: 0,
     };
 
-    fn meet(&mut self, hit: &Hit, id: u32) {
+    fn pass(&mut self, hit: &Hit) {
         self.scale *= hit.light;
         self.added = self.added * hit.light + hit.added;
+    }
+
+    fn cross(&mut self, target: &Target<'_>, texel: Vec2, opaque_depth: f32) {
+        if let Some(crossing) = target.crossing(texel, opaque_depth) {
+            self.tau = self.tau.wrapping_add(crossing.tau);
+            self.leaves += crossing.leaves;
+        }
+    }
+
+    fn see(&mut self, hit: &Hit, id: u32) {
         if hit.opacity >= VISIBLE_OPACITY && hit.depth < self.nearest {
             (self.nearest, self.owner) = (hit.depth, owner_tag(id));
         }
@@ -212,6 +229,8 @@ pub struct Accumulated {
     pub nearest: f32,
     /// Whose it is.
     pub owner: u16,
+    /// Hits that could not be put in order.
+    pub late: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -222,29 +241,35 @@ pub enum Light {
     Sums(IVec3),
 }
 
-/// Everything that reaches a tile: `footprints` are its pairs, front to back; `index` counts from
-/// the view's first tile.
+/// Everything that reaches a tile: `pairs` are its footprints with their depth keys, front to back;
+/// `index` counts from the view's first tile.
 pub fn accumulate(
     records: Records<'_>,
     index: u32,
-    footprints: &[&Footprint],
+    pairs: &[(&Footprint, u32)],
     opaque: &TileTexels<f32>,
     scattered: Option<&ScatterSums>,
     modes: Modes,
 ) -> TileTexels<Accumulated> {
     let tile = Tile::new(records.view, index);
     let scattered = scattered.filter(|sums| sums.tiles[index as usize]);
-    let direct = modes.direct() || (footprints.len() <= SEGMENT && scattered.is_none());
+    let direct = modes.direct() || (pairs.len() <= SEGMENT && scattered.is_none());
     let light = if direct { Light::Passed(Vec3::ONE) } else { Light::Sums(IVec3::ZERO) };
-    let mut texels = TileTexels::filled(Accumulated { light, nearest: 1.0, owner: NO_OWNER });
+    let mut texels =
+        TileTexels::filled(Accumulated { light, nearest: 1.0, owner: NO_OWNER, late: 0 });
     let mut volumes = TileTexels::filled((IVec3::ZERO, 0));
-    for segment in footprints.chunks(SEGMENT) {
-        let passed = segment_of(records, &tile, segment, opaque);
+    for first in (0..pairs.len()).step_by(SEGMENT) {
+        let passed = if modes.ordered {
+            ordered_segment(records, &tile, pairs, first, opaque)
+        } else {
+            segment_of(records, &tile, &pairs[first..pairs.len().min(first + SEGMENT)], opaque)
+        };
         for place in 0..TEXELS {
             let (texel, passed) = (&mut texels[place], passed[place]);
             if passed.nearest < texel.nearest {
                 (texel.nearest, texel.owner) = (passed.nearest, passed.owner);
             }
+            texel.late += passed.late;
             let (tau, leaves) = &mut volumes[place];
             (*tau, *leaves) = (tau.wrapping_add(passed.tau), *leaves + passed.leaves);
             match &mut texel.light {
@@ -291,28 +316,80 @@ pub fn accumulate(
 fn segment_of(
     records: Records<'_>,
     tile: &Tile,
-    footprints: &[&Footprint],
+    pairs: &[(&Footprint, u32)],
     opaque: &TileTexels<f32>,
 ) -> TileTexels<Passed> {
     let mut passed = TileTexels::filled(Passed::ALL);
-    for footprint in footprints {
+    for (footprint, _) in pairs {
         let target = Target::new(records, footprint);
         if !target.filters() {
             continue;
         }
         for (place, texel) in tile.texels() {
-            if let Some(crossing) = target.crossing(texel, opaque[place]) {
-                let passed = &mut passed[place];
-                passed.tau = passed.tau.wrapping_add(crossing.tau);
-                passed.leaves += crossing.leaves;
-            }
-            // A hit at or behind the opaque surface does nothing.
-            if let Some(hit) = target.hit(texel, opaque[place])
-                && hit.depth < opaque[place]
-            {
-                passed[place].meet(&hit, target.id);
+            passed[place].cross(&target, texel, opaque[place]);
+            if let Some(hit) = hit_before(&target, texel, opaque[place]) {
+                passed[place].pass(&hit);
+                passed[place].see(&hit, target.id);
             }
         }
     }
     passed
+}
+
+/// A hit at or behind the opaque surface does nothing.
+fn hit_before(target: &Target<'_>, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
+    target.hit(texel, opaque_depth).filter(|hit| hit.depth < opaque_depth)
+}
+
+/// As [`segment_of`], of the segment that starts at pair `first`: every hit in its place. Hits of the
+/// [`OVERLAP`] last pairs of the segment before that lie behind the front of this one are its own.
+fn ordered_segment(
+    records: Records<'_>,
+    tile: &Tile,
+    pairs: &[(&Footprint, u32)],
+    first: usize,
+    opaque: &TileTexels<f32>,
+) -> TileTexels<Passed> {
+    let end = pairs.len().min(first + SEGMENT);
+    let mut passed = TileTexels::filled((Passed::ALL, HitOrder::new(Hit::NONE)));
+    for i in first.saturating_sub(OVERLAP)..end {
+        let target = Target::new(records, pairs[i].0);
+        if !target.filters() {
+            continue;
+        }
+        for (place, texel) in tile.texels() {
+            let (passed, order) = &mut passed[place];
+            if i >= first {
+                passed.cross(&target, texel, opaque[place]);
+            }
+            let front = |pair: usize| front_depth(records.view, pairs[pair].1, texel);
+            let Some(hit) = hit_before(&target, texel, opaque[place]) else { continue };
+            let is_own = if i < first {
+                hit.depth >= front(first)
+            } else {
+                end == pairs.len() || i + OVERLAP < end || hit.depth < front(end)
+            };
+            if is_own {
+                passed.see(&hit, target.id);
+                if let Some((_, hit)) = order.push(hit.depth, hit) {
+                    passed.pass(&hit);
+                }
+            }
+        }
+    }
+    let mut composed = TileTexels::filled(Passed::ALL);
+    for place in 0..TEXELS {
+        let (passed, order) = &mut passed[place];
+        order.drain().for_each(|(_, hit)| passed.pass(&hit));
+        passed.late = order.late;
+        composed[place] = *passed;
+    }
+    composed
+}
+
+/// Light depth at `texel` that no hit of a caster with depth key `key` is in front of, where keys go
+/// by distance.
+fn front_depth(view: &GpuView, key: u32, texel: Vec2) -> f32 {
+    let front = key as f32 / (INVISIBLE - 1) as f32;
+    if view.perspective > 0.0 { view.depth_of_key(texel, front) } else { front }
 }

@@ -40,6 +40,17 @@ pub struct Hit {
     pub end: f32,
 }
 
+impl Hit {
+    pub const NONE: Self = Self {
+        light: Vec3::ONE,
+        added: Vec3::ZERO,
+        color: Vec3::ZERO,
+        opacity: 0.0,
+        depth: -1.0,
+        end: -1.0,
+    };
+}
+
 /// Where a ray enters or leaves a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {

@@ -38,7 +38,14 @@ const CROSSING_CONSTANTS: &[Constant] = join![
 const GATHER_SOURCES: &[Source] = join![
     Source: CROSSING_SOURCES,
     LANE_SOURCES,
-    crate::sources!["common/owners.wgsl", "common/owner.wgsl", "common/gather.wgsl"],
+    crate::sources![
+        "common/owners.wgsl",
+        "common/owner.wgsl",
+        "common/light4.wgsl",
+        "common/hit_order.wgsl",
+        "common/key_depths.wgsl",
+        "common/gather.wgsl"
+    ],
 ];
 const GATHER_CONSTANTS: &[Constant] =
     join![Constant: CROSSING_CONSTANTS, &[("HAS_QUADS", 1.0), ("HAS_OWNERS", 0.0)]];

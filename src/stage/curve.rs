@@ -43,8 +43,10 @@ const CURVE_SOURCES: &[Source] = join![
         "common/bin.wgsl",
         "common/reach.wgsl",
         "common/curve.wgsl",
+        "common/light4.wgsl",
         "common/curve_list.wgsl",
         "common/curve_volumes.wgsl",
+        "common/key_depths.wgsl",
         "common/gather_curve.wgsl"
     ],
 ];
@@ -55,6 +57,7 @@ const HIT_VISIT_SOURCES: &[Source] = join![
         "common/order.wgsl",
         "common/volumes.wgsl",
         "common/crossing.wgsl",
+        "common/hit_order.wgsl",
         "common/visit_hits.wgsl"
     ],
 ];
@@ -192,7 +195,8 @@ pub const RESOLVE: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
             "common/curve.wgsl",
             "common/order.wgsl",
             "common/volumes.wgsl",
-            "common/curve_list.wgsl",
+            "common/light4.wgsl",
+        "common/curve_list.wgsl",
             "common/curve_volumes.wgsl",
             "common/curve_partial.wgsl",
             "common/overflow_curve.wgsl",

@@ -11,6 +11,7 @@ mod dither_maps;
 mod extremes;
 mod hidden;
 mod lights;
+mod order;
 mod pipeline;
 mod properties;
 mod proxies;

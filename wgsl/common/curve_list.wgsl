@@ -1,6 +1,6 @@
 // The curves of four texels in a column while their hits come in: one node more than a curve has,
 // each texel's in a component. CPU twin: src/cpu/curve/mod.rs, `Streaming`, which says what merges
-// and why. Needs common/curve.wgsl, sums.wgsl; the kernel says in `ordered` whether hits come front
+// and why. Needs common/curve.wgsl, light4.wgsl, sums.wgsl; the kernel says in `ordered` whether hits come front
 // to back.
 //
 // Indices are literals, so that the arrays become registers: software drivers read arrays with an
@@ -22,12 +22,6 @@ var<private> best_first: vec4<u32>;  // spans
 var<private> best_second: vec4<u32>;
 var<private> best_means: array<vec4<f32>, 2>;
 var<private> before: vec4<f32>;
-
-struct Light4 {
-    red: vec4<f32>,
-    green: vec4<f32>,
-    blue: vec4<f32>,
-}
 
 fn encode(v: vec4<f32>) -> vec4<u32> {
     if HAS_GAIN {
@@ -80,10 +74,6 @@ fn encode_means(v: Light4) -> vec4<u32> {
     return encode(v.blue) | (encode((v.red + v.green + v.blue) * (1.0 / 3.0)) << vec4(16u));
 }
 
-fn scaled(a: Light4, b: Light4) -> Light4 {
-    return Light4(a.red * b.red, a.green * b.green, a.blue * b.blue);
-}
-
 fn fixed(depth: vec4<f32>) -> vec4<u32> {
     return clamp(vec4<u32>(round(depth * DEPTHS)), vec4(1u), vec4(65535u));
 }
@@ -95,32 +85,12 @@ fn clear_node(i: u32) {
     means[i] = encode_means(white);
 }
 
-fn white4() -> Light4 {
-    return Light4(vec4(1.0), vec4(1.0), vec4(1.0));
-}
-
-fn black4() -> Light4 {
-    return Light4(vec4(0.0), vec4(0.0), vec4(0.0));
-}
-
-fn light4(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> Light4 {
-    return Light4(vec4(a.r, b.r, c.r, d.r), vec4(a.g, b.g, c.g, d.g), vec4(a.b, b.b, c.b, d.b));
-}
-
-fn plus(a: Light4, b: Light4) -> Light4 {
-    return Light4(a.red + b.red, a.green + b.green, a.blue + b.blue);
-}
-
 fn quotient(a: Light4, b: Light4, least: f32) -> Light4 {
     return Light4(
         a.red / max(b.red, vec4(least)),
         a.green / max(b.green, vec4(least)),
         a.blue / max(b.blue, vec4(least)),
     );
-}
-
-fn selected(a: Light4, b: Light4, is: vec4<bool>) -> Light4 {
-    return Light4(select(a.red, b.red, is), select(a.green, b.green, is), select(a.blue, b.blue, is));
 }
 
 fn clear_list() {

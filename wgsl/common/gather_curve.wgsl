@@ -55,6 +55,8 @@ fn start(view: GpuView, texel: vec2<u32>) {
     few = vec4(true);
     clear_list();
     clear_volumes();
+    clear_order();
+    start_keys(view, corner);
 }
 
 // A hit joins those that wait.
@@ -147,6 +149,10 @@ fn settled(front: f32) -> bool {
     if HAS_VOLUMES {
         return false;
     }
-    let closed = dark() & (last_end() <= vec4(u32(front * DEPTHS))) & (nearest <= vec4(front));
-    return all(closed | (opaque_depth <= vec4(front)));
+    let depth = front_depths(front);
+    if HAS_OVER {
+        return all(opaque_depth <= depth);
+    }
+    let closed = dark() & (last_end() <= vec4<u32>(depth * DEPTHS)) & (nearest <= depth);
+    return all(closed | (opaque_depth <= depth));
 }

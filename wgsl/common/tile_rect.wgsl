@@ -66,3 +66,24 @@ fn tile_rect(
 fn depth_key(depth: f32) -> u32 {
     return u32(clamp(depth, 0.0, 1.0) * f32(INVISIBLE - 1u));
 }
+
+// Depth keys by distance, of which all faces of a cube say the same: 0 at the near plane's middle, 1
+// at the far plane's corner. `distance` from the light [m]. Rust: `GpuView` in src/records/view.rs.
+fn distance_key(view: GpuView, distance: f32) -> f32 {
+    return (distance - view.near) / distance_span(view);
+}
+
+fn distance_span(view: GpuView) -> f32 {
+    let corner = view.size * 0.5 / view.scale;
+    return view.far * sqrt(1.0 + dot(corner, corner)) - view.near;
+}
+
+// Light depth along the ray through `texel`, where a key by distance is `key`.
+fn depth_of_key(view: GpuView, texel: vec2<f32>, key: f32) -> f32 {
+    if view.perspective == 0.0 {
+        return key;
+    }
+    let slope = (texel - view.size * 0.5) / view.scale;
+    let along = (view.near + key * distance_span(view)) / sqrt(1.0 + dot(slope, slope));
+    return (along - view.near) / (view.far - view.near);
+}

@@ -1,5 +1,5 @@
-// A caster of any kind meets the four texels; every hit goes into its curve at once.
-// Needs common/gather_curve.wgsl, crossing.wgsl and what they need.
+// A caster of any kind meets the four texels; every hit goes into its curve at once, or in its order.
+// Needs common/gather_curve.wgsl, hit_order.wgsl, crossing.wgsl and what they need.
 fn ordered() -> bool {
     return false;
 }
@@ -20,10 +20,6 @@ fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
         return MISS;
     }
     return hit;
-}
-
-fn added4(met: array<Hit, 4>) -> Light4 {
-    return light4(added_light(met[0]), added_light(met[1]), added_light(met[2]), added_light(met[3]));
 }
 
 fn face_texel(view: GpuView, look: vec4<u32>, i: u32) -> Face {
@@ -64,23 +60,36 @@ fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
         met[2] = hit_texel(view, place, look, 2u);
         met[3] = hit_texel(view, place, look, 3u);
     }
-    let light = light4(met[0].light, met[1].light, met[2].light, met[3].light);
-    let opacity = vec4(met[0].opacity, met[1].opacity, met[2].opacity, met[3].opacity);
-    let depth = vec4(met[0].depth, met[1].depth, met[2].depth, met[3].depth);
-    let placed = join(light, depth, opacity);
-    see(depth, opacity);
+    let came = hits_of(met);
+    see(came.depth, came.opacity);
+    if HAS_OVER {
+        return must_flush(ramps | join_hits(pass_on(came)));
+    }
+    return must_flush(ramps | join_hits(came));
+}
+
+fn join_hits(hits: Hit4) -> vec4<bool> {
+    let placed = join(hits.light, hits.depth, hits.opacity);
     if HAS_PUFFS {
-        open_end = select(open_end, max(open_end, vec4(met[0].end, met[1].end, met[2].end, met[3].end)), placed);
+        open_end = select(open_end, max(open_end, hits.end), placed);
     }
     if HAS_OVER || HAS_VOLUMES {
-        scale = scaled(scale, light);
-        surfaces = scaled(surfaces, light);
-        surface_scale = scaled(surface_scale, light);
+        scale = scaled(scale, hits.light);
+        surfaces = scaled(surfaces, hits.light);
+        surface_scale = scaled(surface_scale, hits.light);
     }
     if HAS_OVER {
-        let added = added4(met);
-        open_added = plus(scaled(open_added, light), added);
-        surfaces = plus(surfaces, added);
+        open_added = plus(scaled(open_added, hits.light), hits.added);
+        surfaces = plus(surfaces, hits.added);
     }
-    return must_flush(ramps | placed);
+    return placed;
+}
+
+// Hits that wait for their place are joined behind all pairs, one of each texel at a time.
+fn waiting_steps() -> u32 {
+    return select(0u, 8u, HAS_OVER);
+}
+
+fn join_waiting() {
+    let placed = join_hits(next_waiting());
 }

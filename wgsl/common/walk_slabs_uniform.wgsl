@@ -42,12 +42,16 @@ fn walk(view: GpuView, first: u32, end: u32) {
         if whole {
             slab_first = base;
             slab_key = key;
-            if rests == rest_steps() {
+            if rests == waiting_steps() + rest_steps() {
                 break;
             }
             if base >= end || settled(f32(key) / f32(INVISIBLE - 1u)) {
                 base = end;
-                open_rest(view, rests);
+                if rests < waiting_steps() {
+                    join_waiting();
+                } else {
+                    open_rest(view, rests - waiting_steps());
+                }
                 rests += 1u;
             }
         }
