@@ -169,6 +169,10 @@ impl<'a> SceneRecords<'a> {
                 self.modes,
             );
         }
+        if self.modes.ordered {
+            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
+            counters.unordered += overflowed.iter().filter(filters).count() as u64;
+        }
         if let Some(modes) = self.curve_modes {
             count(counters, &bins, sorted.len(), scattered.len());
             let tiles = each(tile_count, |index| {
@@ -201,10 +205,6 @@ impl<'a> SceneRecords<'a> {
         };
         counters.disordered += accumulated.iter().map(late).sum::<u64>();
         count(counters, &bins, sorted.len(), scattered.len());
-        if self.modes.ordered {
-            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
-            counters.unordered += overflowed.iter().filter(filters).count() as u64;
-        }
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
         if let Some(colored) = &colored {
             maps.colored = vec![[1.0; 3]; maps.opaque.len()];

@@ -1,0 +1,170 @@
+// The state of four texels while their casters are multiplied up, front to back, in registers. CPU
+// twin: src/reference/accumulate.rs.
+
+import package::bind::changed::counters;
+import package::bind::sampled::{casters, opaques};
+import package::curve::light4::{Light4, black4, plus, scaled, white4};
+import package::features::{HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};
+import package::hit::caster_hit::{Hit, MISS, caster_hit};
+import package::hit::crossing::crossing;
+import package::hit::hit_order::{
+    Hit4, WAITING, clear_order, hits_of, late_hits, next_waiting, pass_on,
+};
+import package::hit::key_depths::{front_depths, start_keys};
+import package::records::owner::{NO_OWNER, owner_tag};
+import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::setup::setup_texel;
+import package::records::view::GpuView;
+import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
+
+var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
+var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
+var<private> passed_in_order: Light4;       // where the order counts: scale, and what is added
+var<private> added_in_order: Light4;
+var<private> own_from: vec4<f32>;           // light depths between which hits are the walk's own
+var<private> own_before: vec4<f32>;
+var<private> own_faces: bool;
+var<private> crossed: array<vec4<i32>, 4>;  // of volumes: optical depth and what is left
+var<private> nearest: vec4<f32>;
+var<private> owner: vec4<u32>;              // whose the nearest is
+var<private> opaque_depth: vec4<f32>;
+
+fn start(view: GpuView, texel: vec2<u32>) {
+    corner = vec2<f32>(texel);
+    nearest = vec4(1.0);
+    owner = vec4(NO_OWNER);
+    passed_in_order = white4();
+    added_in_order = black4();
+    own_from = vec4(-1.0);
+    own_before = vec4(2.0);
+    own_faces = true;
+    clear_order();
+    start_keys(view, corner);
+    for (var i = 0u; i < 4u; i += 1u) {
+        passed[i] = vec3(1.0);
+        crossed[i] = vec4(0);
+        opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
+    }
+}
+
+// A hit at or behind the opaque surface does nothing.
+fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
+    let texel = corner + vec2(0.5, f32(i) + 0.5);
+    let hit = caster_hit(view, place, look, texel, opaque_depth[i]);
+    if HAS_VOLUMES && own_faces {
+        crossed[i] += crossing(view, look, texel, opaque_depth[i]);
+    }
+    var counts = hit.depth >= 0.0 && hit.depth < opaque_depth[i];
+    if HAS_OVER {
+        counts = counts && hit.depth >= own_from[i] && hit.depth < own_before[i];
+    }
+    let seen = counts && hit.opacity >= VISIBLE_OPACITY;
+    if HAS_OWNERS && seen && hit.depth < nearest[i] {
+        owner[i] = owner_of(look);
+    }
+    nearest[i] = select(nearest[i], min(nearest[i], hit.depth), seen);
+    if !counts {
+        return MISS;
+    }
+    return hit;
+}
+
+fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
+    passed[i] *= hit_texel(view, place, look, i).light;
+}
+
+fn visit_in_order(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
+    var met = array(MISS, MISS, MISS, MISS);
+    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+        met[i] = hit_texel(view, place, look, i);
+    }
+    if !ROLLED {
+        met[0] = hit_texel(view, place, look, 0u);
+        met[1] = hit_texel(view, place, look, 1u);
+        met[2] = hit_texel(view, place, look, 2u);
+        met[3] = hit_texel(view, place, look, 3u);
+    }
+    compose(pass_on(hits_of(met)));
+}
+
+fn compose(hits: Hit4) {
+    passed_in_order = scaled(passed_in_order, hits.light);
+    added_in_order = plus(scaled(added_in_order, hits.light), hits.added);
+}
+
+// What still waits, behind all that was visited.
+fn finish() {
+    for (var i = 0u; HAS_OVER && i < WAITING; i += 1u) {
+        compose(next_waiting());
+    }
+    for (var i = 0u; HAS_OVER && i < 4u; i += 1u) {
+        passed[i] = vec3(passed_in_order.red[i], passed_in_order.green[i], passed_in_order.blue[i]);
+    }
+    if HAS_OVER && late_hits > 0u {
+        atomicAdd(&counters.disordered, late_hits);
+    }
+}
+
+fn added_texel(i: u32) -> vec3<f32> {
+    if HAS_OVER {
+        return vec3(added_in_order.red[i], added_in_order.green[i], added_in_order.blue[i]);
+    }
+    return vec3(0.0);
+}
+
+fn owner_of(look: vec4<u32>) -> u32 {
+    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
+        return owner_tag(setup_texel(look.x, 6u).w);
+    }
+    return owner_tag(textureLoad(casters, record_texel(2u * look.w + 1u), 0).w);
+}
+
+fn owner_texel(i: u32) -> u32 {
+    return owner[i];
+}
+
+fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+    if HAS_OVER {
+        visit_in_order(view, place, look);
+        return;
+    }
+    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+        visit_texel(view, place, look, i);
+    }
+    if !ROLLED {
+        visit_texel(view, place, look, 0u);
+        visit_texel(view, place, look, 1u);
+        visit_texel(view, place, look, 2u);
+        visit_texel(view, place, look, 3u);
+    }
+}
+
+fn nearest_texel(i: u32) -> f32 {
+    // 0 where the light is inside a volume.
+    return select(nearest[i], 0.0, HAS_VOLUMES && crossed[i].w > 0);
+}
+
+fn passed_texel(i: u32) -> vec3<f32> {
+    if HAS_OVER || HAS_VOLUMES {
+        // A body that is not closed would brighten.
+        let tau = max(crossed[i].xyz, vec3(0));
+        return (passed[i] + added_texel(i)) * light(bitcast<vec3<u32>>(tau));
+    }
+    return passed[i];
+}
+
+// Nothing at or behind `front` can change these texels.
+fn settled(front: f32) -> bool {
+    if HAS_VOLUMES {
+        return false;
+    }
+    if HAS_OVER {
+        return !any(opaque_depth > front_depths(front));
+    }
+    var open = false;
+    for (var i = 0u; i < 4u; i += 1u) {
+        let lit = HAS_GAIN || any(passed[i] >= vec3(BLACK)) || nearest[i] > front;
+        open = open || (lit && opaque_depth[i] > front);
+    }
+    return !open;
+}
