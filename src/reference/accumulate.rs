@@ -12,9 +12,9 @@ use super::{
 };
 use crate::{
     model::TILE_SIZE,
-    records::{Footprint, GpuView, INVISIBLE, NO_OWNER, TileRect, owner_tag, pcg},
+    records::{Footprint, GpuView, INVISIBLE, NO_OWNER, TileRect, owner_tag},
 };
-use glam::{IVec3, UVec2, Vec2, Vec3};
+use glam::{DVec3, IVec3, UVec2, Vec2, Vec3};
 
 /// Pairs that are multiplied up before their product goes to the sums.
 pub const SEGMENT: usize = 2048;
@@ -36,16 +36,24 @@ fn unit_float(bits: u32) -> f32 {
     (bits >> 8) as f32 / 16_777_216.0
 }
 
-/// What chance adds before rounding down. Particles with equal opacity must not all round the
-/// same way: a million roundings of 1/2 unit are 8 of optical depth.
-fn chance(id: u32) -> Vec3 {
-    let seed = id.wrapping_mul(3);
-    Vec3::from_array([0, 1, 2].map(|channel| unit_float(pcg(seed.wrapping_add(channel)))))
+/// What is added before rounding down, of channels a third apart. Particles with equal opacity must
+/// not all round the same way: a million roundings of 1/2 unit are 8 of optical depth. Multiples of
+/// the golden ratio: sums over runs of casters stray less than those of chance.
+fn spread(id: u32) -> Vec3 {
+    let turn = id.wrapping_mul(2_654_435_769);
+    let third = |i: u32| unit_float(turn.wrapping_add(i.wrapping_mul(0x5555_5555)));
+    Vec3::new(third(0), third(1), third(2))
 }
 
 fn to_tau(light: Vec3) -> Vec3 {
     let least = (-MAX_TAU).exp();
     -light.clamp(Vec3::splat(least), Vec3::splat(MAX_LIGHT)).map(f32::ln)
+}
+
+/// Optical depth of what is absorbed, to the last digits where that is little.
+fn absorbed_tau(absorbed: Vec3) -> Vec3 {
+    let least = 1.0 - MAX_LIGHT;
+    absorbed.map(|x| -(-x.clamp(least, 1.0)).ln_1p()).min(Vec3::splat(MAX_TAU))
 }
 
 /// What one view's casters do, apart from their order.
@@ -86,8 +94,8 @@ fn merge(sum: &mut IVec3, tau: IVec3, modes: Modes) {
 /// What the casters of one segment do to a texel: `L` becomes `L * scale + added`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Passed {
-    scale: Vec3,
-    added: Vec3,
+    scale: DVec3,
+    added: DVec3,
     nearest: f32,
     /// Of volumes, modulo 2^32.
     tau: IVec3,
@@ -101,8 +109,8 @@ struct Passed {
 
 impl Passed {
     const ALL: Self = Self {
-        scale: Vec3::ONE,
-        added: Vec3::ZERO,
+        scale: DVec3::ONE,
+        added: DVec3::ZERO,
         nearest: 1.0,
         tau: IVec3::ZERO,
         leaves: 0,
@@ -111,8 +119,10 @@ impl Passed {
     };
 
     fn pass(&mut self, hit: &Hit) {
-        self.scale *= hit.light;
-        self.added = self.added * hit.light + hit.added;
+        // In 64 bits: of a million faint casters each counts.
+        let light = DVec3::ONE - hit.absorbed.as_dvec3();
+        self.scale *= light;
+        self.added = self.added * light + hit.added.as_dvec3();
     }
 
     fn cross(&mut self, target: &Target<'_>, texel: Vec2, opaque_depth: f32) {
@@ -197,7 +207,7 @@ impl ScatterSums {
         else {
             return;
         };
-        let tau = to_tau(hit.light + hit.added) * FIXED_ONE + chance(target.id);
+        let tau = absorbed_tau(hit.absorbed - hit.added) * FIXED_ONE + spread(target.id);
         merge(&mut self.tau[sum], tau.floor().as_ivec3(), modes);
         if hit.opacity >= VISIBLE_OPACITY {
             self.nearest[sum] = self.nearest[sum].min(hit.depth);
@@ -273,9 +283,11 @@ pub fn accumulate(
             let (tau, leaves) = &mut volumes[place];
             (*tau, *leaves) = (tau.wrapping_add(passed.tau), *leaves + passed.leaves);
             match &mut texel.light {
-                Light::Passed(light) => *light = *light * passed.scale + passed.added,
+                Light::Passed(light) => {
+                    *light = *light * passed.scale.as_vec3() + passed.added.as_vec3();
+                }
                 Light::Sums(sums) => {
-                    let tau = (to_tau(passed.scale) * FIXED_ONE).round().as_ivec3();
+                    let tau = (to_tau(passed.scale.as_vec3()) * FIXED_ONE).round().as_ivec3();
                     merge(sums, tau, modes);
                 }
             }

@@ -9,6 +9,7 @@ mod curve;
 mod curve_bodies;
 mod dither_maps;
 mod extremes;
+mod faint;
 mod hidden;
 mod lights;
 mod order;

@@ -9,7 +9,7 @@ import package::sums::merge::merge;
 import package::sums::sums::{FIXED_ONE, depth_to_nearness, to_tau};
 import package::walk::lane::{LANES, lane_texel, sum_index, tile_texel};
 import choice::rows::ROWS;
-import choice::state::{nearest_texel, passed_texel, start};
+import choice::state::{finish, nearest_texel, passed_texel, start};
 import choice::sums::raise_nearness;
 import choice::walk::walk;
 
@@ -29,6 +29,7 @@ fn accumulate_segments(
     let texel = tile_texel(view, segment.tile) + place;
     start(view, texel);
     walk(view, segment.first, segment.end);
+    finish();
     // A copy: what a loop indexes is memory, and what the walk changes should be registers.
     var own: array<vec4<f32>, 8>;
     own[0] = own_texel(0u);

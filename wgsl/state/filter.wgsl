@@ -4,7 +4,7 @@
 import package::bind::changed::counters;
 import package::bind::sampled::{casters, opaques};
 import package::curve::light4::{Light4, black4, plus, scaled, white4};
-import package::features::{HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};
+import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::crossing;
 import package::hit::hit_order::{
@@ -15,10 +15,12 @@ import package::records::owner::{NO_OWNER, owner_tag};
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
+import package::sums::faint::keep3;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
 
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
+var<private> lost: array<vec3<f32>, 4>;     // to faint casters, not yet taken from what passes
 var<private> passed_in_order: Light4;       // where the order counts: scale, and what is added
 var<private> added_in_order: Light4;
 var<private> own_from: vec4<f32>;           // light depths between which hits are the walk's own
@@ -42,6 +44,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
     start_keys(view, corner);
     for (var i = 0u; i < 4u; i += 1u) {
         passed[i] = vec3(1.0);
+        lost[i] = vec3(0.0);
         crossed[i] = vec4(0);
         opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
     }
@@ -70,7 +73,14 @@ fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
 }
 
 fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    passed[i] *= hit_texel(view, place, look, i).light;
+    let hit = hit_texel(view, place, look, i);
+    if FAINT {
+        let kept = keep3(passed[i], lost[i], hit.absorbed);
+        passed[i] = kept.passed;
+        lost[i] = kept.lost;
+    } else {
+        passed[i] *= hit.light;
+    }
 }
 
 fn visit_in_order(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
@@ -94,6 +104,9 @@ fn compose(hits: Hit4) {
 
 // What still waits, behind all that was visited.
 fn finish() {
+    for (var i = 0u; FAINT && i < 4u; i += 1u) {
+        passed[i] *= 1.0 - lost[i];
+    }
     for (var i = 0u; HAS_OVER && i < WAITING; i += 1u) {
         compose(next_waiting());
     }
