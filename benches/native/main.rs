@@ -14,11 +14,14 @@ use fearless_simd::Level;
 use gobo::{
     glam::UVec2,
     gpu::{Gpu, Timeline},
-    model::Material,
+    model::{Casters, Material},
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     reference::{self, Pair, project::ProjectParams},
-    shadows::{CasterSet, Config, Pipeline, Prepared, cull::order},
-    stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
+    shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},
+    stage::{
+        profile::Profile,
+        sort::{PAIR_FORMAT, Sort, SortCount, pair_texture_size},
+    },
     wgpu,
 };
 use half::f16;
@@ -130,7 +133,7 @@ fn level() -> Level {
 }
 
 /// The maps that the kernels left.
-fn kernel_map(gpu: &Gpu, prepared: &Prepared) -> Vec<Texel> {
+fn kernel_map(gpu: &Gpu, prepared: &PreparedMaps) -> Vec<Texel> {
     let filters: Vec<[u16; 4]> = gpu.read_texture(&prepared.maps.filters);
     let nearests: Vec<f32> = gpu.read_texture(&prepared.maps.nearests);
     let texel = |(filter, &depth): (&[u16; 4], &f32)| {
@@ -164,8 +167,12 @@ fn compare_accumulate(gpu: &Gpu) {
             .collect();
         let lists = lists(&uploaded);
         let Gpu { device, queue, .. } = gpu;
-        let casters = CasterSet::new(device, queue, &particles, &[], &materials, &[])
-            .expect("the casters fit");
+        let casters = CasterSet::new(
+            device,
+            queue,
+            &Casters { particles: &particles, materials: &materials, ..Casters::default() },
+        )
+        .expect("the casters fit");
         let room = lists.pairs.len() as u32;
         let prepared = pipeline
             .prepare(device, queue, &casters, &[view()], Some(room))
@@ -209,7 +216,7 @@ fn compare_sort(gpu: &Gpu) {
     let Gpu { device, queue, .. } = gpu;
     // Of both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
-    let sort = Sort::new(device, Shape::of(&gpu.adapter)).expect("the kernels are made");
+    let sort = Sort::new(device, Profile::of(&gpu.adapter).shape).expect("the kernels are made");
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);
     for (count, bits) in SORTS {
         let keys = pairs(count).into_iter();

@@ -9,10 +9,10 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources, Tier, view},
     model::TILE_SIZE,
-    records::{FOOTPRINT_TEXELS, SETUP_TEXELS},
+    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
     stage::{
         bin::{self, Dispatch, SEGMENT_LENGTH, Segment},
-        curve::{CURVE_SEGMENT, partial_bytes},
+        curve::partial_bytes,
         sort::{PAIR_FORMAT, pair_limit},
     },
 };
@@ -237,7 +237,11 @@ impl Scratch {
                 none,
             )?,
             segment_capacity,
-            run_offsets: allocator.storage::<u32>("run_offsets", bin::MAX_RUNS, none)?,
+            run_offsets: allocator.storage::<u32>(
+                "run_offsets",
+                bin::max_runs(config.profile.shape),
+                none,
+            )?,
             overflow: allocator.storage::<u32>("overflow", footprints, none)?,
             dispatches: allocator.storage::<[u32; 4]>(
                 "dispatches",

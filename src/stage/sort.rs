@@ -16,6 +16,7 @@
 use crate::{
     error::Error,
     gpu::{Kernel, KernelDesc, KernelError, Resources, Tier},
+    model::MAX_PAIRS,
 };
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -23,8 +24,8 @@ use wgpu::TextureFormat::{R32Uint, Rg32Uint};
 
 /// Pairs in a row of a pair texture.
 pub const PAIR_ROW: u32 = 4096;
-/// The most pairs that a texture of any device holds here.
-pub const PAIR_LIMIT: u32 = PAIR_ROW * 16384;
+// The largest texture of any device here.
+const _: () = assert!(MAX_PAIRS == PAIR_ROW * 16384);
 pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 
 /// A subgroup of llvmpipe; more would only lengthen the tail.
@@ -53,7 +54,7 @@ pub const TOTAL_ROW: u32 = 256;
 
 /// The most pairs that a texture of `device` holds.
 pub fn pair_limit(device: &wgpu::Device) -> u32 {
-    PAIR_LIMIT.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
+    MAX_PAIRS.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
 }
 
 /// Of a texture with room for `capacity` pairs [texels].
@@ -78,6 +79,7 @@ crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     name: "sort_serial_count",
+    entry: "sort_serial_count",
     root: "sort/sort_serial_count.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -86,6 +88,7 @@ pub const SERIAL_COUNT: KernelDesc = KernelDesc {
 
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     name: "sort_serial_scan",
+    entry: "sort_serial_scan",
     root: "sort/sort_serial_scan.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -94,6 +97,7 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
 
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
+    entry: "sort_serial_scatter",
     root: "sort/sort_serial_scatter.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -102,6 +106,7 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
 
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     name: "sort_wide_count",
+    entry: "sort_wide_count",
     root: "sort/sort_wide_count.wgsl",
     with: &[],
     constants: &[],
@@ -110,6 +115,7 @@ pub const WIDE_COUNT: KernelDesc = KernelDesc {
 
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
+    entry: "sort_wide_scan",
     root: "sort/sort_wide_scan.wgsl",
     with: &[],
     constants: &[],
@@ -118,6 +124,7 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
 
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
+    entry: "sort_wide_scatter",
     root: "sort/sort_wide_scatter.wgsl",
     with: &[],
     constants: &[],
@@ -135,10 +142,6 @@ pub enum Shape {
 }
 
 impl Shape {
-    pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
-        if adapter.device_type == wgpu::DeviceType::Cpu { Self::Serial } else { Self::Wide }
-    }
-
     /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
         match self {
@@ -174,7 +177,7 @@ impl Sort {
             Shape::Serial => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
             Shape::Wide => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
         }
-        .map(|desc| Kernel::new(device, desc, Tier::Core, &[]));
+        .map(|desc| Kernel::new(device, desc, Tier::Core, &[], &[]));
         let [count, scan, scatter] = kernels;
         Ok(Self { shape, count: count?, scan: scan?, scatter: scatter? })
     }

@@ -2,16 +2,14 @@
 use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
-    records::{GpuLayout, GpuMaterial, GpuView},
-    reference::curve::tile::SLAB_PAIRS,
+    records::{
+        AirParams, ClusterCounters, ClusterParams, GpuLayout, GpuLight, GpuMaterial, GpuView,
+    },
     stage::{
-        air::AirParams,
-        bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment},
-        cluster::{ClusterCounters, ClusterParams},
-        curve::CURVE_SEGMENT,
+        bin::{BatchCounters, BinParams, Segment},
         filter::FilterParams,
         project::{Chunk, ProjectParams},
-        shade::{Band, GpuLight, PictureParams, PointBatch},
+        shade::{Band, PictureParams, PointBatch},
         sort::{SERIAL_SCATTER, SortPass},
         variants,
     },
@@ -240,21 +238,5 @@ fn disagreements_are_noticed() {
     ];
     for edits in binding_edits {
         assert!(bindings_agree(&linked, &edited(edits)).is_err(), "{edits:?}");
-    }
-}
-
-/// Lengths that kernels and hosts cut pairs by.
-#[test]
-fn segments_are_as_long_in_the_kernels() {
-    let sources = [
-        (include_str!("../../wgsl/records/tile.wgsl"), "SEGMENT_LENGTH", SEGMENT_LENGTH),
-        (include_str!("../../wgsl/curve/node.wgsl"), "CURVE_SEGMENT", CURVE_SEGMENT),
-        (include_str!("../../wgsl/curve/gather.wgsl"), "SLAB_PAIRS", SLAB_PAIRS as u32),
-    ];
-    for (source, name, value) in sources {
-        assert!(
-            source.contains(&format!("const {name}: u32 = {value}u;")),
-            "{name} is not {value}"
-        );
     }
 }

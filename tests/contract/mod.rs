@@ -1,6 +1,8 @@
 //! What every kernel, device and recorded frame must keep.
 mod device;
 mod grammar;
+mod layers;
 mod layout;
+mod mirrors;
 mod recording;
 mod shaders;

@@ -18,6 +18,8 @@ import package::records::view::GpuView;
 import package::sums::faint::keep3;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
 
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
 var<private> lost: array<vec3<f32>, 4>;     // to faint casters, not yet taken from what passes

@@ -14,20 +14,18 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::Scene,
-    model::{Class, MAX_GAIN, Material, Transfer, View},
+    model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
     records::{
-        BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
+        AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
         from_octahedral,
     },
-    stage::air::AirParams,
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 use layers::{Face, Layer, Pixel};
 use std::ops::RangeInclusive;
 
 /// What is behind less than this is not seen.
-const FAINT: f32 = 1.0 / 1024.0;
+pub const FAINT: f32 = 1.0 / 1024.0;
 /// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
