@@ -23,6 +23,8 @@ override HAS_SMALL: bool = false;
 override PERSPECTIVE: bool = false;
 // The views have opaque casters.
 override HAS_OPAQUE: bool = true;
+// A caster's opacity is so small that products of transmittances lose it.
+override FAINT: bool = false;
 // K, the nodes of a curve: at most 16; 0 where there are no curves.
 override NODES: u32 = 0u;
 // The picture shows what each pixel costs.

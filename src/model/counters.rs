@@ -29,7 +29,8 @@ pub struct Counters {
     pub scattered: u64,
     /// Of those, for lack of room in the pair budget.
     pub overflowed: u64,
-    /// Hits that came late, inside a merged ramp of a curve.
+    /// Hits that came too late for their place: inside a merged ramp of a curve, or, where an `over`
+    /// caster makes the order count, when what is behind them had been composed.
     pub disordered: u64,
     /// (light, cluster of the camera) that the picture's lists have.
     pub cluster_lights: u64,

@@ -55,6 +55,34 @@ impl Scene {
             .fold(particles, |b, p| b.with_sphere(p, 0.0))
     }
 
+    /// What a scene far from the origin loses, in words; `None` where nothing is seen of it. Positions
+    /// have 24 bits: 10 km away they are rounded to a millimetre, which moves the shadows of small
+    /// particles.
+    pub fn rounding_warning(&self) -> Option<String> {
+        /// Share of a particle's radius, or of the scene's, that a shadow may be off by: 1/256 of
+        /// the radius is 0.6% of a soft disc's opacity.
+        const SEEN: f32 = 1.0 / 256.0;
+        let bounds = self.bounds();
+        if bounds.is_empty() {
+            return None;
+        }
+        let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let rounding = farthest * f32::EPSILON;
+        let mut radii: Vec<f32> = self.particles.iter().map(|particle| particle.radius).collect();
+        radii.sort_unstable_by(f32::total_cmp);
+        // Of a scene of triangles a map's texel counts.
+        let size = radii.get(radii.len() / 2).copied();
+        let size = size.unwrap_or_else(|| bounds.radius() / self.shadow.size as f32);
+        (rounding > size * SEEN).then(|| {
+            let millimetres = rounding * 1000.0;
+            format!(
+                "the scene reaches {farthest:.0} m from the origin, where positions are rounded to \
+                 {millimetres:.2} mm: shadows are off by up to that much; move the scene, its camera \
+                 and its lights towards the origin"
+            )
+        })
+    }
+
     /// What casts and what is seen, as [`crate::shadows::Shadows::prepare`] takes it.
     pub fn casters(&self) -> Casters<'_> {
         let Self { particles, triangles, materials, textures, .. } = self;

@@ -1,5 +1,5 @@
 //! Particles as uploaded.
-use super::pack::{from_half, from_unorm, half_bits, unorm2};
+use super::pack::{from_opacity, from_unorm, opacity_bits, unorm2};
 use crate::model::{Material, Particle};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -32,7 +32,7 @@ impl Caster {
             center: particle.center,
             radius: particle.radius,
             red_green: unorm2(color.x, color.y),
-            blue_alpha: unorm2(color.z, 0.0) | half_bits(particle.color.w) << 16,
+            blue_alpha: unorm2(color.z, 0.0) | opacity_bits(particle.color.w) << 16,
             material_rotation: (particle.material & 0xffff)
                 | ((turns * 65536.0).round() as u32 & 0xffff) << 16,
             id: particle.id,
@@ -54,7 +54,7 @@ impl Caster {
             from_unorm(self.red_green),
             from_unorm(self.red_green >> 16),
             from_unorm(self.blue_alpha),
-            from_half(self.blue_alpha >> 16),
+            from_opacity(self.blue_alpha >> 16),
         )
     }
 }

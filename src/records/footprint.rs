@@ -1,5 +1,5 @@
 //! Casters as one view sees them.
-use super::pack::{from_half, from_unorm, half_bits, unorm2};
+use super::pack::{from_opacity, from_unorm, opacity_bits, unorm2};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
@@ -46,8 +46,8 @@ pub struct Footprint {
 impl Footprint {
     pub fn set_opacity(&mut self, color: Vec3, base: f32, slope: f32) {
         self.red_green = unorm2(color.x, color.y);
-        self.blue_slope = unorm2(color.z, 0.0) | half_bits(slope) << 16;
-        self.base = half_bits(base);
+        self.blue_slope = unorm2(color.z, 0.0) | opacity_bits(slope) << 16;
+        self.base = opacity_bits(base);
     }
 
     /// Centre of a particle beside the view: to the right, down and along the axis [m]. `None` for
@@ -67,7 +67,7 @@ impl Footprint {
 
     /// `(base, slope)` of the opacity `a = base + slope * texture.a * profile`.
     pub fn opacity(&self) -> (f32, f32) {
-        (from_half(self.base), from_half(self.blue_slope >> 16))
+        (from_opacity(self.base), from_opacity(self.blue_slope >> 16))
     }
 }
 

@@ -12,12 +12,17 @@ pub(super) fn from_unorm(bits: u32) -> f32 {
     (bits & 0xffff) as f32 / 65535.0
 }
 
-pub(super) fn half_bits(v: f32) -> u32 {
-    u32::from(f16::from_f32(v).to_bits())
+/// Opacities are kept as halves of this scale: those down to 2e-9 have eleven bits. WGSL:
+/// `OPACITY_SCALE` in `wgsl/records/record.wgsl`.
+const OPACITY_SCALE: f32 = 32768.0;
+
+/// An opacity in 0..=1.
+pub(super) fn opacity_bits(v: f32) -> u32 {
+    u32::from(f16::from_f32(v * OPACITY_SCALE).to_bits())
 }
 
-pub(super) fn from_half(bits: u32) -> f32 {
-    f16::from_bits(bits as u16).to_f32()
+pub(super) fn from_opacity(bits: u32) -> f32 {
+    f16::from_bits(bits as u16).to_f32() / OPACITY_SCALE
 }
 
 /// A unit vector in two snorm16 (Cigolle et al. 2014, section 3).

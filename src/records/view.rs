@@ -89,3 +89,24 @@ impl View {
         }
     }
 }
+
+impl GpuView {
+    /// Depth keys by distance, of which all faces of a cube say the same: 0 at the near plane's
+    /// middle, 1 at the far plane's corner. `distance` from the light [m].
+    pub fn distance_key(&self, distance: f32) -> f32 {
+        (distance - self.near) / self.distance_span()
+    }
+
+    /// Light depth along the ray through `texel` (view's map) where a key by distance is `key`.
+    pub fn depth_of_key(&self, texel: Vec2, key: f32) -> f32 {
+        let slope = (texel - self.size * 0.5) / self.scale;
+        let along =
+            (self.near + key * self.distance_span()) / (1.0 + slope.length_squared()).sqrt();
+        (along - self.near) / (self.far - self.near)
+    }
+
+    fn distance_span(&self) -> f32 {
+        let corner = self.size * 0.5 / self.scale;
+        self.far * (1.0 + corner.length_squared()).sqrt() - self.near
+    }
+}

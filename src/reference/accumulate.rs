@@ -3,19 +3,23 @@
 //!
 //! A tile's pairs are multiplied up front to back, a segment at a time. A tile with one segment
 //! is done then. Where several segments or scattered casters meet, optical depths are added in
-//! fixed point: sums of integers are the same in every order.
+//! fixed point: sums of integers are the same in every order. Where the order counts, hits wait for
+//! those that come late, across the ends of segments too, and segments are composed.
 use super::{
     caster_hit::{Hit, Records, Target},
+    order::HitOrder,
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
     model::TILE_SIZE,
-    records::{Footprint, GpuView, NO_OWNER, TileRect, owner_tag, pcg},
+    records::{Footprint, GpuView, INVISIBLE, NO_OWNER, TileRect, owner_tag},
 };
-use glam::{IVec3, UVec2, Vec2, Vec3};
+use glam::{DVec3, IVec3, UVec2, Vec2, Vec3};
 
 /// Pairs that are multiplied up before their product goes to the sums.
 pub const SEGMENT: usize = 2048;
+/// Pairs at the end of a segment whose hits go to the next one where they lie behind its front.
+pub const OVERLAP: usize = 256;
 /// Of optical depth.
 pub const FIXED_ONE: f32 = 65536.0;
 /// What one addend adds at most: past ln 1024 a texel is black.
@@ -32,16 +36,24 @@ fn unit_float(bits: u32) -> f32 {
     (bits >> 8) as f32 / 16_777_216.0
 }
 
-/// What chance adds before rounding down. Particles with equal opacity must not all round the
-/// same way: a million roundings of 1/2 unit are 8 of optical depth.
-fn chance(id: u32) -> Vec3 {
-    let seed = id.wrapping_mul(3);
-    Vec3::from_array([0, 1, 2].map(|channel| unit_float(pcg(seed.wrapping_add(channel)))))
+/// What is added before rounding down, of channels a third apart. Particles with equal opacity must
+/// not all round the same way: a million roundings of 1/2 unit are 8 of optical depth. Multiples of
+/// the golden ratio: sums over runs of casters stray less than those of chance.
+fn spread(id: u32) -> Vec3 {
+    let turn = id.wrapping_mul(2_654_435_769);
+    let third = |i: u32| unit_float(turn.wrapping_add(i.wrapping_mul(0x5555_5555)));
+    Vec3::new(third(0), third(1), third(2))
 }
 
 fn to_tau(light: Vec3) -> Vec3 {
     let least = (-MAX_TAU).exp();
     -light.clamp(Vec3::splat(least), Vec3::splat(MAX_LIGHT)).map(f32::ln)
+}
+
+/// Optical depth of what is absorbed, to the last digits where that is little.
+fn absorbed_tau(absorbed: Vec3) -> Vec3 {
+    let least = 1.0 - MAX_LIGHT;
+    absorbed.map(|x| -(-x.clamp(least, 1.0)).ln_1p()).min(Vec3::splat(MAX_TAU))
 }
 
 /// What one view's casters do, apart from their order.
@@ -82,8 +94,8 @@ fn merge(sum: &mut IVec3, tau: IVec3, modes: Modes) {
 /// What the casters of one segment do to a texel: `L` becomes `L * scale + added`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Passed {
-    scale: Vec3,
-    added: Vec3,
+    scale: DVec3,
+    added: DVec3,
     nearest: f32,
     /// Of volumes, modulo 2^32.
     tau: IVec3,
@@ -91,21 +103,36 @@ struct Passed {
     leaves: i32,
     /// Whose `nearest` is.
     owner: u16,
+    /// Hits whose place was lost.
+    late: u32,
 }
 
 impl Passed {
     const ALL: Self = Self {
-        scale: Vec3::ONE,
-        added: Vec3::ZERO,
+        scale: DVec3::ONE,
+        added: DVec3::ZERO,
         nearest: 1.0,
         tau: IVec3::ZERO,
         leaves: 0,
         owner: NO_OWNER,
+        late: 0,
     };
 
-    fn meet(&mut self, hit: &Hit, id: u32) {
-        self.scale *= hit.light;
-        self.added = self.added * hit.light + hit.added;
+    fn pass(&mut self, hit: &Hit) {
+        // In 64 bits: of a million faint casters each counts.
+        let light = DVec3::ONE - hit.absorbed.as_dvec3();
+        self.scale *= light;
+        self.added = self.added * light + hit.added.as_dvec3();
+    }
+
+    fn cross(&mut self, target: &Target<'_>, texel: Vec2, opaque_depth: f32) {
+        if let Some(crossing) = target.crossing(texel, opaque_depth) {
+            self.tau = self.tau.wrapping_add(crossing.tau);
+            self.leaves += crossing.leaves;
+        }
+    }
+
+    fn see(&mut self, hit: &Hit, id: u32) {
         if hit.opacity >= VISIBLE_OPACITY && hit.depth < self.nearest {
             (self.nearest, self.owner) = (hit.depth, owner_tag(id));
         }
@@ -180,7 +207,7 @@ impl ScatterSums {
         else {
             return;
         };
-        let tau = to_tau(hit.light + hit.added) * FIXED_ONE + chance(target.id);
+        let tau = absorbed_tau(hit.absorbed - hit.added) * FIXED_ONE + spread(target.id);
         merge(&mut self.tau[sum], tau.floor().as_ivec3(), modes);
         if hit.opacity >= VISIBLE_OPACITY {
             self.nearest[sum] = self.nearest[sum].min(hit.depth);
@@ -212,6 +239,8 @@ pub struct Accumulated {
     pub nearest: f32,
     /// Whose it is.
     pub owner: u16,
+    /// Hits that could not be put in order.
+    pub late: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -222,35 +251,43 @@ pub enum Light {
     Sums(IVec3),
 }
 
-/// Everything that reaches a tile: `footprints` are its pairs, front to back; `index` counts from
-/// the view's first tile.
+/// Everything that reaches a tile: `pairs` are its footprints with their depth keys, front to back;
+/// `index` counts from the view's first tile.
 pub fn accumulate(
     records: Records<'_>,
     index: u32,
-    footprints: &[&Footprint],
+    pairs: &[(&Footprint, u32)],
     opaque: &TileTexels<f32>,
     scattered: Option<&ScatterSums>,
     modes: Modes,
 ) -> TileTexels<Accumulated> {
     let tile = Tile::new(records.view, index);
     let scattered = scattered.filter(|sums| sums.tiles[index as usize]);
-    let direct = modes.direct() || (footprints.len() <= SEGMENT && scattered.is_none());
+    let direct = modes.direct() || (pairs.len() <= SEGMENT && scattered.is_none());
     let light = if direct { Light::Passed(Vec3::ONE) } else { Light::Sums(IVec3::ZERO) };
-    let mut texels = TileTexels::filled(Accumulated { light, nearest: 1.0, owner: NO_OWNER });
+    let mut texels =
+        TileTexels::filled(Accumulated { light, nearest: 1.0, owner: NO_OWNER, late: 0 });
     let mut volumes = TileTexels::filled((IVec3::ZERO, 0));
-    for segment in footprints.chunks(SEGMENT) {
-        let passed = segment_of(records, &tile, segment, opaque);
+    for first in (0..pairs.len()).step_by(SEGMENT) {
+        let passed = if modes.ordered {
+            ordered_segment(records, &tile, pairs, first, opaque)
+        } else {
+            segment_of(records, &tile, &pairs[first..pairs.len().min(first + SEGMENT)], opaque)
+        };
         for place in 0..TEXELS {
             let (texel, passed) = (&mut texels[place], passed[place]);
             if passed.nearest < texel.nearest {
                 (texel.nearest, texel.owner) = (passed.nearest, passed.owner);
             }
+            texel.late += passed.late;
             let (tau, leaves) = &mut volumes[place];
             (*tau, *leaves) = (tau.wrapping_add(passed.tau), *leaves + passed.leaves);
             match &mut texel.light {
-                Light::Passed(light) => *light = *light * passed.scale + passed.added,
+                Light::Passed(light) => {
+                    *light = *light * passed.scale.as_vec3() + passed.added.as_vec3();
+                }
                 Light::Sums(sums) => {
-                    let tau = (to_tau(passed.scale) * FIXED_ONE).round().as_ivec3();
+                    let tau = (to_tau(passed.scale.as_vec3()) * FIXED_ONE).round().as_ivec3();
                     merge(sums, tau, modes);
                 }
             }
@@ -291,28 +328,80 @@ pub fn accumulate(
 fn segment_of(
     records: Records<'_>,
     tile: &Tile,
-    footprints: &[&Footprint],
+    pairs: &[(&Footprint, u32)],
     opaque: &TileTexels<f32>,
 ) -> TileTexels<Passed> {
     let mut passed = TileTexels::filled(Passed::ALL);
-    for footprint in footprints {
+    for (footprint, _) in pairs {
         let target = Target::new(records, footprint);
         if !target.filters() {
             continue;
         }
         for (place, texel) in tile.texels() {
-            if let Some(crossing) = target.crossing(texel, opaque[place]) {
-                let passed = &mut passed[place];
-                passed.tau = passed.tau.wrapping_add(crossing.tau);
-                passed.leaves += crossing.leaves;
-            }
-            // A hit at or behind the opaque surface does nothing.
-            if let Some(hit) = target.hit(texel, opaque[place])
-                && hit.depth < opaque[place]
-            {
-                passed[place].meet(&hit, target.id);
+            passed[place].cross(&target, texel, opaque[place]);
+            if let Some(hit) = hit_before(&target, texel, opaque[place]) {
+                passed[place].pass(&hit);
+                passed[place].see(&hit, target.id);
             }
         }
     }
     passed
+}
+
+/// A hit at or behind the opaque surface does nothing.
+fn hit_before(target: &Target<'_>, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
+    target.hit(texel, opaque_depth).filter(|hit| hit.depth < opaque_depth)
+}
+
+/// As [`segment_of`], of the segment that starts at pair `first`: every hit in its place. Hits of the
+/// [`OVERLAP`] last pairs of the segment before that lie behind the front of this one are its own.
+fn ordered_segment(
+    records: Records<'_>,
+    tile: &Tile,
+    pairs: &[(&Footprint, u32)],
+    first: usize,
+    opaque: &TileTexels<f32>,
+) -> TileTexels<Passed> {
+    let end = pairs.len().min(first + SEGMENT);
+    let mut passed = TileTexels::filled((Passed::ALL, HitOrder::new(Hit::NONE)));
+    for i in first.saturating_sub(OVERLAP)..end {
+        let target = Target::new(records, pairs[i].0);
+        if !target.filters() {
+            continue;
+        }
+        for (place, texel) in tile.texels() {
+            let (passed, order) = &mut passed[place];
+            if i >= first {
+                passed.cross(&target, texel, opaque[place]);
+            }
+            let front = |pair: usize| front_depth(records.view, pairs[pair].1, texel);
+            let Some(hit) = hit_before(&target, texel, opaque[place]) else { continue };
+            let is_own = if i < first {
+                hit.depth >= front(first)
+            } else {
+                end == pairs.len() || i + OVERLAP < end || hit.depth < front(end)
+            };
+            if is_own {
+                passed.see(&hit, target.id);
+                if let Some((_, hit)) = order.push(hit.depth, hit) {
+                    passed.pass(&hit);
+                }
+            }
+        }
+    }
+    let mut composed = TileTexels::filled(Passed::ALL);
+    for place in 0..TEXELS {
+        let (passed, order) = &mut passed[place];
+        order.drain().for_each(|(_, hit)| passed.pass(&hit));
+        passed.late = order.late;
+        composed[place] = *passed;
+    }
+    composed
+}
+
+/// Light depth at `texel` that no hit of a caster with depth key `key` is in front of, where keys go
+/// by distance.
+fn front_depth(view: &GpuView, key: u32, texel: Vec2) -> f32 {
+    let front = key as f32 / (INVISIBLE - 1) as f32;
+    if view.perspective > 0.0 { view.depth_of_key(texel, front) } else { front }
 }

@@ -1,7 +1,7 @@
 //! Twin of `wgsl/hit/caster_hit.wgsl`: what a ray meets of any caster.
 use super::{
     accumulate::FIXED_ONE,
-    hit::{Facing, coverage, transmittance},
+    hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
 };
 use crate::{
@@ -28,6 +28,8 @@ pub struct Records<'a> {
 pub struct Hit {
     /// Transmittance, per channel.
     pub light: Vec3,
+    /// 1 - transmittance, to the last digits where that is next to 1.
+    pub absorbed: Vec3,
     /// What `over` puts in, per channel.
     pub added: Vec3,
     /// `c`; of `gain` over 16.
@@ -38,6 +40,18 @@ pub struct Hit {
     pub depth: f32,
     /// Light depth from which on the whole hit counts: where the ray leaves a puff.
     pub end: f32,
+}
+
+impl Hit {
+    pub const NONE: Self = Self {
+        light: Vec3::ONE,
+        absorbed: Vec3::ZERO,
+        added: Vec3::ZERO,
+        color: Vec3::ZERO,
+        opacity: 0.0,
+        depth: -1.0,
+        end: -1.0,
+    };
 }
 
 /// Where a ray enters or leaves a volume.
@@ -209,7 +223,8 @@ impl<'a> Target<'a> {
         let transfer = self.material.transfer;
         let added = added(transfer, opacity, color);
         let light = transmittance(transfer, opacity, color);
-        Hit { light, added, color, opacity, depth, end: depth }
+        let absorbed = absorption(transfer, opacity, color);
+        Hit { light, absorbed, added, color, opacity, depth, end: depth }
     }
 }
 
@@ -292,7 +307,9 @@ fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     let opacity = 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share);
     let light = per_diameter.powf(chord.share);
     let added = added(transfer, opacity, color);
-    Hit { light, added, color, opacity, depth: chord.depth, end: chord.end }
+    let whole = absorption(transfer, alpha, color).min(Vec3::splat(1.0 - LEAST));
+    let absorbed = whole.map(|x| -((-x).ln_1p() * chord.share).exp_m1());
+    Hit { light, absorbed, added, color, opacity, depth: chord.depth, end: chord.end }
 }
 
 /// What a hit of `over` puts in.

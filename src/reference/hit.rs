@@ -150,6 +150,19 @@ pub fn transmittance(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
     }
 }
 
+/// 1 - [`transmittance`], to the last digits where that is next to 1.
+pub fn absorption(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
+    let filtered = a * (Vec3::ONE - c);
+    match transfer {
+        Transfer::Filter | Transfer::Dither => filtered,
+        Transfer::Stain => (Vec3::ONE - c) + c * a,
+        Transfer::Smoke => Vec3::splat(a) + filtered * (1.0 - a),
+        Transfer::Gain => Vec3::ONE - c * MAX_GAIN,
+        Transfer::Over => Vec3::splat(a),
+        Transfer::None | Transfer::Opaque | Transfer::Cutout => Vec3::ZERO,
+    }
+}
+
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {

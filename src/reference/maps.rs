@@ -120,6 +120,7 @@ impl<'a> SceneRecords<'a> {
         let params = ProjectParams {
             scatter: !self.modes.direct() && self.curve_modes.is_none(),
             unseen: false,
+            by_distance: self.modes.ordered,
         };
         let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
         let sorted = depth_order(&keys);
@@ -168,6 +169,10 @@ impl<'a> SceneRecords<'a> {
                 self.modes,
             );
         }
+        if self.modes.ordered {
+            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
+            counters.unordered += overflowed.iter().filter(filters).count() as u64;
+        }
         if let Some(modes) = self.curve_modes {
             count(counters, &bins, sorted.len(), scattered.len());
             let tiles = each(tile_count, |index| {
@@ -190,16 +195,16 @@ impl<'a> SceneRecords<'a> {
             return maps;
         }
         let accumulated = each(tile_count, |index| {
-            let casters: Vec<&Footprint> =
-                bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize]).collect();
+            let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
+            let pairs: Vec<_> = pairs.map(|i| (&footprints[i], keys[i])).collect();
             let (opaque, sums) = (&opaque[index], sums.as_ref());
-            accumulate(records, index as u32, &casters, opaque, sums, self.modes)
+            accumulate(records, index as u32, &pairs, opaque, sums, self.modes)
         });
+        let late = |tile: &TileTexels<Accumulated>| {
+            (0..TEXELS).map(|place| u64::from(tile[place].late)).sum::<u64>()
+        };
+        counters.disordered += accumulated.iter().map(late).sum::<u64>();
         count(counters, &bins, sorted.len(), scattered.len());
-        if self.modes.ordered {
-            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
-            counters.unordered += overflowed.iter().filter(filters).count() as u64;
-        }
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
         if let Some(colored) = &colored {
             maps.colored = vec![[1.0; 3]; maps.opaque.len()];
@@ -237,7 +242,8 @@ impl<'a> SceneRecords<'a> {
         }
         let mut setups = Vec::with_capacity(self.triangles.len());
         for (i, triangle) in self.triangles.iter().enumerate() {
-            let (of_triangle, setup) = project_triangle(view, 0, triangle, i as u32, i as u32);
+            let (of_triangle, setup) =
+                project_triangle(view, 0, triangle, i as u32, i as u32, params);
             let material = &self.materials[triangle.material as usize];
             let is_listed = params.unseen || Class::of(material).casts();
             projected.push(if is_listed { of_triangle } else { Projected::INVISIBLE });
@@ -298,10 +304,12 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
         light: Light::Passed(Vec3::ONE),
         nearest: 1.0,
         owner: NO_OWNER,
+        late: 0,
     });
     for place in 0..TEXELS {
         let CurveTexel { passed, nearest, .. } = tile[place];
-        texels[place] = Accumulated { light: Light::Passed(passed), nearest, owner: NO_OWNER };
+        texels[place] =
+            Accumulated { light: Light::Passed(passed), nearest, owner: NO_OWNER, late: 0 };
     }
     texels
 }

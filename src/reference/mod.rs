@@ -11,6 +11,7 @@ pub mod filter;
 pub mod hit;
 pub mod maps;
 pub mod occlude;
+pub mod order;
 pub mod project;
 pub mod receive;
 pub mod resolve;

@@ -47,6 +47,9 @@ pub struct ProjectParams {
     pub scatter: bool,
     /// Whether what casts nothing is projected too: the camera sees it.
     pub unseen: bool,
+    /// Whether depth keys of perspective views go by the distance from the light: where the order
+    /// counts.
+    pub by_distance: bool,
 }
 
 /// The first of the 2x2 texels around `center` that a scattered caster may touch.
@@ -130,6 +133,12 @@ pub fn project_particle(
             if is_puff { grown } else { grown * corner * (1.0 - 1.0 / len2).max(0.0).sqrt() };
     }
     let nearest = (distance - depth_reach - view.near) / range;
+    let front = if params.by_distance && view.perspective > 0.0 {
+        // The nearest point of a plane that faces the light is its centre.
+        view.distance_key(center.length() - if is_puff { depth_reach } else { 0.0 })
+    } else {
+        nearest
+    };
     let farthest = (distance + depth_reach - view.near) / range;
     let unseen = material.transfer == Transfer::None as u32 && !params.unseen;
     if unseen || farthest < 0.0 || nearest > 1.0 {
@@ -161,7 +170,7 @@ pub fn project_particle(
         material.reflectivity * thin,
         (1.0 - material.reflectivity) * color.w * thin,
     );
-    let key = if rect.is_scattered() { INVISIBLE } else { depth_key(nearest) };
+    let key = if rect.is_scattered() { INVISIBLE } else { depth_key(front) };
     Projected { footprint, key, rect }
 }
 
@@ -232,6 +241,7 @@ pub fn project_triangle(
     record: &TriangleRecord,
     triangle_id: u32,
     setup_index: u32,
+    params: ProjectParams,
 ) -> (Projected, TriangleSetup) {
     let nothing = (Projected::INVISIBLE, TriangleSetup::default());
     let corners = record.positions_u.map(|p| view.view_from_world.transform_point3(p.xyz()));
@@ -319,7 +329,29 @@ pub fn project_triangle(
         base: 0,
         caster: triangle_id | TRIANGLE_BIT,
     };
-    (Projected { footprint, key: depth_key(nearest), rect }, setup)
+    let front = if params.by_distance && view.perspective > 0.0 {
+        view.distance_key(least_distance(corners))
+    } else {
+        nearest
+    };
+    (Projected { footprint, key: depth_key(front), rect }, setup)
+}
+
+/// Of a triangle's points from the origin.
+fn least_distance(corners: [Vec3; 3]) -> f32 {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let mut least = f32::INFINITY;
+    let mut is_over = true;
+    for i in 0..3 {
+        let (from, along) = (corners[i], corners[(i + 1) % 3] - corners[i]);
+        let part =
+            (-from.dot(along) / along.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        least = least.min((from + along * part).length());
+        is_over &= normal.dot(along.cross(-from)) >= 0.0;
+    }
+    let height = normal.dot(a).abs() / normal.length().max(f32::MIN_POSITIVE);
+    if is_over { height } else { least }
 }
 
 fn precedes(a: Vec2, b: Vec2) -> bool {

@@ -55,6 +55,7 @@ impl Context<'_, '_> {
             scatter: u32::from(scatter),
             first_setup: plan.first_setup,
             unseen: u32::from(self.camera),
+            by_distance: u32::from(plan.filters && plan.features.over),
         };
         self.chunk_buffers_with(&params, chunks).map(Some)
     }

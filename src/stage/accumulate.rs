@@ -43,8 +43,8 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
 /// In place of [`SEGMENTS`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
     name: "accumulate_ordered",
-    entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    entry: "walk_ordered_segment",
+    root: "driver/ordered_segment.wgsl",
     with: &[FILTER, ORDERED_MAPS, WALK, CANDIDATE, SUMS],
     constants: &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,

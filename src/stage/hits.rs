@@ -12,6 +12,8 @@ pub struct Features {
     pub gain: bool,
     /// The order counts.
     pub over: bool,
+    /// Some are so faint that products of transmittances lose what they absorb.
+    pub faint: bool,
     /// Closed meshes absorb along the way through them.
     pub volumes: bool,
     /// Maps say whose the nearest depth is.
@@ -53,6 +55,7 @@ impl Features {
         quads: false,
         gain: false,
         over: false,
+        faint: false,
         volumes: false,
         owners: false,
         dither: false,
@@ -78,6 +81,7 @@ impl Features {
         quads: true,
         gain: true,
         over: true,
+        faint: true,
         volumes: true,
         owners: true,
         dither: true,
@@ -111,6 +115,7 @@ impl Features {
             quads: self.quads || other.quads,
             gain: self.gain || other.gain,
             over: self.over || other.over,
+            faint: self.faint || other.faint,
             volumes: self.volumes || other.volumes,
             owners: self.owners || other.owners,
             dither: self.dither || other.dither,
@@ -151,6 +156,7 @@ impl Features {
             ("HAS_QUADS", self.quads),
             ("HAS_GAIN", self.gain),
             ("HAS_OVER", self.over),
+            ("FAINT", self.faint),
             ("HAS_VOLUMES", self.volumes),
             ("HAS_OWNERS", self.owners),
             ("HAS_DITHER", self.dither),

@@ -13,6 +13,8 @@ const EDGE: f64 = 0.05;
 const OPACITY_MARGIN: f64 = 1e-4;
 /// How near the opaque surface or the near plane rounding may decide, as light depth.
 const DEPTH_MARGIN: f64 = 1e-5;
+/// How near each other rounding may decide which of two hits is in front, as light depth.
+const ORDER_MARGIN: f64 = 1e-6;
 
 fn f64s(v: Vec3) -> DVec3 {
     v.as_dvec3()
@@ -40,7 +42,9 @@ struct Ray {
 
 #[derive(Clone, Copy)]
 struct Hit {
+    /// Light `L` becomes `L * light + added`.
     light: DVec3,
+    added: DVec3,
     opacity: f64,
     depth: f64,
 }
@@ -149,12 +153,12 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
         Met::Edge => undecided = true,
         Met::Hit(_) | Met::Nothing => {}
     });
-    let mut filter = DVec3::ONE;
+    let mut hits = Vec::new();
     meet_all(false, texel.opaque, &mut |met| match met {
         Met::Hit(hit) if inside(hit.depth) => {
             undecided |= texel.opaque < 1.0 && (hit.depth - texel.opaque).abs() < DEPTH_MARGIN;
             if hit.depth < texel.opaque {
-                filter *= hit.light;
+                hits.push(hit);
                 for (nearest, margin) in texel.nearest.iter_mut().zip([-1.0, 1.0]) {
                     if hit.opacity >= 1.0 / 255.0 + margin * OPACITY_MARGIN {
                         *nearest = nearest.min(hit.depth);
@@ -165,6 +169,12 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
         Met::Edge => undecided = true,
         Met::Hit(_) | Met::Nothing => {}
     });
+    hits.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    let adds = |hit: &Hit| hit.added != DVec3::ZERO;
+    undecided |= hits
+        .windows(2)
+        .any(|pair| (pair[1].depth - pair[0].depth).abs() < ORDER_MARGIN && pair.iter().any(adds));
+    let filter = hits.iter().fold(DVec3::ONE, |light, hit| light * hit.light + hit.added);
     texel.filter = filter.to_array();
     texel.undecided = undecided;
     texel
@@ -178,9 +188,11 @@ fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
         Transfer::Stain => color * (1.0 - a),
         Transfer::Smoke => (1.0 - a) * filter,
         Transfer::Gain => color,
+        Transfer::Over => DVec3::splat(1.0 - a),
         _ => DVec3::ONE,
     };
-    Hit { light, opacity: a, depth }
+    let added = if material.transfer == Transfer::Over { color * a } else { DVec3::ZERO };
+    Hit { light, added, opacity: a, depth }
 }
 
 fn meet_particle(
@@ -267,7 +279,12 @@ fn meet_puff(
     let share = (leave - enter) * len / (2.0 * radius);
     let alpha = tint.w * thin;
     let light = (DVec3::ONE - alpha * (DVec3::ONE - tint.truncate())).powf(share);
-    Met::Hit(Hit { light, opacity: 1.0 - (1.0 - alpha).powf(share), depth: eye.depth(enter) })
+    Met::Hit(Hit {
+        light,
+        added: DVec3::ZERO,
+        opacity: 1.0 - (1.0 - alpha).powf(share),
+        depth: eye.depth(enter),
+    })
 }
 
 /// Möller and Trumbore 1997.

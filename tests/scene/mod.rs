@@ -2,6 +2,7 @@
 mod defaults;
 mod displace;
 mod document;
+mod far;
 mod gltf;
 mod hostile;
 mod noise;

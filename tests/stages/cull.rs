@@ -64,6 +64,8 @@ fn materials() -> Vec<Material> {
     SHAPES.iter().map(|&shape| Material { shape, ..Material::default() }).collect()
 }
 
+const PARAMS: ProjectParams = ProjectParams { scatter: true, unseen: false, by_distance: false };
+
 /// Whether the projection finds a texel that the particle may touch.
 fn touches(view: &GpuView, particle: &Particle) -> bool {
     let material = &materials()[particle.material as usize];
@@ -73,7 +75,7 @@ fn touches(view: &GpuView, particle: &Particle) -> bool {
         &Caster::new(particle, material),
         0,
         &GpuMaterial::new(material, &[]),
-        ProjectParams { scatter: true, unseen: false },
+        PARAMS,
     );
     projected.rect != TileRect::EMPTY
 }
@@ -169,7 +171,7 @@ fn no_visible_triangle_is_culled() {
         let visible = culled(&tree, &view);
         for (group, triangle) in (0..).zip(&triangles) {
             let record = TriangleRecord::new(triangle);
-            let (projected, setup) = project_triangle(&view, 0, &record, 0, 0);
+            let (projected, setup) = project_triangle(&view, 0, &record, 0, 0, PARAMS);
             // Beyond the far plane volumes alone count, and those are listed wherever they are.
             let is_within = setup.depths.min_element() <= 1.0;
             if projected.rect != TileRect::EMPTY && is_within {

@@ -6,6 +6,8 @@ import package::curve::list::{adding, append, clear_list, dark, insert, last_end
 import package::curve::node::DEPTHS;
 import package::curve::volumes::{Ramp4, clear_volumes, count_late, nearest_inside};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
+import package::hit::hit_order::clear_order;
+import package::hit::key_depths::{front_depths, start_keys};
 import package::records::view::GpuView;
 import package::sums::sums::VISIBLE_OPACITY;
 import choice::visit::{blocked, slabbed};
@@ -67,6 +69,10 @@ fn start(view: GpuView, texel: vec2<u32>) {
     few = vec4(true);
     clear_list();
     clear_volumes();
+    if HAS_OVER {
+        clear_order();
+        start_keys(view, corner);
+    }
 }
 
 // A hit joins those that wait.
@@ -159,6 +165,10 @@ fn settled(front: f32) -> bool {
     if HAS_VOLUMES {
         return false;
     }
-    let closed = dark() & (last_end() <= vec4(u32(front * DEPTHS))) & (nearest <= vec4(front));
-    return all(closed | (opaque_depth <= vec4(front)));
+    let depth = front_depths(front);
+    if HAS_OVER {
+        return all(opaque_depth <= depth);
+    }
+    let closed = dark() & (last_end() <= vec4<u32>(depth * DEPTHS)) & (nearest <= depth);
+    return all(closed | (opaque_depth <= depth));
 }

@@ -20,6 +20,12 @@ fn slabbed() -> bool {
     return true;
 }
 
+fn waiting_steps() -> u32 {
+    return 0u;
+}
+
+fn join_waiting() {}
+
 fn texels_profile(view: GpuView, disc: Disc) -> Profile4 {
     let dx = corner.x + 0.5 - disc.center.x;
     let dy = corner.y + 0.5 - disc.center.y;

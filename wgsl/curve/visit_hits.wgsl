@@ -1,13 +1,15 @@
-// A caster of any kind meets the four texels; every hit goes into its curve at once.
+// A caster of any kind meets the four texels; every hit goes into its curve at once, or
+// where the order counts when those before it have.
 
 import package::curve::gather::{
     corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
 };
-import package::curve::light4::{Light4, black4, light4, plus, scaled, selected};
+import package::curve::light4::{black4, light4, plus, scaled, selected};
 import package::curve::volumes::{change_density, crossed, last_face, surface_scale, surface_light};
 import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
-import package::hit::crossing::{Face, added_light, face_crossing, volume_face};
+import package::hit::crossing::{Face, face_crossing, volume_face};
+import package::hit::hit_order::{Hit4, WAITING, hits_of, next_waiting, pass_on};
 import package::records::view::GpuView;
 
 fn ordered() -> bool {
@@ -30,10 +32,6 @@ fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
         return MISS;
     }
     return hit;
-}
-
-fn added4(met: array<Hit, 4>) -> Light4 {
-    return light4(added_light(met[0]), added_light(met[1]), added_light(met[2]), added_light(met[3]));
 }
 
 fn face_texel(view: GpuView, look: vec4<u32>, i: u32) -> Face {
@@ -74,23 +72,36 @@ fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
         met[2] = hit_texel(view, place, look, 2u);
         met[3] = hit_texel(view, place, look, 3u);
     }
-    let light = light4(met[0].light, met[1].light, met[2].light, met[3].light);
-    let opacity = vec4(met[0].opacity, met[1].opacity, met[2].opacity, met[3].opacity);
-    let depth = vec4(met[0].depth, met[1].depth, met[2].depth, met[3].depth);
-    let placed = join(light, depth, opacity);
-    see(depth, opacity);
+    let came = hits_of(met);
+    see(came.depth, came.opacity);
+    if HAS_OVER {
+        return must_flush(ramps | join_hits(pass_on(came)));
+    }
+    return must_flush(ramps | join_hits(came));
+}
+
+fn join_hits(hits: Hit4) -> vec4<bool> {
+    let placed = join(hits.light, hits.depth, hits.opacity);
     if HAS_PUFFS {
-        open_end = select(open_end, max(open_end, vec4(met[0].end, met[1].end, met[2].end, met[3].end)), placed);
+        open_end = select(open_end, max(open_end, hits.end), placed);
     }
     if HAS_OVER || HAS_VOLUMES {
-        scale = scaled(scale, light);
-        surface_light = scaled(surface_light, light);
-        surface_scale = scaled(surface_scale, light);
+        scale = scaled(scale, hits.light);
+        surface_light = scaled(surface_light, hits.light);
+        surface_scale = scaled(surface_scale, hits.light);
     }
     if HAS_OVER {
-        let added = added4(met);
-        open_added = plus(scaled(open_added, light), added);
-        surface_light = plus(surface_light, added);
+        open_added = plus(scaled(open_added, hits.light), hits.added);
+        surface_light = plus(surface_light, hits.added);
     }
-    return must_flush(ramps | placed);
+    return placed;
+}
+
+// Hits that wait for their place are joined behind all pairs, one of each texel at a time.
+fn waiting_steps() -> u32 {
+    return select(0u, WAITING, HAS_OVER);
+}
+
+fn join_waiting() {
+    let placed = join_hits(next_waiting());
 }

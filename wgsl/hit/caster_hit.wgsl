@@ -4,13 +4,14 @@
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES};
-import package::hit::hit::{coverage, facing, facing_hit, transmittance};
+import package::hit::hit::{absorption, coverage, facing, facing_hit, transmittance};
 import package::hit::texture::sample_texture;
 import package::records::caster::{caster_look, look_rotation};
 import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_PUFF, TRANSFER_GAIN};
-import package::records::record::TRIANGLE_BIT;
+import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::setup::setup_texel;
 import package::records::view::{GpuView, is_beside};
+import package::sums::faint::{tau_absorbed, whole_tau};
 
 struct Hit {
     light: vec3<f32>, // that passes
@@ -19,9 +20,10 @@ struct Hit {
     depth: f32,       // light depth; -1 for a miss
     end: f32,         // from which on the whole hit counts: where the ray leaves a puff
     material: u32,
+    absorbed: vec3<f32>, // 1 - light, to the last digits where that is next to 1
 }
 
-const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u);
+const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
 
 fn caster_hit(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
@@ -44,8 +46,8 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     let plane = facing(view, place, rotation);
     let met = facing_hit(plane, view, texel);
     var color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
-    let base = unpack2x16float(look.z).x;
-    let slope = unpack2x16float(look.y).y;
+    let base = unpack2x16float(look.z).x / OPACITY_SCALE;
+    let slope = unpack2x16float(look.y).y / OPACITY_SCALE;
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
         return puff_hit(view, place, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
     }
@@ -61,7 +63,8 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     let inside = max(abs(met.x), abs(met.y)) <= 1.0 && covered > 0.0;
     let depth = select(-1.0, met.z, inside);
     let light = transmittance(material.transfer, opacity, color);
-    return Hit(light, color, opacity, depth, depth, material_id);
+    let absorbed = absorption(material.transfer, opacity, color);
+    return Hit(light, color, opacity, depth, depth, material_id, absorbed);
 }
 
 // Absorbs along the chord that the ray takes through the sphere before the opaque surface: what the
@@ -114,7 +117,8 @@ fn puff_hit(
     let entered = (first - view.near) / range;
     let left = (last - view.near) / range;
     let light = pow(per_diameter, vec3(share));
-    return Hit(light, color, opacity, select(-1.0, entered, share > 0.0), left, material_id);
+    let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, alpha, color)) * share);
+    return Hit(light, color, opacity, select(-1.0, entered, share > 0.0), left, material_id, absorbed);
 }
 
 fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
@@ -156,5 +160,6 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
     let opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
     let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
     let light = transmittance(material.transfer, opacity, color);
-    return Hit(light, color, opacity, met.w, met.w, material_id);
+    let absorbed = absorption(material.transfer, opacity, color);
+    return Hit(light, color, opacity, met.w, met.w, material_id, absorbed);
 }

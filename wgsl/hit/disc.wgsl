@@ -1,6 +1,7 @@
 // A soft disc of the `filter` transfer, made ready for texels. CPU twin: src/reference/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
+import package::records::record::OPACITY_SCALE;
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
 
@@ -21,7 +22,7 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
     disc.center = bitcast<vec2<f32>>(place.xy);
     disc.depth = bitcast<f32>(place.w);
     // Nothing is hit at the end of the ray.
-    disc.slope = select(unpack2x16float(look.y).y, 0.0, !PERSPECTIVE && disc.depth >= 1.0);
+    disc.slope = select(unpack2x16float(look.y).y / OPACITY_SCALE, 0.0, !PERSPECTIVE && disc.depth >= 1.0);
     let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     disc.absorbed = disc.slope * (1.0 - color);
     disc.bend = 1.0 / (radius * radius);

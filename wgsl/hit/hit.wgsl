@@ -102,3 +102,16 @@ fn transmittance(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
         default: { return vec3(1.0); }
     }
 }
+
+// 1 - `transmittance`, to the last digits where that is next to 1.
+fn absorption(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
+    let filtered = a * (1.0 - c);
+    switch transfer {
+        case TRANSFER_FILTER, TRANSFER_DITHER: { return filtered; }
+        case TRANSFER_STAIN: { return (1.0 - c) + c * a; }
+        case TRANSFER_SMOKE: { return a + filtered * (1.0 - a); }
+        case TRANSFER_GAIN: { return 1.0 - c * MAX_GAIN; }
+        case TRANSFER_OVER: { return vec3(a); }
+        default: { return vec3(0.0); }
+    }
+}

@@ -7,8 +7,8 @@ import package::bind::stored::{footprints, keys, rects};
 import package::bind::uniform::{materials, project_params, views};
 import package::records::caster::look_material;
 import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
-import package::records::record::record_texel;
-import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, tile_rect};
+import package::records::record::{OPACITY_SCALE, record_texel};
+import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
 import package::records::view::LEAST_DISTANCE;
 
 override WORKGROUP_SIZE: u32;
@@ -127,16 +127,18 @@ fn project_particles(
     // Opaque depths know tiles only.
     let scatter = project_params.scatter == 1u && material.transfer < TRANSFER_OPAQUE && !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
-    let front = depth_key(nearest);
+    // The nearest point of a plane that faces the light is its centre.
+    let least = distance_key(view, length(center) - select(0.0, depth_reach, is_puff));
+    let front = depth_key(select(nearest, least, project_params.by_distance == 1u && view.perspective > 0.0));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
-    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y);
+    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
     let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;
     let thin = 1.0 / (grow * grow);
     let slope_a = (1.0 - material.reflectivity) * color.a * thin;
     let blue_slope =
-        (pack2x16unorm(vec2(color.b, 0.0)) & 0xffffu) | (pack2x16float(vec2(0.0, slope_a)) & 0xffff0000u);
-    let base_front = (pack2x16float(vec2(material.reflectivity * thin, 0.0)) & 0xffffu) | (front << 16u);
+        (pack2x16unorm(vec2(color.b, 0.0)) & 0xffffu) | (pack2x16float(vec2(0.0, slope_a * OPACITY_SCALE)) & 0xffff0000u);
+    let base_front = (pack2x16float(vec2(material.reflectivity * thin * OPACITY_SCALE, 0.0)) & 0xffffu) | (front << 16u);
     var at = vec4(texel, radius, (distance - view.near) / range);
     if is_beside {
         at = vec4(center.x, -center.y, -radius, distance);

@@ -10,7 +10,8 @@ import package::hit::triangle_edges::{edge_line, owns_edge, precedes};
 import package::records::octahedral::octahedral;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::setup::{BACK_BIT, SETUP_TEXELS};
-import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, tile_rect};
+import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
+import package::records::view::LEAST_DISTANCE;
 
 override WORKGROUP_SIZE: u32;
 
@@ -22,6 +23,22 @@ fn put(index: u32, key: u32, rect: vec2<u32>) {
 
 fn put_setup(setup_index: u32, texel: u32, value: vec4<u32>) {
     textureStore(setups, record_texel(setup_index * SETUP_TEXELS + texel), value);
+}
+
+// Of a triangle's points from the origin.
+fn least_distance(corners: array<vec3<f32>, 3>) -> f32 {
+    var points = corners;
+    let normal = cross(points[1] - points[0], points[2] - points[0]);
+    var least = 1e30;
+    var over = true;
+    for (var i = 0u; i < 3u; i += 1u) {
+        let start = points[i];
+        let along = points[(i + 1u) % 3u] - start;
+        let part = clamp(-dot(start, along) / max(dot(along, along), LEAST_DISTANCE), 0.0, 1.0);
+        least = min(least, length(start + along * part));
+        over = over && dot(normal, cross(along, -start)) >= 0.0;
+    }
+    return select(least, abs(dot(normal, points[0])) / max(length(normal), LEAST_DISTANCE), over);
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -49,11 +66,13 @@ fn project_triangles(
     var us: vec3<f32>;
     var flat: array<vec2<f32>, 3>;
     var distances: vec3<f32>;
+    var corners: array<vec3<f32>, 3>; // view space
     for (var i = 0u; i < 3u; i += 1u) {
         let corner = bitcast<vec4<f32>>(textureLoad(triangles, record_texel(first + i), 0));
         world[i] = corner.xyz;
         us[i] = corner.w;
-        let p = view.view_from_world * vec4(corner.xyz, 1.0);
+        let p = (view.view_from_world * vec4(corner.xyz, 1.0)).xyz;
+        corners[i] = p;
         flat[i] = vec2(p.x, -p.y) * view.scale;
         distances[i] = -p.z;
     }
@@ -133,7 +152,9 @@ fn project_triangles(
         put(index, INVISIBLE, vec2(0u));
         return;
     }
-    let front = depth_key(max(nearest, 0.0));
+    let least = distance_key(view, least_distance(corners));
+    let by_distance = project_params.by_distance == 1u && view.perspective > 0.0;
+    let front = depth_key(select(max(nearest, 0.0), least, by_distance));
     put(index, front, rect);
     let radius = max(hi.x - lo.x, hi.y - lo.y) * 0.5 + SLACK;
     let place = vec4(center, radius, max(nearest, 0.0));

@@ -16,4 +16,6 @@ struct ProjectParams {
     first_setup: u32,
     // 1: the camera sees what casts nothing.
     unseen: u32,
+    // 1: depth keys of perspective views go by the distance from the light.
+    by_distance: u32,
 }

@@ -11,3 +11,7 @@ const TRIANGLE_BIT: u32 = 0x80000000u;
 const FOOTPRINT_TEXELS: u32 = 2u;
 
 const TRIANGLE_TEXELS: u32 = 5u;
+
+// Opacities are kept as halves of this scale: those down to 2e-9 have eleven bits. Rust:
+// src/records/pack.rs.
+const OPACITY_SCALE: f32 = 32768.0;

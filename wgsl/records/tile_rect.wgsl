@@ -1,6 +1,6 @@
 // The tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU twin: src/reference/project.rs.
 
-import package::records::view::TILE_SIZE;
+import package::records::view::{GpuView, TILE_SIZE};
 
 const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
 const INVISIBLE: u32 = 0xffffu; // key of what touches no texel
@@ -66,4 +66,25 @@ fn tile_rect(
 // Quantised so that a smaller depth never has a larger key.
 fn depth_key(depth: f32) -> u32 {
     return u32(clamp(depth, 0.0, 1.0) * f32(INVISIBLE - 1u));
+}
+
+// Depth keys by distance, of which all faces of a cube say the same: 0 at the near plane's middle, 1
+// at the far plane's corner. `distance` from the light [m]. Rust: `GpuView` in src/records/view.rs.
+fn distance_key(view: GpuView, distance: f32) -> f32 {
+    return (distance - view.near) / distance_span(view);
+}
+
+fn distance_span(view: GpuView) -> f32 {
+    let corner = view.size * 0.5 / view.scale;
+    return view.far * sqrt(1.0 + dot(corner, corner)) - view.near;
+}
+
+// Light depth along the ray through `texel`, where a key by distance is `key`.
+fn depth_of_key(view: GpuView, texel: vec2<f32>, key: f32) -> f32 {
+    if view.perspective == 0.0 {
+        return key;
+    }
+    let slope = (texel - view.size * 0.5) / view.scale;
+    let along = (view.near + key * distance_span(view)) / sqrt(1.0 + dot(slope, slope));
+    return (along - view.near) / (view.far - view.near);
 }

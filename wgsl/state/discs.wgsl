@@ -2,10 +2,11 @@
 // them. CPU twin: src/reference/accumulate.rs.
 
 import package::bind::sampled::opaques;
-import package::features::{HAS_OPAQUE, PERSPECTIVE};
+import package::features::{FAINT, HAS_OPAQUE, PERSPECTIVE};
 import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_disc, rest_profile};
 import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
+import package::sums::faint::keep4;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY};
 
 const ROWS: u32 = 8u; // texels that an invocation holds, in a column
@@ -16,6 +17,7 @@ var<private> ys: array<vec4<f32>, 2>;
 var<private> red: array<vec4<f32>, 2>; // transmittance so far
 var<private> green: array<vec4<f32>, 2>;
 var<private> blue: array<vec4<f32>, 2>;
+var<private> lost: array<array<vec4<f32>, 3>, 2>; // of faint discs, not yet taken from what passes
 var<private> nearest: array<vec4<f32>, 2>;
 var<private> opaque_depth: array<vec4<f32>, 2>;
 
@@ -31,6 +33,7 @@ fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
     red[i] = vec4(1.0);
     green[i] = vec4(1.0);
     blue[i] = vec4(1.0);
+    lost[i] = array(vec4(0.0), vec4(0.0), vec4(0.0));
     nearest[i] = vec4(1.0);
     opaque_depth[i] = vec4(1.0);
     if HAS_OPAQUE {
@@ -60,6 +63,16 @@ fn column_profile(view: GpuView, disc: Disc) -> array<Profile4, 2> {
 }
 
 fn multiply(disc: Disc, profile: vec4<f32>, i: u32) {
+    if FAINT {
+        let r = keep4(red[i], lost[i][0], profile * disc.absorbed.r);
+        let g = keep4(green[i], lost[i][1], profile * disc.absorbed.g);
+        let b = keep4(blue[i], lost[i][2], profile * disc.absorbed.b);
+        red[i] = r.passed;
+        green[i] = g.passed;
+        blue[i] = b.passed;
+        lost[i] = array(r.lost, g.lost, b.lost);
+        return;
+    }
     red[i] *= 1.0 - profile * disc.absorbed.r;
     green[i] *= 1.0 - profile * disc.absorbed.g;
     blue[i] *= 1.0 - profile * disc.absorbed.b;
@@ -101,6 +114,19 @@ fn passed_texel(i: u32) -> vec3<f32> {
 
 fn nearest_texel(i: u32) -> f32 {
     return nearest[i / 4u][i % 4u];
+}
+
+fn finish() {
+    if FAINT {
+        finish_rows(0u);
+        finish_rows(1u);
+    }
+}
+
+fn finish_rows(i: u32) {
+    red[i] *= 1.0 - lost[i][0];
+    green[i] *= 1.0 - lost[i][1];
+    blue[i] *= 1.0 - lost[i][2];
 }
 
 // Nothing at or behind `front` can change these texels.

@@ -14,7 +14,7 @@ import package::sums::sums::{
 };
 import package::walk::lane::sum_index;
 import choice::maps::{plain_alpha, store_map};
-import choice::state::{ROWS, nearest_texel, owner_texel, passed_texel};
+import choice::state::{ROWS, finish, nearest_texel, owner_texel, passed_texel};
 import choice::sums::{clear_sums, load_nearness, load_sums, raise_nearness};
 
 var<private> alpha_of_none: f32;
@@ -24,6 +24,7 @@ fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) 
 }
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
+    finish();
     for (var i = 0u; i < ROWS; i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
         var nearest_depth = nearest_texel(i);
@@ -37,6 +38,7 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 }
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+    finish();
     // A copy: what a loop indexes is memory, and what the walk changes should be registers.
     var own: array<vec4<f32>, 8>;
     own[0] = own_texel(0u);

@@ -12,7 +12,9 @@ import package::records::owner::{NO_OWNER, tagged_alpha, tagged_depth};
 import package::records::record::record_texel;
 import package::records::tile::{Segment, Tile, segment_count, tile_of};
 import package::records::view::{GpuView, TILE_SIZE};
-import package::state::filter::{ROWS, added, crossed, nearest, nearest_texel, owner, passed};
+import package::state::filter::{
+    ROWS, added_texel, crossed, finish, nearest, nearest_texel, owner, passed,
+};
 import package::sums::merge::merge;
 import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_room, unpack_pair};
 import package::sums::sums::{
@@ -22,11 +24,12 @@ import package::walk::lane::sum_index;
 import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+    finish();
     let composed = index < partial_room(arrayLength(&partials)) && segment_count(tile_of(textureLoad(tiles, record_texel(segment.tile), 0))) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
-            partials[at] = pack_partial(Partial(passed[i], added[i], nearest[i], vec3(0), 0, NO_OWNER));
+            partials[at] = pack_partial(Partial(passed[i], added_texel(i), nearest[i], vec3(0), 0, NO_OWNER));
             if HAS_VOLUMES || HAS_OWNERS {
                 let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
                 let tau = bitcast<vec3<u32>>(crossed[i].xyz);
@@ -34,7 +37,7 @@ fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
             }
         } else {
             let sum = sum_index(segment.tile, place + vec2(0u, i));
-            let tau = vec3<i32>(round(to_tau(passed[i] + added[i]) * FIXED_ONE));
+            let tau = vec3<i32>(round(to_tau(passed[i] + added_texel(i)) * FIXED_ONE));
             if HAS_VOLUMES {
                 add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
             } else {

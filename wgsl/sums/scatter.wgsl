@@ -6,14 +6,22 @@ import package::bind::sampled::opaques;
 import package::features::{HAS_OVER, HAS_VOLUMES};
 import package::hit::caster_hit::caster_hit;
 import package::hit::crossing::{added_light, crossing};
-import package::hit::hash::{pcg, unit_float};
+import package::hit::hash::unit_float;
 import package::records::caster::particle_object;
 import package::records::record::TRIANGLE_BIT;
 import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::faint::absorbed_tau;
 import package::sums::merge::merge;
-import package::sums::sums::{FIXED_ONE, VISIBLE_OPACITY, depth_to_nearness, to_tau};
+import package::sums::sums::{FIXED_ONE, VISIBLE_OPACITY, depth_to_nearness};
 import package::walk::lane::sum_index;
 import choice::sums::{add_to_sums, raise_nearness};
+
+// What is added before rounding down, of channels a third apart: multiples of the golden ratio, whose
+// sums over runs of casters stray less than those of chance.
+fn spread(id: u32) -> vec3<f32> {
+    let turn = id * 2654435769u;
+    return vec3(unit_float(turn), unit_float(turn + 0x55555555u), unit_float(turn + 0xaaaaaaaau));
+}
 
 fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
     let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
@@ -31,20 +39,16 @@ fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
     if !(hit.depth >= 0.0 && hit.depth < opaque_depth) {
         return;
     }
-    // Rounded up or down by chance, so that a million equal casters don't add up their rounding.
+    // Rounded up or down in turns, so that a million equal casters don't add up their rounding.
     let own = particle_object(look.w & ~TRIANGLE_BIT);
-    let seed = select(own, look.w, (look.w & TRIANGLE_BIT) != 0u) * 3u;
-    let chance = vec3(
-        unit_float(pcg(seed)),
-        unit_float(pcg(seed + 1u)),
-        unit_float(pcg(seed + 2u)),
-    );
-    var passed = hit.light;
+    let seed = select(own, look.w, (look.w & TRIANGLE_BIT) != 0u);
+    let chance = spread(seed);
+    var own_tau = absorbed_tau(hit.absorbed);
     if HAS_OVER {
         // Out of order: as if it were the only caster.
-        passed += added_light(hit);
+        own_tau = absorbed_tau(hit.absorbed - added_light(hit));
     }
-    let tau = bitcast<vec3<u32>>(vec3<i32>(floor(to_tau(passed) * FIXED_ONE + chance)));
+    let tau = bitcast<vec3<u32>>(vec3<i32>(floor(own_tau * FIXED_ONE + chance)));
     if HAS_VOLUMES {
         add_to_sums(sum, tau);
     } else {

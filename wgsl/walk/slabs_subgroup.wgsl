@@ -12,7 +12,7 @@ import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
 import choice::store::open_rest;
-import choice::visit::visit;
+import choice::visit::{join_waiting, visit, waiting_steps};
 
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
@@ -78,12 +78,16 @@ fn walk(view: GpuView, first: u32, end: u32) {
         if whole {
             slab_first = base;
             slab_key = key;
-            if rests == rest_steps() {
+            if rests == waiting_steps() + rest_steps() {
                 break;
             }
             if base >= end || subgroupAll(settled(key_depth(key))) {
                 base = end;
-                open_rest(view, rests);
+                if rests < waiting_steps() {
+                    join_waiting();
+                } else {
+                    open_rest(view, rests - waiting_steps());
+                }
                 rests += 1u;
             }
         }

@@ -12,7 +12,7 @@ import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
 import choice::store::open_rest;
-import choice::visit::{count_hits, slabbed, visit};
+import choice::visit::{count_hits, join_waiting, slabbed, visit, waiting_steps};
 
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
@@ -54,12 +54,16 @@ fn walk(view: GpuView, first: u32, end: u32) {
         if whole {
             slab_first = base;
             slab_key = key;
-            if rests == rest_steps() {
+            if rests == waiting_steps() + rest_steps() {
                 break;
             }
             if base >= end || settled(key_depth(key)) {
                 base = end;
-                open_rest(view, rests);
+                if rests < waiting_steps() {
+                    join_waiting();
+                } else {
+                    open_rest(view, rests - waiting_steps());
+                }
                 rests += 1u;
             }
         }

@@ -12,7 +12,8 @@ use crate::{
     records::Footprint,
     reference::{
         accumulate::{ScatterSums, VISIBLE_OPACITY},
-        caster_hit::{Records, Target},
+        caster_hit::{Hit, Records, Target},
+        order::HitOrder,
         resolve,
         tile::{TEXELS, Tile, TileTexels},
     },
@@ -91,9 +92,23 @@ struct Texel {
     surfaces: Affine,
     nearest: f32,
     inside: Inside,
+    /// Where the order counts.
+    order: HitOrder<Hit>,
 }
 
 impl Texel {
+    /// A hit in its place; whether it has one of its own.
+    fn meet(&mut self, hit: &Hit) -> bool {
+        let light = Affine { scale: hit.light, added: hit.added };
+        self.open.light = self.open.light.then(light);
+        self.passed = self.passed.then(light);
+        self.surfaces = self.surfaces.then(light);
+        if hit.opacity >= TRACE {
+            self.open.place(hit.depth, hit.end);
+        }
+        hit.opacity >= TRACE
+    }
+
     fn flush(&mut self) {
         if self.open.start <= 1.0 {
             let Open { start, end, light } = self.open;
@@ -129,6 +144,7 @@ pub fn curves(
         surfaces: Affine::NONE,
         nearest: 1.0,
         inside: Inside::default(),
+        order: HitOrder::new(Hit::NONE),
     };
     let mut texels = TileTexels::filled(fresh.clone());
     if footprints.len() <= modes.segment {
@@ -253,16 +269,14 @@ fn walk(
             if let Some(hit) = target.hit(at, opaque[place])
                 && hit.depth < opaque[place]
             {
-                let light = Affine { scale: hit.light, added: hit.added };
-                texel.open.light = texel.open.light.then(light);
-                texel.passed = texel.passed.then(light);
-                texel.surfaces = texel.surfaces.then(light);
-                if hit.opacity >= TRACE {
-                    texel.open.place(hit.depth, hit.end);
-                    placed = true;
-                }
                 if hit.opacity >= VISIBLE_OPACITY {
                     texel.nearest = texel.nearest.min(hit.depth);
+                }
+                if modes.over {
+                    let leaves = texel.order.push(hit.depth, hit);
+                    placed |= leaves.is_some_and(|(_, hit)| texel.meet(&hit));
+                } else {
+                    placed |= texel.meet(&hit);
                 }
             }
             if placed && (is_few(place) && texel.curve.is_young() || !modes.slabs) {
@@ -270,5 +284,13 @@ fn walk(
             }
         }
     }
-    (0..TEXELS).for_each(|place| texels[place].flush());
+    for place in 0..TEXELS {
+        let texel = &mut texels[place];
+        texel.flush();
+        let waiting: Vec<_> = texel.order.drain().collect();
+        for (_, hit) in waiting {
+            texel.meet(&hit);
+            texel.flush();
+        }
+    }
 }

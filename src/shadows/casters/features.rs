@@ -11,10 +11,14 @@ pub(super) fn features_of(
 ) -> [Features; CLASSES] {
     let mut features = [Features::NONE; CLASSES];
     for particle in particles {
-        add_features(&mut features, &materials[particle.material as usize], true);
+        let material = &materials[particle.material as usize];
+        add_features(&mut features, material, true);
+        add_opacity(&mut features, material, particle.color.w);
     }
     for triangle in triangles {
-        add_features(&mut features, &materials[triangle.material as usize], false);
+        let material = &materials[triangle.material as usize];
+        add_features(&mut features, material, false);
+        add_opacity(&mut features, material, 1.0);
     }
     let owners = asks_for_owners(materials);
     for features in features.iter_mut().filter(|_| owners) {
@@ -27,6 +31,17 @@ pub(super) fn features_of(
 /// Whether some receiver is tinted by all casters but its own.
 pub(super) fn asks_for_owners(materials: &[Material]) -> bool {
     materials.iter().any(|m| m.visible && m.receives == Receives::Others)
+}
+
+/// Opacity below which [`Features::faint`] is asked for. A product of `n` transmittances is off by
+/// `n` roundings of 2^-25, in light that falls as `exp(-n a)`: by 2^-14 here.
+const FAINTEST: f32 = 1.0 / 4096.0;
+
+/// `alpha`: of the caster.
+fn add_opacity(features: &mut [Features; CLASSES], material: &Material, alpha: f32) {
+    let opacity = 1.0 - (1.0 - alpha * material.tint.w) * (1.0 - material.reflectivity);
+    let is_faint = opacity > 0.0 && opacity < FAINTEST;
+    features[Class::of(material) as usize].faint |= is_faint && !material.transfer.is_opaque();
 }
 
 fn add_features(features: &mut [Features; CLASSES], material: &Material, is_particle: bool) {

@@ -1,0 +1,61 @@
+// Driver: one segment of a long tile where the order counts. As driver/segment.wgsl, but a segment
+// takes the hits behind its front from the last pairs of the one before, and leaves those behind the
+// next one's. CPU twin: src/reference/accumulate.rs, `ordered_segment`.
+
+import package::bind::loaded::{footprints, pairs};
+import package::bind::read::{dispatches, segments};
+import package::bind::sampled::tiles;
+import package::bind::uniform::views;
+import package::features::HAS_OVER;
+import package::hit::key_depths::front_depths;
+import package::hit::reach::front_depth;
+import package::records::dispatch::SEGMENT_DISPATCH;
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::tile::tile_of;
+import package::state::filter::{own_before, own_faces, own_from, start};
+import package::walk::lane::{LANES, lane_texel, tile_texel};
+import choice::store::store_segment;
+import choice::walk::walk;
+
+// Pairs at the end of a segment whose hits go to the next one where they lie behind its front.
+const OVERLAP: u32 = 256u;
+
+fn pair_front(pair: u32) -> f32 {
+    let footprint = textureLoad(pairs, record_texel(pair)).g;
+    return front_depth(textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)));
+}
+
+@compute @workgroup_size(LANES)
+fn walk_ordered_segment(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup.y * workgroups.x + workgroup.x;
+    if index >= dispatches[SEGMENT_DISPATCH].w {
+        return;
+    }
+    let segment = segments[index];
+    let view = views[segment.view];
+    let place = lane_texel(lane);
+    let tile = tile_of(textureLoad(tiles, record_texel(segment.tile), 0));
+    start(view, tile_texel(view, segment.tile) + place);
+    // The last pairs of the segment before, this one's own, and its last.
+    let overlapped = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);
+    let last = select(segment.end, segment.end - OVERLAP, segment.end < tile.end);
+    for (var part = select(1u, 0u, HAS_OVER); part < select(2u, 3u, HAS_OVER); part += 1u) {
+        var first = segment.first;
+        var end = segment.end;
+        if HAS_OVER {
+            first = select(select(overlapped, first, part == 1u), last, part == 2u);
+            end = select(select(end, last, part == 1u), segment.first, part == 0u);
+            // Where there is no such segment, neither are there such pairs.
+            let front = front_depths(pair_front(min(end, tile.end - 1u)));
+            own_from = select(vec4(-1.0), front, part == 0u);
+            own_before = select(vec4(2.0), front, part == 2u);
+            own_faces = part > 0u;
+        }
+        walk(view, first, end);
+    }
+    store_segment(segment, index, place);
+}

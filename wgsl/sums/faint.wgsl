@@ -1,0 +1,50 @@
+// Light of casters so faint that 1 - a (1 - c) loses what they absorb. CPU twin:
+// src/reference/hit.rs.
+
+import package::sums::sums::to_tau;
+
+// What is lost is kept apart from what passes until it is this much: a product of transmittances next
+// to 1 would lose it to rounding.
+const FULL: f32 = 0.015625;
+// Below it a few terms of a series are exact.
+const SMALL: f32 = 0.015625;
+
+struct Kept3 {
+    passed: vec3<f32>,
+    lost: vec3<f32>,
+}
+
+struct Kept4 {
+    passed: vec4<f32>,
+    lost: vec4<f32>,
+}
+
+fn keep3(passed: vec3<f32>, lost: vec3<f32>, absorbed: vec3<f32>) -> Kept3 {
+    let all = lost + absorbed * (1.0 - lost);
+    let full = abs(all) > vec3(FULL);
+    return Kept3(select(passed, passed * (1.0 - all), full), select(all, vec3(0.0), full));
+}
+
+fn keep4(passed: vec4<f32>, lost: vec4<f32>, absorbed: vec4<f32>) -> Kept4 {
+    let all = lost + absorbed * (1.0 - lost);
+    let full = all > vec4(FULL);
+    return Kept4(select(passed, passed * (1.0 - all), full), select(all, vec4(0.0), full));
+}
+
+// Optical depth of what is absorbed: -ln(1 - x).
+fn absorbed_tau(x: vec3<f32>) -> vec3<f32> {
+    let series = x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * 0.25)));
+    return select(to_tau(1.0 - x), series, abs(x) < vec3(SMALL));
+}
+
+// As `absorbed_tau`, but for what lets nothing pass.
+fn whole_tau(x: vec3<f32>) -> vec3<f32> {
+    let series = x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * 0.25)));
+    return select(-log(max(1.0 - x, vec3(1e-9))), series, abs(x) < vec3(SMALL));
+}
+
+// 1 - exp(-tau)
+fn tau_absorbed(tau: vec3<f32>) -> vec3<f32> {
+    let series = tau * (1.0 - tau * (0.5 - tau * (1.0 / 6.0 - tau * (1.0 / 24.0))));
+    return select(1.0 - exp(-tau), series, abs(tau) < vec3(SMALL));
+}
