@@ -3,3 +3,4 @@ mod device;
 mod layout;
 mod recording;
 mod shaders;
+mod uniform_branches;
