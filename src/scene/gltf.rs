@@ -3,11 +3,7 @@
 //! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones
 //! are taken as they are, as exporters write both.
 use super::{Camera, SceneError, gltf_file::File, gltf_material::Materials, gltf_mesh::Meshes};
-use crate::{
-    caster::{Material, Texture, Triangle},
-    counters::Skipped,
-    light::{Light, LightKind},
-};
+use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
 use ::gltf::khr_lights_punctual::Kind;
 use glam::{Mat4, UVec2, Vec3};
 use std::path::Path;

@@ -5,7 +5,7 @@ use super::{
     gltf_material::{Materials, Uses},
     particles::FARTHEST,
 };
-use crate::{caster::Triangle, counters::Skipped, volume};
+use crate::model::{Skipped, Triangle, volume};
 use ::gltf::{
     Semantic,
     accessor::{DataType, Dimensions},

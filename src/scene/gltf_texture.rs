@@ -1,6 +1,6 @@
 //! glTF images as the textures that casters sample: base colour, with transmission multiplied in.
 use super::{SceneError, gltf_file::File, particles::linear_from_srgb};
-use crate::caster::Texture;
+use crate::model::Texture;
 use image::{ImageReader, RgbaImage, imageops::FilterType};
 use std::{collections::HashMap, io::Cursor};
 

@@ -11,7 +11,7 @@ use super::{
     source::{self, Source},
     tables,
 };
-use crate::{caster::Material, counters::Skipped, settings::ShadowSettings, volume};
+use crate::model::{Material, ShadowSettings, Skipped, volume};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use std::{
     ops::Range,
@@ -380,7 +380,7 @@ impl Loader<'_> {
         let image = image.into_rgba8();
         let (width, height) = image.dimensions();
         let rgba = image.into_raw();
-        self.scene.textures.push(crate::caster::Texture { name, width, height, rgba });
+        self.scene.textures.push(crate::model::Texture { name, width, height, rgba });
         Ok(self.scene.textures.len() as u32 - 1)
     }
 }

@@ -1,9 +1,6 @@
 //! Particle files: a row per particle, by named columns.
 use super::{SceneError, ply};
-use crate::{
-    caster::{Material, Particle},
-    counters::Skipped,
-};
+use crate::model::{Material, Particle, Skipped};
 use glam::{DVec3, Vec3, Vec4};
 use std::path::Path;
 
