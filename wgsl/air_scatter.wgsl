@@ -24,7 +24,8 @@ fn phase(cosine: f32, g: f32) -> f32 {
 // Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
 fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
     var sum = params.ambient;
-    for (var i = 0u; i < params.light_count; i += 1u) {
+    let light_count = bounded(params.light_count, textureDimensions(lights));
+    for (var i = 0u; i < light_count; i += 1u) {
         let light = light_record(i);
         let arriving = incoming(light, point);
         if light.shafts != 0u && any(arriving.color > vec3(0.0)) {
@@ -47,7 +48,9 @@ fn air_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     let way = vec3(slope.x, -slope.y, -1.0);
     let ray = normalize((params.world_from_view * vec4(way, 0.0)).xyz);
     var sum = vec3(0.0);
-    for (var i = 0u; i < air_params.samples; i += 1u) {
+    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    let samples = select(0u, air_params.samples, size.x > 0u);
+    for (var i = 0u; i < samples; i += 1u) {
         let along = f32(id.z) + (f32(i) + 0.5) / f32(air_params.samples);
         let distance = view.near + along / f32(air_params.slices) * (view.far - view.near);
         let point = (params.world_from_view * vec4(way * distance, 1.0)).xyz;

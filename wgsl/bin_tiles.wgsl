@@ -37,7 +37,8 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var view = 0u;
-    for (var i = 1u; i < params.view_count; i += 1u) {
+    let view_count = bounded(params.view_count, textureDimensions(tiles));
+    for (var i = 1u; i < view_count; i += 1u) {
         view = select(view, i, views[i].first_tile <= tile);
     }
     let range = pair_range(tile);

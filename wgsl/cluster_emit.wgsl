@@ -18,7 +18,8 @@ fn cluster_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     let fits = offset != ALL_LIGHTS;
     let first = 2u * params.cluster_count + offset;
     var count = 0u;
-    for (var word = 0u; word < params.word_count; word += 1u) {
+    let word_count = bounded(params.word_count, textureDimensions(masks));
+    for (var word = 0u; word < word_count; word += 1u) {
         var bits = textureLoad(masks, record_texel(cluster * params.word_count + word), 0).r;
         while fits && bits != 0u {
             let light = word * 32u + firstTrailingBit(bits);

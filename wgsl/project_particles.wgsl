@@ -115,7 +115,7 @@ fn project_particles(
     }
     let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
     // Opaque depths know tiles only.
-    let scatter = params.scatter == 1u && material.transfer < TRANSFER_OPAQUE;
+    let scatter = (params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE);
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
     let front = depth_key(nearest);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);

@@ -90,7 +90,7 @@ fn shade_surfaces(
             if nearest[i] < 1.0 {
                 color = shade(view, at, nearest[i], seen[i], setup_of[i]);
             }
-            if params.air_slices > 0u {
+            if min(params.air_slices, textureNumLayers(air)) > 0u {
                 let before = air_at(at, nearest[i]);
                 color = color * before.a + before.rgb;
             }

@@ -22,9 +22,8 @@ struct Walk<'a> {
     module: &'a Module,
     /// Of `var<private>`.
     globals: HashMap<Handle<naga::GlobalVariable>, Origin>,
-    /// What calls return.
-    calls: HashMap<(Handle<Function>, Vec<Origin>), Origin>,
-    branches: Vec<Span>,
+    /// What calls return, and their branches.
+    calls: HashMap<(Handle<Function>, Vec<Origin>), (Origin, Vec<Span>)>,
 }
 
 /// A function while it is walked.
@@ -34,54 +33,54 @@ struct Frame<'a> {
     locals: HashMap<Handle<naga::LocalVariable>, Origin>,
     results: HashMap<Handle<Expression>, Origin>,
     returned: Origin,
+    branches: Vec<Span>,
 }
 
+/// Passes over a function: a loop may assign at its end what its beginning reads.
+const PASSES: usize = 3;
+
 fn branches(module: &Module) -> Vec<Span> {
-    let mut walk =
-        Walk { module, globals: HashMap::new(), calls: HashMap::new(), branches: Vec::new() };
+    let mut walk = Walk { module, globals: HashMap::new(), calls: HashMap::new() };
     let entry = &module.entry_points[0].function;
-    let arguments = vec![Varying; entry.arguments.len()];
-    // Until what variables hold is known.
-    for _ in 0..3 {
-        walk.branches.clear();
+    let mut found = Vec::new();
+    for _ in 0..PASSES {
         walk.calls.clear();
-        walk.run(entry, arguments.clone());
+        found = walk.run(entry, vec![Varying; entry.arguments.len()]).1;
     }
-    let mut found = walk.branches;
     found.sort_by_key(|span| span.to_range().map(|range| range.start));
     found.dedup();
     found
 }
 
 impl<'a> Walk<'a> {
-    fn call(&mut self, function: Handle<Function>, arguments: Vec<Origin>) -> Origin {
+    fn call(&mut self, function: Handle<Function>, arguments: Vec<Origin>) -> (Origin, Vec<Span>) {
         let key = (function, arguments);
-        if let Some(&known) = self.calls.get(&key) {
-            return known;
+        if let Some(known) = self.calls.get(&key) {
+            return known.clone();
         }
-        let returned = self.run(&self.module.functions[function], key.1.clone());
-        self.calls.insert(key, returned);
-        returned
+        let result = self.run(&self.module.functions[function], key.1.clone());
+        self.calls.insert(key, result.clone());
+        result
     }
 
-    fn run(&mut self, function: &'a Function, arguments: Vec<Origin>) -> Origin {
+    fn run(&mut self, function: &'a Function, arguments: Vec<Origin>) -> (Origin, Vec<Span>) {
         let mut frame = Frame {
             function,
             arguments,
             locals: HashMap::new(),
             results: HashMap::new(),
             returned: Constant,
+            branches: Vec::new(),
         };
         for (handle, variable) in function.local_variables.iter() {
             let init = variable.init.map_or(Constant, |init| self.origin(&frame, init));
             frame.locals.insert(handle, init);
         }
-        let before = self.branches.len();
-        for _ in 0..3 {
-            self.branches.truncate(before);
+        for _ in 0..PASSES {
+            frame.branches.clear();
             self.block(&mut frame, &function.body, Constant);
         }
-        frame.returned
+        (frame.returned, frame.branches)
     }
 
     /// `under`: what decides whether the block runs.
@@ -126,7 +125,8 @@ impl<'a> Walk<'a> {
                         arguments.iter().map(|&argument| self.origin(frame, argument)).collect();
                     // What a pointer is written through is not followed.
                     arguments.iter().for_each(|&argument| self.store(frame, argument, Varying));
-                    let returned = self.call(*function, origins);
+                    let (returned, branches) = self.call(*function, origins);
+                    frame.branches.extend(branches);
                     if let Some(result) = result {
                         frame.results.insert(*result, returned);
                     }
@@ -136,10 +136,10 @@ impl<'a> Walk<'a> {
         }
     }
 
-    fn branch(&mut self, frame: &Frame<'a>, condition: Handle<Expression>, span: Span) -> Origin {
+    fn branch(&self, frame: &mut Frame<'a>, condition: Handle<Expression>, span: Span) -> Origin {
         let origin = self.origin(frame, condition);
         if origin == Uniform {
-            self.branches.push(span);
+            frame.branches.push(span);
         }
         origin
     }
