@@ -1,9 +1,11 @@
 //! Writes the tables of `docs/dither.md`: `make tables`.
+#[path = "measure/dither.rs"]
+mod measure;
+
 use gobo::{
     glam::{Mat4, UVec2},
     gpu::{Gpu, Timeline},
     model::{Material, Part, Pattern, Projection, Transfer, View},
-    reference::dither::measure,
     shadows::{CasterSet, Config, Pipeline},
     wgpu,
 };

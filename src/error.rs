@@ -6,13 +6,13 @@
 pub enum Error {
     #[error("no usable GPU adapter{}{}: {}", named(.wanted), listed(.found), remedy(.found))]
     Adapter { wanted: Option<String>, found: Vec<String> },
-    #[error("the adapter {adapter} gave no device: {source}; try --backend cpu")]
+    #[error("the adapter {adapter} gave no device: {source}")]
     Device { adapter: String, source: wgpu::RequestDeviceError },
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
     Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
     #[error("the device refused a command: {0}")]
     Refused(String),
-    #[error("the device has no memory left: {0}; use a smaller shadow size or --backend cpu")]
+    #[error("the device has no memory left: {0}; use a smaller shadow size")]
     Memory(String),
     #[error("the device stopped answering: {0}")]
     Lost(String),
@@ -28,8 +28,8 @@ fn listed(found: &[String]) -> String {
 
 fn remedy(found: &[String]) -> &'static str {
     if found.is_empty() {
-        "install a Vulkan driver (mesa-vulkan-drivers is enough) or use --backend cpu"
+        "install a driver (for Vulkan, mesa-vulkan-drivers is enough)"
     } else {
-        "choose one of `gobo info`, or use --backend cpu"
+        "choose one of these"
     }
 }

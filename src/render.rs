@@ -2,11 +2,11 @@
 use crate::{
     error::Error,
     gpu::{Backend, Gpu, Selection, Timeline},
+    model::Scene,
     model::{Class, Counters, View},
     picture::debug::{self, DebugMode},
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    scene::Scene,
     shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views},

@@ -15,7 +15,8 @@ override WORKGROUP_SIZE: u32;
 
 // Projected radius below which a particle is enlarged and thinned [texels].
 const MIN_RADIUS: f32 = 0.70710678;
-// A particle nearer than this share of its distance along the axis has no finite centre.
+// A particle nearer along the axis than this share of its distance from the light is beside the
+// view: its centre has no place in the map.
 const MIN_COSINE: f32 = 0.05;
 const SQRT_2: f32 = 1.41421356;
 
@@ -71,6 +72,7 @@ fn project_particles(
     let is_puff = material.shape == SHAPE_PUFF;
     let is_quad = material.shape == SHAPE_QUAD;
     let corner = select(1.0, SQRT_2, is_quad); // half a quad's diagonal reaches beyond its radius
+    let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * length(center);
     var texel: vec2<f32>;
     var radius: f32;
     var grow: f32;
@@ -85,11 +87,19 @@ fn project_particles(
         lo = texel - radius * corner;
         hi = texel + radius * corner;
         depth_reach = select(0.0, caster_radius * grow, is_puff);
+    } else if is_beside {
+        texel = half_size;
+        grow = max(MIN_RADIUS * distance / (caster_radius * view.scale), 1.0);
+        radius = caster_radius * grow;
+        let away = max(length(center), LEAST_DISTANCE);
+        let reach = radius * corner;
+        let sphere = select(reach / sqrt(1.0 + reach / away * (reach / away)), radius, is_puff);
+        let x = tangents(center.x, distance, sphere);
+        let y = tangents(-center.y, distance, sphere);
+        lo = vec2(x.x, y.x) * view.scale + half_size;
+        hi = vec2(x.y, y.y) * view.scale + half_size;
+        depth_reach = select(reach * (length(center.xy) / away), radius, is_puff);
     } else {
-        if distance <= MIN_COSINE * length(center) {
-            put(index, INVISIBLE, vec2(0u));
-            return;
-        }
         let slope = vec2(center.x, -center.y) / distance;
         texel = slope * view.scale + half_size;
         let len2 = 1.0 + dot(slope, slope);
@@ -115,7 +125,7 @@ fn project_particles(
     }
     let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
     // Opaque depths know tiles only.
-    let scatter = (params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE);
+    let scatter = (params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE) & !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
     let front = depth_key(nearest);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
@@ -127,8 +137,11 @@ fn project_particles(
     let blue_slope =
         (pack2x16unorm(vec2(color.b, 0.0)) & 0xffffu) | (pack2x16float(vec2(0.0, slope_a)) & 0xffff0000u);
     let base_front = (pack2x16float(vec2(material.reflectivity * thin, 0.0)) & 0xffffu) | (front << 16u);
-    let depth = (distance - view.near) / range;
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(vec4(texel, radius, depth)));
+    var at = vec4(texel, radius, (distance - view.near) / range);
+    if is_beside {
+        at = vec4(center.x, -center.y, -radius, distance);
+    }
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(at));
     textureStore(
         footprints,
         record_texel(2u * index + 1u),

@@ -32,7 +32,7 @@ fn shade_composite(
 ) {
     let tile_id = interleaved(workgroup, workgroups);
     let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
-    let view = views[0];
+    let view = camera();
     let place = lane_texel(lane);
     let pixel = tile.place * TILE_SIZE + place;
     start(view, pixel);

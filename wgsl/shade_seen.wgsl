@@ -24,7 +24,7 @@ fn shade_seen(
         return;
     }
     let segment = segments[index];
-    let view = views[0];
+    let view = camera();
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);

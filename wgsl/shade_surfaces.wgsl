@@ -62,7 +62,7 @@ fn shade_surfaces(
 ) {
     let tile_id = interleaved(workgroup, workgroups);
     let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
-    let view = views[0];
+    let view = camera();
     let place = lane_texel(lane);
     let pixel = tile.place * TILE_SIZE + place;
     start(view, pixel);
@@ -90,7 +90,7 @@ fn shade_surfaces(
             if nearest[i] < 1.0 {
                 color = shade(view, at, nearest[i], seen[i], setup_of[i]);
             }
-            if min(params.air_slices, textureNumLayers(air)) > 0u {
+            if has_air() {
                 let before = air_at(at, nearest[i]);
                 color = color * before.a + before.rgb;
             }

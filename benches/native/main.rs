@@ -85,7 +85,7 @@ fn lists(casters: &[Caster]) -> Lists {
     let rects: Vec<TileRect> = projected.iter().map(|projected| projected.rect).collect();
     let mut sorted: Vec<Pair> =
         projected.iter().zip(0..).map(|(p, value)| Pair { key: p.key, value }).collect();
-    reference::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
+    reference::sort(&mut sorted, 0..DEPTH_BITS);
     let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
     let tiles = view.tiles();
     let bins = reference::bin::bin(&sorted, &rects, &[gpu_view], tiles.element_product(), u32::MAX);

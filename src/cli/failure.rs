@@ -28,11 +28,31 @@ impl Failure {
     /// On stderr; of a scene file with the lines around the place and what to do.
     pub(crate) fn print(self) {
         eprintln!("gobo: {self}");
+        if let Some(remedy) = self.remedy() {
+            eprintln!("  help: {remedy}");
+        }
         let Self::Scene(error) = self else { return };
         match (&error, error.help().map(|help| help.to_string())) {
             (SceneError::Document { .. }, _) => eprintln!("{:?}", miette::Report::new(error)),
             (_, Some(help)) => eprintln!("  help: {help}"),
             (_, None) => {}
+        }
+    }
+
+    /// What the command line can do about it.
+    fn remedy(&self) -> Option<&'static str> {
+        use gobo::error::Error;
+        match self {
+            Self::Gpu(Error::Adapter { found, .. }) if !found.is_empty() => {
+                Some("`gobo info` lists the adapters; --backend cpu renders without one")
+            }
+            Self::Gpu(Error::Adapter { .. } | Error::Device { .. } | Error::Limit { .. }) => {
+                Some("--backend cpu renders without a GPU")
+            }
+            Self::Gpu(Error::Memory(_)) => {
+                Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
+            }
+            _ => None,
         }
     }
 

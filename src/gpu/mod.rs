@@ -3,17 +3,16 @@ mod adapter;
 mod allocate;
 mod context;
 mod kernel;
-mod layout;
+#[cfg(feature = "device")]
+mod open;
 mod timing;
 mod transfer;
 
-pub use adapter::{
-    Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, adapters, all_adapters,
-    shortcoming,
-};
+pub use adapter::{Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, shortcoming};
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::Gpu;
 pub use kernel::{Access, Binding, BindingKind, Constant, FLOAT, Kernel, KernelDesc, Source, Tier};
 pub(crate) use kernel::{join, joined, joined_length, on_each_tier};
-pub use layout::{Field, GpuLayout, size_of_field};
+#[cfg(feature = "device")]
+pub use open::{adapters, all_adapters};
 pub use timing::Timeline;

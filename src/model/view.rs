@@ -41,7 +41,7 @@ impl Part {
 /// View space has x right, y up and looks along -z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Index into [`crate::scene::Scene::lights`]; `None` for the picture's camera.
+    /// Index into [`crate::model::Scene::lights`]; `None` for the picture's camera.
     pub light: Option<usize>,
     /// Unique among the views of a light.
     pub name: &'static str,

@@ -2,8 +2,8 @@
 use crate::{
     error::Error,
     gpu::{Allocator, Timeline, array_view},
+    model::Scene,
     reference::air::columns,
-    scene::Scene,
     shadows::kernels::{Kernels, Variant},
     stage::{
         air::{AirParams, GROUP_SIZE},

@@ -2,9 +2,9 @@
 use crate::{
     error::Error,
     gpu::{Gpu, Timeline, view},
+    model::Scene,
     model::View,
     records::{GpuView, ROW},
-    scene::Scene,
     shadows::{context::Context, kernels::Kernels},
     stage::{
         cluster::{self, ClusterCounters, Grid, REACH_TEXELS, Reach},

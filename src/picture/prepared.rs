@@ -3,9 +3,9 @@ use super::{air::PreparedAir, clusters::Clusters};
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline, array_view, view},
+    model::Scene,
     model::{TILE_SIZE, View},
     records::Picture,
-    scene::Scene,
     shadows::{
         CasterSet, Maps, Pipeline,
         context::{Context, view_uniform},

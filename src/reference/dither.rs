@@ -4,8 +4,6 @@
 //! level of a pattern chance decides, once per block. Patterns of different casters are
 //! independent: two layers of 50% let 25% through. Ranks and thresholds are integers, so that
 //! every device draws the same. WGSL: `wgsl/common/dither.wgsl`.
-pub mod measure;
-
 use crate::{
     model::Pattern,
     records::{BLUE_SIZE, GpuView, blue_ranks, pcg},

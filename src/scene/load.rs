@@ -16,6 +16,7 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use std::{
     ops::Range,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 use toml::Spanned;
 
@@ -171,7 +172,7 @@ impl Loader<'_> {
                     let name = format!("noise of {}", material.name);
                     self.scene.textures.push(noise.texture(name, 0.0));
                     if noise.moves() {
-                        self.scene.animated.push(Animated { texture: index, noise });
+                        self.scene.motions.push(Arc::new(Animated { texture: index, noise }));
                     }
                     Some(index)
                 }
@@ -252,7 +253,7 @@ impl Loader<'_> {
                 Displaced { first_triangle, displace, level, world_from_sphere: transform };
             displaced.set_time(&mut triangles, 0.0);
             if displace.moves() {
-                self.scene.displaced.push(displaced);
+                self.scene.motions.push(Arc::new(displaced));
             }
         }
         if self.scene.materials[material as usize].is_volume() {

@@ -12,6 +12,7 @@ use crate::{
 use std::collections::HashMap;
 
 /// Kernels that are specialised to what a batch holds.
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Variant {
     OccludeTiles,
@@ -81,6 +82,7 @@ impl Variant {
 }
 
 /// Made once; the specialised kernels when a scene first needs them.
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
     pub(crate) tier: Tier,

@@ -18,7 +18,6 @@ pub(crate) mod plan;
 pub(crate) mod scratch;
 mod small;
 
-pub(crate) use casters::is_plain;
 pub use casters::{CasterSet, Span};
 pub use config::Config;
 pub use groups::{Extent, Group};

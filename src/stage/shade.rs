@@ -65,8 +65,7 @@ pub(super) const LIGHT_SOURCES: &[Source] = crate::sources![
 pub(super) const LIGHT_CONSTANTS: &[Constant] = &[("NODES", 0.0), ("HAS_GAIN", 0.0)];
 
 /// A walk of the camera's lists.
-const SEEN_SOURCES: &[Source] =
-    join![Source: HIT_SOURCES, LANE_SOURCES, crate::sources!["common/cost.wgsl"]];
+const SEEN_SOURCES: &[Source] = join![Source: HIT_SOURCES, LANE_SOURCES, crate::sources!["common/camera.wgsl", "common/cost.wgsl"]];
 const SEEN_CONSTANTS: &[Constant] =
     join![Constant: HIT_CONSTANTS, &[("HAS_QUADS", 1.0), ("COUNT_COST", 0.0)]];
 const SEEN_BINDINGS: &[Binding] = &[PAIRS, FOOTPRINTS, CASTERS, SETUPS, IMAGES];

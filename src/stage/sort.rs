@@ -223,13 +223,13 @@ impl Sort {
             });
         }
         let partitions = self.shape.partition_limit(capacity);
+        let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
+        // No power of two, as in `Allocator::records`: llvmpipe would compile again.
+        let is_power = width.is_power_of_two() && width < RUN_LIMIT;
+        let width = width + SERIAL_WORKGROUP_SIZE * u32::from(is_power);
         let histograms = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("histograms"),
-            size: wgpu::Extent3d {
-                width: partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW),
-                height: TOTAL_ROW + 1,
-                depth_or_array_layers: 1,
-            },
+            size: wgpu::Extent3d { width, height: TOTAL_ROW + 1, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,

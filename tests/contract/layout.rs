@@ -1,8 +1,8 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc, Tier},
-    records::{GpuMaterial, GpuView},
+    gpu::{Access, Binding, BindingKind, KernelDesc, Tier},
+    records::{GpuLayout, GpuMaterial, GpuView},
     reference::curve::tile::SLAB_PAIRS,
     stage::{
         KERNELS,

@@ -41,7 +41,7 @@ fn compare(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
 
 fn sorted(pairs: &[Pair], bits: Range<u32>) -> Vec<Pair> {
     let mut pairs = pairs.to_vec();
-    reference::sort(&mut pairs, &mut Vec::new(), bits);
+    reference::sort(&mut pairs, bits);
     pairs
 }
 

@@ -3,6 +3,11 @@
 // (a). CPU twin: src/cpu/air.rs. Rust: `AirParams` in src/stage/air.rs.
 const AIR_CELL: u32 = 4u; // edge of a column [pixels]
 
+// Not by `params` alone: lavapipe compiles such a kernel anew for every picture.
+fn has_air() -> bool {
+    return min(params.air_slices, textureNumLayers(air)) > 0u;
+}
+
 // At light depth `depth` of the camera's view. The kernel binds `air` and `params`.
 fn air_at(pixel: vec2<f32>, depth: f32) -> vec4<f32> {
     let size = vec2<i32>(textureDimensions(air));

@@ -29,8 +29,7 @@ fn threshold(
         own = triangle_own(look.x, texel);
     } else if HAS_PARTICLES {
         let rotation = f32(textureLoad(casters, record_texel(2u * look.w + 1u), 0).z >> 16u);
-        let at = bitcast<vec4<f32>>(place);
-        let plane = facing(view, at.xy, at.z, at.w, rotation * (6.2831853 / 65536.0));
+        let plane = facing(view, bitcast<vec4<f32>>(place), rotation * (6.2831853 / 65536.0));
         let x = max(abs(plane.frame_x.x), abs(plane.frame_x.y));
         let y = max(abs(plane.frame_y.x), abs(plane.frame_y.y));
         own = vec4(facing_hit(plane, view, texel).xy, x, y);

@@ -37,7 +37,7 @@ fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f3
     let material_id = own.z & 0xffffu;
     let material = materials[material_id];
     let rotation = f32(own.z >> 16u) * (6.2831853 / 65536.0);
-    let plane = facing(view, place.xy, place.z, place.w, rotation);
+    let plane = facing(view, place, rotation);
     let met = facing_hit(plane, view, texel);
     var color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     let base = unpack2x16float(look.z).x;
@@ -73,15 +73,19 @@ fn puff_hit(
 ) -> Hit {
     let range = view.far - view.near;
     let center = view.near + place.w * range; // along the axis [m]
-    let offset = (texel - view.size * 0.5) / view.scale;
+    let w = vec3((texel - view.size * 0.5) / view.scale, 1.0);
     let middle = (place.xy - view.size * 0.5) / view.scale;
     // In radii: how far the ray passes from the centre, and metres along the axis per radius.
     var miss2: f32;
     var radius_axis: f32;
     var closest: f32;
-    if view.perspective > 0.0 {
+    if is_beside(place) {
+        let apart = cross(place.xyw, w);
+        miss2 = dot(apart, apart) / dot(w, w) / (place.z * place.z);
+        radius_axis = -place.z / length(w);
+        closest = dot(place.xyw, w) / dot(w, w);
+    } else if view.perspective > 0.0 {
         let c = vec3(middle, 1.0);
-        let w = vec3(offset, 1.0);
         let distance = center * length(c);
         let radius = place.z * distance;
         let apart = cross(c, w - c);

@@ -7,10 +7,11 @@ override PERSPECTIVE: bool;
 override HAS_OPAQUE: bool;
 
 struct Disc {
-    center: vec2<f32>,   // [texels]
+    center: vec2<f32>,   // [texels]; of a disc beside the view the map's middle
     bend: f32,           // 1 / radius^2 [1 / texels^2]
     tilt: vec2<f32>,     // how the plane's distance changes [1 / texels]
     tilt_bend: f32,
+    start: vec2<f32>,    // (0, 1); of a disc beside the view the cosine of the axis, 0
     depth: f32,          // light depth; of a perspective view distance along the axis [m]
     slope: f32,          // opacity at the centre
     absorbed: vec3<f32>, // slope (1 - c)
@@ -34,7 +35,21 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
         disc.tilt = slope / (len2 * view.scale);
         disc.bend = 1.0 / (radius * radius * len2 * view.scale * view.scale);
         disc.tilt_bend = 1.0 / (radius * radius);
+        disc.start = vec2(0.0, 1.0);
         disc.depth = view.near + disc.depth * (view.far - view.near);
+        if is_beside(bitcast<vec4<f32>>(place)) {
+            // Delta from the map's middle: q^2 = (|ray|^2 - t^2) / (radius t)^2, t = n . ray.
+            let center = bitcast<vec3<f32>>(place.xyw);
+            let distance = max(length(center), LEAST_DISTANCE);
+            let n = center / distance;
+            let per_radius = distance / radius;
+            disc.center = view.size * 0.5;
+            disc.tilt = n.xy / view.scale;
+            disc.tilt_bend = per_radius * per_radius;
+            disc.bend = disc.tilt_bend / (view.scale * view.scale);
+            disc.start = vec2(n.z, 0.0);
+            disc.depth = distance;
+        }
     }
     return disc;
 }
@@ -43,6 +58,9 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
 fn touches(view: GpuView, place: vec4<u32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let radius = bitcast<f32>(place.z);
     let center = bitcast<vec2<f32>>(place.xy);
+    if PERSPECTIVE && is_beside(bitcast<vec4<f32>>(place)) {
+        return true;
+    }
     let outside = center - clamp(center, lo, hi);
     var reach = radius + SLACK;
     if PERSPECTIVE {
@@ -66,9 +84,10 @@ fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<
     if !PERSPECTIVE {
         return rest_profile(disc, 1.0 - (dx * dx + dy * dy) * disc.bend, opaque);
     }
-    let turn = dx * disc.tilt.x + dy * disc.tilt.y;
-    let t = 1.0 + turn;
-    let rest = max(1.0 - ((dx * dx + dy * dy) * disc.bend - turn * turn * disc.tilt_bend) / (t * t), vec4(0.0));
+    let turn = disc.start.x + (dx * disc.tilt.x + dy * disc.tilt.y);
+    let t = disc.start.y + turn;
+    let across = (dx * dx + dy * dy) * disc.bend + ((1.0 - disc.start.y) - turn * turn) * disc.tilt_bend;
+    let rest = max(1.0 - across / (t * t), vec4(0.0));
     let depth = (disc.depth / t - view.near) / (view.far - view.near);
     let hits = t > vec4(0.0) & depth >= vec4(0.0) & depth < select(vec4(1.0), opaque, HAS_OPAQUE);
     return Profile4(select(vec4(0.0), rest * rest, hits), depth);

@@ -9,6 +9,7 @@ fn broadcast_disc(disc: Disc, j: u32) -> Disc {
     if PERSPECTIVE {
         other.tilt = subgroupShuffle(disc.tilt, j);
         other.tilt_bend = subgroupShuffle(disc.tilt_bend, j);
+        other.start = subgroupShuffle(disc.start, j);
     }
     return other;
 }

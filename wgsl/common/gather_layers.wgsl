@@ -61,7 +61,7 @@ fn lay_fog(i: u32, depth: f32) {
 // As `lay`, seen through the air before light depth `depth`; what is behind is laid over what the
 // air scatters before it as well, so that here only what the layer takes of that counts.
 fn lay_at(i: u32, depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
-    if params.air_slices > 0u {
+    if has_air() {
         let before = air_at(corner + vec2(0.5, f32(i) + 0.5), depth);
         lay(i, own * before.a + before.rgb * (1.0 - pass_on), pass_on);
     } else {
@@ -159,7 +159,7 @@ fn finish(view: GpuView) {
                 let pixel = corner + vec2(0.5, f32(i) + 0.5);
                 asked = 0u;
                 var shown = layer.passed * pane_light(view, pixel, layer);
-                if params.air_slices > 0u {
+                if has_air() {
                     shown *= air_at(pixel, layer.depth).a;
                 }
                 color[i] += shown;

@@ -1,59 +1,75 @@
 // What one ray through one texel meets. CPU twin: src/cpu/hit.rs.
 // Needs common/view.wgsl, material.wgsl, record.wgsl.
 
-// A particle made ready for the texels around it: q = frame * delta / (1 + tilt . delta), where
-// delta is the way from its centre to the texel's [texels].
+// A particle made ready for texels: q = (frame * delta + offset) / (start + tilt . delta), where
+// delta is the way from the reference to the texel's centre [texels]. The reference is the particle's
+// centre, where q is 0 and start 1; of a particle beside the view the map's middle.
 struct Facing {
-    center: vec2<f32>,
+    reference: vec2<f32>,
     frame_x: vec2<f32>,
     frame_y: vec2<f32>,
+    offset: vec2<f32>,
     tilt: vec2<f32>,
-    distance: f32, // of the centre along the axis [m]
+    start: f32,
+    distance: f32, // of the plane along the axis at the reference, times start [m]
 }
 
 fn to_world(view: GpuView, v: vec3<f32>) -> vec3<f32> {
     return v * mat3x3(view.view_from_world[0].xyz, view.view_from_world[1].xyz, view.view_from_world[2].xyz);
 }
 
-fn to_map(view: GpuView, axis: vec3<f32>) -> vec2<f32> {
-    let v = view.view_from_world * vec4(axis, 0.0);
-    return vec2(v.x, -v.y);
+// To the right, down and along the axis.
+fn to_map(view: GpuView, axis: vec3<f32>) -> vec3<f32> {
+    return (view.view_from_world * vec4(axis, 0.0)).xyz * vec3(1.0, -1.0, -1.0);
 }
 
-// `radius` as in a footprint; `rotation` about the ray [radians].
-fn facing(view: GpuView, center: vec2<f32>, radius: f32, depth: f32, rotation: f32) -> Facing {
-    let slope = (center - view.size * 0.5) / view.scale;
-    var ray = vec3(slope.x, -slope.y, -1.0);
-    var k = 1.0 / radius;
+// `place` as in a footprint; `rotation` about the ray [radians].
+fn facing(view: GpuView, place: vec4<f32>, rotation: f32) -> Facing {
+    let beside = is_beside(place);
+    let slope = (place.xy - view.size * 0.5) / view.scale;
+    var ray = vec3(slope, 1.0);
+    var k = 1.0 / place.z;
+    var per_texel = 1.0;
     var tilt = vec2(0.0);
-    if view.perspective > 0.0 {
+    var distance = view.near + place.w * (view.far - view.near);
+    if beside {
+        distance = max(length(place.xyw), LEAST_DISTANCE);
+        ray = place.xyw / distance;
+        k = distance / -place.z;
+        per_texel = 1.0 / view.scale;
+        tilt = ray.xy * per_texel;
+    } else if view.perspective > 0.0 {
         let len = length(ray);
         ray /= len;
-        k = 1.0 / (radius * len * view.scale);
-        tilt = vec2(ray.x, -ray.y) / (len * view.scale);
+        k = 1.0 / (place.z * len * view.scale);
+        tilt = ray.xy / (len * view.scale);
     } else {
-        ray = vec3(0.0, 0.0, -1.0);
+        ray = vec3(0.0, 0.0, 1.0);
     }
-    let n = to_world(view, ray);
+    let n = to_world(view, ray * vec3(1.0, -1.0, -1.0));
     let up = select(vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0), abs(n.y) > 0.99);
     let x = normalize(cross(up, n));
     let y = cross(n, x);
     let s = sin(rotation);
     let c = cos(rotation);
+    let frame_x = to_map(view, x * c + y * s) * k;
+    let frame_y = to_map(view, y * c - x * s) * k;
     return Facing(
-        center,
-        to_map(view, x * c + y * s) * k,
-        to_map(view, y * c - x * s) * k,
+        select(place.xy, view.size * 0.5, beside),
+        frame_x.xy * per_texel,
+        frame_y.xy * per_texel,
+        select(vec2(0.0), vec2(frame_x.z, frame_y.z), beside),
         tilt,
-        view.near + depth * (view.far - view.near),
+        select(1.0, ray.z, beside),
+        distance,
     );
 }
 
 // q.xy and light depth; depth -1 where the ray runs away from the plane.
 fn facing_hit(f: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
-    let delta = texel - f.center;
-    let denominator = 1.0 + dot(f.tilt, delta);
-    let q = vec2(dot(f.frame_x, delta), dot(f.frame_y, delta)) / denominator;
+    let delta = texel - f.reference;
+    let denominator = f.start + dot(f.tilt, delta);
+    let q = (vec2(dot(f.frame_x, delta), dot(f.frame_y, delta)) + f.offset) / denominator;
     let depth = (f.distance / denominator - view.near) / (view.far - view.near);
     return select(vec3(2.0, 2.0, -1.0), vec3(q, depth), denominator > 0.0);
 }

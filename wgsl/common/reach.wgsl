@@ -7,6 +7,9 @@ override HAS_QUADS: bool;
 fn touches_box(view: GpuView, place: vec4<u32>, look: vec4<u32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let center = bitcast<vec2<f32>>(place.xy);
     let radius = bitcast<f32>(place.z);
+    if is_beside(bitcast<vec4<f32>>(place)) {
+        return true;
+    }
     let outside = center - clamp(center, lo, hi);
     if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
         return max(abs(outside.x), abs(outside.y)) <= radius;

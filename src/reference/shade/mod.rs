@@ -15,12 +15,12 @@ use super::{
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
+    model::Scene,
     model::{Class, MAX_GAIN, Material, Transfer, View},
     records::{
         BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
         from_octahedral,
     },
-    scene::Scene,
     stage::air::AirParams,
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};

@@ -7,9 +7,9 @@ pub use tone::to_screen;
 
 use super::air::phase;
 use crate::{
+    model::Scene,
     model::{Material, Receives, View},
     records::{GpuView, ViewMaps, owner_tag},
-    scene::Scene,
     stage::shade::GpuLight,
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};

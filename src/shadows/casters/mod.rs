@@ -3,8 +3,6 @@ mod features;
 mod update;
 mod upload;
 
-pub(crate) use features::is_plain;
-
 use super::groups::{Group, Groups, Members, now, sort_by_place};
 use crate::{
     error::Error,

@@ -1,12 +1,14 @@
 //! Figures of the patterns: what `docs/dither.md` states and the tests hold.
-use super::{Pattern, Place, threshold};
-use crate::{
-    model::{Material, Part, Particle, Profile, Projection, Transfer, View},
+use gobo::{
+    glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
+    model::{Material, Part, Particle, Pattern, Profile, Projection, Scene, Transfer, View},
     records::ViewMaps,
-    reference::{MapTexel, light_by_channel, receive, render_maps},
-    scene::Scene,
+    reference::{
+        MapTexel,
+        dither::{Place, threshold},
+        light_by_channel, receive, render_maps,
+    },
 };
-use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 /// Edge of the maps that are measured [texels]; a texel is a metre wide.
 const SIZE: u32 = 128;
@@ -19,12 +21,12 @@ const FRAMES: u32 = 60;
 
 /// Error of the covered share over 64x64 cells, for 41 opacities and 8 casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoverageError {
-    pub rms: f32,
-    pub max: f32,
+pub(crate) struct CoverageError {
+    pub(crate) rms: f32,
+    pub(crate) max: f32,
 }
 
-pub fn coverage_error(pattern: Pattern) -> CoverageError {
+pub(crate) fn coverage_error(pattern: Pattern) -> CoverageError {
     const EDGE: u32 = 64;
     let step = Vec2::new(0.031, 0.017);
     let place = |i: u32| {
@@ -125,12 +127,12 @@ fn mean_difference(a: &[f32], b: &[f32]) -> f32 {
 
 /// Root mean square error of the light under a soft disc, against its exact filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShadowError {
-    pub dithered: f32,
-    pub softened: f32,
+pub(crate) struct ShadowError {
+    pub(crate) dithered: f32,
+    pub(crate) softened: f32,
 }
 
-pub fn shadow_error(pattern: Pattern) -> ShadowError {
+pub(crate) fn shadow_error(pattern: Pattern) -> ShadowError {
     let exact = light(&maps(&disc(Material::default(), Vec2::ZERO), Vec2::ZERO));
     let mut scene = disc(dithered(pattern), Vec2::ZERO);
     let hard = light(&maps(&scene, Vec2::ZERO));
@@ -141,19 +143,19 @@ pub fn shadow_error(pattern: Pattern) -> ShadowError {
 
 /// Mean |difference| of the light under a caster from one frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flicker {
+pub(crate) struct Flicker {
     /// While the caster moves by 1/8 texel a frame.
-    pub dithered: f32,
+    pub(crate) dithered: f32,
     /// The same, softened.
-    pub softened: f32,
+    pub(crate) softened: f32,
     /// Share of the texels under a caster whose opaque depth changes in one such step.
-    pub changed: f32,
+    pub(crate) changed: f32,
     /// Softened, while the view moves by a whole texel a frame; at the same place in the world.
-    pub snapping: f32,
+    pub(crate) snapping: f32,
 }
 
 /// `None`: of the exact filter.
-pub fn flicker(pattern: Option<Pattern>) -> Flicker {
+pub(crate) fn flicker(pattern: Option<Pattern>) -> Flicker {
     let material = pattern.map_or_else(Material::default, dithered);
     let step = Vec2::new(0.1, 0.075);
     let mut sum = Flicker { dithered: 0.0, softened: 0.0, changed: 0.0, snapping: 0.0 };
@@ -188,7 +190,7 @@ pub fn flicker(pattern: Option<Pattern>) -> Flicker {
 }
 
 /// Coloured dithering, its error against the exact filter, over three coloured discs.
-pub fn colored_error(pattern: Pattern) -> ShadowError {
+pub(crate) fn colored_error(pattern: Pattern) -> ShadowError {
     let mut scene = disc(Material { pattern, ..Material::default() }, Vec2::ZERO);
     scene.materials[0].tint = Vec4::new(0.9, 0.5, 0.2, 0.8);
     for (i, shift) in
@@ -209,10 +211,10 @@ pub fn colored_error(pattern: Pattern) -> ShadowError {
 }
 
 /// Edge of the map of the cost table [texels]; a texel is a metre wide.
-pub const COST_SIZE: u32 = 512;
+pub(crate) const COST_SIZE: u32 = 512;
 
 /// What is duplicated: so clear that no texel is ever settled, and every caster is walked.
-pub fn duplicated() -> Material {
+pub(crate) fn duplicated() -> Material {
     Material {
         profile: Profile::Flat,
         tint: Vec4::new(1.0, 1.0, 1.0, 1.0 / 512.0),
@@ -222,7 +224,7 @@ pub fn duplicated() -> Material {
 
 /// One disc of 80 texels radius, again and again, one behind the other. All in the same tiles: the
 /// first caster of a tile costs more than those that follow.
-pub fn duplicates(count: u32) -> Vec<Particle> {
+pub(crate) fn duplicates(count: u32) -> Vec<Particle> {
     (0..count)
         .map(|id| Particle {
             center: Vec3::new(0.3, 0.1, -1.0 - 8.0 * id as f32 / count as f32),

@@ -1,12 +1,12 @@
 //! What curves are held against: every hit kept, and what others store instead.
-use glam::Vec3;
+use gobo::glam::Vec3;
 use std::f64::consts::TAU;
 
 /// One hit: light depth and transmittance.
-pub type Hit = (f32, Vec3);
+pub(crate) type Hit = (f32, Vec3);
 
 /// Every hit: the product of those in front of `z`.
-pub fn exact(hits: &[Hit], z: f32) -> Vec3 {
+pub(crate) fn exact(hits: &[Hit], z: f32) -> Vec3 {
     hits.iter().filter(|(depth, _)| *depth < z).map(|(_, light)| *light).product()
 }
 
@@ -16,13 +16,13 @@ fn optical_depth(light: Vec3) -> [f64; 3] {
 }
 
 /// Nearest-depth mode: the whole product behind the nearest hit.
-pub fn nearest(hits: &[Hit], z: f32) -> Vec3 {
+pub(crate) fn nearest(hits: &[Hit], z: f32) -> Vec3 {
     if hits.iter().any(|(depth, _)| *depth < z) { exact(hits, 2.0) } else { Vec3::ONE }
 }
 
 /// Fourier opacity map with 15 coefficients a channel (Jansen and Bavoil 2010, section 3).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fourier {
+pub(crate) struct Fourier {
     /// Of cosines and of sines, per channel.
     waves: [[(f64, f64); Self::WAVES]; 3],
 }
@@ -31,7 +31,7 @@ impl Fourier {
     /// With the constant one; 7 pairs and the constant are 15 coefficients.
     const WAVES: usize = 8;
 
-    pub fn new(hits: &[Hit]) -> Self {
+    pub(crate) fn new(hits: &[Hit]) -> Self {
         let mut waves = [[(0.0, 0.0); Self::WAVES]; 3];
         for &(depth, light) in hits {
             for (waves, tau) in waves.iter_mut().zip(optical_depth(light)) {
@@ -45,7 +45,7 @@ impl Fourier {
         Self { waves }
     }
 
-    pub fn light_at(&self, z: f32) -> Vec3 {
+    pub(crate) fn light_at(&self, z: f32) -> Vec3 {
         let z = f64::from(z);
         let light = self.waves.map(|waves| {
             let mut tau = waves[0].0 * 0.5 * z;
@@ -62,7 +62,7 @@ impl Fourier {
 /// Four power moments of the optical depth, per channel (Peters et al. 2017; the solver is
 /// Münstermann et al. 2018, listing 1).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moments {
+pub(crate) struct Moments {
     /// Total, and moments 1 to 4 of depths in -1..1, per channel.
     sums: [[f64; 5]; 3],
 }
@@ -74,7 +74,7 @@ impl Moments {
     /// Between the lower bound of the absorbed light and the upper one.
     const OVERESTIMATION: f64 = 0.25;
 
-    pub fn new(hits: &[Hit]) -> Self {
+    pub(crate) fn new(hits: &[Hit]) -> Self {
         let mut sums = [[0.0; 5]; 3];
         for &(depth, light) in hits {
             let z = 2.0 * f64::from(depth) - 1.0;
@@ -87,7 +87,7 @@ impl Moments {
         Self { sums }
     }
 
-    pub fn light_at(&self, z: f32) -> Vec3 {
+    pub(crate) fn light_at(&self, z: f32) -> Vec3 {
         let z = 2.0 * f64::from(z) - 1.0;
         Vec3::from_array(self.sums.map(|sums| {
             let total = sums[0];

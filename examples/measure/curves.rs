@@ -1,14 +1,14 @@
 //! Figures of the curves: what `docs/curves.md` states and the tests hold.
-use super::{
-    Streaming, light_at,
-    rivals::{Fourier, Hit, Moments, exact, nearest},
+use crate::rivals::{Fourier, Hit, Moments, exact, nearest};
+use gobo::{
+    glam::Vec3,
+    reference::curve::{Streaming, light_at},
+    scene::generate::Chance,
 };
-use crate::scene::generate::Chance;
-use glam::Vec3;
 
 /// A seeded kind of texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rays {
+pub(crate) enum Rays {
     /// 50 to 400 faint hits whose density and colour change along the ray.
     Smoke,
     /// 2 to 14 strong hits.
@@ -18,15 +18,7 @@ pub enum Rays {
 }
 
 impl Rays {
-    pub const ALL: [Self; 3] = [Self::Smoke, Self::Panes, Self::Puffs];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Smoke => "smoke",
-            Self::Panes => "panes",
-            Self::Puffs => "puffs",
-        }
-    }
+    pub(crate) const ALL: [Self; 3] = [Self::Smoke, Self::Panes, Self::Puffs];
 
     fn hits(self, chance: &mut Chance) -> Vec<Hit> {
         let mut hits = match self {
@@ -93,7 +85,7 @@ fn puff(chance: &mut Chance) -> Vec<Hit> {
 
 /// What stands for a texel's hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub(crate) enum Method {
     Nearest,
     /// With K nodes.
     Curve(u32),
@@ -106,7 +98,7 @@ pub enum Method {
 }
 
 impl Method {
-    pub const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 9] = [
         Self::Nearest,
         Self::Curve(4),
         Self::Curve(8),
@@ -118,7 +110,7 @@ impl Method {
         Self::Moments,
     ];
 
-    pub fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         match self {
             Self::Nearest => "nearest depth".to_owned(),
             Self::Curve(nodes) => format!("curve, K = {nodes}"),
@@ -129,7 +121,7 @@ impl Method {
     }
 
     /// That a map of it takes [bytes per texel], with F as rgba16float and D as r32float.
-    pub fn bytes(self) -> u32 {
+    pub(crate) fn bytes(self) -> u32 {
         match self {
             Self::Nearest => 12,
             Self::Curve(nodes) | Self::Slabs(nodes) => 12 + 8 * nodes,
@@ -142,9 +134,9 @@ impl Method {
 
 /// Against the exact product, over texels, depths and channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveError {
-    pub mean: f32,
-    pub max: f32,
+pub(crate) struct CurveError {
+    pub(crate) mean: f32,
+    pub(crate) max: f32,
 }
 
 const TEXELS: usize = 150;
@@ -152,7 +144,7 @@ const DEPTHS: u32 = 400;
 
 /// Seeded texels of one kind, and their exact light at every depth.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub(crate) struct Sample {
     texels: Vec<(Vec<Hit>, Vec<Vec3>)>,
 }
 
@@ -161,7 +153,7 @@ fn depths() -> impl Iterator<Item = f32> {
 }
 
 impl Sample {
-    pub fn new(rays: Rays) -> Self {
+    pub(crate) fn new(rays: Rays) -> Self {
         let mut chance = Chance::new(5);
         let texel = |_| {
             let hits = rays.hits(&mut chance);
@@ -172,11 +164,11 @@ impl Sample {
     }
 
     /// Hits of all texels.
-    pub fn hit_count(&self) -> usize {
+    pub(crate) fn hit_count(&self) -> usize {
         self.texels.iter().map(|(hits, _)| hits.len()).sum()
     }
 
-    pub fn error(&self, method: Method) -> CurveError {
+    pub(crate) fn error(&self, method: Method) -> CurveError {
         let (mut sum, mut max) = (0.0_f64, 0.0_f32);
         for (hits, expected) in &self.texels {
             let light = light_of(method, hits);
@@ -191,7 +183,7 @@ impl Sample {
     }
 
     /// Makes every texel's curve, to see how long it takes.
-    pub fn build(&self, method: Method) -> f32 {
+    pub(crate) fn build(&self, method: Method) -> f32 {
         self.texels.iter().map(|(hits, _)| light_of(method, hits)(0.5).x).sum()
     }
 }
@@ -225,7 +217,7 @@ fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
 
 /// As `tile` does, where every pair hits the texel.
 fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
-    use super::tile::{SLAB_PAIRS, most_few, slab_count};
+    use gobo::reference::curve::tile::{SLAB_PAIRS, most_few, slab_count};
     let mut curve = Streaming::new(nodes, false);
     let few = hits.len() <= most_few(nodes) as usize;
     let reach = (hits[hits.len() - 1].0 - hits[0].0) / slab_count(nodes) as f32;
