@@ -157,7 +157,7 @@ fn cpu_cull(criterion: &mut Criterion) {
 fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
-    let sort = Sort::new(&gpu.device, Shape::of(&gpu.adapter));
+    let sort = Sort::new(&gpu.device, Shape::of(&gpu.adapter)).expect("the kernels are made");
     for count in COUNTS {
         let textures = ["unsorted", "pairs", "sorted_pairs"]
             .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));
@@ -188,7 +188,8 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
 
 fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
     let mut timeline = timeline(gpu);
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))
+        .expect("the kernels are made");
     let Gpu { device, queue, .. } = gpu;
     for footprint in FOOTPRINTS {
         for count in COUNTS {

@@ -94,7 +94,7 @@ fn runs(count: u32) -> usize {
 
 fn cost() -> Result<String, Box<dyn std::error::Error>> {
     let gpu = Gpu::headless()?;
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
     let mut frames = |transfer: Transfer, count: u32| -> Result<_, Box<dyn std::error::Error>> {
         let material = Material { transfer, ..measure::duplicated() };
         let particles = measure::duplicates(count);

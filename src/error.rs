@@ -10,6 +10,8 @@ pub enum Error {
     Device { adapter: String, source: wgpu::RequestDeviceError },
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
     Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
+    #[error(transparent)]
+    Kernel(#[from] crate::gpu::KernelError),
     #[error("the device refused a command: {0}")]
     Refused(String),
     #[error("the device has no memory left: {0}; use a smaller shadow size")]

@@ -1,18 +1,23 @@
 //! Devices and kernels as data.
 mod adapter;
 mod allocate;
+mod cache;
 mod context;
 mod kernel;
+mod link;
 #[cfg(feature = "device")]
 mod open;
+mod resource;
 mod timing;
 mod transfer;
 
 pub use adapter::{Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, shortcoming};
 pub use allocate::{Allocator, Memory, array_view, view};
+pub use cache::KernelCache;
 pub use context::Gpu;
-pub use kernel::{Access, Binding, BindingKind, Constant, FLOAT, Kernel, KernelDesc, Source, Tier};
-pub(crate) use kernel::{join, joined, joined_length, on_each_tier};
+pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
+pub use link::{Item, Library, LinkError, Linked, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
+pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use timing::Timeline;

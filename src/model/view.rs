@@ -1,7 +1,7 @@
 //! Shadow cameras, and the picture's camera, which is one more.
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
-/// Edge of a tile [texels]. WGSL: `wgsl/common/view.wgsl`.
+/// Edge of a tile [texels]. WGSL: `wgsl/records/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -47,7 +47,7 @@ impl Footprint {
     }
 
     /// Centre of a particle beside the view: to the right, down and along the axis [m]. `None` for
-    /// all others. WGSL: `is_beside` in `wgsl/common/view.wgsl`.
+    /// all others. WGSL: `is_beside` in `wgsl/records/view.wgsl`.
     pub fn beside(&self) -> Option<Vec3> {
         (self.radius < 0.0).then(|| self.center.extend(self.depth))
     }

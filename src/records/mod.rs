@@ -2,7 +2,7 @@
 //!
 //! Casters, footprints and triangles live in rgba32uint or rg32uint textures, [`ROW`] texels wide: element `i` of `n` texels
 //! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
-//! bound by the size of a storage binding. WGSL: `wgsl/common/record.wgsl`.
+//! bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
 mod blue;
 mod caster;
 mod footprint;

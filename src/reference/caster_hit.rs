@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/caster_hit.wgsl`: what a ray meets of any caster.
+//! Twin of `wgsl/hit/caster_hit.wgsl`: what a ray meets of any caster.
 use super::{
     accumulate::FIXED_ONE,
     hit::{Facing, coverage, transmittance},

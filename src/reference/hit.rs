@@ -1,4 +1,4 @@
-//! What one ray through one texel meets: geometry and optics. Twin of `wgsl/common/hit.wgsl`.
+//! What one ray through one texel meets: geometry and optics. Twin of `wgsl/hit/hit.wgsl`.
 use crate::{
     model::{MAX_GAIN, Profile, Shape, Transfer},
     records::{Footprint, GpuView, TriangleSetup},

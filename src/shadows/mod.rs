@@ -28,7 +28,7 @@ pub use small::{SMALL_SIDE, TriangleExtent};
 
 use crate::{
     error::Error,
-    gpu::{Allocator, FETCH_FEATURES, Memory, Tier, Timeline},
+    gpu::{Allocator, FETCH_FEATURES, KernelCache, Memory, Tier, Timeline},
     model::View,
 };
 use bake::Bake;
@@ -66,9 +66,19 @@ pub struct Prepared {
 }
 
 impl Pipeline {
-    pub fn new(device: &wgpu::Device, mut config: Config) -> Self {
+    pub fn new(device: &wgpu::Device, config: Config) -> Result<Self, Error> {
+        Self::sharing(device, config, KernelCache::default())
+    }
+
+    /// As [`Self::new`], with the kernels of all that render on the device.
+    pub fn sharing(
+        device: &wgpu::Device,
+        mut config: Config,
+        cache: KernelCache,
+    ) -> Result<Self, Error> {
         config.queued &= config.tier == Tier::Native && device.features().contains(FETCH_FEATURES);
-        Self { kernels: Kernels::new(device, config), config, may_queue: config.queued }
+        let kernels = Kernels::new(device, config, cache)?;
+        Ok(Self { kernels, config, may_queue: config.queued })
     }
 
     pub fn config(&self) -> &Config {
@@ -241,7 +251,7 @@ impl Pipeline {
             batches.push(Batch::new(&mut context, plan, raw)?);
         }
         if let Some(filter) = &mut filter {
-            filter.bind(&mut allocator, queue, &self.kernels, &plans, &maps);
+            filter.bind(&mut allocator, queue, &self.kernels, &plans, &maps)?;
         }
         Ok(Prepared {
             maps,

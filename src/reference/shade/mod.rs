@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
+//! Twin of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
 //! shaded instead of summed.
 mod layers;
 

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `sheet.wgsl`: the light that
+//! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `sheet.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
 mod receive;
 mod tone;

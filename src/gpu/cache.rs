@@ -1,0 +1,41 @@
+//! Kernels of one device, each made once.
+use super::kernel::{Constant, Kernel, KernelDesc, KernelError, Tier};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// Kernels of one device by their source and constants. A clone shares them: whoever renders on the
+/// same device need not make them again.
+#[derive(Clone, Debug, Default)]
+pub struct KernelCache(Arc<Mutex<HashMap<Key, Kernel>>>);
+
+/// The whole source, and its overrides with the bits of their values.
+type Key = (String, Vec<(&'static str, u64)>);
+
+impl KernelCache {
+    /// As [`Kernel::new`], unless it is made already.
+    pub fn kernel(
+        &self,
+        device: &wgpu::Device,
+        desc: &KernelDesc,
+        tier: Tier,
+        constants: &[Constant],
+    ) -> Result<Kernel, KernelError> {
+        let linked = desc.link(tier)?;
+        let values = desc.values(&linked, constants);
+        let bits = values.iter().map(|&(name, value)| (name, value.to_bits())).collect();
+        let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match made.entry((linked.wgsl.clone(), bits)) {
+            Entry::Occupied(known) => Ok(known.get().clone()),
+            Entry::Vacant(place) => {
+                Ok(place.insert(Kernel::of(device, desc.name, &linked, &values)?).clone())
+            }
+        }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+}

@@ -1,8 +1,0 @@
-// The camera's view. Needs common/view.wgsl; the kernel binds `views`, `footprints`.
-fn camera() -> GpuView {
-    var view = views[0];
-    // Not by `views` alone: lavapipe compiles a kernel anew for every picture where a uniform buffer
-    // decides a branch.
-    view.perspective = select(0.0, view.perspective, textureDimensions(footprints).x > 0u);
-    return view;
-}
