@@ -4,7 +4,10 @@ use crate::{
     gpu::{Backend, Gpu, Selection, Timeline},
     model::Scene,
     model::{Class, Counters, View},
-    picture::debug::{self, DebugMode},
+    picture::{
+        PictureRoom,
+        debug::{self, DebugMode},
+    },
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
     shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
@@ -205,7 +208,8 @@ impl GpuEngine {
         let maps =
             if with_maps { read_maps(gpu, &prepared, &views, casters.owners)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
-        let mut pairs = None;
+        let mut room = PictureRoom::default();
+        let mut overflowed = 0;
         let prepared_picture = loop {
             let picture = pipeline.prepare_picture(
                 &gpu.device,
@@ -214,18 +218,18 @@ impl GpuEngine {
                 scene,
                 &views,
                 &prepared.maps,
-                pairs,
+                room,
             )?;
             submit(gpu, timeline, |encoder, timeline| {
                 picture.record(pipeline.kernels(), encoder, timeline);
             });
-            let lists = picture.read_counters(&gpu.device, &gpu.queue)?;
-            let needed = lists[0].pairs_needed.max(lists[1].pairs_needed);
-            let room = picture.pair_capacity();
-            if needed <= room || room >= budget {
-                break picture;
+            let Some(needs) = picture.needs(gpu, budget)? else { break picture };
+            // Of the most that the budget allows at a time.
+            if overflowed == 0 && needs.is_in_parts() {
+                let [solid, clear] = picture.read_counters(gpu)?;
+                overflowed = u64::from(solid.overflowed + clear.overflowed);
             }
-            pairs = Some(needed);
+            room = needs;
         };
         let of_picture: f64 = timeline.read(&gpu.device).iter().map(|(_, ms)| ms).sum();
         stages.push(("picture", of_picture));
@@ -251,7 +255,7 @@ impl GpuEngine {
                         scene,
                         &views,
                         &prepared.maps,
-                        pairs,
+                        room,
                     );
                     pipeline.set_count_cost(false);
                     let costs = costs?;
@@ -264,6 +268,7 @@ impl GpuEngine {
             shown.push((mode, image));
         }
         gpu.check()?;
+        let of_maps = counters(scene, &opaque, &translucent);
         let counters = Counters {
             views_rendered: prepared.rendered_count() as u64,
             views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
@@ -274,7 +279,8 @@ impl GpuEngine {
             shrunk: shrunk as u64,
             cluster_lights: clusters.needed.into(),
             clusters_overflowed: clusters.overflowed.into(),
-            ..counters(scene, &opaque, &translucent)
+            overflowed: of_maps.overflowed + overflowed,
+            ..of_maps
         };
         if *keep {
             *kept = Some((casters, prepared));

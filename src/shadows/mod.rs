@@ -247,6 +247,7 @@ impl Pipeline {
                 casters,
                 scratch: &scratch,
                 camera: false,
+                binned_rects: None,
             };
             batches.push(Batch::new(&mut context, plan, raw)?);
         }

@@ -7,7 +7,6 @@ import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
 import package::records::air_params::AIR_CELL;
 import package::records::light::light_record;
-import package::records::record::bounded;
 import package::shade::receive::{incoming, shadow};
 
 const PER_FOUR_PI: f32 = 0.07957747;
@@ -21,8 +20,9 @@ fn phase(cosine: f32, g: f32) -> f32 {
 // Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
 fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
     var sum = picture_params.ambient;
-    let light_count = bounded(picture_params.light_count, textureDimensions(lights));
-    for (var i = 0u; i < light_count; i += 1u) {
+    // No uniform alone ends the loop: llvmpipe would compile the kernel again for its value.
+    let count = min(picture_params.light_count, textureDimensions(lights).x);
+    for (var i = 0u; i < count; i += 1u) {
         let light = light_record(i);
         let arriving = incoming(light, point);
         if light.shafts != 0u && any(arriving.color > vec3(0.0)) {
@@ -45,9 +45,7 @@ fn air_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     let way = vec3(slope.x, -slope.y, -1.0);
     let ray = normalize((picture_params.world_from_view * vec4(way, 0.0)).xyz);
     var sum = vec3(0.0);
-    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
-    let samples = select(0u, air_params.samples, size.x > 0u);
-    for (var i = 0u; i < samples; i += 1u) {
+    for (var i = 0u; i < air_params.samples; i += 1u) {
         let along = f32(id.z) + (f32(i) + 0.5) / f32(air_params.samples);
         let distance = view.near + along / f32(air_params.slices) * (view.far - view.near);
         let point = (picture_params.world_from_view * vec4(way * distance, 1.0)).xyz;
