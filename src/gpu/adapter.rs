@@ -118,8 +118,13 @@ fn raised(adapter: &Limits) -> Limits {
 
 /// Why an adapter cannot run even the core tier: the first of WebGPU's limits that it misses.
 pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
+    missed_limit(&adapter.limits())
+}
+
+/// The first of WebGPU's limits that these miss.
+pub(crate) fn missed_limit(limits: &Limits) -> Option<Error> {
     let mut missed = None;
-    Limits::default().check_limits_with_fail_fn(&adapter.limits(), true, |limit, need, have| {
+    Limits::default().check_limits_with_fail_fn(limits, true, |limit, need, have| {
         missed = Some(Error::Limit { limit, have, need, remedy: "choose another adapter" });
     });
     missed

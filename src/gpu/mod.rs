@@ -3,6 +3,7 @@ mod adapter;
 mod allocate;
 mod cache;
 mod context;
+pub mod error;
 mod kernel;
 mod link;
 #[cfg(feature = "device")]
@@ -11,6 +12,7 @@ mod resource;
 mod timing;
 mod transfer;
 
+pub(crate) use adapter::missed_limit;
 pub use adapter::{Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, shortcoming};
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use cache::KernelCache;

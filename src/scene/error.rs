@@ -7,6 +7,7 @@ use std::{
 /// Why a scene could not be loaded.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum SceneError {
     #[error("{}: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },

@@ -1,8 +1,10 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod defaults;
+#[doc(hidden)]
 pub mod displace;
 mod document;
 mod error;
+#[doc(hidden)]
 pub mod generate;
 mod gltf;
 mod gltf_file;
@@ -11,6 +13,7 @@ mod gltf_mesh;
 mod gltf_texture;
 mod light_tables;
 mod load;
+#[doc(hidden)]
 pub mod noise;
 mod painted;
 mod particles;

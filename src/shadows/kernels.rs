@@ -120,7 +120,7 @@ impl Kernels {
             project_particles: kernel(&project::PARTICLES)?,
             project_triangles: kernel(&project::TRIANGLES)?,
             occlude_small: kernel(&occlude::SMALL)?,
-            sort: Sort::cached(device, config.sort, &cache)?,
+            sort: Sort::sharing(device, config.sort, &cache)?,
             bin_count: kernel(&bin::COUNT)?,
             bin_scan: kernel(&bin::SCAN)?,
             bin_emit: kernel(&bin::EMIT)?,

@@ -5,7 +5,7 @@ pub(crate) mod scenes;
 
 use gobo::{
     gpu::{Gpu, KernelDesc, Selection, Tier},
-    render::{Frame, Renderer},
+    render::{Frame, RenderOptions, Renderer},
     scene::Scene,
     shadows::{Config, Pipeline},
 };
@@ -30,7 +30,7 @@ pub(crate) fn own_gpu(tier: Tier) -> Gpu {
 /// A renderer on the tier's device that scatters tiny particles, as on a GPU.
 pub(crate) fn renderer(tier: Tier) -> Renderer {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
-    renderer.set_scatter_tiny(true);
+    renderer.configure(|config| config.scatter_tiny = true);
     renderer
 }
 
@@ -49,8 +49,9 @@ pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
     static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
     let own = RENDERERS[tier as usize].get_or_init(|| Mutex::new(renderer(tier)));
     let mut renderer = own.lock().unwrap_or_else(PoisonError::into_inner);
-    renderer.set_scatter_tiny(scatter);
-    renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
+    renderer.configure(|config| config.scatter_tiny = scatter);
+    let options = RenderOptions { maps: true, ..RenderOptions::default() };
+    renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {
