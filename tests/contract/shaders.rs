@@ -1,6 +1,6 @@
 //! Every kernel is valid on its tier and knows all its overrides; every declaration is some
 //! kernel's, and says where its names come from.
-use crate::common::{gpu, parse, wgsl_files};
+use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     gpu::{Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier, words},
     stage::{KERNELS, bin, curve, sort::SERIAL_SCATTER, variants},
@@ -168,7 +168,7 @@ fn a_refused_kernel_names_file_and_line() {
         Choice::new("visit", "hit/dither.wgsl"),
     ];
     let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };
-    let gpu = gpu(Tier::Core);
+    let gpu = own_gpu(Tier::Core);
     let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[]).unwrap_err().to_string();
     let (_, list) = wgsl_files().into_iter().find(|(path, _)| path == "curve/list.wgsl").unwrap();
     let line = 1 + list.lines().position(|line| line.contains("if ordered()")).unwrap();

@@ -6,11 +6,6 @@ import package::bind::sampled::air;
 import package::bind::uniform::picture_params;
 import package::records::air_params::AIR_CELL;
 
-// Not by `picture_params` alone: lavapipe compiles such a kernel anew for every picture.
-fn has_air() -> bool {
-    return min(picture_params.air_slices, textureNumLayers(air)) > 0u;
-}
-
 // At light depth `depth` of the camera's view. The kernel binds `air` and `picture_params`.
 fn air_at(pixel: vec2<f32>, depth: f32) -> vec4<f32> {
     let size = vec2<i32>(textureDimensions(air));
