@@ -3,6 +3,7 @@ mod device;
 mod grammar;
 mod layers;
 mod layout;
+mod mirrors;
 mod recording;
 mod shaders;
 mod uniform_branches;
