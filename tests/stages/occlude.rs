@@ -5,6 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
+    gpu::Tier,
     model::{LightKind, Transfer, Triangle},
     records::ViewMaps,
     reference,
@@ -79,6 +80,28 @@ fn small_and_large_triangles_match_the_twin() {
     let mut triangles = shards(2048, 0.1, 1, 5);
     triangles.extend(shards(256, 0.3, 2, 6));
     assert_matches_twin(&lit(triangles), "with cutout ones");
+}
+
+/// One triangle less, of thousands or of a few, is more than rounding.
+#[test]
+fn a_missing_triangle_is_noticed() {
+    for (count, size) in [(3000, 0.1), (300, 2.0)] {
+        let scene = lit(shards(count, size, 1, 1));
+        let (expected, _) = reference::render_maps(&scene, &shadow_views(&scene));
+        // Of those that are seen, the last: no other is behind it everywhere.
+        let fewer = (0..count as usize).rev().map(|left_out| {
+            let mut fewer = scene.clone();
+            fewer.triangles.remove(left_out);
+            fewer
+        });
+        let mut seen = fewer.take(20).filter(|fewer| {
+            let (maps, _) = reference::render_maps(fewer, &shadow_views(&scene));
+            share_apart(&maps, &expected) > GRAZED
+        });
+        let fewer = seen.next().expect("a triangle that is seen");
+        let apart = share_apart(&render(Tier::Native, &fewer).maps, &expected);
+        assert!(apart > GRAZED, "{count} triangles: {apart}");
+    }
 }
 
 /// Every texel of a wall made of small triangles is blocked, by one depth.
