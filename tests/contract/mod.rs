@@ -4,5 +4,6 @@ mod face;
 mod grammar;
 mod layers;
 mod layout;
+mod mirrors;
 mod recording;
 mod shaders;
