@@ -116,8 +116,9 @@ fn what_cannot_be_used_is_named() {
     }
     let textured = [Material { texture: Some(0), ..materials[0].clone() }];
     assert!(error(&of(&[good], &textured), &views(), &settings).starts_with("material 0 "));
+    let one = [good];
     let textures = [Texture { name: String::new(), width: 2, height: 2, rgba: vec![0; 15] }];
-    let casters = Casters { textures: &textures, ..of(&[good], &textured) };
+    let casters = Casters { textures: &textures, ..of(&one, &textured) };
     assert!(error(&casters, &views(), &settings).starts_with("texture 0 "));
     let many = vec![materials[0].clone(); 513];
     assert!(error(&of(&[good], &many), &views(), &settings).contains("512"));
