@@ -49,9 +49,9 @@ pub struct ProjectParams {
     /// Footprint of the first triangle, whose setup is number 0.
     pub first_setup: u32,
     /// 1: the camera sees what casts nothing.
-    pub unseen: u32,
+    pub include_non_casters: u32,
 }
-crate::gpu_layout!(ProjectParams { chunk_count, scatter, first_setup, unseen });
+crate::gpu_layout!(ProjectParams { chunk_count, scatter, first_setup, include_non_casters });
 
 /// Workgroups for `count` chunks or tiles: rows of a length that every adapter allows.
 pub fn grid(count: u32) -> [u32; 3] {

@@ -73,7 +73,7 @@ fn touches(view: &GpuView, particle: &Particle) -> bool {
         &Caster::new(particle, material),
         0,
         &GpuMaterial::new(material, &[]),
-        ProjectParams { scatter: true, unseen: false },
+        ProjectParams { scatter: true, include_non_casters: false },
     );
     projected.rect != TileRect::EMPTY
 }

@@ -61,7 +61,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let material = materials[look.z & 0xffffu];
     let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     let position = world_point(view, pixel, depth);
-    // Round, whatever way the disc faces.
+    // Sphere-impostor normal.
     let aside = (position - place.xyz) / place.w;
     let to_eye = normalize(eye() - position);
     let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));

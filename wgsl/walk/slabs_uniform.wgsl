@@ -3,7 +3,7 @@
 
 import package::bind::loaded::footprints;
 import package::curve::gather::{
-    SLAB_PAIRS, few, flush, hit_count, most_few, nearest, settled, slab_count,
+    SLAB_PAIRS, few, flush, hit_count, max_exact_hits, nearest, settled, slab_count,
 };
 import package::curve::volumes::rest_steps;
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
@@ -16,14 +16,14 @@ import choice::visit::{count_hits, slabbed, visit};
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
     var front = 0.0;
-    while slabbed() && base < end && any((hit_count <= most_few()) | (nearest > vec4(front))) {
+    while slabbed() && base < end && any((hit_count <= max_exact_hits()) | (nearest > vec4(front))) {
         let at = pair_footprint(base) * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));
         count_hits(view, textureLoad(footprints, record_texel(at)), look);
         front = f32(look.z >> 16u) / f32(INVISIBLE - 1u);
         base += 1u;
     }
-    few = hit_count <= most_few();
+    few = hit_count <= max_exact_hits();
     base = first;
     var slab_first = first;
     var slab_key = 0u;
