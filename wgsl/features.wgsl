@@ -9,7 +9,7 @@ override HAS_PUFFS: bool = true;
 override HAS_QUADS: bool = true;
 // A caster may brighten: sums go both ways and saturation is no end.
 override HAS_GAIN: bool = false;
-// A caster adds light: the order counts, and saturation is no end.
+// A caster adds light: order-dependent blending, without an early-out at saturation.
 override HAS_OVER: bool = false;
 // Closed meshes absorb along the way through them: their sums are signed, and faces behind the
 // opaque surface count.

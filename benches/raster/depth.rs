@@ -1,4 +1,4 @@
-//! The opponent of `occlude`: a depth-only pass over opaque triangles, without a fragment stage.
+//! The baseline of `occlude`: a depth-only pass over opaque triangles, without a fragment stage.
 use gobo::{
     error::Error,
     gpu::Gpu,

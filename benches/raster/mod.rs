@@ -1,4 +1,4 @@
-//! The opponent: the same maps by the raster pipeline, in the two ways that renderers do it.
+//! The baseline: the same maps by the raster pipeline, in the two ways that renderers do it.
 //!
 //! - [`Recipe::OnePass`] (Wicked Engine): light-facing quads; colour is multiplied into an RGBA16F
 //!   target, the nearest depth goes to its alpha by a MIN blend; depth test against the opaque map,

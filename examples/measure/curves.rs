@@ -217,15 +217,15 @@ fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
 
 /// As `tile` does, where every pair hits the texel.
 fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
-    use gobo::reference::curve::tile::{SLAB_PAIRS, most_few, slab_count};
+    use gobo::reference::curve::tile::{SLAB_PAIRS, max_exact_hits, slab_count};
     let mut curve = Streaming::new(nodes, false);
-    let few = hits.len() <= most_few(nodes) as usize;
+    let few = hits.len() <= max_exact_hits(nodes) as usize;
     let reach = (hits[hits.len() - 1].0 - hits[0].0) / slab_count(nodes) as f32;
     let mut rest = hits;
     while let Some(&(start, _)) = rest.first() {
         let within = |&(depth, _): &Hit| depth - start <= reach;
         let count = rest.iter().take(SLAB_PAIRS).take_while(|hit| within(hit)).count();
-        let count = if few && curve.is_young() { 1 } else { count };
+        let count = if few && curve.has_free_node() { 1 } else { count };
         let (slab, others) = rest.split_at(count);
         curve.insert(start, slab[count - 1].0, slab.iter().map(|hit| hit.1).product());
         rest = others;

@@ -30,6 +30,19 @@ pub struct Selection {
 /// What kernels of [`Tier::Native`] use: an adapter must have all of them.
 pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
 
+/// Storage textures that a kernel of [`Tier::Native`] binds at most: more than WebGPU promises.
+pub const NATIVE_STORAGE_TEXTURES: u32 = 9;
+
+impl Tier {
+    /// The best that a host's device has the features and limits for.
+    pub fn of(device: &wgpu::Device) -> Self {
+        let textures = device.limits().max_storage_textures_per_shader_stage;
+        let native =
+            device.features().contains(NATIVE_FEATURES) && textures >= NATIVE_STORAGE_TEXTURES;
+        if native { Self::Native } else { Self::Core }
+    }
+}
+
 /// What kernels that wait for memory use on software adapters: read what they will overwrite.
 pub const FETCH_FEATURES: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
 

@@ -13,7 +13,10 @@ mod timing;
 mod transfer;
 
 pub(crate) use adapter::missed_limit;
-pub use adapter::{Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, shortcoming};
+pub use adapter::{
+    Backend, FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES, Selection, TierChoice,
+    shortcoming,
+};
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use cache::KernelCache;
 pub use context::Gpu;

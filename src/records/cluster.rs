@@ -168,7 +168,7 @@ pub const PLANES: usize = 6;
 /// Steps of a radius, and of a normal, in integers. Squares and products stay in 32 bits.
 pub const UNIT: f32 = 8192.0;
 
-/// Where a light's light may be: a sphere, and for a spot the planes around its cone.
+/// Conservative bounds of a light's influence: a sphere, and for a spot the planes around its cone.
 /// 4 texels; WGSL: `wgsl/records/cluster.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

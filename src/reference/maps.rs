@@ -119,7 +119,7 @@ impl<'a> SceneRecords<'a> {
         let tile_count = (tiles.x * tiles.y) as usize;
         let params = ProjectParams {
             scatter: !self.modes.direct() && self.curve_modes.is_none(),
-            unseen: false,
+            include_non_casters: false,
             by_distance: self.modes.ordered,
         };
         let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
@@ -233,7 +233,7 @@ impl<'a> SceneRecords<'a> {
             casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
         });
         let mut projected: Vec<Projected> = chunks.into_iter().flatten().collect();
-        if !params.unseen {
+        if !params.include_non_casters {
             let casts =
                 |i: usize| Class::of(&self.materials[self.casters[i].material() as usize]).casts();
             for i in (0..projected.len()).filter(|&i| !casts(i)) {
@@ -245,7 +245,7 @@ impl<'a> SceneRecords<'a> {
             let (of_triangle, setup) =
                 project_triangle(view, 0, triangle, i as u32, i as u32, params);
             let material = &self.materials[triangle.material as usize];
-            let is_listed = params.unseen || Class::of(material).casts();
+            let is_listed = params.include_non_casters || Class::of(material).casts();
             projected.push(if is_listed { of_triangle } else { Projected::INVISIBLE });
             setups.push(setup);
         }

@@ -46,7 +46,7 @@ pub struct ProjectParams {
     /// counts.
     pub scatter: bool,
     /// Whether what casts nothing is projected too: the camera sees it.
-    pub unseen: bool,
+    pub include_non_casters: bool,
     /// Whether depth keys of perspective views go by the distance from the light: where the order
     /// counts.
     pub by_distance: bool,
@@ -140,7 +140,7 @@ pub fn project_particle(
         nearest
     };
     let farthest = (distance + depth_reach - view.near) / range;
-    let unseen = material.transfer == Transfer::None as u32 && !params.unseen;
+    let unseen = material.transfer == Transfer::None as u32 && !params.include_non_casters;
     if unseen || farthest < 0.0 || nearest > 1.0 {
         return Projected::INVISIBLE;
     }

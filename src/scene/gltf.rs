@@ -17,7 +17,7 @@ pub struct Model {
     pub textures: Vec<Texture>,
     /// World space.
     pub triangles: Vec<Triangle>,
-    /// Of KHR_lights_punctual.
+    /// Of `KHR_lights_punctual`.
     pub lights: Vec<Light>,
     /// The first perspective camera.
     pub camera: Option<Camera>,

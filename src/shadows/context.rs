@@ -54,7 +54,7 @@ impl Context<'_, '_> {
             chunk_count: chunks.len() as u32,
             scatter: u32::from(scatter),
             first_setup: plan.first_setup,
-            unseen: u32::from(self.camera),
+            include_non_casters: u32::from(self.camera),
             by_distance: u32::from(plan.filters && plan.features.over),
         };
         self.chunk_buffers_with(&params, chunks).map(Some)

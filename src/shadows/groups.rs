@@ -3,7 +3,10 @@ use super::small::TriangleExtent;
 use crate::{
     model::{Bounds, Class, Material, Shape, Transfer, Triangle},
     records::{Caster, GpuView},
-    shadows::cull::{Crowd, DOUBLED, Frustum, GroupTree, Occluders, Sheets, order, typical_size},
+    shadows::cull::{
+        DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, TileLoadBound, order,
+        typical_size,
+    },
     stage::{bin::SEGMENT_LENGTH, project::CHUNK_SIZE},
 };
 use glam::Vec3;
@@ -17,8 +20,8 @@ const MOST_OBJECTS: usize = 1024;
 /// surface.
 const SPREAD: u64 = 2 * DOUBLED;
 
-/// Moments of change, each later than all before it, whichever set they are of.
-pub(super) fn now() -> u64 {
+/// The next generation: later than all before it, whichever set they are of.
+pub(super) fn next_generation() -> u64 {
     static CLOCK: AtomicU64 = AtomicU64::new(1);
     CLOCK.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
 }
@@ -145,9 +148,9 @@ impl Group {
 pub(super) struct Groups {
     pub groups: Vec<Group>,
     tree: GroupTree,
-    sheets: Sheets,
+    sheets: OccluderPolygons,
     /// When the sheets last changed.
-    pub(super) sheets_at: u64,
+    pub(super) occluders_at: u64,
     /// When they were formed.
     built_size: u64,
 }
@@ -183,20 +186,20 @@ impl Groups {
             let group = |group| Group::of_triangles(class, shift(group, start), members);
             groups.extend(cut.into_iter().map(group));
         }
-        let changed_at = now();
+        let changed_at = next_generation();
         for group in &mut groups {
             group.changed_at = changed_at;
         }
         let tree = GroupTree::new(&bounds(&groups));
-        let sheets = Sheets::default();
-        let mut all = Self { groups, tree, sheets, sheets_at: changed_at, built_size: 0 };
+        let sheets = OccluderPolygons::default();
+        let mut all = Self { groups, tree, sheets, occluders_at: changed_at, built_size: 0 };
         all.built_size = all.size();
-        all.find_sheets(members, changed_at);
+        all.find_occluders(members, changed_at);
         all
     }
 
     /// After opaque triangles have changed.
-    pub(super) fn find_sheets(&mut self, members: Members<'_>, changed_at: u64) {
+    pub(super) fn find_occluders(&mut self, members: Members<'_>, changed_at: u64) {
         let plain = |triangle: &Triangle| {
             let material = &members.materials[triangle.material as usize];
             // Its texture counts for nothing.
@@ -207,8 +210,8 @@ impl Groups {
         let of_group =
             |group: &Group| group.casters.clone().map(|i| plain(members.triangle(i))).chain([None]);
         let groups = self.groups.iter().filter(|group| group.may_hide());
-        self.sheets = Sheets::new(groups.flat_map(of_group));
-        self.sheets_at = changed_at;
+        self.sheets = OccluderPolygons::new(groups.flat_map(of_group));
+        self.occluders_at = changed_at;
     }
 
     /// After groups have changed. False where they should be formed anew: their casters have
@@ -263,7 +266,7 @@ impl Groups {
         if hidden.iter().any(|&index| filtering(group(index))) {
             // Where a tile has more than a segment holds, the next one would be cut elsewhere, and
             // sums round otherwise.
-            let mut crowd = Crowd::new(view);
+            let mut crowd = TileLoadBound::new(view);
             let seen = visible.iter().map(|&index| group(index));
             for group in seen.filter(|group| filtering(group)) {
                 let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };

@@ -2,7 +2,7 @@
 use super::{CasterSet, Config, ListCounters, Maps, Pipeline, PreparedMaps, Room};
 use crate::{
     error::Error,
-    gpu::{KernelCache, Memory, NATIVE_FEATURES, Tier, Timeline},
+    gpu::{KernelCache, Memory, Tier, Timeline},
     model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
     stage::sort::pair_limit,
 };
@@ -49,7 +49,8 @@ fn lock(engine: &Mutex<Engine>) -> MutexGuard<'_, Engine> {
 
 impl Shadows {
     /// On a host's device, of which it keeps handles. It runs on the native tier where the device
-    /// was opened with subgroups and texture atomics, else on WebGPU's own limits and features.
+    /// was opened with subgroups, texture atomics and 9 storage textures a stage, else on WebGPU's
+    /// own limits and features.
     ///
     /// # Errors
     /// Where the device has less than WebGPU's limits, or refuses a kernel.
@@ -58,9 +59,7 @@ impl Shadows {
         queue: &wgpu::Queue,
         adapter: &wgpu::AdapterInfo,
     ) -> Result<Self, Error> {
-        let native = device.features().contains(NATIVE_FEATURES);
-        let tier = if native { Tier::Native } else { Tier::Core };
-        Self::with(device, queue, Config::new(tier, adapter))
+        Self::with(device, queue, Config::new(Tier::of(device), adapter))
     }
 
     /// With a configuration of its own: for tests and measurements.
@@ -244,7 +243,7 @@ fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
             return invalid(index, "its map's size must be 16 to 4096 texels");
         }
         let finite = view.view_from_world.is_finite() && view.far.is_finite();
-        if !finite || !(view.near >= 0.0 && view.near < view.far) {
+        if !(finite && view.near >= 0.0 && view.near < view.far) {
             return invalid(index, "its planes must be finite, the near one before the far one");
         }
     }

@@ -46,12 +46,12 @@ pub(crate) struct Scratch {
     /// What segments do to texels, where some list composes them one by one.
     pub composed: Option<Buffer>,
     pub(super) small: SmallDepths,
-    room: Room,
+    sizes: ScratchSizes,
 }
 
-/// What the largest of some lists and batches needs.
+/// Sizes of the scratch memory: the peak over lists and batches.
 #[derive(Clone, Copy, Debug)]
-struct Room {
+struct ScratchSizes {
     footprints: u64,
     setups: u64,
     tiles: u64,
@@ -74,7 +74,7 @@ pub(crate) fn partial_count(pairs: u32, segment_length: u32) -> u64 {
     2 * u64::from(pairs / segment_length) + 1
 }
 
-impl Room {
+impl ScratchSizes {
     /// `limit`: of the pairs.
     fn of(
         config: &Config,
@@ -98,8 +98,8 @@ impl Room {
         let limit = match nodes {
             0 => limit,
             _ => {
-                let room = limits.max_storage_buffer_binding_size / segment_bytes;
-                let most = (room - 1) / 2 * u64::from(CURVE_SEGMENT);
+                let sizes = limits.max_storage_buffer_binding_size / segment_bytes;
+                let most = (sizes - 1) / 2 * u64::from(CURVE_SEGMENT);
                 u32::try_from(most).unwrap_or(u32::MAX).min(limit)
             }
         };
@@ -188,8 +188,10 @@ impl Scratch {
     ) -> Result<Self, Error> {
         const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
         let limits = allocator.device.limits();
-        let room = Room::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
-        let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity, .. } = room;
+        let sizes =
+            ScratchSizes::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
+        let ScratchSizes { footprints, setups, tiles, small_tiles, pairs: pair_capacity, .. } =
+            sizes;
         let curve_count = if nodes == 0 { 0 } else { partial_count(pair_capacity, CURVE_SEGMENT) };
         let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
         let storage = TextureUsages::STORAGE_BINDING;
@@ -207,7 +209,7 @@ impl Scratch {
         let pairs =
             [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
         let none = BufferUsages::empty();
-        let composed = if room.composed {
+        let composed = if sizes.composed {
             let segments = partial_count(pair_capacity, SEGMENT_LENGTH);
             // The pair budget's default would need a little more than a storage binding holds.
             let segments = segments.min(MAX_COMPOSED);
@@ -250,7 +252,7 @@ impl Scratch {
             )?,
             partials: allocator.storage::<[u32; 4]>(
                 "partials",
-                curve_count * room.segment_bytes / 16,
+                curve_count * sizes.segment_bytes / 16,
                 none,
             )?,
             nothing_scattered: allocator.storage::<u32>(
@@ -259,13 +261,13 @@ impl Scratch {
                 none,
             )?,
             composed,
-            sums: Sums::new(allocator, config.tier, room.summed_tiles * TEXELS)?,
+            sums: Sums::new(allocator, config.tier, sizes.summed_tiles * TEXELS)?,
             small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
-            room,
+            sizes,
         })
     }
 
-    /// Whether it has room for other plans, and no more pairs than the budget allows.
+    /// Whether it has sizes for other plans, and no more pairs than the budget allows.
     pub(crate) fn fits(
         &self,
         device: &wgpu::Device,
@@ -275,16 +277,16 @@ impl Scratch {
         nodes: u32,
     ) -> bool {
         let limits = device.limits();
-        let need = Room::of(config, plans, pairs, pair_limit(device), nodes, &limits);
-        let room = self.room;
-        need.footprints <= room.footprints
-            && need.setups <= room.setups
-            && need.tiles <= room.tiles
-            && need.summed_tiles <= room.summed_tiles
-            && need.small_tiles <= room.small_tiles
-            && need.nodes == room.nodes
-            && need.segment_bytes <= room.segment_bytes
-            && (room.composed || !need.composed)
-            && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
+        let need = ScratchSizes::of(config, plans, pairs, pair_limit(device), nodes, &limits);
+        let sizes = self.sizes;
+        need.footprints <= sizes.footprints
+            && need.setups <= sizes.setups
+            && need.tiles <= sizes.tiles
+            && need.summed_tiles <= sizes.summed_tiles
+            && need.small_tiles <= sizes.small_tiles
+            && need.nodes == sizes.nodes
+            && need.segment_bytes <= sizes.segment_bytes
+            && (sizes.composed || !need.composed)
+            && (need.pairs..=config.pair_budget.max(1)).contains(&sizes.pairs)
     }
 }

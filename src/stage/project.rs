@@ -49,11 +49,11 @@ pub struct ProjectParams {
     /// Footprint of the first triangle, whose setup is number 0.
     pub first_setup: u32,
     /// 1: the camera sees what casts nothing.
-    pub unseen: u32,
+    pub include_non_casters: u32,
     /// 1: depth keys of perspective views go by the distance from the light.
     pub by_distance: u32,
 }
-crate::gpu_layout!(ProjectParams { chunk_count, scatter, first_setup, unseen, by_distance });
+crate::gpu_layout!(ProjectParams { chunk_count, scatter, first_setup, include_non_casters, by_distance });
 
 /// Workgroups for `count` chunks or tiles: rows of a length that every adapter allows.
 pub fn grid(count: u32) -> [u32; 3] {

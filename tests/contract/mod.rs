@@ -1,5 +1,6 @@
 //! What every kernel, device and recorded frame must keep.
 mod device;
+mod face;
 mod grammar;
 mod layers;
 mod layout;

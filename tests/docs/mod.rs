@@ -1,3 +1,4 @@
-//! Figures that the documents show.
+//! What the documents say.
 mod dither_figures;
+mod paths;
 mod results;

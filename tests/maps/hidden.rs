@@ -9,7 +9,7 @@ use gobo::{
     records::GpuView,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
-    shadows::cull::{Occluders, Sheets},
+    shadows::cull::{OccluderPolygons, Occluders},
     view::light_views,
 };
 
@@ -32,7 +32,7 @@ fn sheets(chance: &mut Chance, count: usize) -> Vec<[Vec3; 3]> {
 }
 
 fn occluders(triangles: &[[Vec3; 3]], view: &GpuView) -> Occluders {
-    Occluders::new(&Sheets::new(triangles.iter().copied().map(Some)), view)
+    Occluders::new(&OccluderPolygons::new(triangles.iter().copied().map(Some)), view)
 }
 
 fn random_light(chance: &mut Chance) -> Light {

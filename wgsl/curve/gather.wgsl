@@ -2,7 +2,9 @@
 
 import package::bind::sampled::opaques;
 import package::curve::light4::{Light4, black4, fixed, plus, scaled, selected, white4};
-import package::curve::list::{adding, append, clear_list, dark, insert, last_end, young};
+import package::curve::list::{
+    adding, append, clear_list, has_free_node, insert, is_saturated, last_end,
+};
 import package::curve::node::DEPTHS;
 import package::curve::volumes::{Ramp4, clear_volumes, count_late, nearest_inside};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
@@ -28,7 +30,7 @@ var<private> open_start: vec4<f32>;
 var<private> open_end: vec4<f32>;
 var<private> open_light: Light4;
 var<private> open_added: Light4; // by `over`
-// Of all hits, for what comes behind a segment: what they leave of light, but for what they add.
+// Scale of the affine transfer of all hits, for what comes behind a segment.
 var<private> scale: Light4;
 
 // A slab's pairs lie within this share of the depths of their segment: 1 over it.
@@ -36,14 +38,14 @@ fn slab_count() -> u32 {
     return NODES + NODES / 2u;
 }
 
-// Texels with more hits have none that goes in alone.
-fn most_few() -> vec4<u32> {
+// Most hits of a texel that go into its curve one by one.
+fn max_exact_hits() -> vec4<u32> {
     return vec4(2u * NODES);
 }
 
 // The next hit goes in alone, without a merge.
 fn is_single() -> vec4<bool> {
-    return few & young();
+    return few & has_free_node();
 }
 
 fn start(view: GpuView, texel: vec2<u32>) {
@@ -169,6 +171,6 @@ fn settled(front: f32) -> bool {
     if HAS_OVER {
         return all(opaque_depth <= depth);
     }
-    let closed = dark() & (last_end() <= vec4<u32>(depth * DEPTHS)) & (nearest <= depth);
+    let closed = is_saturated() & (last_end() <= vec4<u32>(depth * DEPTHS)) & (nearest <= depth);
     return all(closed | (opaque_depth <= depth));
 }

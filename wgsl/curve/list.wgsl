@@ -54,7 +54,7 @@ fn clear_list() {
 }
 
 // The next hit fits without a merge.
-fn young() -> vec4<bool> {
+fn has_free_node() -> vec4<bool> {
     return spans[0] == vec4(0u);
 }
 
@@ -63,7 +63,7 @@ fn last_end() -> vec4<u32> {
 }
 
 // Nothing that is seen passes the last node.
-fn dark() -> vec4<bool> {
+fn is_saturated() -> vec4<bool> {
     let last = node_lights[NODES - 1u];
     let most = max(max(last & vec4(0xffffu), last >> vec4(16u)), node_means[NODES - 1u] & vec4(0xffffu));
     return select(most < vec4(DARK), vec4(false), vec4(HAS_GAIN || HAS_OVER));
@@ -125,7 +125,7 @@ fn add_node(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is:
     let span = (start << vec4(16u)) | end;
     let last = spans[NODES - 1u] <= span;
     // What is behind black does nothing, so that a walk may stop there.
-    let counts = is & !(last & dark());
+    let counts = is & !(last & is_saturated());
     if ordered() {
         spans[NODES] = span;
         node_lights[NODES] = encode_lights(passed);

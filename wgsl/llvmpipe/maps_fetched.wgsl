@@ -5,12 +5,12 @@
 
 import package::bind::updated::{filters, nearests};
 
-// Of texels that belong to nobody. `texel`: the lane's first in the map; every lane fetches a row.
+// Alpha of texels without an owner tag. `texel`: the lane's first in the map; each fetches a row.
 fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
     let lane = texel.x & 7u;
     let row = texel - vec2(lane, 0u) + vec2(0u, lane);
     let fetched = textureLoad(filters, row, layer).a + textureLoad(nearests, row, layer).r;
-    // Neither is negative, which no compiler knows: what is not used is not read.
+    // Keeps the prefetch from being optimised away: neither is negative, which no compiler knows.
     return select(1.0, fetched, fetched < 0.0);
 }
 

@@ -118,7 +118,7 @@ fn project_particles(
     }
     let nearest = (distance - depth_reach - view.near) / range;
     let farthest = (distance + depth_reach - view.near) / range;
-    let unseen = material.transfer == TRANSFER_NONE && project_params.unseen == 0u;
+    let unseen = material.transfer == TRANSFER_NONE && project_params.include_non_casters == 0u;
     if unseen || farthest < 0.0 || nearest > 1.0 {
         put(index, INVISIBLE, vec2(0u));
         return;

@@ -15,7 +15,7 @@ struct ProjectParams {
     // Footprint of the first triangle, whose setup is number 0.
     first_setup: u32,
     // 1: the camera sees what casts nothing.
-    unseen: u32,
+    include_non_casters: u32,
     // 1: depth keys of perspective views go by the distance from the light.
     by_distance: u32,
 }

@@ -1,7 +1,7 @@
 // shade, light points: the light that each point sends to the eye. The only kernel of the picture
 // that asks the shadow maps; surfaces, panes, particles and air write its points. One invocation
 // per point.
-// CPU twin: src/cpu/shading/mod.rs. Host: src/stage/shade.rs.
+// CPU twin: src/reference/shading/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::stored::lit;
 import package::bind::uniform::point_batch;

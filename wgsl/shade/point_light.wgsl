@@ -1,4 +1,4 @@
-// What a point scatters, mirrors and emits to the eye. CPU twin: src/cpu/shading/mod.rs.
+// What a point scatters, mirrors and emits to the eye. CPU twin: src/reference/shading/mod.rs.
 
 import package::bind::uniform::picture_params;
 import package::records::light::{cluster_list, listed_light};

@@ -1,6 +1,6 @@
 // shade, casters: the middle of each particle that is seen and not solid, as a point. One invocation
 // per footprint of the camera's view.
-// CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
+// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::loaded::{footprints, rects};
 import package::bind::sampled::casters;

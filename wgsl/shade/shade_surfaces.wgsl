@@ -1,6 +1,6 @@
 // shade, surfaces: what the camera sees that is solid, or the sky, as points. One invocation per
 // pixel of a band.
-// CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
+// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::uniform::{materials, views};
@@ -62,7 +62,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let material = materials[look_material(look)];
     let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     let position = world_point(view, pixel, depth);
-    // Round, whatever way the disc faces.
+    // Sphere-impostor normal.
     let aside = (position - place.xyz) / place.w;
     let to_eye = normalize(eye() - position);
     let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));

@@ -82,7 +82,7 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     let to_eye = normalize(eye() - world_point(view, corner + 0.5, pane.depth));
     let mirror = mirrored_share(hit, material, pane.setup, to_eye);
     let behind = (1.0 - mirror) * (1.0 - scattered_share(hit, material, false));
-    // What gathers light gathers that of lamps, not what the eye sees behind it.
+    // `gain` amplifies light sources, not the background.
     let light = select(hit.light, vec3(1.0), material.transfer == TRANSFER_GAIN);
     let shown = Pane(pane.depth, pane.setup, passed);
     if !adds && first_pane.depth == NOWHERE {

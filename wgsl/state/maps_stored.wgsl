@@ -2,7 +2,7 @@
 
 import package::bind::stored::{filters, nearests};
 
-// Of texels that belong to nobody.
+// Alpha of texels without an owner tag.
 fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
     return 1.0;
 }

@@ -1,4 +1,4 @@
-// The nearest solid caster of a pixel. CPU twin: src/cpu/shade/mod.rs.
+// The nearest solid caster of a pixel. CPU twin: src/reference/shade/mod.rs.
 
 import package::hit::caster_hit::caster_hit;
 import package::hit::solid::is_solid;

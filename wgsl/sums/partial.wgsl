@@ -13,7 +13,7 @@ struct Partial {
     owner: u32,
 }
 
-const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/pipeline/list.rs
+const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/shadows/list.rs
 
 // Half a float holds what `gain` brightens, but only 11 bits.
 fn pack_pair(v: vec2<f32>) -> u32 {

@@ -4,7 +4,7 @@
 
 import package::bind::loaded::footprints;
 import package::curve::gather::{
-    SLAB_PAIRS, append_single, corner, few, flush, hit_count, is_single, most_few, nearest,
+    SLAB_PAIRS, append_single, corner, few, flush, hit_count, is_single, max_exact_hits, nearest,
     settled, slab_count,
 };
 import package::curve::pair_key::pair_key;
@@ -58,7 +58,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     slab_key = 0u;
     slab_reach = INVISIBLE;
     var front = 0.0;
-    while base < end && subgroupAny(any((hit_count <= most_few()) | (nearest > vec4(front)))) {
+    while base < end && subgroupAny(any((hit_count <= max_exact_hits()) | (nearest > vec4(front)))) {
         slab_first = base;
         let stretch = fetch(view, lane, end, lo, hi);
         for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
@@ -67,7 +67,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         front = key_depth(subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u));
         base += stretch.count;
     }
-    few = hit_count <= most_few();
+    few = hit_count <= max_exact_hits();
     base = first;
     slab_first = first;
     slab_reach = 0u;

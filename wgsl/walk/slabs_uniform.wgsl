@@ -3,7 +3,7 @@
 
 import package::bind::loaded::footprints;
 import package::curve::gather::{
-    SLAB_PAIRS, few, flush, hit_count, most_few, nearest, settled, slab_count,
+    SLAB_PAIRS, few, flush, hit_count, max_exact_hits, nearest, settled, slab_count,
 };
 import package::curve::pair_key::pair_key;
 import package::curve::volumes::rest_steps;
@@ -17,14 +17,14 @@ import choice::visit::{count_hits, join_waiting, slabbed, visit, waiting_steps};
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
     var front = 0.0;
-    while slabbed() && base < end && any((hit_count <= most_few()) | (nearest > vec4(front))) {
+    while slabbed() && base < end && any((hit_count <= max_exact_hits()) | (nearest > vec4(front))) {
         let at = pair_footprint(base) * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));
         count_hits(view, textureLoad(footprints, record_texel(at)), look);
         front = front_depth(look);
         base += 1u;
     }
-    few = hit_count <= most_few();
+    few = hit_count <= max_exact_hits();
     base = first;
     var slab_first = first;
     var slab_key = 0u;

@@ -34,7 +34,7 @@ pub(crate) struct BenchArguments {
     pub(super) size: Vec<u32>,
     /// Measure the raster pipeline too, and hold the maps against its maps
     #[arg(long)]
-    pub(super) vs: Option<Opponent>,
+    pub(super) vs: Option<Baseline>,
     /// Opaque triangles instead, beside a depth-only raster pass; their bounding squares are 1.5,
     /// 4 and 12 texels wide where --footprint is not given
     #[arg(long, conflicts_with_all = ["opacity", "layout", "lights"])]
@@ -74,7 +74,7 @@ pub(super) struct OneCase {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum Opponent {
+pub(super) enum Baseline {
     Raster,
 }
 

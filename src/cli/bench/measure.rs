@@ -63,7 +63,7 @@ pub(super) struct Row {
     pub(super) overflowed: u32,
 }
 
-/// The opponent's part.
+/// The baseline's part.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct RasterRow {
     /// Of the faster recipe.
@@ -179,8 +179,8 @@ impl Bench {
         let mut times = vec![Vec::new(); 1 + opponents.len()];
         for run in 0..WARM_UP + self.runs as usize {
             let mut frame = vec![self.compute(prepared)?];
-            for opponent in opponents {
-                frame.push(self.clock.time(&self.gpu, |encoder| opponent(encoder))?);
+            for baseline in opponents {
+                frame.push(self.clock.time(&self.gpu, |encoder| baseline(encoder))?);
             }
             if run >= WARM_UP {
                 for (times, ms) in times.iter_mut().zip(frame) {

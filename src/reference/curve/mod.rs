@@ -133,7 +133,7 @@ impl Streaming {
     }
 
     /// Whether the next hit will fit without a merge.
-    pub fn is_young(&self) -> bool {
+    pub fn has_free_node(&self) -> bool {
         self.nodes[0].span == 0
     }
 

@@ -24,7 +24,7 @@ use glam::{IVec3, Vec3};
 pub const SLAB_PAIRS: usize = 128;
 
 /// Hits of a segment with which a texel still takes them one by one until its curve is full.
-pub const fn most_few(nodes: u32) -> u32 {
+pub const fn max_exact_hits(nodes: u32) -> u32 {
     2 * nodes
 }
 
@@ -245,7 +245,7 @@ fn walk(
             counts[place] += u32::from(hit.is_some_and(|hit| hit.opacity >= TRACE));
         }
     }
-    let is_few = |place: usize| counts[place] <= most_few(modes.nodes);
+    let is_few = |place: usize| counts[place] <= max_exact_hits(modes.nodes);
     let mut first = 0;
     for (i, &(footprint, key)) in pairs.iter().enumerate() {
         if i - first >= SLAB_PAIRS || key - pairs[first].1 > reach {
@@ -279,7 +279,7 @@ fn walk(
                     placed |= texel.meet(&hit);
                 }
             }
-            if placed && (is_few(place) && texel.curve.is_young() || !modes.slabs) {
+            if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
                 texel.flush();
             }
         }

@@ -82,7 +82,7 @@ impl<'a> Seen<'a> {
     fn new(scene: &'a Scene, view: &GpuView) -> Self {
         let records = SceneRecords::new(scene);
         let casters = records
-            .project(view, ProjectParams { scatter: false, unseen: true, by_distance: false });
+            .project(view, ProjectParams { scatter: false, include_non_casters: true, by_distance: false });
         let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(crate::model::TILE_SIZE);
         let sorted = depth_order(&casters.keys);
         let bins = bin(&sorted, &casters.rects, &[*view], tile_count, u32::MAX);
@@ -197,7 +197,7 @@ impl Eye<'_> {
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);
         let to_eye = (self.position() - position).normalize();
-        // Round, whatever way the disc faces.
+        // Sphere-impostor normal.
         let aside = (position - caster.center) / caster.radius;
         let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
         let normal = (aside + to_eye * out).normalize();
@@ -330,7 +330,7 @@ impl Eye<'_> {
         // What covers has taken its share by its transfer.
         let covers = material.transfer == Transfer::Over;
         let scattered = if covers { 0.0 } else { scattered_share(material, opacity) };
-        // What gathers light gathers that of lamps, not what the eye sees behind it.
+        // `gain` amplifies light sources, not the background.
         let gathers = material.transfer == Transfer::Gain;
         let light = if gathers { Vec3::ONE } else { hit.light };
         let passed = light * ((1.0 - mirrored) * (1.0 - scattered));

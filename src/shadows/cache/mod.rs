@@ -61,7 +61,7 @@ impl MapCache {
             let mut groups = casters.visible(&gpu_view);
             let before = before.next();
             let same = before.as_ref().filter(|before| {
-                same_set && before.view == *view && before.at >= casters.sheets_at()
+                same_set && before.view == *view && before.at >= casters.occluders_at()
             });
             let occluders = same.map_or_else(
                 || Arc::new(casters.occluders(&gpu_view)),

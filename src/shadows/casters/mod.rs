@@ -5,7 +5,7 @@ mod features;
 mod update;
 mod upload;
 
-use super::groups::{Group, Groups, Members, now, sort_by_place};
+use super::groups::{Group, Groups, Members, next_generation, sort_by_place};
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Resources},
@@ -170,7 +170,7 @@ impl CasterSet {
                 texture_sizes: textures.iter().map(|t| (t.width, t.height)).collect(),
                 blue_first,
             },
-            id: now(),
+            id: next_generation(),
         })
     }
 
@@ -217,8 +217,8 @@ impl CasterSet {
     }
 
     /// When occluders last changed.
-    pub(super) fn sheets_at(&self) -> u64 {
-        self.groups.sheets_at
+    pub(super) fn occluders_at(&self) -> u64 {
+        self.groups.occluders_at
     }
 
     /// When something in it last changed.

@@ -10,7 +10,7 @@ use crate::{
         CLASSES, Casters, Class, Material, Particle, Texture, Triangle, absorptions, dither::window,
     },
     records::{CASTER_TEXELS, Caster, TRIANGLE_TEXELS, TriangleRecord},
-    shadows::groups::{Members, now},
+    shadows::groups::{Members, next_generation},
 };
 use std::ops::Range;
 
@@ -102,9 +102,9 @@ impl CasterSet {
         new_material: &[bool],
     ) -> bool {
         let Self { source, groups, .. } = self;
-        let changed_at = now();
+        let changed_at = next_generation();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
-        let mut new_sheets = false;
+        let mut new_occluders = false;
         for group in &mut groups.groups {
             let range = group.casters.start as usize..group.casters.end as usize;
             let is_new = if group.is_triangles() {
@@ -125,16 +125,16 @@ impl CasterSet {
                 let order = &source.triangle_order;
                 let members = Members { casters: &source.casters, triangles, order, materials };
                 group.refit(members, changed_at);
-                new_sheets |= group.may_hide();
+                new_occluders |= group.may_hide();
                 let parts =
                     if group.is_triangles() { &mut new_triangles } else { &mut new_particles };
                 parts.push(group.casters.clone());
             }
         }
-        if new_sheets {
+        if new_occluders {
             let order = &source.triangle_order;
             let members = Members { casters: &source.casters, triangles, order, materials };
-            groups.find_sheets(members, changed_at);
+            groups.find_occluders(members, changed_at);
         }
         upload_parts(queue, &self.casters, &source.casters, CASTER_TEXELS, &new_particles);
         upload_parts(queue, &self.triangles, &source.triangles, TRIANGLE_TEXELS, &new_triangles);

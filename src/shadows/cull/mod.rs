@@ -12,14 +12,14 @@
 //! `project` enlarges and by what rounding may move. The range of a spot or point light is its far
 //! *plane*, not a sphere: light depth is measured along the view's axis, so the corners of a view
 //! reach farther than `far`.
-mod crowd;
 mod frustum;
 mod occluders;
 pub mod order;
 mod radix;
+mod tile_load;
 mod tree;
 
-pub use crowd::Crowd;
 pub use frustum::{Frustum, widened};
-pub use occluders::{MOST_OCCLUDERS, Occluders, Sheets};
+pub use occluders::{MOST_OCCLUDERS, OccluderPolygons, Occluders};
+pub use tile_load::TileLoadBound;
 pub use tree::{DOUBLED, GroupTree, typical_size};

@@ -1,6 +1,6 @@
 //! What large opaque surfaces hide from a light.
 //!
-//! 1. The largest flat pieces of plain opaque triangles are found once ([`Sheets`]): ground and
+//! 1. The largest flat pieces of plain opaque triangles are found once ([`OccluderPolygons`]): ground and
 //!    walls are squares of two triangles.
 //! 2. A view takes the few that are largest in its map ([`Occluders`]).
 //! 3. A box is hidden where one of them has all of it behind its planes and within its outline.
@@ -73,9 +73,9 @@ impl Sheet {
 
 /// The largest of a scene.
 #[derive(Clone, Debug, Default)]
-pub struct Sheets(Vec<Sheet>);
+pub struct OccluderPolygons(Vec<Sheet>);
 
-impl Sheets {
+impl OccluderPolygons {
     /// Of triangles in the order of the upload; `None` for what is no plain opaque one, or where
     /// neighbours must not be joined.
     pub fn new(triangles: impl IntoIterator<Item = Option<[Vec3; 3]>>) -> Self {
@@ -149,7 +149,7 @@ pub struct Occluders {
 }
 
 impl Occluders {
-    pub fn new(sheets: &Sheets, view: &GpuView) -> Self {
+    pub fn new(sheets: &OccluderPolygons, view: &GpuView) -> Self {
         let Some(frame) = Frame::new(view) else { return Self::default() };
         let mut occluders: Vec<Occluder> =
             sheets.0.iter().filter_map(|sheet| frame.occluder(sheet)).collect();

@@ -14,7 +14,7 @@ const SPARE: f64 = 2.0;
 
 /// Counts by whole tiles of a view's map.
 #[derive(Clone, Debug)]
-pub struct Crowd {
+pub struct TileLoadBound {
     counts: [u32; CELLS * CELLS],
     /// `None` where the view cannot be judged.
     axes: Option<([DVec3; 3], DVec3)>,
@@ -26,7 +26,7 @@ pub struct Crowd {
     perspective: bool,
 }
 
-impl Crowd {
+impl TileLoadBound {
     pub fn new(view: &GpuView) -> Self {
         let tiles = (view.size.max_element() as u32).div_ceil(TILE_SIZE);
         let edge = tiles.div_ceil(CELLS as u32).max(1) * TILE_SIZE;

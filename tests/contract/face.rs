@@ -1,0 +1,158 @@
+//! The library's face: what a host sees of it.
+use crate::common::{
+    TIERS,
+    scenes::{material, particle, random_discs},
+};
+use gobo::{
+    Casters, Gpu, Light, Material, Particle, Prepared, ShadowSettings, Shadows, Texture, Transfer,
+    View,
+    error::Error,
+    glam::{Vec3, Vec4},
+    gpu::{NATIVE_FEATURES, Selection},
+    light_views,
+    model::Bounds,
+    wgpu,
+};
+
+fn open(tier: gobo::gpu::Tier) -> (Gpu, Shadows) {
+    let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() });
+    let gpu = gpu.unwrap_or_else(|error| panic!("{error}"));
+    let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter).unwrap();
+    shadows.configure(|config| {
+        assert_eq!(config.tier, tier);
+        config.scatter_tiny = false;
+    });
+    (gpu, shadows)
+}
+
+fn views() -> Vec<View> {
+    let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
+    let lamp = Light::point(Vec3::Y * 4.0);
+    light_views(0, &lamp, 64, None, &bounds)
+}
+
+fn submit(gpu: &Gpu, prepared: &Prepared) -> Vec<[u16; 4]> {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    prepared.record(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.read_texture(&prepared.maps().filters)
+}
+
+fn of<'a>(particles: &'a [Particle], materials: &'a [Material]) -> Casters<'a> {
+    Casters { particles, materials, ..Casters::default() }
+}
+
+#[test]
+fn a_host_that_grows_has_no_overflow_and_the_same_map() {
+    for tier in TIERS {
+        let (gpu, mut shadows) = open(tier);
+        // Each on every tile of a face: more pairs than the first guess has room for.
+        let particles: Vec<_> = (0..8_000_u16)
+            .map(|i| {
+                particle(Vec3::Y * (f32::from(i) * 1e-5), 3.0, Vec4::new(1.0, 0.5, 1.0, 2.5e-4))
+            })
+            .collect();
+        let materials = [material(Transfer::Filter)];
+        let (casters, views) = (of(&particles, &materials), &views()[3..4]);
+        let settings = ShadowSettings::default();
+        let prepared = shadows.prepare(&casters, views, &settings).unwrap();
+        let crowded = submit(&gpu, &prepared);
+        let counters = prepared.counters().unwrap();
+        assert!(counters.overflowed > 0, "{counters:?}");
+        assert!(shadows.grow_from(counters));
+        let prepared = shadows.prepare(&casters, views, &settings).unwrap();
+        let roomy = submit(&gpu, &prepared);
+        let counters = prepared.counters().unwrap();
+        assert_eq!((counters.overflowed, counters.views_rendered), (0, 1), "{counters:?}");
+        assert!(!shadows.grow_from(counters));
+        let green = |texel: &[u16; 4]| half::f16::from_bits(texel[1]).to_f32();
+        let pairs = || crowded.iter().map(green).zip(roomy.iter().map(green));
+        // A scattered hit of 8 units of fixed point is rounded by half of one.
+        assert!(pairs().all(|(a, b)| (a - b).abs() <= 0.04));
+        assert!(pairs().any(|(a, _)| a < 0.7), "there is a shadow");
+    }
+}
+
+#[test]
+fn maps_stay_until_something_changes_and_old_handles_are_void() {
+    let (gpu, mut shadows) = open(TIERS[1]);
+    let materials = [material(Transfer::Filter)];
+    let mut particles = random_discs(500, 3);
+    let (views, settings) = (views(), ShadowSettings::default());
+    let first = shadows.prepare(&of(&particles, &materials), &views, &settings).unwrap();
+    submit(&gpu, &first);
+    assert_eq!(first.counters().unwrap().views_rendered, 6);
+    let second = shadows.prepare(&of(&particles, &materials), &views, &settings).unwrap();
+    let before = submit(&gpu, &second);
+    let counters = second.counters().unwrap();
+    assert_eq!((counters.views_rendered, counters.views_kept), (0, 6));
+    assert!(matches!(first.counters(), Err(Error::Superseded)));
+
+    particles.iter_mut().for_each(|particle| particle.center = Vec3::new(0.1, 0.0, 0.1));
+    let third = shadows.prepare(&of(&particles, &materials), &views, &settings).unwrap();
+    assert!(submit(&gpu, &second) == before, "a void handle records nothing");
+    assert!(submit(&gpu, &third) != before);
+    shadows.forget();
+    assert!(matches!(third.counters(), Err(Error::Superseded)));
+    let fresh = shadows.prepare(&of(&particles, &materials), &views, &settings).unwrap();
+    submit(&gpu, &fresh);
+    assert_eq!(fresh.counters().unwrap().views_rendered, 6);
+}
+
+#[test]
+fn what_cannot_be_used_is_named() {
+    let (_, mut shadows) = open(TIERS[0]);
+    let settings = ShadowSettings::default();
+    let mut error = |casters: &Casters<'_>, views: &[View], settings: &ShadowSettings| {
+        shadows.prepare(casters, views, settings).map(|_| ()).unwrap_err().to_string()
+    };
+    let good = particle(Vec3::ZERO, 0.1, Vec4::ONE);
+    let materials = [material(Transfer::Filter)];
+    let endless = Particle { center: Vec3::new(0.0, f32::NAN, 0.0), ..good };
+    for (bad, problem) in [
+        (Particle { material: 1, ..good }, "material"),
+        (Particle { radius: 0.0, ..good }, "radius"),
+        (endless, "centre"),
+    ] {
+        let message = error(&of(&[good, bad], &materials), &views(), &settings);
+        assert!(message.starts_with("particle 1 ") && message.contains(problem), "{message}");
+    }
+    let textured = [Material { texture: Some(0), ..materials[0].clone() }];
+    assert!(error(&of(&[good], &textured), &views(), &settings).starts_with("material 0 "));
+    let one = [good];
+    let textures = [Texture { name: String::new(), width: 2, height: 2, rgba: vec![0; 15] }];
+    let casters = Casters { textures: &textures, ..of(&one, &textured) };
+    assert!(error(&casters, &views(), &settings).starts_with("texture 0 "));
+    let many = vec![materials[0].clone(); 513];
+    assert!(error(&of(&[good], &many), &views(), &settings).contains("512"));
+    let mut flat = views();
+    flat[2].far = flat[2].near;
+    assert!(error(&of(&[good], &materials), &flat, &settings).starts_with("view 2 "));
+    let odd = ShadowSettings { receiver: gobo::Receiver::Curve, nodes: 7, ..settings };
+    assert!(error(&of(&[good], &materials), &views(), &odd).contains("nodes"));
+    shadows.prepare(&of(&[good], &materials), &views(), &settings).unwrap();
+}
+
+/// A host asks for the features and leaves the limits as they are, which the native kernels
+/// exceed.
+#[test]
+fn a_device_of_usual_limits_is_enough() {
+    let adapters = gobo::gpu::adapters(&Selection::default());
+    let adapter = adapters.first().expect("there is an adapter");
+    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        required_features: NATIVE_FEATURES,
+        ..Default::default()
+    }))
+    .unwrap();
+    let mut shadows = Shadows::new(&device, &queue, &adapter.get_info()).unwrap();
+    let settings =
+        ShadowSettings { receiver: gobo::Receiver::Curve, nodes: 8, ..ShadowSettings::default() };
+    let (particles, materials) = (random_discs(50, 3), [material(Transfer::Filter)]);
+    for settings in [settings, ShadowSettings::default()] {
+        let prepared = shadows.prepare(&of(&particles, &materials), &views(), &settings).unwrap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        prepared.record(&mut encoder);
+        queue.submit([encoder.finish()]);
+        assert!(prepared.counters().unwrap().visible > 0);
+    }
+}
