@@ -1,5 +1,5 @@
 //! Kernels for engines without wgpu: every one is written, and well formed.
-use super::{Folder, files};
+use super::commands::{Folder, files};
 use serde_json::Value;
 use std::fs;
 

@@ -1,5 +1,6 @@
 pub(crate) mod brute_force;
 pub(crate) mod compare;
+pub(crate) mod files;
 pub(crate) mod scenes;
 
 use gobo::{

@@ -1,5 +1,5 @@
 //! What a scene file leaves out is chosen: camera, light, planes and ground.
-use super::{Folder, read, read_with};
+use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::UVec2,
     scene::{self, Scene},

@@ -1,7 +1,7 @@
 //! Scene files that are wrong: each gets an error that names the place and the remedy; none panics.
-use crate::{
-    common::scenes::Chance,
-    scene::{Folder, read, read_with},
+use crate::common::{
+    files::{Folder, read, read_with},
+    scenes::Chance,
 };
 use gobo::{
     glam::Vec3,

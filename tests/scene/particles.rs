@@ -1,28 +1,10 @@
 //! Particle files: every PLY encoding, CSV, and files that are wrong.
+use crate::common::files::TempFile;
 use gobo::{
     caster::{Material, Particle, Transfer},
     glam::{Vec3, Vec4},
     scene::{ParticleFile, SceneError, load_particles},
 };
-use std::path::PathBuf;
-
-/// A file of its own for each test.
-pub(crate) struct TempFile(pub(crate) PathBuf);
-
-impl TempFile {
-    pub(crate) fn new(name: &str, bytes: impl AsRef<[u8]>) -> Self {
-        let path = std::env::temp_dir().join(format!("gobo-{}-{name}", std::process::id()));
-        std::fs::write(&path, bytes).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for TempFile {
-    fn drop(&mut self) {
-        // Nothing is lost when the file stays.
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
 
 /// A seeded stream of numbers (xorshift64*; Vigna 2016).
 pub(crate) struct Random(pub(crate) u64);

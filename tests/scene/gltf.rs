@@ -1,5 +1,6 @@
 //! glTF models, written by the tests themselves.
-use crate::particles::{Random, TempFile};
+use super::particles::Random;
+use crate::common::files::TempFile;
 use gobo::{
     caster::{Material, Transfer},
     glam::{Mat4, Quat, Vec2, Vec3, Vec4},

@@ -506,7 +506,7 @@ fn smoke_behind_smoke_is_darker_and_bluer() {
 /// The page says what is measured.
 #[test]
 fn the_page_is_in_step() {
-    let page = include_str!("../docs/curves.md");
+    let page = include_str!("../../docs/curves.md");
     let samples = Rays::ALL.map(Sample::new);
     for method in Method::ALL {
         let start = format!("| {} | {} |", method.name(), method.bytes());

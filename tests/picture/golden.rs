@@ -1,8 +1,5 @@
 //! The lit picture: kernels against the twin, and both against pictures that were looked at.
-use crate::{
-    common::{TIERS, render},
-    scene::read,
-};
+use crate::common::{TIERS, files::read, render};
 use gobo::{
     cpu,
     frame::Picture,
@@ -58,7 +55,7 @@ fn flip(a: &Picture, b: &Picture) -> f32 {
 }
 
 fn golden(name: &str) -> Picture {
-    let path = file(&format!("tests/golden/{name}.png"));
+    let path = file(&format!("tests/picture/golden/{name}.png"));
     let image = image::open(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let image = image.into_rgb8();
     let size = image.dimensions().into();

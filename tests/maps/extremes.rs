@@ -1,8 +1,8 @@
 //! Scenes at the edge of what is valid: whatever is read keeps what [`Scene`] promises of its
 //! numbers, and every view can project.
-use crate::{
-    common::scenes::Chance,
-    scene::{Folder, read, read_with},
+use crate::common::{
+    files::{Folder, read, read_with},
+    scenes::Chance,
 };
 use gobo::{
     glam::Vec3,

@@ -4,7 +4,7 @@ use crate::{
         TIERS, render,
         scenes::{Chance, material, particle},
     },
-    lights::{GLASS, STONE, ground, light_at, maps, moved, roof},
+    maps::lights::{GLASS, STONE, ground, light_at, maps, moved, roof},
 };
 use gobo::{
     caster::{Material, Profile, Transfer},

@@ -231,9 +231,9 @@ fn disagreements_are_noticed() {
 #[test]
 fn segments_are_as_long_in_the_kernels() {
     let sources = [
-        (include_str!("../wgsl/common/tile.wgsl"), "SEGMENT_LENGTH", SEGMENT_LENGTH),
-        (include_str!("../wgsl/common/curve.wgsl"), "CURVE_SEGMENT", CURVE_SEGMENT),
-        (include_str!("../wgsl/common/gather_curve.wgsl"), "SLAB_PAIRS", SLAB_PAIRS as u32),
+        (include_str!("../../wgsl/common/tile.wgsl"), "SEGMENT_LENGTH", SEGMENT_LENGTH),
+        (include_str!("../../wgsl/common/curve.wgsl"), "CURVE_SEGMENT", CURVE_SEGMENT),
+        (include_str!("../../wgsl/common/gather_curve.wgsl"), "SLAB_PAIRS", SLAB_PAIRS as u32),
     ];
     for (source, name, value) in sources {
         assert!(

@@ -1,5 +1,5 @@
 //! Spheres displaced by noise: closed at every time, within their amplitude, in motion.
-use crate::scene::read;
+use crate::common::files::read;
 use gobo::{
     caster::Triangle,
     glam::Vec3,

@@ -5,8 +5,10 @@ use crate::{
         TIERS, render,
         scenes::{Chance, empty, light, material, particle, triangle},
     },
-    curve::{curved, discs, holds, mixture, twin},
-    volumes::{COLOR, DISTANCE, FOG, SUN, WALL, all_maps, cuboid, floor, fog, spot, stage},
+    maps::{
+        curve::{curved, discs, holds, mixture, twin},
+        volumes::{COLOR, DISTANCE, FOG, SUN, WALL, all_maps, cuboid, floor, fog, spot, stage},
+    },
 };
 use gobo::{
     caster::{Material, Particle, Profile, Shape, Transfer},
@@ -259,5 +261,5 @@ fn twins_of_other_bodies_differ() {
     let scene = discs(8);
     let mut puffs = scene.clone();
     puffs.materials[0].shape = Shape::Puff;
-    assert!(crate::curve::share_apart(&twin(&scene), &twin(&puffs)) > 0.05);
+    assert!(crate::maps::curve::share_apart(&twin(&scene), &twin(&puffs)) > 0.05);
 }

@@ -1,10 +1,9 @@
 //! Composite shadows and the atlas: what a light's shadow is, whatever maps hold it.
-use crate::{
-    common::{
-        TIERS, render,
-        scenes::{Chance, empty, light, material, particle, triangle},
-    },
-    scene::read,
+use crate::common::{
+    TIERS,
+    files::read,
+    render,
+    scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
     atlas::AtlasLimits,

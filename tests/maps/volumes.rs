@@ -1,11 +1,9 @@
 //! Closed meshes absorb along the way through them: pencil and paper, and rays in 64 bits, against
 //! the twin and both tiers.
-use crate::{
-    common::{
-        TIERS,
-        scenes::{empty, light, material, triangle},
-    },
-    scene::read,
+use crate::common::{
+    TIERS,
+    files::read,
+    scenes::{empty, light, material, triangle},
 };
 use gobo::{
     caster::{Material, Transfer, Triangle},

@@ -1,0 +1,5 @@
+//! What every kernel, device and recorded frame must keep.
+mod device;
+mod layout;
+mod recording;
+mod shaders;

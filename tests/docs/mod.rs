@@ -1,0 +1,3 @@
+//! Figures that the documents show.
+mod dither_figures;
+mod results;

@@ -1,0 +1,20 @@
+//! Shadow maps: kernels, twin, closed forms and a renderer in 64 bits.
+mod bake;
+mod brute_force;
+mod cascades;
+mod closed_forms;
+mod colored;
+mod curve;
+mod curve_bodies;
+mod dither_maps;
+mod extremes;
+mod hidden;
+mod lights;
+mod pipeline;
+mod properties;
+mod proxies;
+mod puffs;
+mod textured;
+mod tints;
+mod transfers;
+mod volumes;

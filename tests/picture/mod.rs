@@ -1,0 +1,4 @@
+//! The lit picture.
+mod air;
+mod golden;
+mod shade;

@@ -1,0 +1,8 @@
+//! One stage at a time.
+mod bin;
+mod cluster;
+mod cull;
+mod dither;
+mod filter;
+mod occlude;
+mod sort;
