@@ -31,6 +31,7 @@ pub(super) fn empty_scene() -> Scene {
         background: Vec3::new(0.52, 0.62, 0.75),
         air: None,
         skipped: Skipped::new(),
+        notes: Vec::new(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The binary where the world is hostile: streams that are full, names that are no text, pipes,
 //! files that a killed run left, adapters that cannot do it.
-use super::{Folder, files};
+use super::commands::{Folder, files};
 use serde_json::Value;
 use std::{fs, process::Command};
 

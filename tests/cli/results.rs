@@ -1,5 +1,5 @@
 //! Results beside the picture: curves as arrays, linear light, exposure, no ground.
-use super::{Folder, files, npy};
+use super::commands::{Folder, files, npy};
 use gobo::scene;
 use std::fs;
 

@@ -1,5 +1,5 @@
 //! glTF files as they come: what leaves the folder, what is valid, what is used and not read.
-use super::Folder;
+use crate::common::files::Folder;
 use gobo::{
     glam::{Mat4, Quat, Vec3},
     scene::{Model, SceneError, load_model},

@@ -1,5 +1,5 @@
 //! What a scene holds is bounded, whatever its files promise; and so is the work to find out.
-use super::{Folder, read};
+use crate::common::files::{Folder, read};
 use gobo::scene::{self, SceneError};
 use std::{
     path::Path,

@@ -1,5 +1,5 @@
 //! What a refusal says: plain words, a remedy, the place; and nothing that harms a terminal.
-use super::{Folder, read};
+use crate::common::files::{Folder, read};
 use gobo::scene::{self, SceneError};
 
 const MATERIAL: &str = "[[material]]\nname = \"m\"\n";

@@ -1,5 +1,5 @@
 //! PLY: what nobody reads is said, what is no particle is refused, and headers are faulted in words.
-use super::Folder;
+use crate::common::files::Folder;
 use gobo::{
     caster::Material,
     scene::{self, ParticleFile, SceneError, load_particles},
