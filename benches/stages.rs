@@ -6,15 +6,15 @@ mod common;
 use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
-    caster::{Material, Particle},
-    cpu::{self, Pair, project::ProjectParams},
-    cull::{Frustum, GroupTree, order, widened},
-    footprint::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     glam::{UVec2, Vec3},
     gpu::Gpu,
-    light::{Light, LightKind},
-    pipeline::{CasterSet, Config, Pipeline},
-    scene::Bounds,
+    model::{Bounds, Light, LightKind, Material, Particle},
+    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    reference::{self, Pair, project::ProjectParams},
+    shadows::{
+        CasterSet, Config, Pipeline,
+        cull::{Frustum, GroupTree, order, widened},
+    },
     stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
     view::light_views,
 };
@@ -33,7 +33,7 @@ fn cpu_sort(criterion: &mut Criterion) {
         for bits in [DEPTH_BITS, 32] {
             group.bench_function(BenchmarkId::new(format!("{bits} bits"), count), |bencher| {
                 let sort = |mut pairs: Vec<Pair>| {
-                    cpu::sort(&mut pairs, &mut scratch, 0..bits);
+                    reference::sort(&mut pairs, &mut scratch, 0..bits);
                     pairs
                 };
                 bencher.iter_batched(|| unsorted.clone(), sort, BatchSize::LargeInput);
@@ -53,7 +53,7 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
         let casters: Vec<_> =
             particles(count, footprint).iter().map(|p| Caster::new(p, &material)).collect();
         let project = |(caster, id): (&Caster, u32)| {
-            cpu::project::project_particle(&gpu_view, 0, caster, id, &gpu_material, params)
+            reference::project::project_particle(&gpu_view, 0, caster, id, &gpu_material, params)
         };
         let mut group = criterion.benchmark_group("cpu");
         group.throughput(Throughput::Elements(count.into()));
@@ -64,11 +64,12 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
         let rects: Vec<TileRect> = projected.iter().map(|projected| projected.rect).collect();
         let mut sorted: Vec<Pair> =
             projected.iter().zip(0..).map(|(p, value)| Pair { key: p.key, value }).collect();
-        cpu::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
+        reference::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
         let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
         let tile_count = view.tiles().element_product();
         group.bench_function(BenchmarkId::new("bin", footprint), |bencher| {
-            bencher.iter(|| cpu::bin::bin(&sorted, &rects, &[gpu_view], tile_count, u32::MAX));
+            bencher
+                .iter(|| reference::bin::bin(&sorted, &rects, &[gpu_view], tile_count, u32::MAX));
         });
         group.finish();
     }

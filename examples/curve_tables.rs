@@ -1,5 +1,5 @@
 //! Writes the tables of `docs/curves.md`: `make quality`.
-use gobo::cpu::curve::measure::{Method, Rays, Sample};
+use gobo::reference::curve::measure::{Method, Rays, Sample};
 use std::{
     fmt::Write as _,
     path::{Path, PathBuf},

@@ -1,11 +1,10 @@
 //! Writes the tables of `docs/dither.md`: `make tables`.
 use gobo::{
-    caster::{Material, Transfer},
-    dither::{Pattern, measure},
     glam::{Mat4, UVec2},
     gpu::{Gpu, Timeline},
-    pipeline::{CasterSet, Config, Pipeline},
-    view::{Part, Projection, View},
+    model::{Material, Part, Pattern, Projection, Transfer, View},
+    reference::dither::measure,
+    shadows::{CasterSet, Config, Pipeline},
     wgpu,
 };
 use std::{

@@ -2,12 +2,10 @@
 //!
 //! `cargo run --example embed`
 use gobo::{
-    caster::{Material, Particle},
     glam::{Vec3, Vec4},
     gpu::{Gpu, Timeline},
-    light::{Light, LightKind},
-    pipeline::{CasterSet, Config, Pipeline},
-    scene::Bounds,
+    model::{Bounds, Light, LightKind, Material, Particle},
+    shadows::{CasterSet, Config, Pipeline},
     view::light_views,
 };
 

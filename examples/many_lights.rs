@@ -4,8 +4,9 @@
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
     gpu::{Gpu, Timeline},
-    pipeline::{CasterSet, Config, Pipeline, PreparedPicture},
+    picture::PreparedPicture,
     scene::load_with,
+    shadows::{CasterSet, Config, Pipeline},
     view::shadow_views,
 };
 use std::{path::Path, time::Instant};

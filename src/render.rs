@@ -1,19 +1,32 @@
 //! Scenes to frames, on a GPU or on the CPU.
 use crate::{
-    atlas::AtlasLimits,
-    counters::Counters,
-    cpu::{self, curve::CurveMap},
-    debug::{self, DebugMode},
     error::Error,
-    frame::{Frame, ViewMaps},
     gpu::{Backend, Gpu, Selection, Timeline},
-    owner::{NO_OWNER, stored_tag},
-    pipeline::{CasterSet, Class, Config, ListCounters, Pipeline, Prepared},
+    model::{Class, Counters, View},
+    picture::debug::{self, DebugMode},
+    records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
+    reference,
     scene::Scene,
+    shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     stage::sort::pair_limit,
-    view::{View, fitted_views},
+    view::{atlas::AtlasLimits, fitted_views},
 };
 use half::f16;
+
+/// One frame's results and what they cost.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    pub picture: Picture,
+    /// Those that were asked for.
+    pub debug: Vec<(DebugMode, Picture)>,
+    /// Empty unless maps were asked for.
+    pub maps: Vec<ViewMaps>,
+    pub counters: Counters,
+    /// Stage and its time [ms], in order.
+    pub stages: Vec<(&'static str, f64)>,
+    /// Buffer or texture and its size [bytes].
+    pub memory: Vec<(&'static str, u64)>,
+}
 
 /// Renders scenes on one device.
 #[derive(Debug)]
@@ -122,10 +135,10 @@ impl Renderer {
 fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
     let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     let clock = std::time::Instant::now();
-    let (view_maps, mut counters) = cpu::render_maps(scene, &views);
+    let (view_maps, mut counters) = reference::render_maps(scene, &views);
     counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
-    let picture = cpu::render_picture(scene, &views, &view_maps);
+    let picture = reference::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
     Frame {
         picture,

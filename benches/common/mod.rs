@@ -1,10 +1,9 @@
 //! What the benchmarks share: their scene, and the time of a stage.
 use gobo::{
-    caster::Particle,
-    cpu::Pair,
     glam::{Mat4, UVec2, Vec3, Vec4},
     gpu::{Gpu, Timeline},
-    view::{Part, Projection, View},
+    model::{Part, Particle, Projection, View},
+    reference::Pair,
     wgpu,
 };
 use std::time::Duration;

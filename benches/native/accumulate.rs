@@ -5,7 +5,7 @@
 //! the way. Unlike it, it visits only those rows and halves of rows that a disc's box touches, and
 //! looks for no early end: at opacity 0.02 no texel is settled before its list ends.
 use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
-use gobo::{cpu::accumulate::VISIBLE_OPACITY, footprint::Footprint, view::TILE_SIZE};
+use gobo::{model::TILE_SIZE, records::Footprint, reference::accumulate::VISIBLE_OPACITY};
 use std::sync::Mutex;
 
 const TILE: usize = TILE_SIZE as usize;

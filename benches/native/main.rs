@@ -12,13 +12,12 @@ use accumulate::{Lists, Texel};
 use common::{SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
-    caster::Material,
-    cpu::{self, Pair, project::ProjectParams},
-    cull::order,
-    footprint::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     glam::UVec2,
     gpu::{Gpu, Timeline},
-    pipeline::{CasterSet, Config, Pipeline, Prepared},
+    model::Material,
+    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    reference::{self, Pair, project::ProjectParams},
+    shadows::{CasterSet, Config, Pipeline, Prepared, cull::order},
     stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
     wgpu,
 };
@@ -80,16 +79,16 @@ fn lists(casters: &[Caster]) -> Lists {
         .iter()
         .zip(0..)
         .map(|(caster, id)| {
-            cpu::project::project_particle(&gpu_view, 0, caster, id, &material, params)
+            reference::project::project_particle(&gpu_view, 0, caster, id, &material, params)
         })
         .collect();
     let rects: Vec<TileRect> = projected.iter().map(|projected| projected.rect).collect();
     let mut sorted: Vec<Pair> =
         projected.iter().zip(0..).map(|(p, value)| Pair { key: p.key, value }).collect();
-    cpu::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
+    reference::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
     let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
     let tiles = view.tiles();
-    let bins = cpu::bin::bin(&sorted, &rects, &[gpu_view], tiles.element_product(), u32::MAX);
+    let bins = reference::bin::bin(&sorted, &rects, &[gpu_view], tiles.element_product(), u32::MAX);
     Lists {
         footprints: projected.iter().map(|projected| projected.footprint).collect(),
         pairs: bins.pairs.iter().map(|pair| pair.footprint).collect(),

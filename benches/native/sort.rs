@@ -1,5 +1,5 @@
 //! A radix sort as one would write it for one thread of this CPU.
-use gobo::cpu::Pair;
+use gobo::reference::Pair;
 
 /// By the low `bits` of the keys: stable, least significant digit first, eight bits at a time. All
 /// digits are counted in one go. `scratch` is as long as `pairs`.

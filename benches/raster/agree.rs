@@ -1,5 +1,9 @@
 //! Whether two renderers made the same maps: no time is printed of maps that differ.
-use gobo::{caster::Particle, footprint::MIN_RADIUS, glam::Vec2, view::View};
+use gobo::{
+    glam::Vec2,
+    model::{Particle, View},
+    records::MIN_RADIUS,
+};
 
 /// One view's maps, row by row.
 #[derive(Clone, Debug)]

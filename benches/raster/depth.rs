@@ -1,5 +1,10 @@
 //! The opponent of `occlude`: a depth-only pass over opaque triangles, without a fragment stage.
-use gobo::{caster::Triangle, error::Error, gpu::Gpu, view::View, wgpu};
+use gobo::{
+    error::Error,
+    gpu::Gpu,
+    model::{Triangle, View},
+    wgpu,
+};
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Triangles of a draw: bounds the size of a vertex buffer.

@@ -15,12 +15,11 @@ pub(crate) mod depth;
 use agree::Map;
 use bytemuck::{Pod, Zeroable};
 use gobo::{
-    caster::Particle,
     error::Error,
-    footprint::MIN_RADIUS,
     glam::{Mat4, Vec2, Vec3},
     gpu::Gpu,
-    view::View,
+    model::{Particle, View},
+    records::MIN_RADIUS,
     wgpu,
 };
 use half::f16;

@@ -1,7 +1,7 @@
 //! What can be asked for.
 use super::bench::BenchArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use gobo::{debug::DebugMode, gpu::Backend};
+use gobo::{gpu::Backend, picture::debug::DebugMode};
 use std::{ops::Range, path::PathBuf, str::FromStr};
 
 /// Coloured translucent shadows by compute shaders alone

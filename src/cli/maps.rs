@@ -2,10 +2,9 @@
 use super::{failure::Failure, files, npy};
 use glam::Mat4;
 use gobo::{
-    frame::ViewMaps,
     glam,
-    light::{Light, LightKind},
-    view::View,
+    model::{Light, LightKind, View},
+    records::ViewMaps,
 };
 use image::{DynamicImage, GrayImage, ImageFormat, RgbImage};
 use serde::Serialize;
@@ -151,7 +150,10 @@ pub(crate) fn png(image: &DynamicImage) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gobo::{light::Shadow, scene::Bounds, view::light_views};
+    use gobo::{
+        model::{Bounds, Shadow},
+        view::light_views,
+    };
 
     fn named(name: &str) -> Light {
         Light {

@@ -1,10 +1,10 @@
 //! `gobo render`: frames, maps, and what they cost.
 use super::{arguments::RenderArguments, failure::Failure, files, maps};
 use gobo::{
-    counters::Counters,
-    frame::{Frame, Picture},
     gpu::Backend,
-    render::Renderer,
+    model::Counters,
+    records::Picture,
+    render::{Frame, Renderer},
     scene::{self, Scene},
 };
 use image::{DynamicImage, RgbImage};

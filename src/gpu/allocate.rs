@@ -1,5 +1,5 @@
 //! Buffers and textures, each counted by name and held against the device's limits.
-use crate::{error::Error, footprint::ROW};
+use crate::{error::Error, records::ROW};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Bytes by buffer or texture name, in order of allocation.

@@ -1,10 +1,7 @@
 //! What a scene has where its file says nothing.
 use super::{Bounds, Camera, Scene, document::KindOfShape, shapes};
-use crate::{
-    caster::{Material, Transfer},
-    counters::Skipped,
-    light::{Light, LightKind},
-    settings::{ClusterSettings, ShadowSettings},
+use crate::model::{
+    ClusterSettings, Light, LightKind, Material, ShadowSettings, Skipped, Transfer,
 };
 use glam::{Mat4, UVec2, Vec3, Vec4};
 

@@ -3,7 +3,7 @@ use super::{
     document::{KindOfShape, array},
     shapes,
 };
-use crate::{caster::Triangle, dither::pcg};
+use crate::{model::Triangle, records::pcg};
 use glam::{IVec3, Mat3, Mat4, Vec3};
 use std::collections::HashMap;
 
@@ -128,7 +128,7 @@ impl Displaced {
     pub(super) fn set_time(&self, own: &mut [Triangle], seconds: f64) {
         let mut sphere = shapes::sphere(self.level);
         self.displace.apply(&mut sphere, self.world_from_sphere, seconds);
-        crate::volume::turn_outwards(&mut sphere);
+        crate::model::turn_outwards(&mut sphere);
         for (own, at) in own.iter_mut().zip(&sphere) {
             own.positions = at.positions;
             own.normals = at.normals;

@@ -1,9 +1,7 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
-    caster::{Profile, Receives, Shape, Transfer},
-    dither::Pattern,
+    model::{Pattern, Profile, Receiver, Receives, Shape, Transfer},
     scene::{displace::Displace, generate::Generate, noise::Noise},
-    settings::Receiver,
 };
 use serde::{
     Deserialize, Deserializer,

@@ -1,6 +1,6 @@
 //! Seeded particles: the same on every machine.
 use super::{Bounds, document::array};
-use crate::caster::Particle;
+use crate::model::Particle;
 use glam::{Vec3, Vec4};
 
 /// Particles that a scene file asks for instead of a file's.

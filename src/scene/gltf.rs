@@ -6,11 +6,7 @@ use super::{
     Camera, SceneError, gltf_file::File, gltf_json::Instancing, gltf_material::Materials,
     gltf_mesh::Meshes, limits::Limit,
 };
-use crate::{
-    caster::{Material, Texture, Triangle},
-    counters::Skipped,
-    light::{Light, LightKind},
-};
+use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
 use ::gltf::{
     accessor::{DataType, Dimensions},
     khr_lights_punctual::Kind,

@@ -7,10 +7,7 @@
 //! attenuationDistance)` as well. Thickness is in the mesh's own units, so the node's scale goes
 //! into that material.
 use super::{SceneError, gltf_file::File, gltf::Earlier, gltf_texture::Textures, limits::Limit};
-use crate::{
-    caster::{Material, Texture, Transfer},
-    counters::Skipped,
-};
+use crate::model::{Material, Skipped, Texture, Transfer};
 use ::gltf::material::{AlphaMode, Volume};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::HashMap;

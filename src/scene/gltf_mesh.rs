@@ -7,11 +7,7 @@ use super::{
     limits::{self, Limit},
     particles::FARTHEST,
 };
-use crate::{
-    caster::Triangle,
-    counters::Skipped,
-    volume,
-};
+use crate::model::{Skipped, Triangle, volume};
 use ::gltf::{
     Semantic,
     accessor::{DataType, Dimensions},

@@ -2,7 +2,7 @@
 use super::{
     SceneError, gltf_file::File, images, limits::Limit, particles::linear_from_srgb,
 };
-use crate::caster::Texture;
+use crate::model::Texture;
 use image::{RgbaImage, imageops::FilterType};
 use std::collections::HashMap;
 

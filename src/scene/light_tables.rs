@@ -5,7 +5,7 @@ use super::{
     source::Source,
     tables::Table,
 };
-use crate::light::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+use crate::model::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 use toml::Spanned;
 
 pub(super) fn light(

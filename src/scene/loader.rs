@@ -13,7 +13,7 @@ use super::{
     source::Source,
     tables,
 };
-use crate::{caster::Material, settings::ShadowSettings, volume};
+use crate::model::{Material, ShadowSettings, volume};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use std::{
     collections::{HashMap, HashSet},

@@ -9,10 +9,7 @@ use super::{
     particles::{self, FARTHEST},
     read,
 };
-use crate::{
-    caster::{Material, Texture},
-    counters::Skipped,
-};
+use crate::model::{Material, Skipped, Texture};
 use glam::Mat4;
 use std::{ops::Range, path::Path};
 use toml::Spanned;

@@ -36,28 +36,12 @@ pub use load::{LoadOptions, load, load_as, load_with};
 pub use particles::ParticleFile;
 pub use summary::Summary;
 
-use crate::{
-    caster::{Material, Particle, Texture, Triangle},
-    counters::Skipped,
-    light::Light,
-    settings::{Air, ClusterSettings, ShadowSettings},
+use crate::model::{
+    Air, Bounds, Camera, ClusterSettings, Light, Material, Particle, ShadowSettings, Skipped,
+    Texture, Triangle,
 };
-use glam::{Mat4, UVec2, Vec3};
+use glam::{Mat4, Vec3};
 use std::path::Path;
-
-/// The eye of the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
-    /// World space [m].
-    pub eye: Vec3,
-    /// World space [m].
-    pub target: Vec3,
-    pub up: Vec3,
-    /// Vertical field of view [radians].
-    pub fov_y: f32,
-    /// Of the picture [pixels].
-    pub size: UVec2,
-}
 
 /// Everything a frame is made from, in world space. Every number in it is finite and in range:
 /// what was not is in `skipped`.
@@ -85,57 +69,6 @@ pub struct Scene {
     pub skipped: Skipped,
     /// What its files hold and nobody reads, a sentence each.
     pub notes: Vec<String>,
-}
-
-/// An axis-aligned box, world space [m]; empty while `min > max`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    pub min: Vec3,
-    pub max: Vec3,
-}
-
-impl Bounds {
-    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
-
-    #[must_use]
-    pub fn with_sphere(self, center: Vec3, radius: f32) -> Self {
-        Self { min: self.min.min(center - radius), max: self.max.max(center + radius) }
-    }
-
-    pub fn is_empty(&self) -> bool {
-        !self.min.cmple(self.max).all()
-    }
-
-    /// The box, or the one around the unit sphere where it is empty: views need some extent.
-    #[must_use]
-    pub fn or_unit(&self) -> Self {
-        if self.is_empty() { Self::EMPTY.with_sphere(Vec3::ZERO, 1.0) } else { *self }
-    }
-
-    pub fn center(&self) -> Vec3 {
-        (self.min + self.max) * 0.5
-    }
-
-    /// Of the sphere around the box [m].
-    pub fn radius(&self) -> f32 {
-        (self.max - self.min).length() * 0.5
-    }
-
-    /// Half the surface [m²].
-    pub fn half_area(&self) -> f32 {
-        let edge = self.max - self.min;
-        edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
-    }
-
-    pub fn corners(&self) -> [Vec3; 8] {
-        std::array::from_fn(|i| {
-            Vec3::new(
-                if i & 1 == 0 { self.min.x } else { self.max.x },
-                if i & 2 == 0 { self.min.y } else { self.max.y },
-                if i & 4 == 0 { self.min.z } else { self.max.z },
-            )
-        })
-    }
 }
 
 impl Scene {

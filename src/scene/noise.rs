@@ -1,7 +1,7 @@
 //! Tileable noise with a time: a transparency map that scrolls and changes, the flowing smoke of
 //! the cut-out shadow.
 use super::{Scene, document::array, painted};
-use crate::{caster::Texture, dither::pcg};
+use crate::{model::Texture, records::pcg};
 use glam::{IVec2, Vec2};
 
 /// What a texture can be made of.

@@ -1,5 +1,5 @@
 //! Simple pictures for textures: what a projector shows, and the net of light under water.
-use crate::dither::pcg;
+use crate::records::pcg;
 use glam::{IVec2, Vec2, Vec3};
 
 /// sRGB of linear light (IEC 61966-2-1).

@@ -5,10 +5,7 @@ use super::{
     limits::{self, Limit},
     ply, read,
 };
-use crate::{
-    caster::{Material, Particle},
-    counters::Skipped,
-};
+use crate::model::{Material, Particle, Skipped};
 use glam::{DVec3, Vec3, Vec4};
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Unit shapes: plane, box, sphere and pane.
 use super::document::KindOfShape;
-use crate::caster::Triangle;
+use crate::model::Triangle;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 
 /// Subdivisions of the icosahedron: 1,280 triangles.

@@ -1,6 +1,6 @@
 //! What a scene holds, for people and scripts.
 use super::Scene;
-use crate::counters::Skipped;
+use crate::model::Skipped;
 use std::fmt;
 
 /// Counts of a scene.

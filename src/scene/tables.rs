@@ -6,9 +6,10 @@ use super::{
     source::Source,
 };
 use crate::{
-    caster::{Material, Transfer},
-    dither::MAX_SCALE,
-    settings::{Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, ShadowSettings},
+    model::{
+        Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, Material, ShadowSettings,
+        Transfer, dither::MAX_SCALE,
+    },
     stage::cluster::MAX_TILE,
 };
 use glam::{UVec2, Vec3, Vec4};

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     gpu::{Binding, Constant, FLOAT, KernelDesc, Source, Tier, join},
-    settings::Air,
+    model::Air,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;

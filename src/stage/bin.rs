@@ -6,7 +6,7 @@
 //! `dispatches` are the workgroups of what only the GPU knows.
 use crate::{
     gpu::{Binding, KernelDesc, Tier},
-    view::{GpuView, MAX_VIEWS},
+    records::{GpuView, MAX_VIEWS},
 };
 use bytemuck::{Pod, Zeroable};
 use wgpu::TextureFormat::{Rg32Uint, Rgba32Uint};

@@ -13,9 +13,7 @@
 //! operations made, so every device finds the same bits. The test errs towards reaching.
 use crate::{
     gpu::{Binding, FLOAT, KernelDesc, Tier},
-    light::{Light, LightKind},
-    settings::ClusterSettings,
-    view::View,
+    model::{ClusterSettings, Light, LightKind, View},
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec2, Vec3};

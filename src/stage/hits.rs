@@ -1,8 +1,7 @@
 //! What the kernels that evaluate hits share: sources, bindings and specialisation.
 use crate::{
-    footprint::{GpuMaterial, MAX_MATERIALS},
     gpu::{Binding, Constant, FLOAT, Source, join},
-    view::{GpuView, MAX_VIEWS},
+    records::{GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS},
 };
 use wgpu::TextureSampleType::Uint;
 

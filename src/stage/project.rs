@@ -3,9 +3,8 @@
 //! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and
 //! rectangle per (caster, view), at a place the CPU knows; of triangles also a setup.
 use crate::{
-    footprint::GpuMaterial,
     gpu::{Binding, KernelDesc, Tier},
-    view::GpuView,
+    records::{GpuMaterial, GpuView},
 };
 use bytemuck::{Pod, Zeroable};
 use wgpu::{
@@ -28,8 +27,8 @@ pub const PARTICLES: KernelDesc = KernelDesc {
     ],
     bindings: &[
         Binding::uniform::<ProjectParams>("params"),
-        Binding::uniform::<[GpuView; crate::view::MAX_VIEWS]>("views"),
-        Binding::uniform::<[GpuMaterial; crate::footprint::MAX_MATERIALS]>("materials"),
+        Binding::uniform::<[GpuView; crate::records::MAX_VIEWS]>("views"),
+        Binding::uniform::<[GpuMaterial; crate::records::MAX_MATERIALS]>("materials"),
         Binding::read::<Chunk>("chunks"),
         Binding::texture("casters", Uint),
         Binding::texture_write("footprints", Rgba32Uint),
@@ -53,7 +52,7 @@ pub const TRIANGLES: KernelDesc = KernelDesc {
     ],
     bindings: &[
         Binding::uniform::<ProjectParams>("params"),
-        Binding::uniform::<[GpuView; crate::view::MAX_VIEWS]>("views"),
+        Binding::uniform::<[GpuView; crate::records::MAX_VIEWS]>("views"),
         Binding::read::<Chunk>("chunks"),
         Binding::texture("triangles", Uint),
         Binding::texture_write("footprints", Rgba32Uint),

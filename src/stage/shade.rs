@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     gpu::{Binding, Constant, FLOAT, KernelDesc, Source, Tier, join, on_each_tier},
-    light::{Light, LightKind},
-    view::{GpuView, View},
+    model::{Light, LightKind, View},
+    records::GpuView,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec3, Vec3};

@@ -9,10 +9,7 @@ use super::{
     Part, Projection, View,
     fit::{light_up, looking},
 };
-use crate::{
-    light::Cascades,
-    scene::{Bounds, Camera},
-};
+use crate::model::{Bounds, Camera, Cascades};
 use glam::{DVec2, DVec3, Mat4, UVec2, Vec3};
 
 /// What is nearer to the eye than this share of the range adds nothing to a split.

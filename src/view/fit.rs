@@ -1,9 +1,9 @@
 //! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
 use super::{Part, Projection, View, cascades, importance};
 use crate::{
-    atlas::{AtlasLimits, Wish, shrink_to_fit},
-    light::{Light, LightKind, MAX_SHADOWS, Shadow},
-    scene::{Bounds, Camera, Scene},
+    model::{Bounds, Camera, Light, LightKind, MAX_SHADOWS, Shadow},
+    scene::Scene,
+    view::atlas::{AtlasLimits, Wish, shrink_to_fit},
 };
 use glam::{Mat3, Mat4, UVec2, Vec3};
 

@@ -1,10 +1,5 @@
 //! How large a light's maps should be.
-use crate::{
-    light::{Light, LightKind},
-    scene::Camera,
-    settings::MIN_MAP_SIZE,
-    view::TILE_SIZE,
-};
+use crate::model::{Camera, Light, LightKind, MIN_MAP_SIZE, TILE_SIZE};
 use glam::Vec3;
 
 /// Maps are halved at most so often.

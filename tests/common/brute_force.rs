@@ -2,11 +2,9 @@
 //! code with the crate's, and no tricks.
 use super::compare::ExpectedTexel;
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Texture, Transfer, Triangle},
     glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
-    light::LightKind,
+    model::{LightKind, Material, Particle, Profile, Shape, Texture, Transfer, Triangle, View},
     scene::Scene,
-    view::View,
 };
 
 /// How near an edge rounding may decide [texels].

@@ -1,5 +1,5 @@
 //! Whether two renderers say the same about a view.
-use gobo::frame::ViewMaps;
+use gobo::records::ViewMaps;
 
 /// What a texel's maps must be.
 #[derive(Clone, Debug)]

@@ -4,9 +4,8 @@ pub(crate) mod files;
 pub(crate) mod scenes;
 
 use gobo::{
-    frame::Frame,
     gpu::{Gpu, KernelDesc, Selection, Tier},
-    render::Renderer,
+    render::{Frame, Renderer},
     scene::Scene,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};

@@ -1,11 +1,11 @@
 //! Small scenes, and seeded chance.
 use gobo::{
-    caster::{Material, Particle, Transfer, Triangle},
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
-    light::{Light, LightKind},
-    scene::{Camera, Scene},
-    settings::{ClusterSettings, ShadowSettings},
-    view::{Part, Projection, View},
+    model::{
+        Camera, ClusterSettings, Light, LightKind, Material, Part, Particle, Projection,
+        ShadowSettings, Transfer, Triangle, View,
+    },
+    scene::Scene,
 };
 
 /// Seeded numbers (Steele et al. 2014, `SplitMix64`).

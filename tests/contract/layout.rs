@@ -1,9 +1,9 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    cpu::curve::tile::SLAB_PAIRS,
-    footprint::GpuMaterial,
     gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc, Tier},
+    records::{GpuMaterial, GpuView},
+    reference::curve::tile::SLAB_PAIRS,
     stage::{
         KERNELS,
         air::AirParams,
@@ -15,7 +15,6 @@ use gobo::{
         shade::{GpuLight, PictureParams},
         sort::{SERIAL_SCATTER, SortPass},
     },
-    view::GpuView,
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};

@@ -5,14 +5,12 @@ use crate::common::{
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Transfer},
-    dither::Pattern,
     glam::{Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
-    light::LightKind,
-    pipeline::{CasterSet, Config, Pipeline, Prepared},
+    model::{LightKind, Material, Pattern, Transfer, View},
     scene::Scene,
-    view::{View, shadow_views},
+    shadows::{CasterSet, Config, Pipeline, Prepared},
+    view::shadow_views,
     wgpu,
 };
 

@@ -1,10 +1,9 @@
 //! Every figure of `docs/dither.md`, measured again: `make tables` writes them.
 use crate::common::{TIERS, render, scenes::empty};
 use gobo::{
-    caster::{Material, Transfer},
-    dither::{Pattern, measure},
     glam::Vec3,
-    light::{Light, LightKind},
+    model::{Light, LightKind, Material, Pattern, Transfer},
+    reference::dither::measure,
     scene::Scene,
 };
 

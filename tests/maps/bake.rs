@@ -4,17 +4,14 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Texture, Transfer},
-    counters::Counters,
-    frame::{Frame, ViewMaps},
     glam::{Mat4, Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
-    light::{Light, LightKind},
-    pipeline::{CasterSet, Config, Pipeline, Prepared},
-    render::Renderer,
+    model::{Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View},
+    records::ViewMaps,
+    render::{Frame, Renderer},
     scene::Scene,
-    settings::Receiver,
-    view::{View, light_views},
+    shadows::{CasterSet, Config, Pipeline, Prepared},
+    view::light_views,
 };
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -321,7 +318,7 @@ fn what_was_not_recorded_is_still_to_be_rendered() {
         CasterSet::new(device, queue, particles, &triangles, &materials, &[]).expect("they fit")
     };
     let mut casters = new_set(&particles);
-    let bounds = gobo::scene::Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
+    let bounds = gobo::model::Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
     let views: Vec<View> = (0..)
         .zip(&lights)
         .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds))

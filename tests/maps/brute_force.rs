@@ -6,10 +6,9 @@ use crate::common::{
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Profile, Shape, Texture, Transfer},
-    cpu::render_maps,
     glam::{Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Profile, Shape, Texture, Transfer},
+    reference::render_maps,
     scene::Scene,
     view::shadow_views,
 };
@@ -90,7 +89,7 @@ fn one_disc_left_out_is_noticed() {
     let view = &shadow_views(&scene)[0];
     let expected = render(&scene, view);
     let mut fewer = scene.clone();
-    let seen = |p: &gobo::caster::Particle| p.radius > 0.1 && p.color.w > 0.1;
+    let seen = |p: &gobo::model::Particle| p.radius > 0.1 && p.color.w > 0.1;
     fewer.particles.remove(scene.particles.iter().position(seen).expect("a large disc"));
     let (maps, _) = render_maps(&fewer, std::slice::from_ref(view));
     assert!(compare_maps(&expected, &maps[0], TOLERANCE).is_err());

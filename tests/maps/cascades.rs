@@ -7,11 +7,10 @@ use crate::{
     maps::lights::{GLASS, STONE, ground, light_at, maps, moved, roof},
 };
 use gobo::{
-    caster::{Material, Profile, Transfer},
-    frame::ViewMaps,
     glam::{IVec2, Vec3, Vec4},
-    light::Cascades,
-    view::{Part, View, shadow_views, splits},
+    model::{Cascades, Material, Part, Profile, Transfer, View},
+    records::ViewMaps,
+    view::{shadow_views, splits},
 };
 
 #[test]
@@ -63,7 +62,7 @@ fn camera_motion_shifts_maps_bit_for_bit() {
         let center = Vec3::new(grid(-20.0, 20.0), grid(0.5, 4.0), grid(-30.0, 10.0));
         let color = Vec4::new(grid(0.0, 1.0), grid(0.0, 1.0), grid(0.0, 1.0), grid(0.1, 0.9));
         let disc = particle(center, grid(0.75, 2.0), color);
-        scene.particles.push(gobo::caster::Particle { material: 2, id, ..disc });
+        scene.particles.push(gobo::model::Particle { material: 2, id, ..disc });
         let half = Vec3::new(grid(0.2, 1.5), 0.0, grid(0.2, 1.5));
         let at = Vec3::new(grid(-20.0, 20.0), grid(0.5, 4.0), grid(-30.0, 10.0));
         scene.triangles.extend(moved(roof(0.0, half, id % 2), at));
@@ -113,7 +112,7 @@ fn camera_motion_makes_no_shimmer() {
     for id in 0..300 {
         let center = Vec3::new(chance.within(-9.0, 9.0), 2.0, chance.within(-30.0, 5.0));
         let disc = particle(center, chance.within(0.3, 1.0), Vec4::new(0.2, 0.5, 0.9, 0.5));
-        scene.particles.push(gobo::caster::Particle { material: 2, id, ..disc });
+        scene.particles.push(gobo::model::Particle { material: 2, id, ..disc });
     }
     let mut last = maps(&scene);
     let mut moves = 0;

@@ -1,11 +1,10 @@
 //! What pencil and paper say about simple scenes.
 use crate::common::scenes::{empty, flat_view, light, material, pane, particle, triangle};
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Transfer},
-    cpu::{MapTexel, receive, render_maps},
-    frame::ViewMaps,
     glam::{Vec2, Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Particle, Profile, Shape, Transfer},
+    records::ViewMaps,
+    reference::{MapTexel, receive, render_maps},
     scene::Scene,
     view::shadow_views,
 };

@@ -4,12 +4,10 @@ use crate::common::{
     scenes::{Chance, empty, light, material, pane, particle},
 };
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Transfer},
-    cpu,
-    dither::Pattern,
-    frame::ViewMaps,
     glam::{Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Particle, Pattern, Profile, Shape, Transfer},
+    records::ViewMaps,
+    reference,
     scene::Scene,
     view::shadow_views,
 };
@@ -51,7 +49,7 @@ fn mixture(pattern: Pattern) -> Scene {
 }
 
 fn twin(scene: &Scene) -> Vec<ViewMaps> {
-    cpu::render_maps(scene, &shadow_views(scene)).0
+    reference::render_maps(scene, &shadow_views(scene)).0
 }
 
 fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
@@ -92,7 +90,7 @@ fn gpu_matches_twin() {
 fn pictures_match_the_twin() {
     let scene = mixture(Pattern::Blue);
     let views = shadow_views(&scene);
-    let expected = cpu::render_picture(&scene, &views, &twin(&scene)).rgb;
+    let expected = reference::render_picture(&scene, &views, &twin(&scene)).rgb;
     let mut grey = scene.clone();
     grey.shadow.colored = false;
     for tier in TIERS {
@@ -144,7 +142,7 @@ fn each_channel_lets_its_transmittance_through() {
         scene.shadow.size = 256;
         for id in 0..2 {
             let faces = pane(0.2 + 0.1 * id as f32, 1.5, id);
-            scene.triangles.extend(faces.map(|face| gobo::caster::Triangle { id: id + 9, ..face }));
+            scene.triangles.extend(faces.map(|face| gobo::model::Triangle { id: id + 9, ..face }));
         }
         let maps = render(TIERS[1], &scene).maps.remove(0);
         for channel in 0..3 {

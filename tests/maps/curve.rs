@@ -4,23 +4,24 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Transfer, Triangle},
-    cpu::shading::to_screen,
-    cpu::{
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    gpu::Tier,
+    model::{
+        LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Transfer,
+        Triangle, View,
+    },
+    records::ViewMaps,
+    reference::{
         self,
         curve::{
             MAX_NODES, Streaming, light_at,
             measure::{Method, Rays, Sample},
             rivals::{Fourier, Hit, Moments, exact},
         },
+        shading::to_screen,
     },
-    frame::ViewMaps,
-    glam::{UVec2, Vec2, Vec3, Vec4},
-    gpu::Tier,
-    light::LightKind,
     scene::{self, Scene},
-    settings::{Receiver, ShadowSettings},
-    view::{View, shadow_views},
+    view::shadow_views,
 };
 
 /// Of a stored depth and of a stored channel.
@@ -44,7 +45,7 @@ fn streamed(hits: &[Hit], nodes: u32) -> Vec<[u32; 2]> {
 fn apart(packed: &[[u32; 2]], hits: &[Hit], z: f32) -> f32 {
     let (is, should) = (light_at(packed, z, false), exact(hits, z));
     let channel = |i: usize| {
-        let black = is[i] == 0.0 && should[i] < cpu::resolve::BLACK + LIGHT_ROUNDING;
+        let black = is[i] == 0.0 && should[i] < reference::resolve::BLACK + LIGHT_ROUNDING;
         if black { 0.0 } else { (is[i] - should[i]).abs() }
     };
     (0..3).map(channel).fold(0.0, f32::max)
@@ -225,7 +226,7 @@ pub(crate) fn mixture() -> Scene {
 }
 
 pub(crate) fn twin(scene: &Scene) -> Vec<ViewMaps> {
-    cpu::render_maps(scene, &shadow_views(scene)).0
+    reference::render_maps(scene, &shadow_views(scene)).0
 }
 
 pub(crate) fn holds(tier: Tier, scene: &Scene, name: &str) {

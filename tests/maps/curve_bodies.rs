@@ -11,12 +11,10 @@ use crate::{
     },
 };
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Transfer},
-    frame::ViewMaps,
     glam::{DVec3, Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
+    records::ViewMaps,
     scene::Scene,
-    settings::Receiver,
 };
 
 /// Of a stored channel, of f16 in `F`, and of a depth in 16 bits.
@@ -126,7 +124,7 @@ fn the_filter_is_that_of_nearest_depth() {
     for id in 0..4 {
         let corners = [0; 3].map(|_| chance.vec3(-2.0, 2.0));
         let pane = triangle(corners, over);
-        scene.triangles.push(gobo::caster::Triangle { id, ..pane });
+        scene.triangles.push(gobo::model::Triangle { id, ..pane });
     }
     let mut nearest = scene.clone();
     nearest.shadow.receiver = Receiver::Nearest;

@@ -4,14 +4,12 @@ use crate::common::{
     scenes::{Chance, empty, flat_view, light, material, pane, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Profile, Shape, Texture, Transfer},
-    cpu,
-    dither::Pattern,
-    frame::ViewMaps,
     glam::{Mat4, Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Pattern, Profile, Shape, Texture, Transfer, View},
+    records::ViewMaps,
+    reference,
     scene::Scene,
-    view::{View, shadow_views},
+    view::shadow_views,
 };
 
 fn dithered(pattern: Pattern, scale: u32) -> Material {
@@ -53,7 +51,7 @@ fn mixture(pattern: Pattern, scale: u32) -> Scene {
 }
 
 fn twin(scene: &Scene) -> Vec<ViewMaps> {
-    cpu::render_maps(scene, &shadow_views(scene)).0
+    reference::render_maps(scene, &shadow_views(scene)).0
 }
 
 fn opaques(maps: &[ViewMaps]) -> Vec<f32> {
@@ -124,7 +122,7 @@ fn disc_map(pattern: Pattern, center: Vec3, view: &View) -> Vec<f32> {
     let flat = Material { profile: Profile::Flat, ..dithered(pattern, 1) };
     let mut scene = empty(vec![flat]);
     scene.particles = vec![particle(center, 3.0, Vec4::new(1.0, 1.0, 1.0, 0.5))];
-    cpu::render_maps(&scene, std::slice::from_ref(view)).0.remove(0).opaque
+    reference::render_maps(&scene, std::slice::from_ref(view)).0.remove(0).opaque
 }
 
 #[test]
@@ -185,7 +183,7 @@ fn the_picture_blends_dithered_glass() {
         assert!(picture.rgb == render(tier, &filtering).picture.rgb);
         assert!(picture.rgb != render(tier, &empty(Vec::new())).picture.rgb);
     }
-    let on_cpu = |scene: &Scene| cpu::render_picture(scene, &[], &[]).rgb;
+    let on_cpu = |scene: &Scene| reference::render_picture(scene, &[], &[]).rgb;
     assert!(on_cpu(&dithered) == on_cpu(&filtering));
 }
 
@@ -198,8 +196,8 @@ fn pictures_of_the_scenes_match_the_twin() {
         let mut scene = gobo::scene::load_with(path.as_ref(), &set).unwrap();
         scene.set_time(0.5);
         let views = shadow_views(&scene);
-        let (maps, _) = cpu::render_maps(&scene, &views);
-        let expected = cpu::render_picture(&scene, &views, &maps).rgb;
+        let (maps, _) = reference::render_maps(&scene, &views);
+        let expected = reference::render_picture(&scene, &views, &maps).rgb;
         let actual = render(TIERS[1], &scene).picture.rgb;
         let apart = expected.iter().flatten().zip(actual.iter().flatten());
         let apart = apart.filter(|(a, b)| a.abs_diff(**b) > 4).count();
@@ -232,7 +230,7 @@ fn every_path_draws_the_same() {
             let center = Vec3::new(0.0, 0.0, -(id as f32) * 1e-4);
             // No f16 below 6e-5 is the same everywhere.
             let alpha = if id == 11_000 { 0.5 } else { 1e-4 };
-            gobo::caster::Particle { id, ..particle(center, 0.6, Vec4::new(1.0, 1.0, 1.0, alpha)) }
+            gobo::model::Particle { id, ..particle(center, 0.6, Vec4::new(1.0, 1.0, 1.0, alpha)) }
         })
         .collect();
     let expected = opaques(&twin(&stack));
@@ -257,7 +255,7 @@ fn stack(pattern: Pattern, a: f32, ids: &[u32]) -> Scene {
     scene.shadow.size = 256;
     for (i, &id) in ids.iter().enumerate() {
         let faces = pane(0.2 + 0.1 * i as f32, 1.5, 0);
-        scene.triangles.extend(faces.map(|face| gobo::caster::Triangle { id, ..face }));
+        scene.triangles.extend(faces.map(|face| gobo::model::Triangle { id, ..face }));
     }
     scene
 }
@@ -290,7 +288,7 @@ fn fading_panes_vanish_from_the_map_without_a_step() {
                 .map(|i| {
                     let at = Vec3::new((i % 16) as f32 - 7.5, (i / 16) as f32 - 7.5, 0.0) * 0.2;
                     let id = chance.below(1 << 24) as u32;
-                    gobo::caster::Particle { id, ..particle(at, 0.1, Vec4::ONE) }
+                    gobo::model::Particle { id, ..particle(at, 0.1, Vec4::ONE) }
                 })
                 .collect();
             (scene.materials[0].shape, scene.materials[0].profile) = (Shape::Quad, Profile::Flat);

@@ -6,9 +6,9 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
-    light::LightKind,
+    model::{LightKind, View},
     scene::{Scene, load},
-    view::{View, shadow_views},
+    view::shadow_views,
 };
 
 const BASE: &str = r#"[camera]

@@ -4,16 +4,14 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Transfer, Triangle},
-    cull::{Occluders, Sheets},
-    frame::Frame,
     glam::{DVec3, Mat4, UVec2, Vec3, Vec4},
     gpu::{Gpu, Selection},
-    light::{Light, LightKind},
-    render::Renderer,
-    scene::{Bounds, Scene},
-    settings::Receiver,
-    view::{GpuView, light_views},
+    model::{Bounds, Light, LightKind, Material, Particle, Receiver, Transfer, Triangle},
+    records::GpuView,
+    render::{Frame, Renderer},
+    scene::Scene,
+    shadows::cull::{Occluders, Sheets},
+    view::light_views,
 };
 
 /// A quad of two triangles.

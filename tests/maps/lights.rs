@@ -6,17 +6,17 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
-    atlas::AtlasLimits,
-    caster::{Material, Profile, Transfer, Triangle},
-    cpu::{
+    glam::{UVec2, Vec3, Vec4},
+    model::{
+        Camera, Cascades, Light, LightKind, Material, Profile, Shadow, Transfer, Triangle, View,
+    },
+    records::{Picture, ViewMaps},
+    reference::{
         render_maps, render_picture,
         shading::{Lighting, Receiver},
     },
-    frame::{Picture, ViewMaps},
-    glam::{UVec2, Vec3, Vec4},
-    light::{Cascades, Light, LightKind, Shadow},
-    scene::{Camera, Scene},
-    view::{View, fitted_views, shadow_views},
+    scene::Scene,
+    view::{atlas::AtlasLimits, fitted_views, shadow_views},
 };
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Y };
@@ -159,7 +159,7 @@ fn crowd() -> Scene {
     for id in 0..80 {
         let center = Vec3::new(chance.within(-4.0, 4.0), 1.5, chance.within(-12.0, 0.0));
         let disc = particle(center, 0.4, Vec4::new(0.9, 0.3, 0.2, 0.4));
-        scene.particles.push(gobo::caster::Particle {
+        scene.particles.push(gobo::model::Particle {
             material: if id % 4 == 0 { 3 } else { 2 },
             id,
             ..disc

@@ -4,12 +4,11 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Profile, Shape, Transfer},
-    cpu,
-    frame::ViewMaps,
     glam::{Vec3, Vec4},
     gpu::{Gpu, Selection, Tier},
-    light::LightKind,
+    model::{LightKind, Material, Profile, Shape, Transfer},
+    records::ViewMaps,
+    reference,
     render::Renderer,
     scene::Scene,
     stage::bin::tile_grid,
@@ -51,11 +50,11 @@ fn largest_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f32 {
     a.iter().zip(&b).fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
-fn twin(scene: &Scene) -> (Vec<ViewMaps>, gobo::counters::Counters) {
-    cpu::render_maps(scene, &shadow_views(scene))
+fn twin(scene: &Scene) -> (Vec<ViewMaps>, gobo::model::Counters) {
+    reference::render_maps(scene, &shadow_views(scene))
 }
 
-fn lights() -> Vec<gobo::light::Light> {
+fn lights() -> Vec<gobo::model::Light> {
     let position = Vec3::new(3.0, 4.0, 2.5);
     vec![
         light(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
@@ -182,7 +181,7 @@ fn gpu_matches_twin_with_many_casters() {
 fn a_missing_caster_is_noticed() {
     let scene = mixture(1000);
     let mut fewer = scene.clone();
-    let large = |p: &gobo::caster::Particle| p.material == 0 && p.radius > 0.1 && p.color.w > 0.1;
+    let large = |p: &gobo::model::Particle| p.material == 0 && p.radius > 0.1 && p.color.w > 0.1;
     fewer.particles.remove(scene.particles.iter().position(large).expect("a large disc"));
     let frame = render(Tier::Native, &fewer);
     assert!(share_apart(&frame.maps, &twin(&scene).0) > GRAZED);

@@ -1,11 +1,10 @@
 //! What holds for every scene.
 use crate::common::scenes::{Chance, empty, light, material, random_discs, triangle};
 use gobo::{
-    caster::{Material, Profile, Shape, Transfer},
-    cpu::render_maps,
-    frame::ViewMaps,
     glam::{Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Profile, Shape, Transfer},
+    records::ViewMaps,
+    reference::render_maps,
     scene::Scene,
     view::shadow_views,
 };
@@ -73,7 +72,7 @@ fn the_order_of_casters_does_not_matter() {
         chance.shuffle(&mut permuted.particles);
         chance.shuffle(&mut permuted.triangles);
         assert!(apart(&maps, &maps_of(&permuted)) <= PERMUTED);
-        let large = |p: &gobo::caster::Particle| p.material == 0 && p.radius > 0.2;
+        let large = |p: &gobo::model::Particle| p.material == 0 && p.radius > 0.2;
         permuted.particles.retain(|p| !large(p));
         assert!(permuted.particles.len() < scene.particles.len());
         assert!(apart(&maps, &maps_of(&permuted)) > PERMUTED, "what is left out is noticed");
@@ -130,7 +129,7 @@ fn extremes_make_no_nan() {
         for material in 0..6 {
             let color = Vec4::new(0.0, 1.0, 0.5, alpha);
             let first = scene.particles[i];
-            let extreme = gobo::caster::Particle { center, radius, color, material, ..first };
+            let extreme = gobo::model::Particle { center, radius, color, material, ..first };
             scene.particles.push(extreme);
         }
     }

@@ -4,11 +4,11 @@ use crate::common::{
     scenes::{empty, light, material, particle, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Shape, Transfer},
-    cpu::{render_maps, render_picture},
-    frame::{Frame, Picture, ViewMaps},
     glam::{Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Particle, Shape, Transfer},
+    records::{Picture, ViewMaps},
+    reference::{render_maps, render_picture},
+    render::Frame,
     scene::Scene,
     view::shadow_views,
 };

@@ -6,11 +6,10 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Shape, Transfer},
-    cpu::render_maps,
-    frame::ViewMaps,
     glam::{Vec2, Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Shape, Transfer},
+    records::ViewMaps,
+    reference::render_maps,
     scene::Scene,
     view::shadow_views,
 };
@@ -79,11 +78,11 @@ fn assert_middle(scene: &Scene, share: f32, enters: Option<f32>) {
     }
 }
 
-fn puff(x: f32, y: f32, z: f32, radius: f32) -> gobo::caster::Particle {
+fn puff(x: f32, y: f32, z: f32, radius: f32) -> gobo::model::Particle {
     particle(Vec3::new(x, y, -z), radius, COLOR)
 }
 
-fn wall(z: f32) -> gobo::caster::Triangle {
+fn wall(z: f32) -> gobo::model::Triangle {
     let corner = |x: f32, y: f32| Vec3::new(x * 9.0, y * 9.0, -z);
     triangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)], WALL)
 }

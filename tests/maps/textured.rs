@@ -6,10 +6,9 @@ use crate::common::{
     scenes::{empty, light, pane},
 };
 use gobo::{
-    caster::{Material, Transfer},
-    cpu,
     glam::{DVec2, Vec2, Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Transfer},
+    reference,
     scene::{self, Scene},
     view::shadow_views,
 };
@@ -30,7 +29,7 @@ fn maps_are_the_textures_where_rays_meet_them() {
     for name in ["projector", "caustics"] {
         let scene = small(name);
         let views = shadow_views(&scene);
-        let twin = cpu::render_maps(&scene, &views).0;
+        let twin = reference::render_maps(&scene, &views).0;
         let gpu = TIERS.map(|tier| render(tier, &scene).maps);
         for (i, view) in views.iter().enumerate() {
             let expected = brute_force::render(&scene, view);
@@ -57,7 +56,7 @@ fn a_projector_throws_its_slide() {
     let mut scene = empty(vec![Material { texture: Some(0), ..Material::default() }]);
     // 2x2 checks of 4x4 texels each.
     let texel = |i: usize| colors[i % 8 / 4 + i / 8 / 4 * 2];
-    scene.textures = vec![gobo::caster::Texture {
+    scene.textures = vec![gobo::model::Texture {
         name: "checks".into(),
         width: 8,
         height: 8,

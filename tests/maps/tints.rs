@@ -4,12 +4,11 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Profile, Receives, Transfer, Triangle},
-    cpu::{render_maps, render_picture},
     glam::{UVec2, Vec3, Vec4},
-    light::LightKind,
-    owner::{NO_OWNER, owner_tag},
-    scene::{Camera, Scene},
+    model::{Camera, LightKind, Material, Particle, Profile, Receives, Transfer, Triangle},
+    records::{NO_OWNER, owner_tag},
+    reference::{render_maps, render_picture},
+    scene::Scene,
     view::shadow_views,
 };
 

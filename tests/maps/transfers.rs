@@ -4,12 +4,10 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Texture, Transfer},
-    counters::Counters,
-    cpu::render_maps,
-    frame::ViewMaps,
     glam::{DVec3, Vec2, Vec3, Vec4},
-    light::LightKind,
+    model::{Counters, LightKind, Material, Particle, Profile, Shape, Texture, Transfer},
+    records::ViewMaps,
+    reference::render_maps,
     scene::Scene,
     view::shadow_views,
 };

@@ -6,15 +6,14 @@ use crate::common::{
     scenes::{empty, light, material, triangle},
 };
 use gobo::{
-    caster::{Material, Transfer, Triangle},
-    counters::Counters,
-    cpu::render_maps,
-    frame::ViewMaps,
     glam::{DVec3, Mat3, Vec3, Vec4},
-    light::LightKind,
+    model::{
+        Counters, LightKind, Material, Projection, Transfer, Triangle, is_closed, turn_outwards,
+    },
+    records::ViewMaps,
+    reference::render_maps,
     scene::Scene,
-    view::{Projection, shadow_views},
-    volume::{is_closed, turn_outwards},
+    view::shadow_views,
 };
 
 /// Of the filter's storage.

@@ -4,26 +4,24 @@ use crate::common::{
     scenes::{empty, light, pane},
 };
 use gobo::{
-    caster::{Material, Transfer},
-    cpu::{
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    model::{Air, LightKind, Material, Transfer, View},
+    records::Picture,
+    reference::{
         self,
         air::{AirVolume, phase},
         shading::Lighting,
     },
-    frame::Picture,
-    glam::{UVec2, Vec2, Vec3, Vec4},
-    light::LightKind,
     scene::{self, Scene},
-    settings::Air,
     stage::air::AirParams,
-    view::{View, shadow_views},
+    view::shadow_views,
 };
 
 const AIR: Air = Air { density: 0.2, albedo: Vec3::new(0.9, 0.7, 0.5), anisotropy: 0.4, steps: 48 };
 
 fn twin(scene: &Scene) -> Picture {
     let views = shadow_views(scene);
-    cpu::render_picture(scene, &views, &cpu::render_maps(scene, &views).0)
+    reference::render_picture(scene, &views, &reference::render_maps(scene, &views).0)
 }
 
 /// A sun, a wall far behind, air.
@@ -43,7 +41,7 @@ fn sunny() -> Scene {
 fn volume(scene: &Scene) -> (AirVolume, View) {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let views = shadow_views(scene);
-    let maps = cpu::render_maps(scene, &views).0;
+    let maps = reference::render_maps(scene, &views).0;
     let lighting = Lighting::new(scene, &views, &maps);
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let params = AirParams::new(&scene.air.expect("air"));
@@ -105,7 +103,7 @@ fn air_behind_glass_is_coloured_and_before_it_is_not() {
     scene.lights[0].near = Some(-20.0);
     scene.lights[0].far = Some(20.0);
     let views = shadow_views(&scene);
-    let maps = cpu::render_maps(&scene, &views).0;
+    let maps = reference::render_maps(&scene, &views).0;
     let seen = |scene: &Scene, z: f32| {
         let lighting = Lighting::new(scene, &views, &maps);
         lighting.scattered(Vec3::new(0.3, 0.2, z), Vec3::X, 0.0) * (4.0 * std::f32::consts::PI)

@@ -1,8 +1,8 @@
 //! The lit picture: kernels against the twin, and both against pictures that were looked at.
 use crate::common::{TIERS, files::read, render};
 use gobo::{
-    cpu,
-    frame::Picture,
+    records::Picture,
+    reference,
     scene::{self, Scene},
     view::shadow_views,
 };
@@ -34,8 +34,8 @@ fn small(name: &str) -> Scene {
 
 fn twin(scene: &Scene) -> Picture {
     let views = shadow_views(scene);
-    let (maps, _) = cpu::render_maps(scene, &views);
-    cpu::render_picture(scene, &views, &maps)
+    let (maps, _) = reference::render_maps(scene, &views);
+    reference::render_picture(scene, &views, &maps)
 }
 
 fn share_apart(a: &Picture, b: &Picture) -> f64 {

@@ -4,12 +4,11 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Particle, Profile, Shape, Transfer, Triangle},
-    cpu,
-    frame::Picture,
     glam::{UVec2, Vec3, Vec4},
     gpu::Tier,
-    light::{Light, LightKind},
+    model::{Light, LightKind, Material, Particle, Profile, Shape, Transfer, Triangle},
+    records::Picture,
+    reference,
     scene::Scene,
     view::shadow_views,
 };
@@ -84,8 +83,8 @@ fn stage() -> Scene {
 
 fn twin(scene: &Scene) -> Picture {
     let views = shadow_views(scene);
-    let (maps, _) = cpu::render_maps(scene, &views);
-    cpu::render_picture(scene, &views, &maps)
+    let (maps, _) = reference::render_maps(scene, &views);
+    reference::render_picture(scene, &views, &maps)
 }
 
 /// Mean difference of the channels, and the share of them that differ by more than 4, of 255.

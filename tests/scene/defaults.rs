@@ -31,7 +31,7 @@ fn what_is_left_out_is_chosen() {
 
 fn assert_in_picture(scene: &Scene) {
     let bounds = scene.bounds();
-    let camera = view::View::from_camera(&scene.camera, &bounds);
+    let camera = gobo::model::View::from_camera(&scene.camera, &bounds);
     for corner in bounds.corners() {
         let clip = camera.clip_from_world() * corner.extend(1.0);
         let ndc = clip.truncate() / clip.w;

@@ -1,10 +1,9 @@
 //! Spheres displaced by noise: closed at every time, within their amplitude, in motion.
 use crate::common::files::read;
 use gobo::{
-    caster::Triangle,
     glam::Vec3,
+    model::{Triangle, is_closed, turn_outwards},
     scene::Scene,
-    volume::{is_closed, turn_outwards},
 };
 
 fn dust(displace: &str) -> Scene {

@@ -1,11 +1,9 @@
 //! Scene files: what they say, and what the command line puts in its place.
 use crate::common::files::{Folder, read, read_with};
 use gobo::{
-    caster::{Profile, Shape, Transfer},
     glam::{UVec2, Vec2, Vec3, Vec4},
-    light::LightKind,
-    scene::{self, Bounds, generate::uniform_discs},
-    settings::{ClusterSettings, Receiver},
+    model::{Bounds, ClusterSettings, LightKind, Profile, Receiver, Shape, Transfer},
+    scene::{self, generate::uniform_discs},
     view,
 };
 use std::{fs, path::Path};
@@ -119,7 +117,7 @@ fn every_key_is_heard() {
     assert_eq!(smoke.emission, Vec3::new(2.0, 1.0, 0.0));
     assert_eq!((smoke.transmission, smoke.roughness, smoke.texture), (0.5, 0.4, Some(0)));
     assert!(!smoke.visible && !smoke.casts);
-    assert_eq!(smoke.receives, gobo::caster::Receives::Others);
+    assert_eq!(smoke.receives, gobo::model::Receives::Others);
     assert_eq!(scene.textures.len(), 1);
     let texture = &scene.textures[0];
     assert_eq!((texture.width, texture.height), (3, 2));

@@ -2,9 +2,8 @@
 use super::particles::Random;
 use crate::common::files::TempFile;
 use gobo::{
-    caster::{Material, Transfer},
     glam::{Mat4, Quat, Vec2, Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Transfer},
     scene::{Model, SceneError, load_model},
 };
 

@@ -1,8 +1,8 @@
 //! Particle files: every PLY encoding, CSV, and files that are wrong.
 use crate::common::files::TempFile;
 use gobo::{
-    caster::{Material, Particle, Transfer},
     glam::{Vec3, Vec4},
+    model::{Material, Particle, Transfer},
     scene::{ParticleFile, SceneError, load_particles},
 };
 

@@ -1,9 +1,8 @@
 //! From depth order to tiles.
 use gobo::{
-    cpu::bin::{TilePair, bin},
-    footprint::TileRect,
     glam::UVec2,
-    view::GpuView,
+    records::{GpuView, TileRect},
+    reference::bin::{TilePair, bin},
 };
 
 use crate::common::scenes::flat_view;

@@ -1,14 +1,12 @@
 //! cull: what it yields holds all that is seen.
 use crate::common::scenes::{Chance, light};
 use gobo::{
-    caster::{Material, Particle, Shape, Triangle},
-    cpu::project::{ProjectParams, project_particle, project_triangle},
-    cull::{Frustum, GroupTree, order, widened},
-    footprint::{Caster, GpuMaterial, TileRect, TriangleRecord},
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
-    light::{Light, LightKind},
-    scene::Bounds,
-    view::{GpuView, View, light_views},
+    model::{Bounds, Light, LightKind, Material, Particle, Shape, Triangle, View},
+    records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+    reference::project::{ProjectParams, project_particle, project_triangle},
+    shadows::cull::{Frustum, GroupTree, order, widened},
+    view::light_views,
 };
 use std::{collections::BTreeSet, f32::consts::SQRT_2, time::Instant};
 

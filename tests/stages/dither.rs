@@ -1,8 +1,10 @@
 //! Dither patterns: honest, independent, and the same on every device.
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
-    dither::{self, BLUE_SIZE, Pattern, Place, blue_ranks, threshold},
     glam::{UVec2, Vec2},
+    model::Pattern,
+    records::{BLUE_SIZE, blue_ranks},
+    reference::dither::{self, Place, threshold},
 };
 
 /// Cells along an edge of the area that is counted: a whole number of every pattern's tiles.

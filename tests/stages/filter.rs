@@ -4,12 +4,10 @@ use crate::common::{
     scenes::{empty, flat_view, light, material, pane, particle},
 };
 use gobo::{
-    caster::{Material, Profile, Transfer},
-    cpu::{MapTexel, receive, render_maps},
-    dither::{Pattern, window},
-    frame::ViewMaps,
     glam::{Vec3, Vec4},
-    light::LightKind,
+    model::{LightKind, Material, Pattern, Profile, Transfer, dither::window},
+    records::ViewMaps,
+    reference::{MapTexel, receive, render_maps},
     scene::Scene,
     view::shadow_views,
 };
@@ -25,7 +23,7 @@ fn panes(material: Material, count: u32) -> Scene {
     let mut scene = empty(vec![Material { tint: PLAIN, ..material }]);
     for id in 0..count {
         let faces = pane(0.2 + 0.1 * id as f32, 100.0, 0);
-        scene.triangles.extend(faces.map(|face| gobo::caster::Triangle { id, ..face }));
+        scene.triangles.extend(faces.map(|face| gobo::model::Triangle { id, ..face }));
     }
     scene
 }

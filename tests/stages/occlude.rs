@@ -4,11 +4,10 @@ use crate::common::{
     scenes::{Chance, empty, light, material, triangle},
 };
 use gobo::{
-    caster::{Transfer, Triangle},
-    cpu,
-    frame::ViewMaps,
     glam::Vec3,
-    light::LightKind,
+    model::{LightKind, Transfer, Triangle},
+    records::ViewMaps,
+    reference,
     scene::Scene,
     view::shadow_views,
 };
@@ -53,7 +52,7 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
 }
 
 fn assert_matches_twin(scene: &Scene, what: &str) {
-    let (expected, _) = cpu::render_maps(scene, &shadow_views(scene));
+    let (expected, _) = reference::render_maps(scene, &shadow_views(scene));
     let hit = expected.iter().flat_map(|view| &view.opaque).filter(|&&d| d < 1.0).count();
     assert!(hit > 1000, "{what}: {hit} texels are hit");
     for tier in TIERS {

@@ -1,7 +1,7 @@
 use crate::common::gpu;
 use gobo::{
-    cpu::{self, Pair},
     gpu::Gpu,
+    reference::{self, Pair},
     stage::sort::{
         PAIR_FORMAT, PAIR_LIMIT, PAIR_ROW, Shape, Sort, SortCount, TOTAL_ROW, WIDE_BLOCK, digits,
         pair_limit, pair_texture_size,
@@ -41,7 +41,7 @@ fn compare(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
 
 fn sorted(pairs: &[Pair], bits: Range<u32>) -> Vec<Pair> {
     let mut pairs = pairs.to_vec();
-    cpu::sort(&mut pairs, &mut Vec::new(), bits);
+    reference::sort(&mut pairs, &mut Vec::new(), bits);
     pairs
 }
 

@@ -172,7 +172,7 @@ fn lights(text: &str) -> Result<u32, String> {
 }
 
 fn size(text: &str) -> Result<u32, String> {
-    whole(text, gobo::settings::MIN_MAP_SIZE..=gobo::settings::MAX_MAP_SIZE)
+    whole(text, gobo::model::MIN_MAP_SIZE..=gobo::model::MAX_MAP_SIZE)
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! The scenes of the benchmark: soft discs in a cube, seen along its axes.
 use super::arguments::{BenchArguments, Layout, OneCase};
 use gobo::{
-    caster::{Material, Particle, Triangle},
     glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4},
-    view::{Part, Projection, TILE_SIZE, View},
+    model::{Material, Part, Particle, Projection, TILE_SIZE, Triangle, View},
 };
 
 /// One row of the results.

@@ -1,6 +1,9 @@
 //! Holds a sample of texels against all casters in 64-bit arithmetic, before a time is printed.
 use super::{case::Chance, raster::agree::Map};
-use gobo::{caster::Particle, glam::DVec2, view::View};
+use gobo::{
+    glam::DVec2,
+    model::{Particle, View},
+};
 
 /// Of each kind: anywhere in the map, and under a caster's centre.
 const SAMPLES: usize = 100;

@@ -10,10 +10,9 @@ use super::{
 };
 use crate::cli::{failure::Failure, render::as_map};
 use gobo::{
-    caster::Particle,
     gpu::{Gpu, Timeline},
-    pipeline::{CasterSet, Config, ListCounters, Pipeline, Prepared},
-    view::View,
+    model::{Particle, View},
+    shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     wgpu,
 };
 use half::f16;

@@ -12,8 +12,8 @@ use super::{
 };
 use crate::cli::failure::Failure;
 use gobo::{
-    caster::{Material, Transfer},
-    pipeline::CasterSet,
+    model::{Material, Transfer},
+    shadows::CasterSet,
 };
 
 /// Share of the texels whose depth may differ: a rasterizer snaps corners to 1/256 texel, so that

@@ -7,17 +7,17 @@ use crate::common::{
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    caster::{Material, Shape, Transfer, Triangle},
-    cpu::cluster::{Clusters, assign},
     error::Error,
-    frame::Picture,
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
-    light::{Cascades, Light, LightKind},
-    pipeline::{CasterSet, Config, Pipeline, PreparedPicture},
+    model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
+    picture::PreparedPicture,
+    records::Picture,
+    reference::cluster::{Clusters, assign},
     scene::Scene,
+    shadows::{CasterSet, Config, Pipeline},
     stage::cluster::{ClusterCounters, Grid, Reach},
-    view::{View, shadow_views},
+    view::shadow_views,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
 

@@ -2,9 +2,9 @@
 use super::{camera, grid, reaches, stage};
 use crate::common::scenes::Chance;
 use gobo::{
-    cpu::cluster::assign,
     glam::{DVec3, Vec2, Vec3},
-    light::{Light, LightKind},
+    model::{Light, LightKind},
+    reference::cluster::assign,
     scene::Scene,
     stage::cluster::Reach,
 };

@@ -1,0 +1,53 @@
+//! Boxes around casters and receivers.
+use glam::Vec3;
+
+/// An axis-aligned box, world space [m]; empty while `min > max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    pub min: Vec3,
+    pub max: Vec3,
+}
+
+impl Bounds {
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
+    #[must_use]
+    pub fn with_sphere(self, center: Vec3, radius: f32) -> Self {
+        Self { min: self.min.min(center - radius), max: self.max.max(center + radius) }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+
+    /// The box, or the one around the unit sphere where it is empty: views need some extent.
+    #[must_use]
+    pub fn or_unit(&self) -> Self {
+        if self.is_empty() { Self::EMPTY.with_sphere(Vec3::ZERO, 1.0) } else { *self }
+    }
+
+    pub fn center(&self) -> Vec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Of the sphere around the box [m].
+    pub fn radius(&self) -> f32 {
+        (self.max - self.min).length() * 0.5
+    }
+
+    /// Half the surface [m²].
+    pub fn half_area(&self) -> f32 {
+        let edge = self.max - self.min;
+        edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
+    }
+
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            Vec3::new(
+                if i & 1 == 0 { self.min.x } else { self.max.x },
+                if i & 2 == 0 { self.min.y } else { self.max.y },
+                if i & 4 == 0 { self.min.z } else { self.max.z },
+            )
+        })
+    }
+}

@@ -1,0 +1,206 @@
+//! What filters light: materials, particles and triangles.
+use crate::model::Pattern;
+use glam::{Vec2, Vec3, Vec4};
+
+/// How one hit of opacity `a` and colour `c` changes the light that passes, per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Transfer {
+    /// `T = 1 - a(1 - c)`: a gel of coverage `a` (Recoil).
+    #[default]
+    Filter,
+    /// `T = c(1 - a)` (Wicked Engine's meshes, Eagle).
+    Stain,
+    /// `T = (1 - a)(1 - a(1 - c))` (Wicked Engine's particles).
+    Smoke,
+    /// `L' = L(1 - a) + c a`, front to back from white: depends on order (`StarCraft` II).
+    Over,
+    /// `T = c`, up to 16: the caustics of water.
+    Gain,
+    /// `T = 1`: additive fire must not darken.
+    None,
+    /// Goes to the opaque depth, always.
+    Opaque,
+    /// Goes to the opaque depth where `a >= cutoff`.
+    Cutout,
+    /// Goes to the opaque depth where `a` exceeds the texel's dither threshold.
+    Dither,
+}
+
+impl Transfer {
+    /// Whether hits go to the opaque depth map instead of the filter.
+    pub fn is_opaque(self) -> bool {
+        matches!(self, Self::Opaque | Self::Cutout | Self::Dither)
+    }
+
+    /// The largest colour that is valid: light may be gathered by `gain` only.
+    pub fn max_color(self) -> f32 {
+        if self == Self::Gain { MAX_GAIN } else { 1.0 }
+    }
+}
+
+/// The brightest that a `gain` caster makes the light.
+pub const MAX_GAIN: f32 = 16.0;
+
+/// The shape of a material's particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// A disc that faces the light.
+    #[default]
+    Disc,
+    /// A rotated, textured square that faces the light.
+    Quad,
+    /// A sphere that absorbs along the chord of the ray.
+    Puff,
+}
+
+/// How a disc's opacity falls off at distance `q` from the centre of a disc of radius `r`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Profile {
+    /// `1`
+    Flat,
+    /// `(1 - (q/r)^2)^2`
+    #[default]
+    Soft,
+}
+
+/// Which translucent casters tint what is made of a material. Opaque ones always shade it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Receives {
+    /// Those in front of it, as the receiver mode of the shadow settings knows them.
+    #[default]
+    Curve,
+    /// All of a texel, where the nearest of them is in front of it.
+    Nearest,
+    /// None.
+    Opaque,
+    /// As `Nearest`, but not where the nearest one is part of the same object.
+    Others,
+}
+
+/// What the casters of one kind share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    pub name: String,
+    pub transfer: Transfer,
+    pub shape: Shape,
+    pub profile: Profile,
+    /// Linear rgba. For an opaque material the rgb is the albedo.
+    pub tint: Vec4,
+    /// Index into [`crate::scene::Scene::textures`].
+    pub texture: Option<u32>,
+    /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1.
+    pub reflectivity: f32,
+    /// Opacity from which a `cutout` is solid.
+    pub cutoff: f32,
+    /// Of `dither`.
+    pub pattern: Pattern,
+    /// Edge of a cell of the pattern, 1..=64 [texels].
+    pub pattern_scale: u32,
+    /// What shines by itself (additive fire) in the picture: linear rgb.
+    pub emission: Vec3,
+    /// 0: a surface that scatters light where it covers. 1: clear glass, which only filters.
+    pub transmission: f32,
+    /// 0..=1, of the highlight in the picture.
+    pub roughness: f32,
+    /// What is left of light after [`Self::attenuation_distance`] in a closed mesh.
+    pub attenuation_color: Vec3,
+    /// [m]; infinite for what is no volume. Triangles of a volume are counterclockwise from outside.
+    pub attenuation_distance: f32,
+    /// Which casters tint it.
+    pub receives: Receives,
+    /// Whether the picture shows it; without it, a shadow without its caster.
+    pub visible: bool,
+    /// Whether it blocks or filters light; without it, a caster without its shadow.
+    pub casts: bool,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            transfer: Transfer::Filter,
+            shape: Shape::Disc,
+            profile: Profile::Soft,
+            tint: Vec4::ONE,
+            texture: None,
+            reflectivity: 0.0,
+            cutoff: 0.5,
+            pattern: Pattern::default(),
+            pattern_scale: 1,
+            emission: Vec3::ZERO,
+            transmission: 0.0,
+            roughness: 0.6,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
+            receives: Receives::default(),
+            visible: true,
+            casts: true,
+        }
+    }
+}
+
+impl Material {
+    /// Whether closed meshes of it absorb along the way through them.
+    pub fn is_volume(&self) -> bool {
+        self.absorption() != Vec3::ZERO
+    }
+
+    /// Optical depth of the way through its volumes [1/m].
+    pub fn absorption(&self) -> Vec3 {
+        /// 20 halvings; powers of 0 differ between adapters.
+        const LEAST: f32 = 1e-6;
+        if !self.attenuation_distance.is_finite() {
+            return Vec3::ZERO;
+        }
+        -self.attenuation_color.clamp(Vec3::splat(LEAST), Vec3::ONE).map(f32::ln)
+            / self.attenuation_distance
+    }
+}
+
+/// A caster that faces the light: disc, quad or puff, by its material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle {
+    /// World space [m].
+    pub center: Vec3,
+    /// Of the disc or puff; half the side of the quad [m].
+    pub radius: f32,
+    /// Linear rgba; multiplies the material's tint.
+    pub color: Vec4,
+    /// Of a quad about the ray from the light [radians].
+    pub rotation: f32,
+    /// Index into [`crate::scene::Scene::materials`].
+    pub material: u32,
+    /// Decorrelates dither patterns; unique where the file gives it.
+    pub id: u32,
+}
+
+/// A triangle of a mesh, two-sided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// World space [m].
+    pub positions: [Vec3; 3],
+    /// World space, unit.
+    pub normals: [Vec3; 3],
+    /// Row 0 of the texture at v = 0.
+    pub uvs: [Vec2; 3],
+    /// Index into [`crate::scene::Scene::materials`].
+    pub material: u32,
+    /// Decorrelates dither patterns: one per object.
+    pub id: u32,
+}
+
+/// An image that materials sample, bilinear and repeating.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texture {
+    pub name: String,
+    /// [texels]
+    pub width: u32,
+    /// [texels]
+    pub height: u32,
+    /// `width * height` rgba bytes, rows from the top; rgb is sRGB, alpha is linear.
+    pub rgba: Vec<u8>,
+}

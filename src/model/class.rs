@@ -1,0 +1,82 @@
+//! Which lists a caster is in, by its material.
+use crate::model::{Material, Transfer};
+use std::ops::{Range, RangeInclusive};
+
+/// Which depth or filter a caster goes to, and whether the picture shows it. In an order that makes
+/// neighbours of what each list holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// Seen and solid, casts nothing.
+    ShownOpaque,
+    /// To the opaque depth.
+    Opaque,
+    /// To the opaque depth, not seen.
+    HiddenOpaque,
+    /// To the opaque depth, but the picture blends it.
+    Dithered,
+    /// Seen and blended, casts nothing.
+    Shown,
+    /// To the filter.
+    Translucent,
+    /// To the filter, not seen.
+    HiddenTranslucent,
+    /// Neither casts nor is seen.
+    Nothing,
+}
+
+impl Class {
+    pub(crate) const ALL: [Self; CLASSES] = [
+        Self::ShownOpaque,
+        Self::Opaque,
+        Self::HiddenOpaque,
+        Self::Dithered,
+        Self::Shown,
+        Self::Translucent,
+        Self::HiddenTranslucent,
+        Self::Nothing,
+    ];
+    /// What blocks light.
+    pub const BLOCKING: RangeInclusive<Self> = Self::Opaque..=Self::Dithered;
+    /// What filters light.
+    pub const FILTERING: RangeInclusive<Self> = Self::Translucent..=Self::HiddenTranslucent;
+    /// What the camera sees as solid.
+    pub const SOLID: RangeInclusive<Self> = Self::ShownOpaque..=Self::Opaque;
+    /// What the camera sees and blends.
+    pub const BLENDED: RangeInclusive<Self> = Self::Dithered..=Self::Translucent;
+
+    pub fn of(material: &Material) -> Self {
+        let casts = material.casts && material.transfer != Transfer::None;
+        let blended = material.transfer == Transfer::Dither || !material.transfer.is_opaque();
+        match (material.visible, casts, material.transfer.is_opaque(), blended) {
+            (false, false, ..) => Self::Nothing,
+            (false, true, true, _) => Self::HiddenOpaque,
+            (false, true, false, _) => Self::HiddenTranslucent,
+            (true, false, _, false) => Self::ShownOpaque,
+            (true, false, _, true) => Self::Shown,
+            (true, true, true, false) => Self::Opaque,
+            (true, true, true, true) => Self::Dithered,
+            (true, true, false, _) => Self::Translucent,
+        }
+    }
+
+    /// Whether it blocks or filters light.
+    pub fn casts(self) -> bool {
+        Self::BLOCKING.contains(&self) || Self::FILTERING.contains(&self)
+    }
+}
+
+pub(crate) const CLASSES: usize = 8;
+
+/// Stable order by class, and each class's range in it.
+pub(crate) fn by_class(
+    classes: &(impl Iterator<Item = Class> + Clone),
+) -> (Vec<u32>, [Range<u32>; CLASSES]) {
+    let mut order = Vec::new();
+    let mut ranges = [const { 0..0 }; CLASSES];
+    for (class, range) in Class::ALL.into_iter().zip(&mut ranges) {
+        let first = order.len() as u32;
+        order.extend((0..).zip(classes.clone()).filter(|&(_, c)| c == class).map(|(i, _)| i));
+        *range = first..order.len() as u32;
+    }
+    (order, ranges)
+}

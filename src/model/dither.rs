@@ -1,0 +1,89 @@
+//! Dither patterns, and the window over which they show their opacity.
+use super::{Material, Transfer};
+
+/// How the texels that a `dither` caster blocks are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Pattern {
+    /// A mask of 4x4 cells in 16 levels, picked once per caster by its opacity.
+    Checkerboard,
+    /// Ordered, of 2x2 cells (Bayer 1973).
+    Bayer2,
+    Bayer4,
+    #[default]
+    Bayer8,
+    Bayer16,
+    /// Interleaved gradient noise (Jimenez 2014).
+    Ign,
+    /// Void and cluster (Ulichney 1993), of 64x64 cells.
+    Blue,
+    /// Anchored in the caster's own space (Wyman and McGuire 2017).
+    Hashed,
+}
+
+impl Pattern {
+    pub const ALL: [Self; 8] = [
+        Self::Checkerboard,
+        Self::Bayer2,
+        Self::Bayer4,
+        Self::Bayer8,
+        Self::Bayer16,
+        Self::Ign,
+        Self::Blue,
+        Self::Hashed,
+    ];
+
+    /// As scene files spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Checkerboard => "checkerboard",
+            Self::Bayer2 => "bayer2",
+            Self::Bayer4 => "bayer4",
+            Self::Bayer8 => "bayer8",
+            Self::Bayer16 => "bayer16",
+            Self::Ign => "ign",
+            Self::Blue => "blue",
+            Self::Hashed => "hashed",
+        }
+    }
+
+    /// Base-2 logarithm of the edge of an ordered pattern.
+    pub(crate) fn order(self) -> u32 {
+        match self {
+            Self::Bayer2 => 1,
+            Self::Checkerboard | Self::Bayer4 => 2,
+            Self::Bayer8 => 3,
+            Self::Bayer16 => 4,
+            Self::Ign | Self::Blue | Self::Hashed => 0,
+        }
+    }
+
+    /// Levels of an ordered pattern; noise has none.
+    pub fn levels(self) -> Option<u32> {
+        (self.order() > 0).then(|| 1 << (2 * self.order()))
+    }
+
+    /// Edge of the window over which the pattern shows its opacity [cells].
+    pub fn window(self) -> u32 {
+        match self {
+            Self::Ign | Self::Blue => 8,
+            // Its own cells are up to 2.83 of these.
+            Self::Hashed => 16,
+            _ => 1 << self.order(),
+        }
+    }
+}
+
+/// Largest [`Material::pattern_scale`] [texels].
+pub const MAX_SCALE: u32 = 64;
+
+/// Widest [`window`] [texels].
+pub const MAX_WINDOW: u32 = 64;
+
+/// Edge of the window that shows every dithered material's opacity [texels]; 0 where there is
+/// none. Even.
+pub fn window(materials: &[Material]) -> u32 {
+    let dithered = materials.iter().filter(|material| material.transfer == Transfer::Dither);
+    let windows = dithered.map(|material| material.pattern.window() * material.pattern_scale);
+    windows.max().unwrap_or(0).min(MAX_WINDOW)
+}

@@ -1,0 +1,27 @@
+//! What a host describes: casters, lights, cameras and settings. Nothing here knows a GPU.
+mod bounds;
+mod camera;
+mod caster;
+mod class;
+mod counters;
+pub mod dither;
+mod light;
+mod settings;
+mod view;
+pub mod volume;
+
+pub use bounds::Bounds;
+pub use camera::Camera;
+pub use caster::{
+    MAX_GAIN, Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle,
+};
+pub use class::Class;
+pub(crate) use class::{CLASSES, by_class};
+pub use counters::{Counters, Skipped};
+pub use dither::Pattern;
+pub use light::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use settings::{
+    Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, Receiver, ShadowSettings,
+};
+pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
+pub use volume::{absorptions, is_closed, turn_outwards};

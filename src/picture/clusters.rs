@@ -1,0 +1,165 @@
+//! The picture's lights on the GPU, and which of them reach each cluster of its camera.
+use crate::{
+    error::Error,
+    gpu::{Gpu, Timeline, view},
+    model::View,
+    records::{GpuView, ROW},
+    scene::Scene,
+    shadows::{context::Context, kernels::Kernels},
+    stage::{
+        cluster::{self, ClusterCounters, Grid, REACH_TEXELS, Reach},
+        shade::{GpuLight, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, VIEW_TEXELS},
+    },
+};
+use wgpu::{
+    BindGroup, BindingResource, Buffer, BufferUsages, Texture,
+    TextureFormat::{R32Uint, Rg32Float, Rgba32Uint},
+    TextureUsages,
+};
+
+/// The lights of a picture, and the lists of its clusters.
+#[derive(Debug)]
+pub(super) struct Clusters {
+    pub grid: Grid,
+    /// Records of all lights, then of all shadow views.
+    pub lights: Texture,
+    /// Two texels per cluster, then the lists.
+    pub lists: Texture,
+    counters: Buffer,
+    count: BindGroup,
+    scan: BindGroup,
+    emit: BindGroup,
+}
+
+impl Clusters {
+    /// `shadow_views`: of all lights, in order.
+    pub(super) fn new(
+        context: &mut Context<'_, '_>,
+        scene: &Scene,
+        camera: &View,
+        views: &[View],
+        shadow_views: &[GpuView],
+    ) -> Result<Self, Error> {
+        limit("lights of a picture", MAX_LIGHTS, scene.lights.len())?;
+        limit("shadow views of a picture", MAX_SHADOW_VIEWS, shadow_views.len())?;
+        let light_count = scene.lights.len();
+        let grid = Grid::new(&scene.clusters, camera, light_count);
+        let params = grid.params(&scene.clusters, light_count);
+        let params_buffer = context.uniform("cluster_params", &params);
+        let cluster_count = u64::from(params.cluster_count);
+
+        let light_records = GpuLight::all(&scene.lights, views);
+        let light_texels = light_count as u64 * u64::from(LIGHT_TEXELS);
+        let view_texels = shadow_views.len() as u64 * u64::from(VIEW_TEXELS);
+        let reaches: Vec<_> = scene.lights.iter().map(|light| Reach::new(light, camera)).collect();
+        let (allocator, queue) = (&mut *context.allocator, context.queue);
+        let copied = TextureUsages::COPY_DST;
+        let lights = allocator.records("lights", Rgba32Uint, light_texels + view_texels, copied)?;
+        let mut bytes = bytemuck::cast_slice(&light_records).to_vec();
+        bytes.extend_from_slice(bytemuck::cast_slice(shadow_views));
+        write_records(queue, &lights, bytes);
+        let reach_texels = light_count as u64 * u64::from(REACH_TEXELS);
+        let reach_records = allocator.records("light_reaches", Rgba32Uint, reach_texels, copied)?;
+        write_records(queue, &reach_records, bytemuck::cast_slice(&reaches).to_vec());
+        let cells =
+            allocator.records("cluster_cells", Rg32Float, grid.bounds.len() as u64, copied)?;
+        write_records(queue, &cells, bytemuck::cast_slice(&grid.bounds).to_vec());
+
+        let storage = TextureUsages::STORAGE_BINDING;
+        let words = cluster_count * u64::from(params.word_count);
+        let masks = allocator.records("cluster_masks", R32Uint, words, storage)?;
+        let texels = 2 * cluster_count + u64::from(params.capacity);
+        let lists =
+            allocator.records("clusters", R32Uint, texels, storage | TextureUsages::COPY_SRC)?;
+        let none = BufferUsages::empty();
+        let offsets = allocator.storage::<u32>("cluster_offsets", cluster_count, none)?;
+        let counters =
+            allocator.storage::<ClusterCounters>("cluster_counters", 1, BufferUsages::COPY_SRC)?;
+
+        let kernels = &context.kernels;
+        let device = context.allocator.device;
+        let texture = BindingResource::TextureView;
+        let [cell_view, reach_view, mask_view, list_view] =
+            [&cells, &reach_records, &masks, &lists].map(view);
+        let count = kernels.cluster_count.bind(
+            device,
+            &[
+                params_buffer.as_entire_binding(),
+                texture(&cell_view),
+                texture(&reach_view),
+                offsets.as_entire_binding(),
+                texture(&mask_view),
+            ],
+        );
+        let scan = kernels.cluster_scan.bind(
+            device,
+            &[
+                params_buffer.as_entire_binding(),
+                offsets.as_entire_binding(),
+                counters.as_entire_binding(),
+            ],
+        );
+        let emit = kernels.cluster_emit.bind(
+            device,
+            &[
+                params_buffer.as_entire_binding(),
+                texture(&mask_view),
+                offsets.as_entire_binding(),
+                texture(&list_view),
+            ],
+        );
+        Ok(Self { grid, lights, lists, counters, count, scan, emit })
+    }
+
+    pub(super) fn record(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        encoder.clear_buffer(&self.counters, 0, None);
+        let mut pass = timeline.pass(encoder, "cluster");
+        let groups = [self.grid.cluster_count().div_ceil(cluster::LANES), 1, 1];
+        kernels.cluster_count.record(&mut pass, &self.count, groups);
+        kernels.cluster_scan.record(&mut pass, &self.scan, [1, 1, 1]);
+        kernels.cluster_emit.record(&mut pass, &self.emit, groups);
+    }
+
+    /// Blocks.
+    pub(super) fn read_counters(&self, gpu: &Gpu) -> Result<ClusterCounters, Error> {
+        Ok(gpu.try_read::<ClusterCounters>(&self.counters)?[0])
+    }
+
+    /// The list of each cluster; `None` for all lights. Blocks.
+    pub(super) fn read(&self, gpu: &Gpu) -> Result<Vec<Option<Vec<u32>>>, Error> {
+        let texels: Vec<u32> = gpu.try_read_texture(&self.lists)?;
+        let headers = texels.chunks_exact(2).take(self.grid.cluster_count() as usize);
+        let list = |header: &[u32]| {
+            let first = header[0] as usize;
+            (header[0] != cluster::ALL_LIGHTS)
+                .then(|| texels[first..first + header[1] as usize].to_vec())
+        };
+        Ok(headers.map(list).collect())
+    }
+}
+
+fn limit(limit: &'static str, have: usize, need: usize) -> Result<(), Error> {
+    if need <= have {
+        return Ok(());
+    }
+    let remedy = "use fewer lights";
+    Err(Error::Limit { limit, have: have as u64, need: need as u64, remedy })
+}
+
+/// `bytes` from the first texel on; the last row is filled up with zeros.
+fn write_records(queue: &wgpu::Queue, texture: &Texture, mut bytes: Vec<u8>) {
+    let texel = texture.format().block_copy_size(None).unwrap_or(4);
+    let row = ROW * texel;
+    bytes.resize((texture.height() * row) as usize, 0);
+    queue.write_texture(
+        texture.as_image_copy(),
+        &bytes,
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+        texture.size(),
+    );
+}

@@ -1,0 +1,67 @@
+//! Pictures for people who tune a scene: what is where, and what it costs.
+mod atlas;
+mod cascades;
+mod heat;
+mod letters;
+
+use crate::{error::Error, gpu::Gpu, picture::PreparedPicture, records::Picture, scene::Scene};
+use glam::{UVec2, Vec2};
+use heat::Heat;
+
+pub(crate) use {atlas::atlas, cascades::cascades};
+
+/// What to show beside the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DebugMode {
+    /// Lights of the cluster of each pixel.
+    Clusters,
+    /// Pairs that each pixel walked, and below them the lights that it asked.
+    Cost,
+    /// The cascade that each pixel's surface is in.
+    Cascades,
+    /// The maps of all views as they are packed.
+    Atlas,
+}
+
+impl DebugMode {
+    /// Unique; part of a file's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clusters => "clusters",
+            Self::Cost => "cost",
+            Self::Cascades => "cascades",
+            Self::Atlas => "atlas",
+        }
+    }
+}
+
+/// The lights of the cluster that each pixel's surface is in; the sky is in none. Blocks.
+pub(crate) fn clusters(
+    gpu: &Gpu,
+    prepared: &PreparedPicture,
+    scene: &Scene,
+    picture: &Picture,
+) -> Result<Picture, Error> {
+    let lists = prepared.read_clusters(gpu)?;
+    let surfaces = prepared.read_surfaces(gpu)?;
+    let width = picture.size.x as usize;
+    let values = surfaces.iter().enumerate().map(|(i, &[.., depth])| {
+        let pixel = Vec2::new((i % width) as f32, (i / width) as f32) + 0.5;
+        let cluster = prepared.grid().cluster(pixel, depth).filter(|_| depth < 1.0);
+        cluster.map_or(Heat::None, |cluster| match &lists[cluster as usize] {
+            Some(list) => Heat::Value(list.len() as u32),
+            None => Heat::Overflow(scene.lights.len() as u32),
+        })
+    });
+    Ok(heat::draw(picture, &values.collect::<Vec<_>>(), "LIGHTS PER CLUSTER"))
+}
+
+/// `costs` of each pixel: pairs, lights.
+pub(crate) fn cost(picture: &Picture, costs: &[[u16; 2]]) -> Picture {
+    let titles = ["PAIRS PER PIXEL", "LIGHTS PER PIXEL"];
+    let panels = [0, 1].map(|i| {
+        let values: Vec<_> = costs.iter().map(|cost| Heat::Value(cost[i].into())).collect();
+        heat::draw(picture, &values, titles[i]).rgb
+    });
+    Picture { size: picture.size * UVec2::new(1, 2), rgb: panels.concat() }
+}

@@ -1,0 +1,106 @@
+//! Casters as one view sees them.
+use super::pack::{from_half, from_unorm, half_bits, unorm2};
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+/// Texels of a [`Footprint`].
+pub const FOOTPRINT_TEXELS: u32 = 2;
+/// Bit of [`Footprint::caster`] that marks a triangle.
+pub const TRIANGLE_BIT: u32 = 1 << 31;
+/// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel,
+/// so that one texel's centre is always hit [texels].
+pub const MIN_RADIUS: f32 = std::f32::consts::FRAC_1_SQRT_2;
+/// Bits of the depth key. Commutative transfers need order only to stop early.
+pub const DEPTH_BITS: u32 = 16;
+/// Key of what touches no texel: sorts behind everything.
+pub const INVISIBLE: u32 = (1 << DEPTH_BITS) - 1;
+
+/// A caster as one view sees it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Footprint {
+    /// Centre in the view's map [texels]; of a triangle, of its bounding square.
+    pub center: Vec2,
+    /// Orthographic: [texels]. Perspective: radius over distance from the light. Triangle: half
+    /// the side of the bounding square [texels].
+    pub radius: f32,
+    /// Light depth of the centre; of a triangle the smallest.
+    pub depth: f32,
+    /// Colour times tint, red and green, unorm16; of a `gain` material divided by 16.
+    pub red_green: u32,
+    /// Blue, unorm16, and the slope of the opacity, f16.
+    pub blue_slope: u32,
+    /// Opacity where texture and profile are 0 (reflectivity), f16 in the low half.
+    pub base: u32,
+    /// Index of the particle, or of the triangle with [`TRIANGLE_BIT`].
+    pub caster: u32,
+}
+
+impl Footprint {
+    pub fn set_opacity(&mut self, color: Vec3, base: f32, slope: f32) {
+        self.red_green = unorm2(color.x, color.y);
+        self.blue_slope = unorm2(color.z, 0.0) | half_bits(slope) << 16;
+        self.base = half_bits(base);
+    }
+
+    /// `c`, rgb; of a `gain` material divided by 16.
+    pub fn color(&self) -> Vec3 {
+        Vec3::new(
+            from_unorm(self.red_green),
+            from_unorm(self.red_green >> 16),
+            from_unorm(self.blue_slope),
+        )
+    }
+
+    /// `(base, slope)` of the opacity `a = base + slope * texture.a * profile`.
+    pub fn opacity(&self) -> (f32, f32) {
+        (from_half(self.base), from_half(self.blue_slope >> 16))
+    }
+}
+
+/// The tiles of a footprint: decided once, by `project`; `bin` reads it twice.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct TileRect {
+    /// First and last column and row, inclusive, 8 bits each: x0, y0, x1, y1.
+    pub corners: u32,
+    /// Low half: which tiles of a rectangle of at most 4x4 are touched, row by row, 4 bits a row;
+    /// all ones for a larger rectangle, 0 for none. High half: the view's index in its batch.
+    pub mask_view: u32,
+}
+
+impl TileRect {
+    pub const EMPTY: Self = Self { corners: 0, mask_view: 0 };
+
+    /// Of a caster that goes straight to its few texels: no tiles, and corners that no rectangle
+    /// without tiles has.
+    pub fn scattered(view: u32) -> Self {
+        Self { corners: u32::MAX, mask_view: view << 16 }
+    }
+
+    pub fn is_scattered(&self) -> bool {
+        self.corners == u32::MAX && self.mask_view & 0xffff == 0
+    }
+
+    pub fn x(&self) -> std::ops::RangeInclusive<u32> {
+        (self.corners & 255)..=(self.corners >> 16 & 255)
+    }
+
+    pub fn y(&self) -> std::ops::RangeInclusive<u32> {
+        (self.corners >> 8 & 255)..=(self.corners >> 24)
+    }
+
+    pub fn view(&self) -> u32 {
+        self.mask_view >> 16
+    }
+
+    /// Tiles `(x, y)` in row order.
+    pub fn tiles(&self) -> impl Iterator<Item = (u32, u32)> {
+        let (xs, ys, mask) = (self.x(), self.y(), self.mask_view & 0xffff);
+        let small = xs.end() - xs.start() < 4 && ys.end() - ys.start() < 4;
+        let (x0, y0) = (*xs.start(), *ys.start());
+        ys.flat_map(move |y| xs.clone().map(move |x| (x, y))).filter(move |&(x, y)| {
+            mask != 0 && (!small || mask >> ((y - y0) * 4 + x - x0) & 1 == 1)
+        })
+    }
+}

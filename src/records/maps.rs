@@ -1,0 +1,45 @@
+//! Maps and pictures, read back.
+use crate::model::View;
+use glam::UVec2;
+
+/// The maps of one view, read back. Texel `(x, y)` is at `y * size.x + x`; row 0 is the top.
+#[derive(Clone, Debug)]
+pub struct ViewMaps {
+    pub view: View,
+    /// `F`: product of the transmittances in front of the opaque surface, linear rgb.
+    pub filter: Vec<[f32; 3]>,
+    /// `D`: light depth of the nearest translucent hit, 1 where there is none.
+    pub nearest: Vec<f32>,
+    /// `Z`: light depth of the nearest opaque surface, 1 where there is none.
+    pub opaque: Vec<f32>,
+    /// `Z` by channel, where dithering is coloured; else empty. `opaque` is the last of the three.
+    pub colored: Vec<[f32; 3]>,
+    /// Light as a function of depth; in curve mode.
+    pub curve: Option<CurveMap>,
+    /// Whose `nearest` is, as [`crate::records::owner_tag`] says; empty where no receiver asks.
+    pub owner: Vec<u16>,
+}
+
+/// The lit picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// [pixels]
+    pub size: UVec2,
+    /// sRGB, rows from the top.
+    pub rgb: Vec<[u8; 3]>,
+}
+
+/// A node of a map: start (16 bits), square root of the length (12), red, green, blue (12 each).
+/// A node that starts at 0 is none.
+pub type PackedNode = [u32; 2];
+
+/// The curves of one view.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CurveMap {
+    /// Of a texel (K).
+    pub nodes: usize,
+    /// Light may grow.
+    pub gain: bool,
+    /// Texel by texel, row by row; nearest first.
+    pub packed: Vec<PackedNode>,
+}

@@ -1,0 +1,80 @@
+//! Materials as kernels read them.
+use crate::model::{Material, Texture};
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
+
+/// A material as kernels read it. WGSL: `wgsl/common/material.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GpuMaterial {
+    /// Linear rgba.
+    pub tint: Vec4,
+    pub emission: Vec3,
+    pub transmission: f32,
+    pub transfer: u32,
+    pub shape: u32,
+    pub profile: u32,
+    /// Layer of the texture array, [`NO_TEXTURE`] for none.
+    pub texture: u32,
+    /// Of the texture within its layer [texels].
+    pub texture_size: Vec2,
+    pub reflectivity: f32,
+    pub cutoff: f32,
+    pub roughness: f32,
+    pub pattern: u32,
+    /// Edge of a cell of the pattern [texels].
+    pub pattern_scale: u32,
+    /// Texel of the particles' records where the ranks of the blue noise start.
+    pub blue_first: u32,
+    /// Of the way through a closed mesh of it [1/m]; zero where it is no volume.
+    pub absorption: Vec3,
+    pub receives: u32,
+}
+crate::gpu_layout!(GpuMaterial {
+    tint,
+    emission,
+    transmission,
+    transfer,
+    shape,
+    profile,
+    texture,
+    texture_size,
+    reflectivity,
+    cutoff,
+    roughness,
+    pattern,
+    pattern_scale,
+    blue_first,
+    absorption,
+    receives
+});
+
+pub const NO_TEXTURE: u32 = u32::MAX;
+
+/// Materials that a scene may have: the uniform array's length.
+pub const MAX_MATERIALS: usize = 512;
+
+impl GpuMaterial {
+    pub fn new(material: &Material, textures: &[Texture]) -> Self {
+        let texture = material.texture.map(|index| (index, &textures[index as usize]));
+        Self {
+            tint: material.tint,
+            emission: material.emission,
+            transmission: material.transmission,
+            transfer: material.transfer as u32,
+            shape: material.shape as u32,
+            profile: material.profile as u32,
+            texture: texture.map_or(NO_TEXTURE, |(index, _)| index),
+            texture_size: texture
+                .map_or(Vec2::ONE, |(_, t)| Vec2::new(t.width as f32, t.height as f32)),
+            reflectivity: material.reflectivity,
+            cutoff: material.cutoff,
+            roughness: material.roughness,
+            pattern: material.pattern as u32,
+            pattern_scale: material.pattern_scale,
+            blue_first: 0,
+            absorption: Vec3::ZERO,
+            receives: material.receives as u32,
+        }
+    }
+}

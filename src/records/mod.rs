@@ -1,0 +1,31 @@
+//! The records that stages hand on: casters as uploaded, footprints as one view sees them.
+//!
+//! Casters, footprints and triangles live in rgba32uint or rg32uint textures, [`ROW`] texels wide: element `i` of `n` texels
+//! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
+//! bound by the size of a storage binding. WGSL: `wgsl/common/record.wgsl`.
+mod blue;
+mod caster;
+mod footprint;
+mod hash;
+mod maps;
+mod material;
+mod owner;
+mod pack;
+mod triangle;
+mod view;
+
+pub use blue::{BLUE_SIZE, blue_ranks};
+pub use caster::{CASTER_TEXELS, Caster};
+pub use footprint::{
+    DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
+};
+pub use hash::pcg;
+pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
+pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
+pub use owner::{NO_OWNER, owner_tag, stored_tag};
+pub(crate) use pack::{from_octahedral, octahedral};
+pub use triangle::{BACK_BIT, SETUP_TEXELS, TRIANGLE_TEXELS, TriangleRecord, TriangleSetup};
+pub use view::{GpuView, MAX_VIEWS};
+
+/// Texels in a row of a record texture.
+pub const ROW: u32 = 4096;

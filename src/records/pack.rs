@@ -1,0 +1,44 @@
+//! How records pack numbers.
+use glam::{Vec2, Vec3};
+use half::f16;
+
+/// Two numbers in 0..=1 as `pack2x16unorm` does.
+pub(super) fn unorm2(x: f32, y: f32) -> u32 {
+    let unorm = |v: f32| (0.5 + 65535.0 * v.clamp(0.0, 1.0)).floor() as u32;
+    unorm(x) | unorm(y) << 16
+}
+
+pub(super) fn from_unorm(bits: u32) -> f32 {
+    (bits & 0xffff) as f32 / 65535.0
+}
+
+pub(super) fn half_bits(v: f32) -> u32 {
+    u32::from(f16::from_f32(v).to_bits())
+}
+
+pub(super) fn from_half(bits: u32) -> f32 {
+    f16::from_bits(bits as u16).to_f32()
+}
+
+/// A unit vector in two snorm16 (Cigolle et al. 2014, section 3).
+pub(crate) fn octahedral(n: Vec3) -> u32 {
+    let n = n / (n.x.abs() + n.y.abs() + n.z.abs()).max(1e-20);
+    let folded = if n.z < 0.0 {
+        (Vec2::ONE - Vec2::new(n.y, n.x).abs()) * Vec2::new(1f32.copysign(n.x), 1f32.copysign(n.y))
+    } else {
+        Vec2::new(n.x, n.y)
+    };
+    let snorm = |v: f32| u32::from(((v.clamp(-1.0, 1.0) * 32767.0).round() as i16) as u16);
+    snorm(folded.x) | snorm(folded.y) << 16
+}
+
+/// The inverse of [`octahedral`].
+pub(crate) fn from_octahedral(bits: u32) -> Vec3 {
+    let snorm = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let e = Vec2::new(snorm(bits), snorm(bits >> 16));
+    let z = 1.0 - e.x.abs() - e.y.abs();
+    let folded =
+        (Vec2::ONE - Vec2::new(e.y, e.x).abs()) * Vec2::new(1f32.copysign(e.x), 1f32.copysign(e.y));
+    let xy = if z < 0.0 { folded } else { e };
+    xy.extend(z).normalize_or_zero()
+}

@@ -1,0 +1,60 @@
+//! Triangles as uploaded, and as one view sees them.
+use super::pack::octahedral;
+use crate::model::Triangle;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
+
+/// Texels of a [`TriangleSetup`].
+pub const SETUP_TEXELS: u32 = 8;
+/// Texels of a [`TriangleRecord`].
+pub const TRIANGLE_TEXELS: u32 = 5;
+/// Bit of [`TriangleSetup::ties`] of a triangle that is clockwise as the light sees it.
+pub const BACK_BIT: u32 = 8;
+
+/// A triangle of the scene as kernels read it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TriangleRecord {
+    /// Three world-space positions [m], each followed by the vertex's u.
+    pub positions_u: [Vec4; 3],
+    pub v: Vec3,
+    pub material: u32,
+    /// Octahedral normals, snorm16 pairs.
+    pub normals: [u32; 3],
+    pub id: u32,
+}
+
+impl TriangleRecord {
+    pub fn new(triangle: &Triangle) -> Self {
+        let [a, b, c] = triangle.uvs;
+        Self {
+            positions_u: std::array::from_fn(|i| triangle.positions[i].extend(triangle.uvs[i].x)),
+            v: Vec3::new(a.y, b.y, c.y),
+            material: triangle.material,
+            normals: triangle.normals.map(octahedral),
+            id: triangle.id,
+        }
+    }
+}
+
+/// A triangle prepared for a view: what its hit test needs. Texel space.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct TriangleSetup {
+    /// A point of the edge's line and the edge's direction: `x, y, dx, dy` [texels]. The edge
+    /// function is `dx (py - y) - dy (px - x)`; the inside is where all three are >= 0.
+    pub edges: [Vec4; 3],
+    /// Factors that turn edge values into perspective-correct weights.
+    pub weights: Vec3,
+    /// Bit i: a texel centre exactly on edge i belongs to this triangle. [`BACK_BIT`]: it looks away
+    /// from the light.
+    pub ties: u32,
+    /// Light depths of the corners.
+    pub depths: Vec3,
+    pub material: u32,
+    pub uvs: [Vec2; 3],
+    /// World-space face normal, octahedral.
+    pub normal: u32,
+    pub id: u32,
+    pub pad: [u32; 4],
+}

@@ -1,0 +1,86 @@
+//! A view as kernels read it.
+use crate::model::{Part, Projection, View};
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, UVec2, Vec2};
+
+/// Views of a batch: the length of the uniform array.
+pub const MAX_VIEWS: usize = 64;
+
+/// What kernels read of a [`View`]. WGSL: `wgsl/common/view.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GpuView {
+    pub view_from_world: Mat4,
+    /// [texels]
+    pub size: Vec2,
+    /// Texels per metre (orthographic), or per metre at 1 m along the axis (perspective).
+    pub scale: f32,
+    /// 1 for a perspective view, 0 for an orthographic one.
+    pub perspective: f32,
+    /// [m]
+    pub near: f32,
+    /// [m]
+    pub far: f32,
+    /// First of the view's tiles in its batch.
+    pub first_tile: u32,
+    /// Tiles in a row.
+    pub tiles_x: u32,
+    /// Place of the map in the atlas [texels].
+    pub origin: UVec2,
+    pub layer: u32,
+    /// Index of the light; `u32::MAX` for the picture's camera.
+    pub light: u32,
+    /// [`Part`]: 0 whole, 1 face, 2 window.
+    pub part: u32,
+    /// Number in its shadow: the cascade, the face.
+    pub part_index: u32,
+    /// Views of its shadow.
+    pub part_count: u32,
+    /// Of a window: how wide its border fades [texels].
+    pub fade: f32,
+}
+crate::gpu_layout!(GpuView {
+    view_from_world,
+    size,
+    scale,
+    perspective,
+    near,
+    far,
+    first_tile,
+    tiles_x,
+    origin,
+    layer,
+    light,
+    part,
+    part_index,
+    part_count,
+    fade
+});
+
+impl View {
+    pub fn to_gpu(&self, first_tile: u32, origin: UVec2, layer: u32) -> GpuView {
+        let (part_index, part_count) = self.part.place();
+        let (part, fade) = match self.part {
+            Part::Whole => (0, 0.0),
+            Part::Face(_) => (1, 0.0),
+            Part::Window { fade, .. } => (2, fade * 0.5 * self.size.min_element() as f32),
+        };
+        GpuView {
+            view_from_world: self.view_from_world,
+            size: self.size.as_vec2(),
+            scale: self.scale,
+            perspective: f32::from(u8::from(self.projection == Projection::Perspective)),
+            near: self.near,
+            far: self.far,
+            first_tile,
+            tiles_x: self.tiles().x,
+            origin,
+            layer,
+            light: self.light.map_or(u32::MAX, |light| light as u32),
+            part,
+            part_index,
+            part_count,
+            fade,
+        }
+    }
+}

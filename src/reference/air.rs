@@ -1,0 +1,90 @@
+//! Twin of `wgsl/air_*.wgsl` and `wgsl/common/air.wgsl`: light that the air scatters to the eye,
+//! once, as a volume of columns of pixels and slices of depth.
+use super::{shading::Lighting, threads::each};
+use crate::{
+    records::GpuView,
+    stage::air::{AIR_CELL, AirParams},
+};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use std::f32::consts::FRAC_1_PI;
+
+/// What is scattered between the eye and the end of each slice (rgb), and what is left of the
+/// light from there (a).
+#[derive(Clone, Debug)]
+pub struct AirVolume {
+    size: UVec2,
+    slices: u32,
+    columns: Vec<Vec<Vec4>>,
+}
+
+/// Henyey and Greenstein 1941; `cosine` between the ways before and after, `g` in -1..1.
+pub fn phase(cosine: f32, g: f32) -> f32 {
+    let spread = (1.0 + g * g - 2.0 * g * cosine).max(1e-6);
+    0.25 * FRAC_1_PI * (1.0 - g * g) / (spread * spread.sqrt())
+}
+
+/// Columns of a picture.
+pub fn columns(size: UVec2) -> UVec2 {
+    (size + AIR_CELL - 1) / AIR_CELL
+}
+
+impl AirVolume {
+    /// `view`: the camera's.
+    pub fn new(
+        view: &GpuView,
+        world_from_view: &Mat4,
+        lighting: &Lighting<'_>,
+        params: &AirParams,
+    ) -> Self {
+        let size = columns(view.size.as_uvec2());
+        let column = |i: usize| {
+            let cell = UVec2::new(i as u32 % size.x, i as u32 / size.x);
+            let pixel = (cell.as_vec2() + 0.5) * AIR_CELL as f32;
+            let slope = (pixel - view.size * 0.5) / view.scale;
+            let way = Vec3::new(slope.x, -slope.y, -1.0);
+            let ray = world_from_view.transform_vector3(way).normalize();
+            let range = view.far - view.near;
+            let length = range / params.slices as f32 * way.length();
+            let taken = 1.0 - (-params.density * length).exp();
+            let (mut light, mut left) = (Vec3::ZERO, 1.0);
+            let slice = |k: u32| {
+                let mut sum = Vec3::ZERO;
+                for i in 0..params.samples {
+                    let along = k as f32 + (i as f32 + 0.5) / params.samples as f32;
+                    let distance = view.near + along / params.slices as f32 * range;
+                    let point = world_from_view.transform_point3(way * distance);
+                    sum += lighting.scattered(point, ray, params.anisotropy);
+                }
+                light += params.albedo * sum / params.samples as f32 * (left * taken);
+                left *= 1.0 - taken;
+                light.extend(left)
+            };
+            (0..params.slices).map(slice).collect()
+        };
+        let columns = each((size.x * size.y) as usize, column);
+        Self { size, slices: params.slices, columns }
+    }
+
+    /// At light depth `depth` of the camera's view.
+    pub fn at(&self, pixel: Vec2, depth: f32) -> Vec4 {
+        let last = (self.size - 1).as_vec2();
+        let at = (pixel / AIR_CELL as f32 - 0.5).clamp(Vec2::ZERO, last);
+        let low = at.floor().as_uvec2();
+        let high = (low + 1).min(self.size - 1);
+        let part = at - at.floor();
+        let along = depth.clamp(0.0, 1.0) * self.slices as f32 - 1.0;
+        let slice = along.floor() as i32;
+        let layer = |slice: i32| {
+            let texel =
+                |x: u32, y: u32| self.columns[(y * self.size.x + x) as usize][slice as usize];
+            if slice < 0 {
+                return Vec4::W;
+            }
+            let top = texel(low.x, low.y).lerp(texel(high.x, low.y), part.x);
+            let bottom = texel(low.x, high.y).lerp(texel(high.x, high.y), part.x);
+            top.lerp(bottom, part.y)
+        };
+        let far = layer((slice + 1).min(self.slices as i32 - 1));
+        layer(slice).lerp(far, along - along.floor())
+    }
+}

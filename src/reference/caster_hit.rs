@@ -1,0 +1,304 @@
+//! Twin of `wgsl/common/caster_hit.wgsl`: what a ray meets of any caster.
+use super::{
+    accumulate::FIXED_ONE,
+    hit::{Facing, coverage, transmittance},
+    texture::Image,
+};
+use crate::{
+    model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
+    records::{BACK_BIT, Caster, Footprint, GpuView, TRIANGLE_BIT, TriangleSetup},
+    reference::dither::{Place, cell, threshold},
+};
+use glam::{IVec3, Vec2, Vec3};
+
+/// What the hit tests of one view read.
+#[derive(Clone, Copy, Debug)]
+pub struct Records<'a> {
+    pub view: &'a GpuView,
+    pub casters: &'a [Caster],
+    pub setups: &'a [TriangleSetup],
+    pub materials: &'a [Material],
+    /// Of materials, [1/m].
+    pub absorptions: &'a [Vec3],
+    pub images: &'a [Image],
+}
+
+/// The light `L` behind a hit is `L * light + added`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Transmittance, per channel.
+    pub light: Vec3,
+    /// What `over` puts in, per channel.
+    pub added: Vec3,
+    /// `c`; of `gain` over 16.
+    pub color: Vec3,
+    /// `a`
+    pub opacity: f32,
+    /// Light depth, 0..=1.
+    pub depth: f32,
+    /// Light depth from which on the whole hit counts: where the ray leaves a puff.
+    pub end: f32,
+}
+
+/// Where a ray enters or leaves a volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Light depth, at most that of the ray's end.
+    pub depth: f32,
+    /// Way of the ray from light depth 0 to 1 [m].
+    pub metres: f32,
+    /// [1/m]
+    pub absorption: Vec3,
+    /// 1 where the ray leaves, -1 where it enters.
+    pub leaves: i32,
+}
+
+/// What a face of a volume adds to a ray's sums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossing {
+    /// Optical depth from the near plane to the face, in fixed point and modulo 2^32; negative for
+    /// a face that looks towards the light.
+    pub tau: IVec3,
+    /// 1 where the ray leaves, -1 where it enters.
+    pub leaves: i32,
+}
+
+/// A caster made ready for the texels of a view.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    records: Records<'a>,
+    pub material: &'a Material,
+    /// Decorrelates what is drawn by chance.
+    pub id: u32,
+    form: Form<'a>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Form<'a> {
+    Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
+    Puff { facing: Facing, radius: f32, color: Vec3, alpha: f32 },
+    Triangle(&'a TriangleSetup),
+}
+
+impl<'a> Target<'a> {
+    pub fn new(records: Records<'a>, footprint: &Footprint) -> Self {
+        if footprint.caster & TRIANGLE_BIT != 0 {
+            let setup = &records.setups[footprint.red_green as usize];
+            let material = &records.materials[setup.material as usize];
+            return Self { records, material, id: setup.id, form: Form::Triangle(setup) };
+        }
+        let caster = &records.casters[footprint.caster as usize];
+        let material = &records.materials[caster.material() as usize];
+        let (center, radius, depth) = (footprint.center, footprint.radius, footprint.depth);
+        let facing = Facing::new(records.view, center, radius, depth, caster.rotation());
+        let (color, (base, slope)) = (footprint.color(), footprint.opacity());
+        let form = if material.shape == Shape::Puff {
+            let alpha = (base + slope).min(1.0);
+            Form::Puff { facing, radius, color, alpha }
+        } else {
+            Form::Facing { facing, color, base, slope }
+        };
+        Self { records, material, id: caster.id, form }
+    }
+
+    /// Whether hits filter the light, rather than block it or leave it alone.
+    pub fn filters(&self) -> bool {
+        !self.material.transfer.is_opaque() && self.material.transfer != Transfer::None
+    }
+
+    /// Of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
+    pub fn hit(&self, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
+        let hit = match self.form {
+            Form::Facing { facing, color, base, slope } => {
+                self.facing_hit(&facing, color, base, slope, texel)
+            }
+            Form::Puff { facing, radius, color, alpha } => {
+                let Facing { center, distance, .. } = facing;
+                let chord = chord(self.records.view, center, radius, distance, texel, opaque_depth);
+                chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
+            }
+            Form::Triangle(setup) => self.triangle_hit(setup, texel),
+        };
+        hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
+    }
+
+    /// Of a volume, at the ray that ends at light depth `opaque_depth`. Faces behind its end count
+    /// as at its end.
+    pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<Face> {
+        let Form::Triangle(setup) = self.form else { return None };
+        let absorption = self.records.absorptions[setup.material as usize];
+        if absorption == Vec3::ZERO {
+            return None;
+        }
+        let depth = setup.hit(texel)?.depth;
+        if depth.is_nan() || depth < 0.0 {
+            return None;
+        }
+        let leaves = if setup.ties & BACK_BIT != 0 { 1 } else { -1 };
+        let metres = metres_per_depth(self.records.view, texel);
+        Some(Face { depth: depth.min(opaque_depth), metres, absorption, leaves })
+    }
+
+    /// What [`Self::face`] adds to a ray's sums.
+    pub fn crossing(&self, texel: Vec2, opaque_depth: f32) -> Option<Crossing> {
+        self.face(texel, opaque_depth).map(|face| face.crossing())
+    }
+
+    /// Opacity that a hit at `texel` must exceed to block the light, of a `dither` material.
+    pub fn threshold(&self, texel: Vec2) -> f32 {
+        self.threshold_of(texel, self.id)
+    }
+
+    /// As [`Self::threshold`], of one channel of coloured dithering.
+    pub fn channel_threshold(&self, texel: Vec2, channel: u32) -> f32 {
+        self.threshold_of(texel, self.id.wrapping_mul(3).wrapping_add(channel))
+    }
+
+    fn threshold_of(&self, texel: Vec2, id: u32) -> f32 {
+        let (pattern, scale) = (self.material.pattern, self.material.pattern_scale);
+        let (own, step) = match self.form {
+            _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
+            Form::Triangle(setup) => setup.own(texel),
+            Form::Facing { facing, .. } | Form::Puff { facing, .. } => {
+                let met = facing.hit(self.records.view, texel);
+                let step = |axis: Vec2| axis.abs().max_element();
+                let step = Vec2::new(step(facing.frame_x), step(facing.frame_y));
+                (met.map_or(Vec2::splat(2.0), |met| met.q), step)
+            }
+        };
+        let place = Place { cell: cell(self.records.view, scale, texel), own, step };
+        threshold(pattern, scale, &place, id)
+    }
+
+    fn facing_hit(
+        &self,
+        facing: &Facing,
+        color: Vec3,
+        base: f32,
+        slope: f32,
+        texel: Vec2,
+    ) -> Option<Hit> {
+        let met = facing.hit(self.records.view, texel)?;
+        let covered = coverage(self.material.shape, self.material.profile, met.q);
+        if covered <= 0.0 {
+            return None;
+        }
+        let (mut color, mut alpha) = (color, covered);
+        if let Some(texture) = self.material.texture {
+            let uv = Vec2::new(0.5 + 0.5 * met.q.x, 0.5 - 0.5 * met.q.y);
+            let image = self.records.images[texture as usize].sample(uv);
+            color *= image.truncate();
+            alpha *= image.w;
+        }
+        // Base and slope are rounded to f16 each: their sum may exceed 1.
+        let opacity = (base + slope * alpha).min(1.0);
+        Some(self.optics(opacity, color, met.depth))
+    }
+
+    fn triangle_hit(&self, setup: &TriangleSetup, texel: Vec2) -> Option<Hit> {
+        let met = setup.hit(texel)?;
+        let mut tint = self.material.tint;
+        if let Some(texture) = self.material.texture {
+            tint *= self.records.images[texture as usize].sample(met.uv);
+        }
+        let opacity = 1.0 - (1.0 - tint.w) * (1.0 - self.material.reflectivity);
+        let gathers = self.material.transfer == Transfer::Gain;
+        let color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
+        Some(self.optics(opacity, color, met.depth))
+    }
+
+    fn optics(&self, opacity: f32, color: Vec3, depth: f32) -> Hit {
+        let transfer = self.material.transfer;
+        let added = added(transfer, opacity, color);
+        let light = transmittance(transfer, opacity, color);
+        Hit { light, added, color, opacity, depth, end: depth }
+    }
+}
+
+impl Face {
+    pub fn crossing(&self) -> Crossing {
+        let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
+        Crossing { tau, leaves: self.leaves }
+    }
+}
+
+/// Way of the ray through a texel from light depth 0 to 1 [m].
+pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
+    let slope = (texel - view.size * 0.5) / view.scale;
+    let stretch = if view.perspective > 0.0 { (1.0 + slope.length_squared()).sqrt() } else { 1.0 };
+    (view.far - view.near) * stretch
+}
+
+/// The nearest integers, modulo 2^32. Exact: the wraps are powers of two.
+fn modular(v: Vec3) -> IVec3 {
+    const WRAP: f32 = 4_294_967_296.0;
+    let rounded = v.round();
+    let rest = rounded - (rounded / WRAP).floor() * WRAP;
+    IVec3::from_array(rest.to_array().map(|v| (v as u32).cast_signed()))
+}
+
+/// The part of a ray inside a puff.
+#[derive(Clone, Copy, Debug)]
+struct Chord {
+    /// Of the diameter.
+    share: f32,
+    /// Light depth where the ray enters, 0 where it starts inside.
+    depth: f32,
+    /// Light depth where it leaves, or ends.
+    end: f32,
+}
+
+/// `radius` as in a footprint; `distance` of the centre along the axis [m].
+fn chord(
+    view: &GpuView,
+    center: Vec2,
+    radius: f32,
+    distance: f32,
+    texel: Vec2,
+    opaque_depth: f32,
+) -> Option<Chord> {
+    let range = view.far - view.near;
+    // How far the ray passes from the centre [radii], squared; metres along the axis per radius;
+    // where the ray is closest to the centre, along the axis [m].
+    let (miss2, radius_axis, closest);
+    if view.perspective > 0.0 {
+        let c = ((center - view.size * 0.5) / view.scale).extend(1.0);
+        let w = ((texel - view.size * 0.5) / view.scale).extend(1.0);
+        let apart = c.cross(w - c);
+        let w2 = w.length_squared();
+        let metres = radius * distance * c.length();
+        miss2 = apart.length_squared() / w2 * (distance * distance) / (metres * metres);
+        radius_axis = metres / w2.sqrt();
+        closest = distance * c.dot(w) / w2;
+    } else {
+        miss2 = ((texel - center) / radius).length_squared();
+        radius_axis = radius / view.scale;
+        closest = distance;
+    }
+    let rest = 1.0 - miss2;
+    if rest.is_nan() || rest <= 0.0 {
+        return None;
+    }
+    let half_chord = rest.sqrt() * radius_axis;
+    let first = (closest - half_chord).max(view.near);
+    let last = (closest + half_chord).min(view.near + opaque_depth * range);
+    let share = ((last - first) / (2.0 * radius_axis)).min(1.0);
+    let at = |along: f32| (along - view.near) / range;
+    (share > 0.0).then(|| Chord { share, depth: at(first), end: at(last) })
+}
+
+/// What the transfer does along a whole diameter, to the power of the chord's share of it.
+fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
+    // Powers of 0 differ between adapters.
+    const LEAST: f32 = 1e-9;
+    let per_diameter = transmittance(transfer, alpha, color).max(Vec3::splat(LEAST));
+    let opacity = 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share);
+    let light = per_diameter.powf(chord.share);
+    let added = added(transfer, opacity, color);
+    Hit { light, added, color, opacity, depth: chord.depth, end: chord.end }
+}
+
+/// What a hit of `over` puts in.
+fn added(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
+    if transfer == Transfer::Over { c * a } else { Vec3::ZERO }
+}

@@ -1,0 +1,366 @@
+//! Twin of `wgsl/common/curve.wgsl`, `curve_list.wgsl` and `curve_light.wgsl`: light as a function
+//! of depth, along the ray of one texel.
+//!
+//! A curve is a list of *ramps*, nearest first: light falls linearly from what the ramp before
+//! left to the ramp's own, between its start and its end. A pane is a ramp of no length, a *step*.
+//! While a texel has at most K hits, each keeps a step of its own. A further one goes in too, and
+//! then the two neighbours merge that cost least: those between which the curve strays least, as
+//! an area of light times depth, from the straight line that spans both.
+//!
+//! The light of neighbours is spent, in the merged ramp, around the same mean depth and as far
+//! apart: the ramp has the first two moments of both, and lies inside what they span. So a merge
+//! keeps the mean of the light over all depths unless it was cut to fit.
+//!
+//! **Bound.** The hits that one ramp stands for are neighbours, and the ramp lies inside what they
+//! span. So at every depth the error is at most what the light loses in one node, apart from the
+//! rounding of the format: half of 1/65535 of the view's range, and half of 1/4095 of the light.
+//!
+//! Streaming with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps).
+//! Unlike theirs: in colour, with ramps, and with depths that move.
+pub mod measure;
+pub mod rivals;
+pub mod tile;
+pub mod volumes;
+
+use super::resolve::BLACK;
+use crate::records::{CurveMap, PackedNode};
+use glam::Vec3;
+use half::f16;
+
+/// The most nodes that a curve may have.
+pub const MAX_NODES: usize = 16;
+/// Depths are in fixed point: how many steps there are from the near plane to the far one.
+const DEPTHS: f32 = 65535.0;
+/// [`BLACK`] as a kernel keeps it.
+const DARK: u16 = 64;
+/// Steps of a stored channel, and of the square root of a ramp's length.
+const LEVELS: f32 = 4095.0;
+/// Of a curve that may brighten: octaves from the darkest to the brightest, and the darkest.
+const OCTAVES: f32 = 20.0;
+const DARKEST_LOG: f32 = -10.0;
+
+/// What a kernel keeps of a node while it walks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Node {
+    /// Start in the upper 16 bits, end in the lower; 0 for none.
+    span: u32,
+    /// Light behind: red, green, blue and their mean.
+    light: [u16; 4],
+}
+
+impl Node {
+    fn start(&self) -> f32 {
+        (self.span >> 16) as f32
+    }
+
+    fn end(&self) -> f32 {
+        (self.span & 0xffff) as f32
+    }
+}
+
+/// A light depth in fixed point; 0 stands for no node.
+fn fixed(depth: f32) -> u32 {
+    ((depth * DEPTHS).round_ties_even() as u32).clamp(1, 65535)
+}
+
+/// What a stretch of a ray does to light: `L` becomes `L * scale + added`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine {
+    pub scale: Vec3,
+    pub added: Vec3,
+}
+
+impl Affine {
+    pub const NONE: Self = Self { scale: Vec3::ONE, added: Vec3::ZERO };
+
+    /// This, and then `next`.
+    #[must_use]
+    pub fn then(self, next: Self) -> Self {
+        Self { scale: self.scale * next.scale, added: self.added * next.scale + next.added }
+    }
+
+    /// The scale up to a place behind which `light` is left of white. Exact while all that adds
+    /// light adds the same colour; next to white, where `light` says little, as `part` of the
+    /// stretch.
+    fn share(self, light: Vec3, part: f32) -> Vec3 {
+        let lost = Vec3::ONE - self.scale;
+        let rest = Vec3::ONE - self.added / lost.max(Vec3::splat(1e-3));
+        let known = Vec3::ONE - (Vec3::ONE - light) / rest.max(Vec3::splat(LEAST_REST));
+        let even = Vec3::ONE - lost * part;
+        let share = Vec3::select(rest.cmpge(Vec3::splat(LEAST_REST)), known, even);
+        share.max(self.scale).min(Vec3::ONE)
+    }
+}
+
+/// Of 1 minus a colour that is added: below it, light from white does not tell the scale.
+const LEAST_REST: f32 = 1.0 / 16.0;
+
+/// The curve of one texel while its hits come in.
+#[derive(Clone, Debug)]
+pub struct Streaming {
+    nodes: [Node; MAX_NODES],
+    count: usize,
+    gain: bool,
+    /// Light may grow from black.
+    over: bool,
+    /// Behind all hits.
+    passed: Vec3,
+    /// The largest start of a hit so far.
+    latest: u32,
+    /// Hits that came late, inside a ramp that had been merged: their place in it is lost.
+    pub disordered: u32,
+}
+
+impl Streaming {
+    /// `count`: K. `gain`: light may grow.
+    pub fn new(count: u32, gain: bool) -> Self {
+        let mut new = Self {
+            nodes: [Node::default(); MAX_NODES],
+            count: (count as usize).clamp(2, MAX_NODES),
+            gain,
+            over: false,
+            passed: Vec3::ONE,
+            latest: 0,
+            disordered: 0,
+        };
+        let light = new.encode_light(Vec3::ONE);
+        new.nodes = [Node { span: 0, light }; MAX_NODES];
+        new
+    }
+
+    /// Of hits that may add light: see [`Self::insert_affine`].
+    #[must_use]
+    pub fn with_over(self, over: bool) -> Self {
+        Self { over, ..self }
+    }
+
+    /// Whether the next hit will fit without a merge.
+    pub fn is_young(&self) -> bool {
+        self.nodes[0].span == 0
+    }
+
+    /// Light depth behind which no node ends.
+    pub fn last_end(&self) -> f32 {
+        self.nodes[self.count - 1].end() / DEPTHS
+    }
+
+    /// What all hits so far let pass.
+    pub fn passed(&self) -> Vec3 {
+        self.passed
+    }
+
+    fn encode(&self, light: f32) -> u16 {
+        if self.gain {
+            f16::from_f32(light).to_bits()
+        } else {
+            (light.clamp(0.0, 1.0) * 65535.0).round_ties_even() as u16
+        }
+    }
+
+    /// As [`Self::decode`], in steps.
+    fn level(&self, bits: u16) -> f32 {
+        if self.gain { f16::from_bits(bits).to_f32() } else { f32::from(bits) }
+    }
+
+    fn decode(&self, bits: u16) -> f32 {
+        self.level(bits) * if self.gain { 1.0 } else { 1.0 / 65535.0 }
+    }
+
+    fn encode_light(&self, light: Vec3) -> [u16; 4] {
+        let mean = (light.x + light.y + light.z) * (1.0 / 3.0);
+        [light.x, light.y, light.z, mean].map(|v| self.encode(v))
+    }
+
+    fn light_of(&self, node: &Node) -> Vec3 {
+        Vec3::from_array([0, 1, 2].map(|i| self.decode(node.light[i])))
+    }
+
+    /// One hit, or several that spread from light depth `start` to `end`.
+    pub fn insert(&mut self, start: f32, end: f32, light: Vec3) {
+        self.insert_affine(start, end, light, Vec3::ZERO);
+    }
+
+    /// As [`Self::insert`]: light `L` becomes `L * light + added`. What is added by a hit that comes
+    /// late changes what lies behind it as a filter of the same effect would, and is counted.
+    pub fn insert_affine(&mut self, start: f32, end: f32, light: Vec3, added: Vec3) {
+        self.insert_span(fixed(start) << 16 | fixed(end), light, added);
+    }
+
+    /// The nodes of the curve of what follows, in order. `whole`: all that it does to light, where
+    /// it may add some.
+    pub fn append(&mut self, nodes: &[PackedNode], whole: Option<Affine>) {
+        let (mut before, reached) = (Vec3::ONE, self.passed);
+        let count = nodes.len() as f32;
+        for (i, &node) in (1..).zip(nodes) {
+            let (start, length, light) = unpack(node, self.gain);
+            if start > 0.0 {
+                let end = (start + length).round_ties_even().min(DEPTHS) as u32;
+                let span = (start as u32) << 16 | end;
+                if let Some(whole) = whole {
+                    let share = whole.share(light, i as f32 / count);
+                    self.insert_span(span, Vec3::ZERO, reached * share + (light - share));
+                } else {
+                    self.insert_span(span, light / before.max(Vec3::splat(1e-9)), Vec3::ZERO);
+                }
+            }
+            before = light;
+        }
+    }
+
+    /// Whether nothing that is seen passes the last node.
+    fn is_dark(&self) -> bool {
+        let last = &self.nodes[self.count - 1];
+        !self.gain && !self.over && last.light[..3].iter().all(|&light| light < DARK)
+    }
+
+    fn insert_span(&mut self, span: u32, light: Vec3, added: Vec3) {
+        let (count, start) = (self.count, span >> 16);
+        let place = self.nodes[..count].partition_point(|node| node.span <= span);
+        self.passed = self.passed * light + added;
+        // What is behind black does nothing, so that a walk may stop there.
+        if place == count && self.is_dark() {
+            return;
+        }
+        let before = if place > 0 { self.nodes[place - 1] } else { Node::default() };
+        let reached = if place > 0 { self.light_of(&before) } else { Vec3::ONE };
+        let is_late = start < self.latest;
+        self.latest = self.latest.max(start);
+        let is_inside = before.start() < start as f32 && before.end() > start as f32;
+        if is_late && is_inside || place < count && added != Vec3::ZERO {
+            self.disordered += 1;
+        }
+        let mut all = [Node::default(); MAX_NODES + 1];
+        all[..place].copy_from_slice(&self.nodes[..place]);
+        let behind = if place == count { self.passed } else { reached * light + added };
+        all[place] = Node { span, light: self.encode_light(behind) };
+        let light = light + added / reached.max(Vec3::splat(BLACK));
+        for i in place..count {
+            let node = self.nodes[i];
+            let light = self.encode_light(self.light_of(&node) * light);
+            all[i + 1] = Node { span: node.span, light };
+        }
+        self.merge_cheapest(&all[..=count]);
+    }
+
+    /// Of one node more than fits.
+    fn merge_cheapest(&mut self, all: &[Node]) {
+        let mean = |i: usize| self.level(all[i].light[3]);
+        let full = if self.gain { 1.0 } else { 65535.0 };
+        let mut best = (f32::INFINITY, 0, 0.0);
+        for i in 0..self.count {
+            let before = if i == 0 { full } else { mean(i - 1) };
+            let cost = merge_cost(before, [mean(i), mean(i + 1)], [all[i], all[i + 1]]);
+            if cost < best.0 {
+                best = (cost, i, before);
+            }
+        }
+        let (_, at, before) = best;
+        let span = merged_span(before, [mean(at), mean(at + 1)], [all[at], all[at + 1]]);
+        let merged = Node { span, light: all[at + 1].light };
+        for i in 0..self.count {
+            self.nodes[i] = match i.cmp(&at) {
+                std::cmp::Ordering::Less => all[i],
+                std::cmp::Ordering::Equal => merged,
+                std::cmp::Ordering::Greater => all[i + 1],
+            };
+        }
+    }
+
+    /// As a map stores it.
+    pub fn pack(&self) -> impl Iterator<Item = PackedNode> {
+        let stored = |node: &Node| {
+            let length = (node.end() - node.start()).max(0.0);
+            let length = ((length / DEPTHS).sqrt() * LEVELS).round_ties_even() as u32;
+            let [r, g, b] = self.light_of(node).to_array().map(|v| self.stored_channel(v));
+            [(node.span & 0xffff_0000) | length << 4 | r >> 8, (r & 255) << 24 | g << 12 | b]
+        };
+        self.nodes[..self.count].iter().map(stored)
+    }
+
+    fn stored_channel(&self, light: f32) -> u32 {
+        if self.gain {
+            let octave = (light.max(1e-9).log2() - DARKEST_LOG) / OCTAVES;
+            return (octave * LEVELS).clamp(0.0, LEVELS).round_ties_even() as u32;
+        }
+        let light = if light < BLACK { 0.0 } else { light };
+        (light * LEVELS).round_ties_even() as u32
+    }
+}
+
+/// How far the light, `before` both, falls from the straight line over two neighbours, as an area;
+/// 0 where one of them takes nothing.
+fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
+    let (first, second) = (before - behind[0], behind[0] - behind[1]);
+    if first * second == 0.0 {
+        return 0.0;
+    }
+    let both = first + second;
+    let own = first * (b.end() - a.start());
+    (own - both * (a.end() - a.start())).abs() + (own - both * (b.start() - a.start())).abs()
+}
+
+/// The ramp with the mean and the variance of both, inside what they span.
+fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
+    let (first, second) = ((before - behind[0]).abs(), (behind[0] - behind[1]).abs());
+    if first + second == 0.0 {
+        return b.span;
+    }
+    let per_both = 1.0 / (first + second);
+    let (first, second) = (first * per_both, second * per_both);
+    // Twice the middle, and twelve times the variance.
+    let (middle_a, middle_b) = (a.start() + a.end(), b.start() + b.end());
+    let (length_a, length_b) = (a.end() - a.start(), b.end() - b.start());
+    let middle = first * middle_a + second * middle_b;
+    let (off_a, off_b) = (middle - middle_a, middle - middle_b);
+    let spread = first * (length_a * length_a + 3.0 * off_a * off_a)
+        + second * (length_b * length_b + 3.0 * off_b * off_b);
+    let middle = 0.5 * middle;
+    let half = (0.5 * spread.sqrt()).min(middle - a.start()).min(b.end() - middle).max(0.0);
+    let start = (middle - half).round_ties_even() as u32;
+    let end = (middle + half).round_ties_even() as u32;
+    start << 16 | end
+}
+
+/// Start and length in fixed point, and the light behind.
+fn unpack([first, second]: PackedNode, gain: bool) -> (f32, f32, Vec3) {
+    let root = (first >> 4 & 0xfff) as f32 / LEVELS;
+    let red = (first & 15) << 8 | second >> 24;
+    let channels = [red, second >> 12 & 0xfff, second & 0xfff];
+    let light = Vec3::from_array(channels.map(|v| loaded_channel(v, gain)));
+    ((first >> 16) as f32, root * root * DEPTHS, light)
+}
+
+/// Light at light depth `z` of a curve; `gain` as it was packed. Ramps that overlap each take their
+/// share.
+pub fn light_at(nodes: &[PackedNode], z: f32, gain: bool) -> Vec3 {
+    let z = z * DEPTHS;
+    // Behind the last node that starts before z, and at z; what earlier nodes still let pass.
+    let (mut behind, mut here, mut rest) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
+    for &node in nodes {
+        let (start, length, light) = unpack(node, gain);
+        if start > 0.0 && start < z {
+            rest *= Vec3::select(behind.cmpgt(Vec3::ZERO), here / behind, Vec3::ONE);
+            let share = ((z - start) / length.max(1e-6)).clamp(0.0, 1.0);
+            here = behind + (light - behind) * share;
+            behind = light;
+        }
+    }
+    rest * here
+}
+
+fn loaded_channel(bits: u32, gain: bool) -> f32 {
+    let share = bits as f32 / LEVELS;
+    match (gain, bits) {
+        (true, 0) => 0.0,
+        (true, _) => (share * OCTAVES + DARKEST_LOG).exp2(),
+        (false, _) => share,
+    }
+}
+
+impl CurveMap {
+    /// Light that reaches light depth `z` of texel number `texel`.
+    pub fn light_at(&self, texel: usize, z: f32) -> Vec3 {
+        let first = texel * self.nodes;
+        light_at(&self.packed[first..first + self.nodes], z, self.gain)
+    }
+}

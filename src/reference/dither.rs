@@ -1,0 +1,163 @@
+//! Dither patterns: what opacity a caster must exceed at a texel to block its light.
+//!
+//! The share of texels that block is the opacity itself, not its nearest level: below the finest
+//! level of a pattern chance decides, once per block. Patterns of different casters are
+//! independent: two layers of 50% let 25% through. Ranks and thresholds are integers, so that
+//! every device draws the same. WGSL: `wgsl/common/dither.wgsl`.
+pub mod measure;
+
+use crate::{
+    model::Pattern,
+    records::{BLUE_SIZE, GpuView, blue_ranks, pcg},
+};
+use glam::{IVec2, UVec2, Vec2};
+
+/// Cells along an edge of the blocks whose patterns are drawn anew for casters that share the
+/// lowest bits of their ids.
+const BLOCK_BITS: u32 = 4;
+
+/// Where a caster is asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Of the pattern, in light space.
+    pub cell: UVec2,
+    /// In the caster's own space, no unit.
+    pub own: Vec2,
+    /// How far `own` moves from a texel to the next, per axis.
+    pub step: Vec2,
+}
+
+/// The pattern's cell at a texel of a view's map. Of a parallel light the pattern lies still in
+/// the world when the view moves by whole texels.
+pub fn cell(view: &GpuView, scale: u32, texel: Vec2) -> UVec2 {
+    const FARTHEST: f32 = 524_288.0;
+    let origin = view.view_from_world.w_axis * view.scale;
+    let anchor =
+        Vec2::new(origin.x, -origin.y).clamp(Vec2::splat(-FARTHEST), Vec2::splat(FARTHEST));
+    let anchor = if view.perspective > 0.0 {
+        IVec2::ZERO
+    } else {
+        IVec2::new(anchor.x.round_ties_even() as i32, anchor.y.round_ties_even() as i32)
+    };
+    // Makes the sum positive, and is a whole number of every pattern's periods.
+    let ahead = IVec2::splat((scale << 20) as i32);
+    (texel.floor().as_ivec2() - anchor + ahead).as_uvec2() / scale
+}
+
+fn pcg_cell(cell: UVec2, id: u32) -> u32 {
+    pcg(cell.x.wrapping_add(pcg(cell.y.wrapping_add(pcg(id)))))
+}
+
+/// Opacity that `a` must exceed to block the light, in 0..1.
+pub fn threshold(pattern: Pattern, scale: u32, place: &Place, id: u32) -> f32 {
+    let bits = match pattern {
+        Pattern::Hashed => return hashed(place, scale, id),
+        Pattern::Ign => gradient_noise(place.cell, id),
+        Pattern::Blue => blue(place.cell, id),
+        Pattern::Checkerboard => ordered(place.cell, 2, id, pcg(id)),
+        _ => {
+            let order = pattern.order();
+            ordered(place.cell, order, id, pcg_cell(place.cell >> order, id))
+        }
+    };
+    bits as f32 / 65536.0
+}
+
+/// The three bits above the lowest `shift`, of both coordinates in turn.
+fn interleaved(cell: UVec2, shift: u32) -> u32 {
+    let h = cell >> shift;
+    (0..3).fold(0, |word, i| word | (h.x >> i & 1) << (2 * i) | (h.y >> i & 1) << (2 * i + 1))
+}
+
+fn parity(word: u32) -> u32 {
+    word.count_ones() & 1
+}
+
+/// A recursive ordered matrix of edge `2^order` whose digits are flipped by Walsh functions of the
+/// cell: one per caster, and different ones are independent over 16x16 cells. Those of a caster's
+/// further digits are multiples in GF(64), so the whole digits of two casters are independent.
+fn ordered(cell: UVec2, order: u32, id: u32, chance: u32) -> u32 {
+    let mut walsh = id & 63;
+    let mut next = || {
+        let mask = walsh;
+        walsh = (walsh << 1 & 63) ^ ((walsh >> 5) * 3);
+        mask
+    };
+    let mut rank = 0;
+    for digit in 0..order {
+        let (x, y) = (cell.x >> digit & 1, cell.y >> digit & 1);
+        let higher = interleaved(cell, digit + 1);
+        let high = x ^ y ^ parity(higher & next());
+        let low = y ^ parity(higher & next());
+        rank = rank << 2 | high << 1 | low;
+    }
+    let levels = 1 << (2 * order);
+    // Casters of the same Walsh function.
+    if id >= 64 {
+        rank ^= pcg_cell(cell >> BLOCK_BITS, id >> 6) & (levels - 1);
+    }
+    (rank << 16 | chance >> 16) / levels
+}
+
+/// Unlike the paper: in fixed point; and turned, sheared and moved, by caster and block, because
+/// moved noise is only itself plus a constant.
+fn gradient_noise(cell: UVec2, id: u32) -> u32 {
+    let turn = pcg(id);
+    let shift = pcg_cell(cell >> BLOCK_BITS, id);
+    let mut at = turned(cell, turn);
+    at.x = at.x.wrapping_add(at.y.wrapping_mul(turn >> 1 & 2));
+    let x = at.x.wrapping_add(shift & 0xffff);
+    let y = at.y.wrapping_add(shift >> 16);
+    // 0.06711056, 0.00583715 and 52.9829189.
+    let inner = x.wrapping_mul(288_237_660).wrapping_add(y.wrapping_mul(25_070_368));
+    inner.wrapping_mul(52).wrapping_add((inner >> 16) * 64_417) >> 16
+}
+
+/// One of four mirrorings.
+fn turned(cell: UVec2, turn: u32) -> UVec2 {
+    let at = if turn & 1 == 0 { cell } else { UVec2::new(cell.y, cell.x) };
+    UVec2::new(if turn & 2 == 0 { at.x } else { !at.x }, at.y)
+}
+
+fn blue(cell: UVec2, id: u32) -> u32 {
+    // Golden ratio: consecutive casters are far apart in the texture.
+    let offset = id.wrapping_mul(2_654_435_769) >> 20;
+    let at = turned(cell, pcg(id));
+    let x = at.x.wrapping_add(offset) % BLUE_SIZE;
+    let y = at.y.wrapping_add(offset >> 6) % BLUE_SIZE;
+    u32::from(blue_ranks()[(y * BLUE_SIZE + x) as usize]) << 4 | 8
+}
+
+/// Unlike the paper: base-2 logarithms are those of the float's bits, and the ratio of the axes'
+/// scales is a power of two, so that nearing the caster never jumps.
+fn hashed(place: &Place, scale: u32, id: u32) -> f32 {
+    let step = (place.step * scale as f32).max(Vec2::splat(1e-9));
+    let per_unit = std::f32::consts::FRAC_1_SQRT_2 / step.x;
+    let between = f32::from_bits(per_unit.to_bits() & 0x007f_ffff | 0x3f80_0000) - 1.0;
+    let exponent = |v: f32| (v.to_bits() >> 23 & 255) as i32 - 127;
+    let x = exponent(per_unit).clamp(-20, 20);
+    let y = (x + exponent(step.x / step.y * std::f32::consts::SQRT_2)).clamp(-24, 24);
+    let coarse = own_hash(place.own, x, y, id);
+    let fine = own_hash(place.own, x + 1, y + 1, id);
+    uniform(coarse * (1.0 - between) + fine * between, between.min(1.0 - between))
+}
+
+fn own_hash(own: Vec2, x: i32, y: i32, id: u32) -> f32 {
+    let power = |e: i32| f32::from_bits(((e + 127) as u32) << 23);
+    let cell = Vec2::new(own.x * power(x), own.y * power(y)).floor().as_ivec2().as_uvec2();
+    ((pcg_cell(cell, id ^ ((x + 127) as u32) << 24) >> 16) as f32 + 0.5) / 65536.0
+}
+
+/// The share below `x` of what two uniform numbers mix to, `a` the smaller weight (section 3.2).
+fn uniform(x: f32, a: f32) -> f32 {
+    let b = 1.0 - a;
+    let tails = 2.0 * (a * b).max(1e-6);
+    let share = if x < a {
+        x * x / tails
+    } else if x < b {
+        (x - 0.5 * a) / b
+    } else {
+        1.0 - (1.0 - x) * (1.0 - x) / tails
+    };
+    share.clamp(0.0, 65535.0 / 65536.0)
+}

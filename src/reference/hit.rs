@@ -1,0 +1,155 @@
+//! What one ray through one texel meets: geometry and optics. Twin of `wgsl/common/hit.wgsl`.
+use crate::{
+    model::{MAX_GAIN, Profile, Shape, Transfer},
+    records::{GpuView, TriangleSetup},
+};
+use glam::{Vec2, Vec3};
+
+/// Where a ray meets a particle's plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneHit {
+    /// In the particle's frame, in radii.
+    pub q: Vec2,
+    /// Light depth.
+    pub depth: f32,
+}
+
+/// A particle made ready for the texels around it: `q = frame * delta / (1 + tilt . delta)`,
+/// where `delta` is the way from its centre to the texel's [texels].
+#[derive(Clone, Copy, Debug)]
+pub struct Facing {
+    pub center: Vec2,
+    pub frame_x: Vec2,
+    pub frame_y: Vec2,
+    pub tilt: Vec2,
+    /// Distance of the centre along the axis [m].
+    pub distance: f32,
+}
+
+impl Facing {
+    /// `radius` as in [`crate::records::Footprint`]; `rotation` about the ray [radians].
+    pub fn new(view: &GpuView, center: Vec2, radius: f32, depth: f32, rotation: f32) -> Self {
+        let distance = view.near + depth * (view.far - view.near);
+        let (sin, cos) = rotation.sin_cos();
+        if view.perspective == 0.0 {
+            let forward = -view.view_from_world.row(2).truncate();
+            let (x0, y0) = quad_axes(forward);
+            let (x, y) = turned(x0, y0, sin, cos);
+            let to_texels = |axis: Vec3| {
+                let axis = view.view_from_world.transform_vector3(axis);
+                Vec2::new(axis.x, -axis.y) / radius
+            };
+            let (frame_x, frame_y) = (to_texels(x), to_texels(y));
+            return Self { center, frame_x, frame_y, tilt: Vec2::ZERO, distance };
+        }
+        let slope = (center - view.size * 0.5) / view.scale;
+        let ray = Vec3::new(slope.x, -slope.y, -1.0);
+        let len = ray.length();
+        let n = ray / len;
+        let world_from_view = view.view_from_world.transpose();
+        let (x0, y0) = quad_axes(world_from_view.transform_vector3(n));
+        let (x, y) = turned(x0, y0, sin, cos);
+        let k = 1.0 / (radius * len * view.scale);
+        let to_texels = |axis: Vec3| {
+            let axis = view.view_from_world.transform_vector3(axis);
+            Vec2::new(axis.x, -axis.y) * k
+        };
+        let tilt = Vec2::new(n.x, -n.y) / (len * view.scale);
+        Self { center, frame_x: to_texels(x), frame_y: to_texels(y), tilt, distance }
+    }
+
+    /// `None` where the ray runs away from the plane.
+    pub fn hit(&self, view: &GpuView, texel: Vec2) -> Option<PlaneHit> {
+        let delta = texel - self.center;
+        let denominator = 1.0 + self.tilt.dot(delta);
+        (denominator > 0.0).then(|| PlaneHit {
+            q: Vec2::new(self.frame_x.dot(delta), self.frame_y.dot(delta)) / denominator,
+            depth: (self.distance / denominator - view.near) / (view.far - view.near),
+        })
+    }
+}
+
+/// Axes of a plane that faces along `n`: unit, world space.
+fn quad_axes(n: Vec3) -> (Vec3, Vec3) {
+    let up = if n.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
+    let x = up.cross(n).normalize();
+    (x, n.cross(x))
+}
+
+fn turned(x: Vec3, y: Vec3, sin: f32, cos: f32) -> (Vec3, Vec3) {
+    (x * cos + y * sin, y * cos - x * sin)
+}
+
+/// The share of a particle's alpha at `q`, 0 outside its shape.
+pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
+    let inside = match shape {
+        Shape::Quad => q.x.abs().max(q.y.abs()) <= 1.0,
+        Shape::Disc | Shape::Puff => q.length_squared() <= 1.0,
+    };
+    match (inside, shape, profile) {
+        (false, ..) => 0.0,
+        (true, Shape::Disc, Profile::Soft) => {
+            let rest = 1.0 - q.length_squared();
+            rest * rest
+        }
+        (true, ..) => 1.0,
+    }
+}
+
+/// Light that passes a hit of opacity `a` and colour `c` (of `gain`: over 16), per channel.
+pub fn transmittance(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
+    match transfer {
+        // In the picture; shadows are dithered.
+        Transfer::Filter | Transfer::Dither => Vec3::ONE - a * (Vec3::ONE - c),
+        Transfer::Stain => c * (1.0 - a),
+        Transfer::Smoke => (1.0 - a) * (Vec3::ONE - a * (Vec3::ONE - c)),
+        Transfer::Gain => c * MAX_GAIN,
+        Transfer::Over => Vec3::splat(1.0 - a),
+        Transfer::None | Transfer::Opaque | Transfer::Cutout => Vec3::ONE,
+    }
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    pub uv: Vec2,
+    /// Of the three corners; they add up to 1.
+    pub barycentric: Vec3,
+    /// Light depth.
+    pub depth: f32,
+}
+
+impl TriangleSetup {
+    fn edge(&self, i: usize, texel: Vec2) -> f32 {
+        let line = self.edges[i];
+        line.z * (texel.y - line.y) - line.w * (texel.x - line.x)
+    }
+
+    /// Weights of two corners, and how far they move from a texel to the next.
+    pub fn own(&self, texel: Vec2) -> (Vec2, Vec2) {
+        let weighted = |i: usize| self.edge(i, texel) * self.weights[i];
+        let step = |i: usize| Vec2::new(-self.edges[i].w, self.edges[i].z) * self.weights[i];
+        let sum = weighted(0) + weighted(1) + weighted(2);
+        let step_of_sum = step(0) + step(1) + step(2);
+        let own = Vec2::new(weighted(0), weighted(1)) / sum;
+        let along = |i: usize| ((step(i) - own[i] * step_of_sum).abs() / sum).max_element();
+        (own, Vec2::new(along(0), along(1)))
+    }
+
+    pub fn hit(&self, texel: Vec2) -> Option<TriangleHit> {
+        let e = Vec3::new(self.edge(0, texel), self.edge(1, texel), self.edge(2, texel));
+        let inside = (0..3).all(|i| e[i] > 0.0 || (e[i] == 0.0 && self.ties >> i & 1 == 1));
+        let weighted = e * self.weights;
+        let sum = weighted.x + weighted.y + weighted.z;
+        (inside && sum > 0.0).then(|| {
+            let barycentric = weighted / sum;
+            TriangleHit {
+                uv: self.uvs[0] * barycentric.x
+                    + self.uvs[1] * barycentric.y
+                    + self.uvs[2] * barycentric.z,
+                barycentric,
+                depth: self.depths.dot(barycentric),
+            }
+        })
+    }
+}

@@ -1,0 +1,335 @@
+//! The stages in order, for every shadow view.
+use super::{
+    Pair,
+    accumulate::{Accumulated, Light, Modes, ScatterSums, accumulate},
+    bin::{Bins, bin},
+    caster_hit::{Records, Target},
+    colored::{filter_colored, occlude_colored},
+    curve::tile::{CurveModes, CurveTexel, curves},
+    filter::filter,
+    occlude::occlude,
+    project::{ProjectParams, Projected, project_particle, project_triangle},
+    resolve::resolve,
+    sort,
+    texture::Image,
+    threads::each,
+    tile::{TEXELS, Tile, TileTexels},
+};
+use crate::{
+    model::{Class, Counters, Material, Receives, Transfer, View, absorptions, dither::window},
+    records::{
+        Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
+        TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+    },
+    scene::Scene,
+    shadows::is_plain,
+    stage::curve::CURVE_SEGMENT,
+};
+use glam::{UVec2, Vec3};
+
+/// Casters that a thread takes at a time.
+const CHUNK: usize = 4096;
+
+/// What all views share.
+pub(super) struct SceneRecords<'a> {
+    pub materials: &'a [Material],
+    gpu_materials: Vec<GpuMaterial>,
+    /// Of materials, [1/m].
+    pub absorptions: Vec<Vec3>,
+    pub images: Vec<Image>,
+    pub casters: Vec<Caster>,
+    pub triangles: Vec<TriangleRecord>,
+    modes: Modes,
+    /// In curve mode.
+    curve_modes: Option<CurveModes>,
+    pair_budget: u32,
+    /// 0 where dithered surfaces stay as they are [texels].
+    soften_window: u32,
+    colored: bool,
+}
+
+/// One view's casters.
+pub(super) struct ViewCasters {
+    pub footprints: Vec<Footprint>,
+    pub keys: Vec<u32>,
+    pub rects: Vec<TileRect>,
+    pub setups: Vec<TriangleSetup>,
+}
+
+/// The maps of all views, and what they counted. Each view is a batch of its own.
+pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
+    let records = SceneRecords::new(scene);
+    let mut counters = Counters {
+        casters: (scene.particles.len() + scene.triangles.len()) as u64,
+        views_rendered: views.len() as u64,
+        skipped: scene.skipped.clone(),
+        ..Counters::default()
+    };
+    let maps = views.iter().map(|view| records.render(view, &mut counters)).collect();
+    (maps, counters)
+}
+
+impl<'a> SceneRecords<'a> {
+    pub(super) fn new(scene: &'a Scene) -> Self {
+        let materials = &scene.materials[..];
+        let uses = |transfer: Transfer| {
+            let used = |material: u32| {
+                let material = &materials[material as usize];
+                material.transfer == transfer && Class::of(material).casts()
+            };
+            scene.particles.iter().any(|particle| used(particle.material))
+                || scene.triangles.iter().any(|triangle| used(triangle.material))
+        };
+        let caster = |particle: &crate::model::Particle| {
+            Caster::new(particle, &materials[particle.material as usize])
+        };
+        let has_volumes = scene.triangles.iter().any(|triangle| {
+            let material = &materials[triangle.material as usize];
+            material.is_volume() && Class::of(material).casts()
+        });
+        Self {
+            materials,
+            absorptions: absorptions(materials, &scene.triangles),
+            gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, &scene.textures)).collect(),
+            images: scene.textures.iter().map(Image::new).collect(),
+            casters: scene.particles.iter().map(caster).collect(),
+            triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
+            modes: Modes {
+                gain: uses(Transfer::Gain),
+                ordered: uses(Transfer::Over),
+                owners: materials.iter().any(|m| m.visible && m.receives == Receives::Others),
+                volumes: has_volumes,
+            },
+            curve_modes: (scene.shadow.curve_nodes() > 0).then(|| CurveModes {
+                nodes: scene.shadow.curve_nodes(),
+                gain: uses(Transfer::Gain),
+                slabs: only_discs(scene),
+                over: uses(Transfer::Over),
+                volumes: has_volumes,
+                segment: CURVE_SEGMENT as usize,
+            }),
+            pair_budget: scene.shadow.pair_budget,
+            soften_window: if scene.shadow.soften { window(materials) } else { 0 },
+            colored: scene.shadow.colored && uses(Transfer::Dither),
+        }
+    }
+
+    fn render(&self, view: &View, counters: &mut Counters) -> ViewMaps {
+        let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
+        let tiles = view.tiles();
+        let tile_count = (tiles.x * tiles.y) as usize;
+        let params = ProjectParams {
+            scatter: !self.modes.direct() && self.curve_modes.is_none(),
+            unseen: false,
+        };
+        let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
+        let sorted = depth_order(&keys);
+        let bins = bin(&sorted, &rects, &[gpu_view], tile_count as u32, self.pair_budget);
+        let mut overflowed = bins.overflowed.clone();
+        overflowed.sort_unstable();
+        let tiny = (0..rects.len() as u32).filter(|&i| rects[i as usize].is_scattered());
+        let scattered: Vec<u32> = tiny.chain(overflowed.iter().copied()).collect();
+
+        let records = Records {
+            view: &gpu_view,
+            casters: &self.casters,
+            setups: &setups,
+            materials: self.materials,
+            absorptions: &self.absorptions,
+            images: &self.images,
+        };
+        let mut unbinned = vec![Vec::new(); tile_count];
+        for &i in &overflowed {
+            if !Target::new(records, &footprints[i as usize]).filters() {
+                for (x, y) in rects[i as usize].tiles() {
+                    unbinned[(y * tiles.x + x) as usize].push(i);
+                }
+            }
+        }
+        let blocking = |index: usize| {
+            let pairs = bins.tile(index).iter().map(|pair| pair.footprint);
+            let casters = pairs.chain(unbinned[index].iter().copied());
+            casters.map(|i| &footprints[i as usize])
+        };
+        let tile = |index: usize| Tile::new(&gpu_view, index as u32);
+        let colored = self
+            .colored
+            .then(|| each(tile_count, |i| occlude_colored(records, &tile(i), blocking(i))));
+        let opaque = match &colored {
+            None => each(tile_count, |i| occlude(records, &tile(i), blocking(i))),
+            Some(colored) => colored.iter().map(last_depths).collect(),
+        };
+        let mut sums = None;
+        for &i in &scattered {
+            sums.get_or_insert_with(|| ScatterSums::new(tile_count)).scatter(
+                records,
+                &footprints[i as usize],
+                &rects[i as usize],
+                &opaque,
+                self.modes,
+            );
+        }
+        if let Some(modes) = self.curve_modes {
+            count(counters, &bins, sorted.len(), scattered.len());
+            let tiles = each(tile_count, |index| {
+                let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
+                let pairs: Vec<_> = pairs.map(|i| (&footprints[i], keys[i])).collect();
+                curves(records, index as u32, &pairs, &opaque[index], sums.as_ref(), modes)
+            });
+            let accumulated: Vec<_> = tiles.iter().map(without_curves).collect();
+            let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
+            let nodes = modes.nodes as usize;
+            let mut packed = vec![[0; 2]; maps.nearest.len() * nodes];
+            for (index, tile) in tiles.iter().enumerate() {
+                for (place, texel) in Tile::new(&gpu_view, index as u32).texels() {
+                    let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                    packed[at * nodes..(at + 1) * nodes].copy_from_slice(&tile[place].nodes);
+                    counters.disordered += u64::from(tile[place].disordered);
+                }
+            }
+            maps.curve = Some(CurveMap { nodes, gain: modes.gain, packed });
+            return maps;
+        }
+        let accumulated = each(tile_count, |index| {
+            let casters: Vec<&Footprint> =
+                bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize]).collect();
+            let (opaque, sums) = (&opaque[index], sums.as_ref());
+            accumulate(records, index as u32, &casters, opaque, sums, self.modes)
+        });
+        count(counters, &bins, sorted.len(), scattered.len());
+        if self.modes.ordered {
+            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
+            counters.unordered += overflowed.iter().filter(filters).count() as u64;
+        }
+        let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
+        if let Some(colored) = &colored {
+            maps.colored = vec![[1.0; 3]; maps.opaque.len()];
+            for (index, depths) in colored.iter().enumerate() {
+                for (place, texel) in tile(index).texels() {
+                    let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                    maps.colored[at] = depths[place].to_array();
+                }
+            }
+            filter_colored(&mut maps, self.soften_window);
+        } else {
+            filter(&mut maps, self.soften_window);
+        }
+        maps
+    }
+
+    /// Particles first, then triangles.
+    pub(super) fn project(&self, view: &GpuView, params: ProjectParams) -> ViewCasters {
+        let chunks = each(self.casters.len().div_ceil(CHUNK), |chunk| {
+            let first = chunk * CHUNK;
+            let casters = &self.casters[first..(first + CHUNK).min(self.casters.len())];
+            let project = |(i, caster): (usize, &Caster)| {
+                let material = &self.gpu_materials[caster.material() as usize];
+                project_particle(view, 0, caster, (first + i) as u32, material, params)
+            };
+            casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
+        });
+        let mut projected: Vec<Projected> = chunks.into_iter().flatten().collect();
+        if !params.unseen {
+            let casts =
+                |i: usize| Class::of(&self.materials[self.casters[i].material() as usize]).casts();
+            for i in (0..projected.len()).filter(|&i| !casts(i)) {
+                projected[i] = Projected::INVISIBLE;
+            }
+        }
+        let mut setups = Vec::with_capacity(self.triangles.len());
+        for (i, triangle) in self.triangles.iter().enumerate() {
+            let (of_triangle, setup) = project_triangle(view, 0, triangle, i as u32, i as u32);
+            let material = &self.materials[triangle.material as usize];
+            let is_listed = params.unseen || Class::of(material).casts();
+            projected.push(if is_listed { of_triangle } else { Projected::INVISIBLE });
+            setups.push(setup);
+        }
+        ViewCasters {
+            footprints: projected.iter().map(|p| p.footprint).collect(),
+            keys: projected.iter().map(|p| p.key).collect(),
+            rects: projected.iter().map(|p| p.rect).collect(),
+            setups,
+        }
+    }
+
+    fn store(
+        &self,
+        view: &View,
+        gpu_view: &GpuView,
+        accumulated: &[TileTexels<Accumulated>],
+        opaque: &[TileTexels<f32>],
+    ) -> ViewMaps {
+        let texels = (view.size.x * view.size.y) as usize;
+        let mut maps = ViewMaps {
+            view: view.clone(),
+            filter: vec![[1.0; 3]; texels],
+            nearest: vec![1.0; texels],
+            opaque: vec![1.0; texels],
+            colored: Vec::new(),
+            curve: None,
+            owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
+        };
+        for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
+            for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
+                let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
+                maps.filter[at] = resolve(tile[place].light, self.modes.gain);
+                maps.nearest[at] = tile[place].nearest;
+                maps.opaque[at] = opaque[place];
+                if self.modes.owners {
+                    maps.owner[at] = tile[place].owner;
+                }
+            }
+        }
+        maps
+    }
+}
+
+/// Behind which no channel is left.
+fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
+    let mut last = TileTexels::filled(1.0);
+    for place in 0..TEXELS {
+        last[place] = colored[place].max_element();
+    }
+    last
+}
+
+/// What curve mode and nearest-depth mode have in common.
+fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
+    let mut texels = TileTexels::filled(Accumulated {
+        light: Light::Passed(Vec3::ONE),
+        nearest: 1.0,
+        owner: NO_OWNER,
+    });
+    for place in 0..TEXELS {
+        let CurveTexel { passed, nearest, .. } = tile[place];
+        texels[place] = Accumulated { light: Light::Passed(passed), nearest, owner: NO_OWNER };
+    }
+    texels
+}
+
+/// Whether all that filters light is what [`CurveModes::slabs`] says.
+fn only_discs(scene: &Scene) -> bool {
+    let material = |id: u32| &scene.materials[id as usize];
+    let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
+    !scene.particles.iter().any(|p| filters(p.material) && !is_plain(material(p.material)))
+        && !scene.triangles.iter().any(|triangle| filters(triangle.material))
+}
+
+/// Visible footprints, front to back; equal keys in order of footprints.
+pub(super) fn depth_order(keys: &[u32]) -> Vec<u32> {
+    let visible = keys.iter().zip(0..).filter(|&(&key, _)| key != INVISIBLE);
+    let mut pairs: Vec<Pair> = visible.map(|(&key, value)| Pair { key, value }).collect();
+    sort(&mut pairs, &mut Vec::new(), 0..DEPTH_BITS);
+    pairs.into_iter().map(|pair| pair.value).collect()
+}
+
+fn count(counters: &mut Counters, bins: &Bins, binned: usize, scattered: usize) {
+    let overflowed = bins.overflowed.len();
+    let per_tile = bins.tile_starts.windows(2).map(|w| (w[1] - w[0]) as usize);
+    counters.visible += (binned + scattered - overflowed) as u64;
+    counters.pairs += bins.pairs.len() as u64;
+    counters.segments +=
+        per_tile.map(|pairs| pairs.div_ceil(super::accumulate::SEGMENT) as u64).sum::<u64>();
+    counters.scattered += scattered as u64;
+    counters.overflowed += overflowed as u64;
+}

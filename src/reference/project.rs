@@ -1,0 +1,332 @@
+//! Twin of `wgsl/project_particles.wgsl` and `wgsl/project_triangles.wgsl`.
+use crate::{
+    model::{Shape, TILE_SIZE, Transfer},
+    records::{
+        BACK_BIT, Caster, Footprint, GpuMaterial, GpuView, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
+        TileRect, TriangleRecord, TriangleSetup, octahedral,
+    },
+};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
+
+/// Slack around a footprint's box, so that rounding never loses a texel [texels].
+pub const SLACK: f32 = 1.0 / 64.0;
+/// A particle nearer than this share of its distance along the axis has no finite centre.
+pub const MIN_COSINE: f32 = 0.05;
+
+/// What `project` says of one caster in one view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projected {
+    pub footprint: Footprint,
+    /// Quantised smallest depth; [`INVISIBLE`] for what touches no texel or is scattered.
+    pub key: u32,
+    pub rect: TileRect,
+}
+
+impl Projected {
+    pub const INVISIBLE: Self = Self {
+        footprint: Footprint {
+            center: Vec2::ZERO,
+            radius: 0.0,
+            depth: 0.0,
+            red_green: 0,
+            blue_slope: 0,
+            base: 0,
+            caster: 0,
+        },
+        key: INVISIBLE,
+        rect: TileRect::EMPTY,
+    };
+}
+
+/// What a batch of views chooses about projection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProjectParams {
+    /// Whether particles that touch at most 2x2 texels leave the sorted order. Off where the order
+    /// counts.
+    pub scatter: bool,
+    /// Whether what casts nothing is projected too: the camera sees it.
+    pub unseen: bool,
+}
+
+/// The first of the 2x2 texels around `center` that a scattered caster may touch.
+pub fn scatter_texel(center: Vec2) -> Vec2 {
+    (center - 0.5).floor()
+}
+
+/// A box in the map, centre to centre inclusive [texels].
+#[derive(Clone, Copy, Debug)]
+struct TexelBox {
+    min: Vec2,
+    max: Vec2,
+}
+
+/// Quantised so that a smaller depth never has a larger key.
+pub fn depth_key(depth: f32) -> u32 {
+    (depth.clamp(0.0, 1.0) * (INVISIBLE - 1) as f32) as u32
+}
+
+/// One particle in view number `view_index` of its batch.
+pub fn project_particle(
+    view: &GpuView,
+    view_index: u32,
+    caster: &Caster,
+    caster_id: u32,
+    material: &GpuMaterial,
+    params: ProjectParams,
+) -> Projected {
+    let shape = material.shape;
+    let center = view.view_from_world.transform_point3(caster.center);
+    let distance = -center.z;
+    let range = view.far - view.near;
+    let half = view.size * 0.5;
+    // Half the diagonal of a quad reaches beyond its radius.
+    let corner = if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 };
+    let (texel, radius, grow, bounds, depth_reach);
+    if view.perspective == 0.0 {
+        texel = Vec2::new(center.x, -center.y) * view.scale + half;
+        let projected = caster.radius * view.scale;
+        grow = (MIN_RADIUS / projected).max(1.0);
+        radius = projected * grow;
+        let reach = Vec2::splat(radius * corner);
+        bounds = TexelBox { min: texel - reach, max: texel + reach };
+        depth_reach = if shape == Shape::Puff as u32 { caster.radius * grow } else { 0.0 };
+    } else {
+        if distance <= MIN_COSINE * center.length() {
+            return Projected::INVISIBLE;
+        }
+        let slope = Vec2::new(center.x, -center.y) / distance;
+        texel = slope * view.scale + half;
+        let len2 = 1.0 + slope.length_squared();
+        let projected = caster.radius * view.scale / distance;
+        grow = (MIN_RADIUS / projected).max(1.0);
+        let grown = caster.radius * grow;
+        radius = grown / (distance * len2.sqrt());
+        let reach = radius * corner;
+        let is_puff = shape == Shape::Puff as u32;
+        let sine = if is_puff { reach } else { reach / (1.0 + reach * reach).sqrt() };
+        let sphere = sine * distance * len2.sqrt();
+        let x = tangents(center.x, distance, sphere);
+        let y = tangents(-center.y, distance, sphere);
+        bounds = TexelBox {
+            min: Vec2::new(x.x, y.x) * view.scale + half,
+            max: Vec2::new(x.y, y.y) * view.scale + half,
+        };
+        depth_reach =
+            if is_puff { grown } else { grown * corner * (1.0 - 1.0 / len2).max(0.0).sqrt() };
+    }
+    let nearest = (distance - depth_reach - view.near) / range;
+    let farthest = (distance + depth_reach - view.near) / range;
+    let unseen = material.transfer == Transfer::None as u32 && !params.unseen;
+    if unseen || farthest < 0.0 || nearest > 1.0 {
+        return Projected::INVISIBLE;
+    }
+    let round = shape != Shape::Quad as u32 && view.perspective == 0.0;
+    let circle = if round { radius + SLACK } else { f32::INFINITY };
+    // Opaque depths know tiles only.
+    let scatter = params.scatter && material.transfer < Transfer::Opaque as u32;
+    let Some(rect) = tile_rect(view, view_index, bounds, texel, circle, scatter) else {
+        return Projected::INVISIBLE;
+    };
+    let color = caster.color() * material.tint;
+    let thin = 1.0 / (grow * grow);
+    let mut footprint = Footprint {
+        center: texel,
+        radius,
+        depth: (distance - view.near) / range,
+        caster: caster_id,
+        ..Projected::INVISIBLE.footprint
+    };
+    footprint.set_opacity(
+        color.truncate().min(Vec3::ONE),
+        material.reflectivity * thin,
+        (1.0 - material.reflectivity) * color.w * thin,
+    );
+    let key = if rect.is_scattered() { INVISIBLE } else { depth_key(nearest) };
+    Projected { footprint, key, rect }
+}
+
+/// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; endless where the
+/// eye is inside.
+fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
+    const ENDLESS: f32 = 1e6;
+    let t2 = x * x + distance * distance - sphere * sphere;
+    if t2 <= 0.0 {
+        return Vec2::new(-ENDLESS, ENDLESS);
+    }
+    let t = t2.sqrt();
+    let (low, low_depth) = (x * t - distance * sphere, distance * t + x * sphere);
+    let (high, high_depth) = (x * t + distance * sphere, distance * t - x * sphere);
+    Vec2::new(
+        if low_depth > 0.0 { low / low_depth } else { -ENDLESS },
+        if high_depth > 0.0 { high / high_depth } else { ENDLESS },
+    )
+}
+
+/// The tiles whose texel centres may lie in `bounds` and within `circle` [texels] of `center`.
+fn tile_rect(
+    view: &GpuView,
+    view_index: u32,
+    bounds: TexelBox,
+    center: Vec2,
+    circle: f32,
+    scatter: bool,
+) -> Option<TileRect> {
+    // Texel i has its centre at i + 0.5.
+    let first = (bounds.min - (0.5 + SLACK)).ceil();
+    let last = (bounds.max - (0.5 - SLACK)).floor();
+    let min = first.max(Vec2::ZERO);
+    let max = last.min(view.size - 1.0);
+    // Written so that a NaN is outside.
+    if !(min.x <= max.x && min.y <= max.y) {
+        return None;
+    }
+    let corner = scatter_texel(center);
+    if scatter && first.cmpge(corner).all() && last.cmple(corner + 1.0).all() {
+        return Some(TileRect::scattered(view_index));
+    }
+    let (lo, hi) = (min.as_uvec2() / TILE_SIZE, max.as_uvec2() / TILE_SIZE);
+    let mut mask = 0;
+    if hi.x - lo.x < 4 && hi.y - lo.y < 4 {
+        for y in lo.y..=hi.y {
+            for x in lo.x..=hi.x {
+                let first = Vec2::new((x * TILE_SIZE) as f32, (y * TILE_SIZE) as f32) + 0.5;
+                let outside = center - center.clamp(first, first + (TILE_SIZE - 1) as f32);
+                if outside.dot(outside) <= circle * circle {
+                    mask |= 1 << ((y - lo.y) * 4 + x - lo.x);
+                }
+            }
+        }
+    } else {
+        mask = 0xffff;
+    }
+    (mask != 0).then_some(TileRect {
+        corners: lo.x | lo.y << 8 | hi.x << 16 | hi.y << 24,
+        mask_view: mask | view_index << 16,
+    })
+}
+
+/// One triangle in one view, and its setup. `setup_index` is where the setup is stored.
+pub fn project_triangle(
+    view: &GpuView,
+    view_index: u32,
+    record: &TriangleRecord,
+    triangle_id: u32,
+    setup_index: u32,
+) -> (Projected, TriangleSetup) {
+    let nothing = (Projected::INVISIBLE, TriangleSetup::default());
+    let corners = record.positions_u.map(|p| view.view_from_world.transform_point3(p.xyz()));
+    let distances = Vec3::new(-corners[0].z, -corners[1].z, -corners[2].z);
+    let depths = (distances - view.near) / (view.far - view.near);
+    // The back of a volume counts beyond the far plane.
+    if depths.max_element() < 0.0 {
+        return nothing;
+    }
+    let half = view.size * 0.5;
+    let flat = corners.map(|p| Vec2::new(p.x, -p.y) * view.scale);
+    let crosses = view.perspective > 0.0 && distances.min_element() < view.near;
+    let mut setup = TriangleSetup {
+        depths,
+        material: record.material,
+        uvs: std::array::from_fn(|i| Vec2::new(record.positions_u[i].w, record.v[i])),
+        normal: face_normal(record),
+        id: record.id,
+        ..TriangleSetup::default()
+    };
+    let bounds;
+    if crosses {
+        // Behind the near plane a corner has no place in the map: edges become planes through
+        // the eye (Olano and Greer 1997, section 3).
+        let h: [Vec3; 3] =
+            std::array::from_fn(|i| (flat[i] + distances[i] * half).extend(distances[i]));
+        let volume = h[0].dot(h[1].cross(h[2]));
+        if volume == 0.0 {
+            return nothing;
+        }
+        setup.ties = if volume > 0.0 { BACK_BIT } else { 0 };
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let forward = precedes(h[j].truncate(), h[k].truncate());
+            let plane = if forward { h[j].cross(h[k]) } else { h[k].cross(h[j]) };
+            let along = Vec2::new(plane.y, -plane.x);
+            let square = along.length_squared();
+            if square == 0.0 {
+                return nothing;
+            }
+            let foot = plane.truncate() * (-plane.z / square);
+            let sign = if forward == (volume > 0.0) { 1.0 } else { -1.0 };
+            setup.edges[i] = Vec4::new(foot.x, foot.y, along.x * sign, along.y * sign);
+            setup.ties |= u32::from(sign > 0.0) << i;
+        }
+        setup.weights = Vec3::ONE;
+        bounds = clipped_box(view, &flat, distances, half);
+    } else {
+        let scale = if view.perspective > 0.0 { distances.recip() } else { Vec3::ONE };
+        let p: [Vec2; 3] = std::array::from_fn(|i| flat[i] * scale[i] + half);
+        let area = (p[1] - p[0]).perp_dot(p[2] - p[0]);
+        if area == 0.0 {
+            return nothing;
+        }
+        setup.ties = if area > 0.0 { BACK_BIT } else { 0 };
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            // Both triangles of a shared edge must start from the same corner, so that their edge
+            // functions are each other's negative to the last bit.
+            let forward = precedes(p[j], p[k]);
+            let (from, to) = if forward { (p[j], p[k]) } else { (p[k], p[j]) };
+            let sign = if forward == (area > 0.0) { 1.0 } else { -1.0 };
+            let along = (to - from) * sign;
+            setup.edges[i] = Vec4::new(from.x, from.y, along.x, along.y);
+            setup.ties |= u32::from(sign > 0.0) << i;
+        }
+        setup.weights = scale;
+        bounds = TexelBox { min: p[0].min(p[1]).min(p[2]), max: p[0].max(p[1]).max(p[2]) };
+    }
+    let bounds = TexelBox {
+        min: bounds.min.clamp(Vec2::NEG_ONE, view.size + 1.0),
+        max: bounds.max.clamp(Vec2::NEG_ONE, view.size + 1.0),
+    };
+    let center = (bounds.min + bounds.max) * 0.5;
+    let Some(rect) = tile_rect(view, view_index, bounds, center, f32::INFINITY, false) else {
+        return nothing;
+    };
+    let nearest = depths.min_element().max(0.0);
+    let footprint = Footprint {
+        center,
+        radius: (bounds.max - bounds.min).max_element() * 0.5 + SLACK,
+        depth: nearest,
+        red_green: setup_index,
+        blue_slope: 0,
+        base: 0,
+        caster: triangle_id | TRIANGLE_BIT,
+    };
+    (Projected { footprint, key: depth_key(nearest), rect }, setup)
+}
+
+fn precedes(a: Vec2, b: Vec2) -> bool {
+    a.x < b.x || (a.x == b.x && a.y < b.y)
+}
+
+/// Where the part of a triangle beyond the near plane lies in the map.
+fn clipped_box(view: &GpuView, flat: &[Vec2; 3], distances: Vec3, half: Vec2) -> TexelBox {
+    let mut bounds = TexelBox { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
+    let mut include = |p: Vec2, distance: f32| {
+        let texel = p / distance + half;
+        bounds = TexelBox { min: bounds.min.min(texel), max: bounds.max.max(texel) };
+    };
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        if distances[i] >= view.near {
+            include(flat[i], distances[i]);
+        }
+        if (distances[i] >= view.near) != (distances[j] >= view.near) {
+            let t = (view.near - distances[i]) / (distances[j] - distances[i]);
+            include(flat[i] + (flat[j] - flat[i]) * t, view.near);
+        }
+    }
+    bounds
+}
+
+fn face_normal(record: &TriangleRecord) -> u32 {
+    let [a, b, c] = record.positions_u.map(Vec4::xyz);
+    octahedral((b - a).cross(c - a).normalize_or_zero())
+}

@@ -1,0 +1,344 @@
+//! Twin of `wgsl/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
+//! shaded instead of summed.
+mod layers;
+
+use super::{
+    accumulate::SEGMENT,
+    air::AirVolume,
+    bin::{Bins, bin},
+    caster_hit::{Hit, Records, Target, metres_per_depth},
+    maps::{SceneRecords, ViewCasters, depth_order},
+    occlude::is_solid,
+    project::ProjectParams,
+    shading::{Gloss, Lighting, Receiver, Surface, to_screen, world_point},
+    threads::each,
+    tile::{TEXELS, Tile, TileTexels},
+};
+use crate::{
+    model::{Class, MAX_GAIN, Material, Transfer, View},
+    records::{
+        BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
+        from_octahedral,
+    },
+    scene::Scene,
+    stage::air::AirParams,
+};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use layers::{Face, Fog, Layer, Pixel};
+use std::ops::RangeInclusive;
+
+/// What is behind less than this is not seen.
+const FAINT: f32 = 1.0 / 1024.0;
+/// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
+pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
+    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let view = camera.to_gpu(0, UVec2::ZERO, 0);
+    let world_from_view = camera.view_from_world.inverse();
+    let lighting = Lighting::new(scene, views, maps);
+    let air = scene
+        .air
+        .as_ref()
+        .map(|air| AirVolume::new(&view, &world_from_view, &lighting, &AirParams::new(air)));
+    let eye = Eye { view, world_from_view, lighting, air };
+    let solid_scene = of_classes(scene, Class::SOLID);
+    let clear_scene = of_classes(scene, Class::BLENDED);
+    let solid = Seen::new(&solid_scene, &view);
+    let clear = Seen::new(&clear_scene, &view);
+    let lit: Vec<Vec3> = each(clear.casters.footprints.len(), |i| eye.light_caster(&clear, i));
+    let tile_count = (view.tiles_x * camera.tiles().y) as usize;
+    let tiles = each(tile_count, |index| {
+        let tile = Tile::new(&view, index as u32);
+        let surfaces = eye.surfaces(&solid, index, &tile);
+        eye.composite(&clear, &lit, index, &tile, &surfaces)
+    });
+    let size = scene.camera.size;
+    let mut picture = Picture { size, rgb: vec![[0; 3]; (size.x * size.y) as usize] };
+    for (index, colors) in tiles.iter().enumerate() {
+        for (place, pixel) in Tile::new(&view, index as u32).texels() {
+            let at = pixel.as_uvec2();
+            picture.rgb[(at.y * size.x + at.x) as usize] = to_screen(colors[place]);
+        }
+    }
+    picture
+}
+
+/// Only casters of `classes`, in that order.
+fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
+    let class = |material: u32| Class::of(&scene.materials[material as usize]);
+    let mut part = scene.clone();
+    part.particles.retain(|p| classes.contains(&class(p.material)));
+    part.particles.sort_by_key(|p| class(p.material));
+    part.triangles.retain(|t| classes.contains(&class(t.material)));
+    part.triangles.sort_by_key(|t| class(t.material));
+    part
+}
+
+/// Casters as the camera sees them.
+struct Seen<'a> {
+    records: SceneRecords<'a>,
+    casters: ViewCasters,
+    bins: Bins,
+    view: GpuView,
+}
+
+impl<'a> Seen<'a> {
+    fn new(scene: &'a Scene, view: &GpuView) -> Self {
+        let records = SceneRecords::new(scene);
+        let casters = records.project(view, ProjectParams { scatter: false, unseen: true });
+        let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(crate::model::TILE_SIZE);
+        let sorted = depth_order(&casters.keys);
+        let bins = bin(&sorted, &casters.rects, &[*view], tile_count, u32::MAX);
+        Self { records, casters, bins, view: *view }
+    }
+
+    fn records(&self) -> Records<'_> {
+        Records {
+            view: &self.view,
+            casters: &self.records.casters,
+            setups: &self.casters.setups,
+            materials: self.records.materials,
+            absorptions: &self.records.absorptions,
+            images: &self.records.images,
+        }
+    }
+
+    fn setup(&self, footprint: &Footprint) -> &TriangleSetup {
+        &self.casters.setups[footprint.red_green as usize]
+    }
+}
+
+/// The camera and its light.
+struct Eye<'a> {
+    view: GpuView,
+    world_from_view: Mat4,
+    lighting: Lighting<'a>,
+    air: Option<AirVolume>,
+}
+
+impl Eye<'_> {
+    fn point(&self, pixel: Vec2, depth: f32) -> Vec3 {
+        world_point(&self.view, &self.world_from_view, pixel, depth)
+    }
+
+    /// What the air scatters before light depth `depth`, and what it lets through.
+    fn air_before(&self, pixel: Vec2, depth: f32) -> Vec4 {
+        self.air.as_ref().map_or(Vec4::W, |air| air.at(pixel, depth))
+    }
+
+    fn position(&self) -> Vec3 {
+        self.world_from_view.w_axis.truncate()
+    }
+
+    fn light_caster(&self, clear: &Seen<'_>, footprint: usize) -> Vec3 {
+        let caster = clear.casters.footprints[footprint].caster;
+        if clear.casters.rects[footprint].tiles().next().is_none() || caster & TRIANGLE_BIT != 0 {
+            return Vec3::ZERO;
+        }
+        let caster = &clear.records.casters[caster as usize];
+        let material = &clear.records.materials[caster.material() as usize];
+        let receiver = Receiver::new(material, caster.id);
+        self.lighting.light_particle(caster.center, caster.radius, receiver)
+    }
+
+    /// Colour and light depth of the solid casters, or of the sky.
+    fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<(Vec3, f32)> {
+        let mut nearest = TileTexels::filled((1.0_f32, None));
+        for pair in solid.bins.tile(index) {
+            let footprint = &solid.casters.footprints[pair.footprint as usize];
+            let target = Target::new(solid.records(), footprint);
+            for (place, pixel) in tile.texels() {
+                if let Some(hit) = target.hit(pixel, 1.0)
+                    && is_solid(target.material, &hit)
+                    && hit.depth < nearest[place].0
+                {
+                    nearest[place] = (hit.depth, Some((footprint, target.material, hit)));
+                }
+            }
+        }
+        let mut surfaces = TileTexels::filled((Vec3::ZERO, 1.0));
+        for (place, pixel) in tile.texels() {
+            let (depth, seen) = nearest[place];
+            let color = match seen {
+                Some((footprint, material, hit)) => {
+                    self.shade(solid, footprint, material, &hit, pixel)
+                }
+                None => {
+                    let away = self.point(pixel, 1.0) - self.position();
+                    self.lighting.sky(away.normalize())
+                }
+            };
+            let before = self.air_before(pixel, depth);
+            surfaces[place] = (color * before.w + before.truncate(), depth);
+        }
+        surfaces
+    }
+
+    fn shade(
+        &self,
+        solid: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Vec3 {
+        let surface = if footprint.caster & TRIANGLE_BIT != 0 {
+            self.triangle(solid, footprint, material, hit, pixel)
+        } else {
+            let caster = &solid.records.casters[footprint.caster as usize];
+            let point = self.point(pixel, hit.depth);
+            let to_eye = (self.position() - point).normalize();
+            // Round, whatever way the disc faces.
+            let aside = (point - caster.center) / caster.radius;
+            let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
+            let normal = (aside + to_eye * out).normalize();
+            let albedo = (caster.color() * material.tint).truncate();
+            let reach = caster.radius;
+            let roughness = material.roughness;
+            let receiver = Receiver::new(material, caster.id);
+            Surface { point, normal, face: normal, to_eye, albedo, roughness, reach, receiver }
+        };
+        self.lighting.shade_solid(&surface) + material.emission
+    }
+
+    fn triangle(
+        &self,
+        seen: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Surface {
+        let setup = seen.setup(footprint);
+        let point = self.point(pixel, hit.depth);
+        let to_eye = (self.position() - point).normalize();
+        let record = &seen.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize];
+        let weights = setup.hit(pixel).map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
+        let [a, b, c] = record.normals.map(from_octahedral);
+        let normal = a * weights.x + b * weights.y + c * weights.z;
+        let normal = normal / normal.length().max(1e-6);
+        let toward = |n: Vec3| if n.dot(to_eye) >= 0.0 { n } else { -n };
+        Surface {
+            point,
+            normal: toward(normal),
+            face: toward(from_octahedral(setup.normal)),
+            to_eye,
+            albedo: seen_color(hit, material),
+            roughness: material.roughness,
+            reach: 0.0,
+            receiver: Receiver::new(material, record.id),
+        }
+    }
+
+    /// What is not solid over what is.
+    fn composite(
+        &self,
+        clear: &Seen<'_>,
+        lit: &[Vec3],
+        index: usize,
+        tile: &Tile,
+        surfaces: &TileTexels<(Vec3, f32)>,
+    ) -> TileTexels<Vec3> {
+        let mut pixels = TileTexels::filled(Pixel::CLEAR);
+        let is_whole = clear.bins.tile(index).len() <= SEGMENT;
+        for segment in clear.bins.tile(index).chunks(SEGMENT) {
+            let mut part = TileTexels::filled(Pixel::CLEAR);
+            for (place, at) in tile.texels() {
+                let metres = metres_per_depth(&self.view, at);
+                part[place].fog = Fog { metres, whole: is_whole, ..Fog::NONE };
+            }
+            for pair in segment {
+                let footprint = &clear.casters.footprints[pair.footprint as usize];
+                let target = Target::new(clear.records(), footprint);
+                let material = target.material;
+                for (place, at) in tile.texels() {
+                    let (_, opaque) = surfaces[place];
+                    let pixel = &mut part[place];
+                    if pixel.passed.max_element() < FAINT {
+                        continue;
+                    }
+                    let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {
+                        continue;
+                    };
+                    if footprint.caster & TRIANGLE_BIT != 0 {
+                        pixel.wait(self.pane(clear, footprint, material, &hit, at));
+                        continue;
+                    }
+                    pixel.lay_waiting(hit.depth);
+                    pixel.passed *= pixel.fog.to(hit.depth);
+                    let adds = material.transfer == Transfer::None;
+                    let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
+                    let own = seen_color(&hit, material) * light + material.emission;
+                    let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
+                    // What is behind is laid over what the air scatters before it as well.
+                    let before = self.air_before(at, hit.depth);
+                    let veil = before.truncate() * (1.0 - passed);
+                    pixel.lay(hit.opacity * own * before.w + veil, passed);
+                }
+            }
+            for place in 0..TEXELS {
+                part[place].lay_waiting(f32::INFINITY);
+                if is_whole {
+                    let passed = part[place].fog.to(surfaces[place].1);
+                    part[place].passed *= passed;
+                }
+                pixels[place].lay(part[place].color, part[place].passed);
+            }
+        }
+        let mut colors = TileTexels::filled(Vec3::ZERO);
+        for place in 0..TEXELS {
+            colors[place] = pixels[place].color + pixels[place].passed * surfaces[place].0;
+        }
+        colors
+    }
+
+    fn pane(
+        &self,
+        clear: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Layer {
+        let (depth, opacity) = (hit.depth, hit.opacity);
+        let before = self.air_before(pixel, depth);
+        let emitted = opacity * material.emission * before.w;
+        let albedo = seen_color(hit, material);
+        if material.transfer == Transfer::None {
+            let own = emitted + opacity * albedo * before.w;
+            return Layer { depth, own, shown: None, passed: Vec3::ONE, face: None };
+        }
+        let surface = self.triangle(clear, footprint, material, hit, pixel);
+        // Premultiplied: glass keeps its highlights where it is clear.
+        let polish = opacity.max(material.transmission);
+        let gloss = Gloss { reflectivity: material.reflectivity, polish };
+        let lit = self.lighting.light_sheet(&surface, gloss);
+        // A sheet that is not clear scatters half of what it covers and filters the rest.
+        let covers = material.transfer == Transfer::Over;
+        let share = opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) };
+        let mirrored = gloss.mirrored(surface.face.dot(surface.to_eye).abs());
+        let reflected = (-surface.to_eye).reflect(surface.normal);
+        let shown = share * (1.0 - mirrored) * albedo * lit.diffuse
+            + lit.shine
+            + mirrored * self.lighting.sky(reflected);
+        let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
+        let setup = clear.setup(footprint);
+        let face = Face {
+            absorption: clear.records.absorptions[setup.material as usize],
+            leaves: setup.ties & BACK_BIT != 0,
+        };
+        // What gathers light gathers that of lamps, not what the eye sees behind it.
+        let gathers = material.transfer == Transfer::Gain;
+        let passed = behind * if gathers { Vec3::ONE } else { hit.light };
+        let own = emitted + before.truncate() * (1.0 - passed);
+        Layer { depth, own, shown: Some(shown * before.w), passed, face: Some(face) }
+    }
+}
+
+/// Colour that scatters; what gathers light scatters all of it.
+fn seen_color(hit: &Hit, material: &Material) -> Vec3 {
+    if material.transfer == Transfer::Gain {
+        (hit.color * MAX_GAIN).min(Vec3::ONE)
+    } else {
+        hit.color
+    }
+}

@@ -1,0 +1,183 @@
+//! Twin of `wgsl/common/receive.wgsl`: what of a light the shadow maps let through to a point.
+use super::{Lighting, Receiver};
+use crate::{
+    model::Receives,
+    records::GpuView,
+    reference::receive::{MapTexel, light_by_channel, receive, receive_curve},
+    stage::shade::GpuLight,
+};
+use glam::{Vec2, Vec3};
+use std::ops::Range;
+
+/// Numbers of [`GpuView::part`].
+const PART_FACE: u32 = 1;
+const PART_WINDOW: u32 = 2;
+
+impl Lighting<'_> {
+    fn receive_texel(
+        &self,
+        view: usize,
+        texel: Vec2,
+        z: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
+        let size = self.views[view].size;
+        let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
+        let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
+        let tinted = match receiver.receives {
+            Receives::Curve | Receives::Nearest => true,
+            Receives::Opaque => false,
+            Receives::Others => map.owner.get(i) != Some(&receiver.tag),
+        };
+        // A curve knows no owners.
+        let by_curve = matches!(receiver.receives, Receives::Curve | Receives::Others);
+        if let Some(curve) = map.curve.as_ref().filter(|_| by_curve) {
+            return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
+        }
+        let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
+        let texel = MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] };
+        let light = receive(z, &texel, bias);
+        map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
+    }
+
+    /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
+    fn receive(&self, index: usize, point: Vec3, bias: f32, receiver: Receiver) -> Vec3 {
+        let view = &self.views[index];
+        let p = view.view_from_world.transform_point3(point);
+        let distance = -p.z;
+        let perspective = view.perspective > 0.0;
+        let spread = view.scale / if perspective { distance.max(1e-6) } else { 1.0 };
+        let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+        let range = view.far - view.near;
+        let z = (distance - view.near) / range;
+        let inside = place.cmpge(Vec2::ZERO).all() && place.cmple(view.size).all();
+        if !(z >= 0.0 && (inside || perspective)) {
+            return Vec3::ONE;
+        }
+        let middle = place.floor().clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
+        let t = (place - middle - 0.5).clamp(Vec2::splat(-0.5), Vec2::splat(0.5));
+        let (x, y) = (spline(t.x), spline(t.y));
+        let mut light = Vec3::ZERO;
+        for i in 0..9 {
+            let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
+            let weight = x[i % 3] * y[i / 3];
+            light += weight * self.receive_texel(index, middle + step, z, bias / range, receiver);
+        }
+        light
+    }
+
+    /// `normal` lifts the point off its own shadow; `sine` of the angle between the normal and the
+    /// way to the light.
+    fn lifted(&self, view: &GpuView, point: Vec3, normal: Vec3, sine: f32) -> Vec3 {
+        let along = -view.view_from_world.transform_point3(point).z;
+        let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
+        point + normal * ((self.normal_bias + 0.5) * sine * texel)
+    }
+
+    /// Light through the first window that holds the point, faded into the next; and how much it
+    /// counts.
+    fn through_windows(
+        &self,
+        windows: Range<usize>,
+        point: Vec3,
+        normal: Vec3,
+        sine: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> (Vec3, f32) {
+        let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
+        for index in windows {
+            let at = self.lifted(&self.views[index], point, normal, sine);
+            let share = window_share(&self.views[index], at);
+            if share > 0.0 {
+                sum += self.receive(index, at, bias, receiver) * (rest * share);
+                rest *= 1.0 - share;
+            }
+        }
+        (sum / (1.0 - rest).max(1e-6), 1.0 - rest)
+    }
+
+    /// Through the shadow of `views`: the first of them, the face of a cube, or windows.
+    fn through_shadow(
+        &self,
+        views: Range<usize>,
+        point: Vec3,
+        normal: Vec3,
+        sine: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> (Vec3, f32) {
+        if self.views[views.start].part == PART_WINDOW {
+            return self.through_windows(views, point, normal, sine, bias, receiver);
+        }
+        let at = self.lifted(&self.views[views.start], point, normal, sine);
+        (self.receive(views.start, at, bias, receiver), 1.0)
+    }
+
+    /// The views of the shadow that starts at `first`: of a cube the face that looks at the point.
+    fn views_of(&self, first: usize, light: &GpuLight, point: Vec3) -> Range<usize> {
+        let view = &self.views[first];
+        let face = if view.part == PART_FACE { cube_face(point - light.position) } else { 0 };
+        first + face..first + view.part_count as usize
+    }
+
+    /// Of all shadows of a light the least light, per channel. `normal` is on the light's side.
+    pub fn shadow(
+        &self,
+        light: &GpuLight,
+        point: Vec3,
+        normal: Vec3,
+        toward: Vec3,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
+        if light.view_count == 0 {
+            return Vec3::ONE;
+        }
+        let cosine = normal.dot(toward);
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let first = light.first_view as usize;
+        let views = self.views_of(first, light, point);
+        let (own, share) = self.through_shadow(views.clone(), point, normal, sine, bias, receiver);
+        let mut passed = Vec3::ONE.lerp(own, share);
+        let mut next = views.end;
+        while next < first + light.view_count as usize {
+            let views = self.views_of(next, light, point);
+            next = views.end;
+            let (further, share) = self.through_shadow(views, point, normal, sine, bias, receiver);
+            passed = passed.lerp(passed.min(further), share);
+        }
+        passed
+    }
+}
+
+/// Weights of a quadratic B-spline around t in -0.5..0.5.
+fn spline(t: f32) -> [f32; 3] {
+    [0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)]
+}
+
+/// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+fn window_share(view: &GpuView, point: Vec3) -> f32 {
+    let p = view.view_from_world.transform_point3(point);
+    let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
+    let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+    // All nine texels are the window's own.
+    let border = place.min(view.size - place).min_element() - 1.5;
+    if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {
+        return 0.0;
+    }
+    (border / view.fade.max(1e-3)).min(1.0)
+}
+
+/// The face of a cube that looks towards `away` from its middle.
+fn cube_face(away: Vec3) -> usize {
+    let size = away.abs();
+    if size.x >= size.y && size.x >= size.z {
+        usize::from(away.x <= 0.0)
+    } else if size.y >= size.z {
+        2 + usize::from(away.y <= 0.0)
+    } else {
+        4 + usize::from(away.z <= 0.0)
+    }
+}

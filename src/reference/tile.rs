@@ -1,0 +1,55 @@
+//! Twin of `wgsl/common/tile.wgsl` and `lane.wgsl`: the texels of a tile.
+use crate::{model::TILE_SIZE, records::GpuView};
+use glam::{UVec2, Vec2};
+use std::ops::{Index, IndexMut};
+
+pub const TEXELS: usize = (TILE_SIZE * TILE_SIZE) as usize;
+
+/// One value per texel of a tile, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileTexels<T>(Vec<T>);
+
+impl<T: Clone> TileTexels<T> {
+    pub fn filled(value: T) -> Self {
+        Self(vec![value; TEXELS])
+    }
+}
+
+impl<T> Index<usize> for TileTexels<T> {
+    type Output = T;
+    fn index(&self, place: usize) -> &T {
+        &self.0[place]
+    }
+}
+
+impl<T> IndexMut<usize> for TileTexels<T> {
+    fn index_mut(&mut self, place: usize) -> &mut T {
+        &mut self.0[place]
+    }
+}
+
+/// A tile of a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// First texel in the view's map.
+    pub origin: UVec2,
+    /// Of the view's map [texels].
+    size: UVec2,
+}
+
+impl Tile {
+    /// `index` counts from the view's first tile.
+    pub fn new(view: &GpuView, index: u32) -> Self {
+        let origin = UVec2::new(index % view.tiles_x, index / view.tiles_x) * TILE_SIZE;
+        Self { origin, size: view.size.as_uvec2() }
+    }
+
+    /// Places in the tile that lie in the map, with their texel's centre in the map [texels].
+    pub fn texels(&self) -> impl Iterator<Item = (usize, Vec2)> + use<> {
+        let (origin, size) = (self.origin, self.size);
+        (0..TEXELS as u32).filter_map(move |place| {
+            let texel = origin + UVec2::new(place % TILE_SIZE, place / TILE_SIZE);
+            texel.cmplt(size).all().then(|| (place as usize, texel.as_vec2() + 0.5))
+        })
+    }
+}

@@ -1,0 +1,118 @@
+//! Which views must be rendered again: those whose inputs have changed.
+use super::casters::CasterSet;
+use crate::{model::View, shadows::cull::Occluders};
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
+/// What each view's map was made from.
+#[derive(Debug, Default)]
+pub(super) struct Bake {
+    views: Vec<Baked>,
+    /// [`CasterSet`]'s.
+    set: u64,
+    /// Views that are ready to be rendered, or were rendered last, in order.
+    pub pending: Vec<usize>,
+    /// Whether the others are in their places only once this is recorded.
+    moving: bool,
+    recorded: AtomicBool,
+}
+
+#[derive(Debug)]
+struct Baked {
+    view: View,
+    /// Indices of the groups that it may see.
+    groups: Vec<u32>,
+    /// What hid others, and how many casters it hid.
+    occluders: Arc<Occluders>,
+    hidden: u64,
+    /// When; no change after that is in the map. 0 for never.
+    at: u64,
+}
+
+impl Bake {
+    /// What follows `earlier`, or an empty bake. A view is pending where its own numbers, its
+    /// groups or something within a group changed: an opaque caster and one that filters alike,
+    /// before a move or after it. The view's matrix is compared, not its camera: what a camera's
+    /// move leaves as it is stays.
+    /// `hides`: of how many nodes a curve is, where groups behind opaque surfaces are left out.
+    pub(super) fn after(
+        earlier: Self,
+        casters: &CasterSet,
+        views: &[View],
+        hides: Option<u32>,
+    ) -> Self {
+        let same_set = earlier.set == casters.id();
+        let was_recorded = earlier.recorded.load(Ordering::Relaxed);
+        let moving = !earlier.fits(views);
+        let lost = |index| {
+            !was_recorded && (earlier.moving || earlier.pending.binary_search(&index).is_ok())
+        };
+        let mut before = earlier.views.into_iter();
+        let mut pending = Vec::new();
+        let views = views.iter().enumerate().map(|(index, view)| {
+            let gpu_view = view.to_gpu(0, glam::UVec2::ZERO, 0);
+            let mut groups = casters.visible(&gpu_view);
+            let before = before.next();
+            let same = before.as_ref().filter(|before| {
+                same_set && before.view == *view && before.at >= casters.sheets_at()
+            });
+            let occluders = same.map_or_else(
+                || Arc::new(casters.occluders(&gpu_view)),
+                |before| Arc::clone(&before.occluders),
+            );
+            let hide = |nodes| casters.hide(&mut groups, &gpu_view, &occluders, nodes);
+            let hidden = hides.map_or(0, hide);
+            let is_kept = before.is_some_and(|before| {
+                let changed =
+                    |&group: &u32| casters.groups()[group as usize].changed_at > before.at;
+                same_set
+                    && !lost(index)
+                    && before.view == *view
+                    && before.groups == groups
+                    && !groups.iter().any(changed)
+            });
+            if !is_kept {
+                pending.push(index);
+            }
+            Baked { view: view.clone(), groups, occluders, hidden, at: casters.changed_at() }
+        });
+        let views = views.collect();
+        Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }
+    }
+
+    /// Whether maps of these views have the same places.
+    pub(super) fn fits(&self, views: &[View]) -> bool {
+        self.views.iter().map(|baked| baked.view.size).eq(views.iter().map(|view| view.size))
+    }
+
+    /// Views whose maps stay.
+    pub(super) fn kept(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.views.len()).filter(|index| self.pending.binary_search(index).is_err())
+    }
+
+    pub(super) fn view_count(&self) -> usize {
+        self.views.len()
+    }
+
+    /// Indices of the groups that a view may see.
+    pub(super) fn groups(&self, view: usize) -> &[u32] {
+        &self.views[view].groups
+    }
+
+    /// Casters of the pending views that opaque surfaces hide.
+    pub(super) fn hidden_count(&self) -> u64 {
+        self.pending.iter().map(|&view| self.views[view].hidden).sum()
+    }
+
+    /// The pending views are in the host's encoder.
+    pub(super) fn mark_recorded(&self) {
+        self.recorded.store(true, Ordering::Relaxed);
+    }
+
+    /// The pending views must be rendered again.
+    pub(super) fn forget(&mut self) {
+        self.recorded = AtomicBool::new(false);
+    }
+}

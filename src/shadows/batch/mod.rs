@@ -1,0 +1,139 @@
+//! A batch: as many views as share the scratch memory at once, from casters to maps.
+mod bound_list;
+
+use super::{
+    context::{Context, view_uniform},
+    kernels::Kernels,
+    list::{List, ListCounters},
+    maps::Maps,
+    plan::Plan,
+    scratch::Scratch,
+    small::{SmallTriangles, copy_depths},
+};
+use crate::{
+    error::Error, gpu::Timeline, model::TILE_SIZE, records::GpuView, stage::curve::CURVE_SEGMENT,
+};
+use bound_list::{BoundList, Readers};
+use std::sync::Arc;
+
+/// A batch, bound and ready to be recorded.
+#[derive(Debug)]
+pub(super) struct Batch {
+    scratch: Arc<Scratch>,
+    views: Vec<GpuView>,
+    tile_count: u32,
+    kept: bool,
+    cleared: bool,
+    opaques: wgpu::Texture,
+    small: Option<SmallTriangles>,
+    blocking: BoundList,
+    filtering: BoundList,
+}
+
+impl Batch {
+    pub(super) fn new(
+        context: &mut Context<'_, '_>,
+        plan: &Plan,
+        maps: &Maps,
+    ) -> Result<Self, Error> {
+        let views = view_uniform(context.allocator, context.queue, &plan.views);
+        let view_count = plan.views.len() as u32;
+        let mut list =
+            |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
+        let (blocking, filtering) = (list(0)?, list(1)?);
+        let may_scatter = context.config.scatters() && !plan.lists[1].is_composed();
+        let tiny = if may_scatter { &plan.lists[1].tiny_chunks[..] } else { &[] };
+        let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
+        Ok(Self {
+            scratch: Arc::clone(context.scratch),
+            views: plan.views.clone(),
+            tile_count: plan.tile_count,
+            kept: plan.kept,
+            cleared: plan.cleared,
+            opaques: maps.opaques.clone(),
+            small: SmallTriangles::new(context, &plan.small_chunks, &views)?,
+            blocking: BoundList::blocking(context, maps, blocking, plan.lists[0].features, &views),
+            filtering: BoundList::filtering(
+                context,
+                maps,
+                filtering,
+                plan.lists[1].features,
+                &views,
+                tiny,
+            ),
+        })
+    }
+
+    pub(super) fn record(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        self.record_blocking(kernels, encoder, timeline);
+        // `prepare` may have filled the maps with what they are without casters that filter.
+        if self.filtering.list.footprint_count > 0 || !self.cleared {
+            self.record_filtering(kernels, encoder, timeline);
+        }
+    }
+
+    fn record_blocking(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let Self { scratch, blocking, .. } = self;
+        let is_listed = blocking.list.footprint_count > 0;
+        if let Some(small) = &self.small {
+            let texels = self.tile_count * TILE_SIZE * TILE_SIZE;
+            small.record(scratch, texels, kernels, encoder, timeline);
+            if !is_listed {
+                timeline.step(encoder, "occlude");
+                copy_depths(scratch, &self.views, &self.opaques, encoder);
+            }
+        }
+        // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
+        let has_old_depths = self.kept && self.small.is_none();
+        let by_channel = blocking.readers == Readers::COLORED && self.small.is_some();
+        if is_listed || has_old_depths || by_channel {
+            blocking.record_lists(scratch, kernels, encoder, timeline);
+            let mut pass = timeline.pass(encoder, blocking.readers.stage);
+            blocking.record_tiles(kernels, &mut pass, self.tile_count);
+            blocking.record_segments(scratch, kernels, &mut pass);
+            blocking.record_resolve(scratch, kernels, &mut pass);
+        }
+    }
+
+    fn record_filtering(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let Self { scratch, filtering, .. } = self;
+        filtering.record_lists(scratch, kernels, encoder, timeline);
+        let mut pass = timeline.pass(encoder, filtering.readers.stage);
+        filtering.record_tiles(kernels, &mut pass, self.tile_count);
+        // A tile has each footprint once: few make no second segment of a curve.
+        let curved = filtering.features.nodes > 0;
+        if curved && filtering.list.footprint_count <= CURVE_SEGMENT {
+            return;
+        }
+        filtering.record_segments(scratch, kernels, &mut pass);
+        drop(pass);
+        filtering.record_resolve(scratch, kernels, &mut timeline.pass(encoder, "resolve"));
+    }
+
+    /// `(opaque, translucent)`
+    pub(super) fn read_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<(ListCounters, ListCounters), Error> {
+        Ok((
+            self.blocking.list.read_counters(device, queue)?,
+            self.filtering.list.read_counters(device, queue)?,
+        ))
+    }
+}

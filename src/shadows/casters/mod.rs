@@ -1,0 +1,243 @@
+//! A scene's casters on the GPU: uploaded once, read by every view.
+mod features;
+mod update;
+mod upload;
+
+pub(crate) use features::is_plain;
+
+use super::groups::{Group, Groups, Members, now, sort_by_place};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Memory},
+    model::{
+        CLASSES, Class, Material, Particle, Pattern, Texture, Transfer, Triangle, absorptions,
+        by_class, dither::window,
+    },
+    records::{
+        CASTER_TEXELS, Caster, GpuView, MAX_MATERIALS, TRIANGLE_TEXELS, TriangleRecord, blue_ranks,
+    },
+    shadows::cull::Occluders,
+    stage::hits::Features,
+};
+use features::{asks_for_owners, features_of};
+use std::{
+    hash::{DefaultHasher, Hash as _, Hasher as _},
+    ops::{Range, RangeInclusive},
+};
+use upload::{upload, upload_images, upload_materials};
+
+/// The casters of neighbouring classes.
+#[derive(Clone, Debug)]
+pub struct Span {
+    /// In the order of the upload.
+    pub particles: Range<u32>,
+    pub triangles: Range<u32>,
+    pub features: Features,
+}
+
+impl Span {
+    pub fn count(&self) -> usize {
+        self.particles.len() + self.triangles.len()
+    }
+}
+
+/// Particles, triangles, materials and images in kernel form. Within each kind the casters are
+/// ordered by class. Within a class triangles stay in the scene's order, and particles do where
+/// some filter depends on the order; otherwise neighbours are put together.
+#[derive(Debug)]
+pub struct CasterSet {
+    pub casters: wgpu::Texture,
+    pub triangles: wgpu::Texture,
+    pub images: wgpu::Texture,
+    pub materials: wgpu::Buffer,
+    particle_ranges: [Range<u32>; CLASSES],
+    triangle_ranges: [Range<u32>; CLASSES],
+    features: [Features; CLASSES],
+    /// Whether some receiver is tinted by all casters but its own.
+    pub owners: bool,
+    /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
+    pub dither_window: u32,
+    /// Bytes by texture and buffer.
+    pub memory: Memory,
+    groups: Groups,
+    source: Source,
+    /// When it was made: no other set has the same.
+    id: u64,
+}
+
+/// What was uploaded, to tell what changes.
+#[derive(Debug)]
+struct Source {
+    /// Indices into the scene's particles and triangles, in the order of the upload.
+    particle_order: Vec<u32>,
+    triangle_order: Vec<u32>,
+    /// Particles, then the ranks of the blue noise.
+    casters: Vec<Caster>,
+    triangles: Vec<TriangleRecord>,
+    materials: Vec<Material>,
+    /// Hashes.
+    textures: Vec<u64>,
+    /// [texels]
+    texture_sizes: Vec<(u32, u32)>,
+    blue_first: u32,
+}
+
+/// What decides where a material's casters are in the upload.
+fn layout(material: &Material) -> (Class, bool, bool) {
+    let blue = material.transfer == Transfer::Dither && material.pattern == Pattern::Blue;
+    (Class::of(material), material.transfer == Transfer::Over, blue)
+}
+
+fn hash(texture: &Texture) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (texture.width, texture.height, &texture.rgba).hash(&mut hasher);
+    hasher.finish()
+}
+
+impl CasterSet {
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        particles: &[Particle],
+        triangles: &[Triangle],
+        materials: &[Material],
+        textures: &[Texture],
+    ) -> Result<Self, Error> {
+        if materials.len() > MAX_MATERIALS {
+            return Err(Error::Limit {
+                limit: "materials of a scene",
+                have: MAX_MATERIALS as u64,
+                need: materials.len() as u64,
+                remedy: "merge materials that are alike",
+            });
+        }
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let classes: Vec<_> = materials.iter().map(Class::of).collect();
+        let layouts: Vec<_> = materials.iter().map(layout).collect();
+        let (mut particle_order, particle_ranges) =
+            by_class(&particles.iter().map(|p| classes[p.material as usize]));
+        let is_ordered = |class| layouts.iter().any(|&(of, over, _)| of == class && over);
+        for (class, range) in Class::ALL.into_iter().zip(&particle_ranges) {
+            if !is_ordered(class) {
+                let particles_of = &mut particle_order[range.start as usize..range.end as usize];
+                sort_by_place(particles_of, |i| particles[i as usize].center);
+            }
+        }
+        let (triangle_order, triangle_ranges) =
+            by_class(&triangles.iter().map(|t| classes[t.material as usize]));
+        let mut casters: Vec<_> = particle_order
+            .iter()
+            .map(|&i| &particles[i as usize])
+            .map(|p| Caster::new(p, &materials[p.material as usize]))
+            .collect();
+        let records: Vec<_> =
+            triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
+        let owners = asks_for_owners(materials);
+        let features = features_of(particles, triangles, materials);
+        let by = |ranges: &[Range<u32>; CLASSES]| {
+            Class::ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
+        };
+        let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
+        let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges));
+        let blue_first = casters.len() as u32 * CASTER_TEXELS;
+        if layouts.iter().any(|&(_, _, blue)| blue) {
+            // Behind the particles, because every kernel that dithers reads these already.
+            casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
+        }
+        Ok(Self {
+            casters: upload(&mut allocator, queue, "casters", &casters, CASTER_TEXELS)?,
+            triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
+            images: upload_images(&mut allocator, queue, textures)?,
+            materials: upload_materials(
+                &mut allocator,
+                queue,
+                materials,
+                textures,
+                blue_first,
+                &absorptions(materials, triangles),
+            ),
+            particle_ranges,
+            triangle_ranges,
+            features,
+            owners,
+            dither_window: window(materials),
+            memory,
+            groups,
+            source: Source {
+                particle_order,
+                triangle_order,
+                casters,
+                triangles: records,
+                materials: materials.to_vec(),
+                textures: textures.iter().map(hash).collect(),
+                texture_sizes: textures.iter().map(|t| (t.width, t.height)).collect(),
+                blue_first,
+            },
+            id: now(),
+        })
+    }
+
+    /// Casters that lie together, in the order of the upload: particles first.
+    pub fn groups(&self) -> &[Group] {
+        &self.groups.groups
+    }
+
+    /// The group that a triangle of the upload is in.
+    pub(super) fn triangle_group(&self, triangle: u32) -> &Group {
+        self.groups.of_triangle(triangle)
+    }
+
+    /// Indices of the groups that a view may see, in order: all that touch one of its texels, and
+    /// few others.
+    pub fn visible(&self, view: &GpuView) -> Vec<u32> {
+        self.groups.visible(view)
+    }
+
+    /// What hides others in a shadow view.
+    pub fn occluders(&self, view: &GpuView) -> Occluders {
+        self.groups.occluders(view)
+    }
+
+    /// Takes the groups out of `visible` that occluders of the same shadow view hide: its maps of
+    /// `nodes` a curve, 0 for none, are the same to the last bit without them. Returns how many
+    /// casters these groups have.
+    pub fn hide(
+        &self,
+        visible: &mut Vec<u32>,
+        view: &GpuView,
+        occluders: &Occluders,
+        nodes: u32,
+    ) -> u64 {
+        // What a curve merges hangs on how many pairs lie between; and a map of owners that is
+        // cleared has other bits, which nobody reads, than one that nothing filters.
+        let filters = nodes == 0 && !self.owners;
+        self.groups.hide(visible, view, occluders, filters)
+    }
+
+    /// When occluders last changed.
+    pub(super) fn sheets_at(&self) -> u64 {
+        self.groups.sheets_at
+    }
+
+    /// When something in it last changed.
+    pub(super) fn changed_at(&self) -> u64 {
+        self.groups.groups.iter().map(|group| group.changed_at).max().unwrap_or(0)
+    }
+
+    /// No other set has the same.
+    pub(super) fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// The casters of `classes`.
+    pub fn span(&self, classes: RangeInclusive<Class>) -> Span {
+        let (first, last) = (*classes.start() as usize, *classes.end() as usize);
+        let of = |ranges: &[Range<u32>; CLASSES]| ranges[first].start..ranges[last].end;
+        Span {
+            particles: of(&self.particle_ranges),
+            triangles: of(&self.triangle_ranges),
+            features: self.features[first..=last].iter().fold(Features::NONE, |a, &b| a.or(b)),
+        }
+    }
+}

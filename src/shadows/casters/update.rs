@@ -1,0 +1,162 @@
+//! What has changed in a scene, to the casters that are on the GPU already.
+use super::{
+    CasterSet,
+    features::{asks_for_owners, features_of},
+    hash, layout,
+    upload::{material_records, upload_image, upload_parts},
+};
+use crate::{
+    model::{CLASSES, Class, Material, Particle, Texture, Triangle, absorptions, dither::window},
+    records::{CASTER_TEXELS, Caster, TRIANGLE_TEXELS, TriangleRecord},
+    shadows::groups::{Members, now},
+};
+use std::ops::Range;
+
+impl CasterSet {
+    /// Takes over what has changed in the scene and uploads that alone. False where it could not,
+    /// and a new set must be made: with another number of casters, materials or textures, other
+    /// sizes of textures, casters of another class, or particles that have drifted so far apart
+    /// that other neighbours should be together.
+    pub fn update(
+        &mut self,
+        queue: &wgpu::Queue,
+        particles: &[Particle],
+        triangles: &[Triangle],
+        materials: &[Material],
+        textures: &[Texture],
+    ) -> bool {
+        if !self.is_laid_out_as(particles, triangles, materials, textures) {
+            return false;
+        }
+        let is_new = self.update_materials(queue, triangles, materials, textures);
+        self.features = features_of(particles, triangles, materials);
+        self.dither_window = window(materials);
+        self.owners = asks_for_owners(materials);
+        self.update_casters(queue, particles, triangles, materials, &is_new)
+    }
+
+    /// Whether every caster and texture would be where it is.
+    fn is_laid_out_as(
+        &self,
+        particles: &[Particle],
+        triangles: &[Triangle],
+        materials: &[Material],
+        textures: &[Texture],
+    ) -> bool {
+        let source = &self.source;
+        let same_layouts = materials.len() == source.materials.len()
+            && materials.iter().map(layout).eq(source.materials.iter().map(layout));
+        let sizes = textures.iter().map(|t| (t.width, t.height));
+        if !same_layouts
+            || particles.len() != source.particle_order.len()
+            || triangles.len() != source.triangle_order.len()
+            || !sizes.eq(source.texture_sizes.iter().copied())
+        {
+            return false;
+        }
+        let classes: Vec<_> = materials.iter().map(Class::of).collect();
+        let in_place = |order: &[u32], ranges: &[Range<u32>; CLASSES], of: &dyn Fn(u32) -> u32| {
+            Class::ALL.into_iter().zip(ranges).all(|(class, range)| {
+                let members = &order[range.start as usize..range.end as usize];
+                members.iter().all(|&i| classes[of(i) as usize] == class)
+            })
+        };
+        in_place(&source.particle_order, &self.particle_ranges, &|i| particles[i as usize].material)
+            && in_place(&source.triangle_order, &self.triangle_ranges, &|i| {
+                triangles[i as usize].material
+            })
+    }
+
+    /// Whether each material is another than before, or its texture.
+    fn update_materials(
+        &mut self,
+        queue: &wgpu::Queue,
+        triangles: &[Triangle],
+        materials: &[Material],
+        textures: &[Texture],
+    ) -> Vec<bool> {
+        let source = &mut self.source;
+        let hashes: Vec<u64> = textures.iter().map(hash).collect();
+        let new_texture: Vec<bool> =
+            hashes.iter().zip(&source.textures).map(|(new, old)| new != old).collect();
+        for (layer, _) in new_texture.iter().enumerate().filter(|&(_, &new)| new) {
+            upload_image(queue, &self.images, layer, &textures[layer]);
+        }
+        let new_material: Vec<bool> = materials
+            .iter()
+            .zip(&source.materials)
+            .map(|(new, old)| new != old || new.texture.is_some_and(|t| new_texture[t as usize]))
+            .collect();
+        if new_material.contains(&true) {
+            let absorptions = absorptions(materials, triangles);
+            let records = material_records(materials, textures, source.blue_first, &absorptions);
+            queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&records));
+        }
+        (source.materials, source.textures) = (materials.to_vec(), hashes);
+        new_material
+    }
+
+    /// False where particles have drifted too far apart.
+    fn update_casters(
+        &mut self,
+        queue: &wgpu::Queue,
+        particles: &[Particle],
+        triangles: &[Triangle],
+        materials: &[Material],
+        new_material: &[bool],
+    ) -> bool {
+        let Self { source, groups, .. } = self;
+        let changed_at = now();
+        let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
+        let mut new_sheets = false;
+        for group in &mut groups.groups {
+            let range = group.casters.start as usize..group.casters.end as usize;
+            let is_new = if group.is_triangles() {
+                let records = &mut source.triangles[range.clone()];
+                replace(records, &source.triangle_order[range], |i| {
+                    let triangle = &triangles[i as usize];
+                    (TriangleRecord::new(triangle), new_material[triangle.material as usize])
+                })
+            } else {
+                let records = &mut source.casters[range.clone()];
+                replace(records, &source.particle_order[range], |i| {
+                    let particle = &particles[i as usize];
+                    let material = particle.material as usize;
+                    (Caster::new(particle, &materials[material]), new_material[material])
+                })
+            };
+            if is_new {
+                let order = &source.triangle_order;
+                let members = Members { casters: &source.casters, triangles, order, materials };
+                group.refit(members, changed_at);
+                new_sheets |= group.may_hide();
+                let parts =
+                    if group.is_triangles() { &mut new_triangles } else { &mut new_particles };
+                parts.push(group.casters.clone());
+            }
+        }
+        if new_sheets {
+            let order = &source.triangle_order;
+            let members = Members { casters: &source.casters, triangles, order, materials };
+            groups.find_sheets(members, changed_at);
+        }
+        upload_parts(queue, &self.casters, &source.casters, CASTER_TEXELS, &new_particles);
+        upload_parts(queue, &self.triangles, &source.triangles, TRIANGLE_TEXELS, &new_triangles);
+        (new_particles.is_empty() && new_triangles.is_empty()) || groups.refit()
+    }
+}
+
+/// Puts what is made of each index into the records. Whether one differs, or must be new.
+fn replace<T: PartialEq>(
+    records: &mut [T],
+    order: &[u32],
+    make: impl Fn(u32) -> (T, bool),
+) -> bool {
+    let mut is_new = false;
+    for (record, &index) in records.iter_mut().zip(order) {
+        let (made, must) = make(index);
+        is_new |= must || *record != made;
+        *record = made;
+    }
+    is_new
+}

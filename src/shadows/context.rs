@@ -1,0 +1,95 @@
+//! What `prepare` works with, and the buffers that all that is bound needs.
+use super::{Config, casters::CasterSet, kernels::Kernels, plan::ListPlan, scratch::Scratch};
+use crate::{
+    error::Error,
+    gpu::Allocator,
+    records::{GpuView, MAX_VIEWS},
+    stage::project::{Chunk, ProjectParams},
+};
+use std::sync::Arc;
+use wgpu::{BindGroup, Buffer, BufferUsages};
+
+/// What `prepare` works with.
+pub(crate) struct Context<'a, 'd> {
+    pub allocator: &'a mut Allocator<'d>,
+    pub queue: &'a wgpu::Queue,
+    pub kernels: &'a mut Kernels,
+    pub config: &'a Config,
+    pub casters: &'a CasterSet,
+    pub scratch: &'a Arc<Scratch>,
+    /// The lists are the camera's: all is seen, in order.
+    pub camera: bool,
+}
+
+impl Context<'_, '_> {
+    pub(crate) fn uniform<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &'static str,
+        value: &T,
+    ) -> Buffer {
+        let buffer = self.allocator.uniform::<T>(name);
+        self.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
+        buffer
+    }
+
+    /// `None` where there are no chunks.
+    pub(crate) fn chunk_buffers(
+        &mut self,
+        plan: &ListPlan,
+        chunks: &[Chunk],
+    ) -> Result<Option<ChunkBuffers>, Error> {
+        if chunks.is_empty() {
+            return Ok(None);
+        }
+        let may_scatter = plan.filters && !plan.is_composed();
+        let scatter = self.config.scatters() && may_scatter;
+        let params = ProjectParams {
+            chunk_count: chunks.len() as u32,
+            scatter: u32::from(scatter),
+            first_setup: plan.first_setup,
+            unseen: u32::from(self.camera),
+        };
+        self.chunk_buffers_with(&params, chunks).map(Some)
+    }
+
+    pub(crate) fn chunk_buffers_with(
+        &mut self,
+        params: &ProjectParams,
+        chunks: &[Chunk],
+    ) -> Result<ChunkBuffers, Error> {
+        let params = self.uniform("project_params", params);
+        let count = chunks.len() as u32;
+        let none = BufferUsages::empty();
+        let buffer = self.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
+        self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(chunks));
+        Ok(ChunkBuffers { count, chunks: buffer, params })
+    }
+}
+
+/// Chunks on the device.
+#[derive(Debug)]
+pub(crate) struct ChunkBuffers {
+    pub count: u32,
+    pub chunks: Buffer,
+    pub params: Buffer,
+}
+
+/// Chunks, bound to the kernel that takes them.
+#[derive(Debug)]
+pub(crate) struct Chunks {
+    pub count: u32,
+    pub bindings: BindGroup,
+}
+
+/// The views of a batch in a uniform array.
+pub(crate) fn view_uniform(
+    allocator: &mut Allocator<'_>,
+    queue: &wgpu::Queue,
+    views: &[GpuView],
+) -> Buffer {
+    let mut array = views.to_vec();
+    array.resize(MAX_VIEWS, bytemuck::Zeroable::zeroed());
+    let buffer = allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
+    queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&array));
+    buffer
+}

@@ -1,0 +1,102 @@
+//! Groups: casters that lie together, in order along a curve through space.
+use crate::{
+    model::Bounds,
+    reference::{self, Pair},
+};
+use glam::{UVec3, Vec3};
+use std::ops::Range;
+
+/// Bits of a cell's coordinate.
+const BITS: u32 = 10;
+/// Points that say where most of them are.
+const SAMPLES: usize = 1024;
+
+/// The points' indices in Morton order (Morton 1966). Few that lie far from all others do not
+/// coarsen the cells: those are laid over the middle 98 of 100 points and as much around them.
+pub fn morton(points: &[Vec3]) -> Vec<u32> {
+    let step = points.len().div_ceil(SAMPLES).max(1);
+    let mut least = Vec3::ZERO;
+    let mut edge = Vec3::ONE;
+    for axis in 0..3 {
+        let mut sample: Vec<f32> =
+            points.iter().step_by(step).map(|p| p[axis]).filter(|v| v.is_finite()).collect();
+        if sample.is_empty() {
+            continue;
+        }
+        sample.sort_unstable_by(f32::total_cmp);
+        let rank = sample.len() / 100;
+        let (low, high) = (sample[rank], sample[sample.len() - 1 - rank]);
+        let width = (high - low).max(f32::MIN_POSITIVE);
+        (least[axis], edge[axis]) = (low - width, 3.0 * width);
+    }
+    // Cubes, so that a group is as deep as it is wide.
+    let per_metre = (1 << BITS) as f32 / edge.max_element();
+    let mut pairs: Vec<Pair> = (0..)
+        .zip(points)
+        .map(|(value, &point)| {
+            // A NaN becomes 0.
+            let cell = ((point - least) * per_metre).as_uvec3().min(UVec3::splat((1 << BITS) - 1));
+            let key = spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2;
+            Pair { key, value }
+        })
+        .collect();
+    reference::sort(&mut pairs, &mut Vec::new(), 0..3 * BITS);
+    pairs.into_iter().map(|pair| pair.value).collect()
+}
+
+/// Two empty bits before each of ten.
+fn spread(v: u32) -> u32 {
+    let v = (v | v << 16) & 0x0300_00ff;
+    let v = (v | v << 8) & 0x0300_f00f;
+    let v = (v | v << 4) & 0x030c_30c3;
+    (v | v << 2) & 0x0924_9249
+}
+
+/// Cuts a row of `count` boxes into groups of at most `most`. A box that starts an object starts a
+/// group; so does one that would add more than half of the surface to a group that has `least`
+/// already, and one that lies far from the one before, as long as such groups are few.
+pub fn cut(
+    count: u32,
+    box_of: impl Fn(u32) -> (Bounds, bool),
+    least: u32,
+    most: u32,
+) -> Vec<Range<u32>> {
+    /// As often as neighbours usually are apart.
+    const FAR: f32 = 32.0;
+    let step = |index: u32| (box_of(index).0.center() - box_of(index - 1).0.center()).length();
+    let mut steps: Vec<f32> =
+        (1..count).step_by((count as usize).div_ceil(SAMPLES).max(1)).map(step).collect();
+    steps.sort_unstable_by(f32::total_cmp);
+    let far = steps.get(steps.len() / 2).map_or(f32::INFINITY, |usual| FAR * usual);
+    let enough = (count / least.max(1)) as usize + 64;
+    let mut groups = Vec::new();
+    let mut group = 0..0;
+    let mut around = Bounds::EMPTY;
+    let mut center = Vec3::ZERO;
+    for index in 0..count {
+        let (bounds, starts) = box_of(index);
+        let before = std::mem::replace(&mut center, bounds.center());
+        let with = union(around, bounds);
+        let len = group.len() as u32;
+        let ends = starts
+            || len >= most
+            || len >= least && with.half_area() > 1.5 * around.half_area()
+            || center.distance(before) > far && groups.len() < enough;
+        if len > 0 && ends {
+            groups.push(group.clone());
+            group = index..index;
+            around = bounds;
+        } else {
+            around = with;
+        }
+        group.end = index + 1;
+    }
+    if !group.is_empty() {
+        groups.push(group);
+    }
+    groups
+}
+
+fn union(a: Bounds, b: Bounds) -> Bounds {
+    Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }
+}

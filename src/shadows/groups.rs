@@ -1,0 +1,320 @@
+//! The casters of a set in groups: what is culled, listed and kept together.
+use super::small::TriangleExtent;
+use crate::{
+    model::{Bounds, Class, Material, Shape, Transfer, Triangle},
+    records::{Caster, GpuView},
+    shadows::cull::{Crowd, DOUBLED, Frustum, GroupTree, Occluders, Sheets, order, typical_size},
+    stage::{bin::SEGMENT_LENGTH, project::CHUNK_SIZE},
+};
+use glam::Vec3;
+use std::{ops::Range, sync::atomic::AtomicU64};
+
+/// Casters of a group before it may end early.
+const LEAST: u32 = 32;
+/// Objects that may have groups of their own. With more, small ones share.
+const MOST_OBJECTS: usize = 1024;
+/// How much larger particles' groups may become before they are formed anew: four times the
+/// surface.
+const SPREAD: u64 = 2 * DOUBLED;
+
+/// Moments of change, each later than all before it, whichever set they are of.
+pub(super) fn now() -> u64 {
+    static CLOCK: AtomicU64 = AtomicU64::new(1);
+    CLOCK.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
+}
+
+/// Casters side by side in the upload, at most [`CHUNK_SIZE`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    pub class: Class,
+    pub casters: Range<u32>,
+    pub extent: Extent,
+    /// `None` of particles.
+    pub triangles: Option<TriangleExtent>,
+    /// When something in it last changed.
+    pub(super) changed_at: u64,
+}
+
+/// What a group's casters are within.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// World space [m]; NaN where a caster has a number that is not finite.
+    pub bounds: Bounds,
+    /// [m]
+    pub min_radius: f32,
+}
+
+impl Group {
+    /// Whether some of it counts wherever it is.
+    fn is_volume(&self) -> bool {
+        self.triangles.is_some_and(|extent| extent.volume)
+    }
+}
+
+impl Extent {
+    /// Of spheres.
+    fn of(spheres: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
+        let mut extent = Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY };
+        for (center, radius) in spheres {
+            if !(center.is_finite() && radius.is_finite()) {
+                return Self { bounds: Bounds { min: Vec3::NAN, max: Vec3::NAN }, min_radius: 0.0 };
+            }
+            extent.bounds = extent.bounds.with_sphere(center, radius);
+            extent.min_radius = extent.min_radius.min(radius);
+        }
+        extent
+    }
+
+    /// Whether some particle may be at most 2x2 texels in the view: then its radius is below 1.5.
+    pub(super) fn may_be_tiny(&self, view: &GpuView) -> bool {
+        let texels_per_metre = if view.perspective > 0.0 {
+            let center = -view.view_from_world.transform_point3(self.bounds.center()).z;
+            let farthest = (center + self.bounds.radius()).min(view.far);
+            view.scale / farthest.max(view.near)
+        } else {
+            view.scale
+        };
+        self.min_radius * texels_per_metre < 1.5
+    }
+}
+
+/// What groups are formed of.
+#[derive(Clone, Copy)]
+pub(super) struct Members<'a> {
+    /// In the order of the upload.
+    pub casters: &'a [Caster],
+    pub triangles: &'a [Triangle],
+    /// Of the triangles in the upload.
+    pub order: &'a [u32],
+    pub materials: &'a [Material],
+}
+
+impl Members<'_> {
+    fn triangle(&self, index: u32) -> &Triangle {
+        &self.triangles[self.order[index as usize] as usize]
+    }
+}
+
+impl Group {
+    fn of_particles(class: Class, casters: Range<u32>, members: Members<'_>) -> Self {
+        let (triangles, changed_at) = (None, 0);
+        Self { class, extent: Extent::of([]), casters, triangles, changed_at }.fitted(members)
+    }
+
+    fn of_triangles(class: Class, casters: Range<u32>, members: Members<'_>) -> Self {
+        let triangles = Some(TriangleExtent::of(std::iter::empty(), members.materials));
+        Self { class, extent: Extent::of([]), casters, triangles, changed_at: 0 }.fitted(members)
+    }
+
+    /// Whether it may have plain opaque triangles that cast.
+    pub(super) fn may_hide(&self) -> bool {
+        self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
+    }
+
+    pub fn is_triangles(&self) -> bool {
+        self.triangles.is_some()
+    }
+
+    /// After its casters have changed.
+    pub(super) fn refit(&mut self, members: Members<'_>, changed_at: u64) {
+        *self = Self { changed_at, ..self.clone().fitted(members) };
+    }
+
+    fn fitted(mut self, members: Members<'_>) -> Self {
+        let casters = self.casters.clone();
+        if let Some(of_triangles) = &mut self.triangles {
+            let triangles = casters.map(|i| members.triangle(i));
+            let corners = triangles.clone().flat_map(|triangle| triangle.positions);
+            self.extent = Extent::of(corners.map(|corner| (corner, 0.0)));
+            *of_triangles = TriangleExtent::of(triangles, members.materials);
+        } else {
+            let particles = &members.casters[casters.start as usize..casters.end as usize];
+            self.extent = Extent::of(particles.iter().map(|caster| {
+                let material = &members.materials[caster.material() as usize];
+                // Half a quad's diagonal reaches beyond its radius.
+                let corner = if material.shape == Shape::Quad { 1.4143 } else { 1.0 };
+                (caster.center, caster.radius * corner)
+            }));
+        }
+        self
+    }
+}
+
+/// All groups of a set: particles by class, then triangles by class.
+#[derive(Debug)]
+pub(super) struct Groups {
+    pub groups: Vec<Group>,
+    tree: GroupTree,
+    sheets: Sheets,
+    /// When the sheets last changed.
+    pub(super) sheets_at: u64,
+    /// When they were formed.
+    built_size: u64,
+}
+
+impl Groups {
+    /// Ranges are of the classes, in the upload.
+    pub(super) fn new(
+        members: Members<'_>,
+        particle_ranges: &[(Class, Range<u32>)],
+        triangle_ranges: &[(Class, Range<u32>)],
+    ) -> Self {
+        let shift = |group: Range<u32>, by: u32| group.start + by..group.end + by;
+        let mut groups = Vec::new();
+        for &(class, Range { start, end }) in particle_ranges {
+            let box_of = |i: u32| {
+                let caster = &members.casters[(start + i) as usize];
+                (Bounds::EMPTY.with_sphere(caster.center, caster.radius), false)
+            };
+            let cut = order::cut(end - start, box_of, LEAST, CHUNK_SIZE);
+            let group = |group| Group::of_particles(class, shift(group, start), members);
+            groups.extend(cut.into_iter().map(group));
+        }
+        let few_objects = members.triangles.chunk_by(|a, b| a.id == b.id).count() <= MOST_OBJECTS;
+        for &(class, Range { start, end }) in triangle_ranges {
+            let box_of = |i: u32| {
+                let triangle = members.triangle(start + i);
+                let corners = triangle.positions.iter();
+                let bounds = corners.fold(Bounds::EMPTY, |b, &p| b.with_sphere(p, 0.0));
+                let starts = i > 0 && triangle.id != members.triangle(start + i - 1).id;
+                (bounds, starts && few_objects)
+            };
+            let cut = order::cut(end - start, box_of, LEAST, CHUNK_SIZE);
+            let group = |group| Group::of_triangles(class, shift(group, start), members);
+            groups.extend(cut.into_iter().map(group));
+        }
+        let changed_at = now();
+        for group in &mut groups {
+            group.changed_at = changed_at;
+        }
+        let tree = GroupTree::new(&bounds(&groups));
+        let sheets = Sheets::default();
+        let mut all = Self { groups, tree, sheets, sheets_at: changed_at, built_size: 0 };
+        all.built_size = all.size();
+        all.find_sheets(members, changed_at);
+        all
+    }
+
+    /// After opaque triangles have changed.
+    pub(super) fn find_sheets(&mut self, members: Members<'_>, changed_at: u64) {
+        let plain = |triangle: &Triangle| {
+            let material = &members.materials[triangle.material as usize];
+            // Its texture counts for nothing.
+            let plain = material.transfer == Transfer::Opaque && !material.is_volume();
+            plain.then_some(triangle.positions)
+        };
+        // Triangles of two groups may take different kernels, whose edges need not agree.
+        let of_group =
+            |group: &Group| group.casters.clone().map(|i| plain(members.triangle(i))).chain([None]);
+        let groups = self.groups.iter().filter(|group| group.may_hide());
+        self.sheets = Sheets::new(groups.flat_map(of_group));
+        self.sheets_at = changed_at;
+    }
+
+    /// After groups have changed. False where they should be formed anew: their casters have
+    /// drifted apart.
+    pub(super) fn refit(&mut self) -> bool {
+        self.tree.refit(&bounds(&self.groups));
+        let count = self.groups.iter().filter(|group| !group.is_triangles()).count() as u64;
+        self.size() <= self.built_size + count * SPREAD
+    }
+
+    /// The group that a triangle of the upload is in.
+    pub(super) fn of_triangle(&self, triangle: u32) -> &Group {
+        let first = self.groups.partition_point(|group| !group.is_triangles());
+        let groups = &self.groups[first..];
+        &groups[groups.partition_point(|group| group.casters.end <= triangle)]
+    }
+
+    fn size(&self) -> u64 {
+        let particles = self.groups.iter().filter(|group| !group.is_triangles());
+        typical_size(particles.map(|group| group.extent.bounds))
+    }
+
+    pub(super) fn occluders(&self, view: &GpuView) -> Occluders {
+        Occluders::new(&self.sheets, view)
+    }
+
+    /// Leaves out the groups that occluders of the same view hide; returns how many casters these
+    /// have. `filters`: of those that filter too.
+    pub(super) fn hide(
+        &self,
+        visible: &mut Vec<u32>,
+        view: &GpuView,
+        occluders: &Occluders,
+        filters: bool,
+    ) -> u64 {
+        let group = |index: u32| &self.groups[index as usize];
+        let count = |groups: &[u32]| -> u64 {
+            groups.iter().map(|&index| group(index).casters.len() as u64).sum()
+        };
+        if occluders.is_empty() {
+            return 0;
+        }
+        let filtering = |group: &Group| Class::FILTERING.contains(&group.class);
+        let listed =
+            |group: &Group| Class::BLOCKING.contains(&group.class) || filters && filtering(group);
+        let is_hidden = |group: &Group| {
+            let around = &group.extent.bounds;
+            listed(group) && !group.is_volume() && occluders.hide(around, group.is_triangles())
+        };
+        let mut hidden: Vec<u32> =
+            visible.iter().copied().filter(|&index| is_hidden(group(index))).collect();
+        if hidden.iter().any(|&index| filtering(group(index))) {
+            // Where a tile has more than a segment holds, the next one would be cut elsewhere, and
+            // sums round otherwise.
+            let mut crowd = Crowd::new(view);
+            let seen = visible.iter().map(|&index| group(index));
+            for group in seen.filter(|group| filtering(group)) {
+                let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };
+                let around = if group.is_volume() { wherever } else { group.extent.bounds };
+                crowd.add(&around, group.casters.len() as u32);
+            }
+            hidden.retain(|&index| {
+                let group = group(index);
+                !filtering(group) || crowd.most(&group.extent.bounds) <= SEGMENT_LENGTH
+            });
+        }
+        // Both are in order.
+        let mut next = hidden.iter().peekable();
+        visible.retain(|index| next.next_if_eq(&index).is_none());
+        count(&hidden)
+    }
+
+    /// Indices of the groups that a view may see, in order.
+    pub(super) fn visible(&self, view: &GpuView) -> Vec<u32> {
+        let mut visible = Vec::new();
+        self.tree.cull(&Frustum::new(view), &mut visible);
+        // In the order of the upload, so that equal depths sort the same whatever the tree is like.
+        let mut seen = vec![0_u64; self.groups.len().div_ceil(64)];
+        let volumes = (0..).zip(&self.groups).filter(|(_, group)| group.is_volume());
+        for group in visible.iter().copied().chain(volumes.map(|(index, _)| index)) {
+            seen[group as usize / 64] |= 1_u64 << (group % 64);
+        }
+        visible.clear();
+        for (word, &bits) in (0..).zip(&seen) {
+            let mut bits = bits;
+            while bits != 0 {
+                visible.push(word * 64 + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
+        }
+        visible
+    }
+}
+
+fn bounds(groups: &[Group]) -> Vec<Bounds> {
+    groups.iter().map(|group| group.extent.bounds).collect()
+}
+
+/// Puts the particles of one class, given by index, in an order in which neighbours lie together.
+pub(super) fn sort_by_place(particles: &mut [u32], center: impl Fn(u32) -> Vec3) {
+    // Fewer make one or two groups in any order.
+    const FEW: usize = 2 * LEAST as usize;
+    if particles.len() > FEW {
+        let centers: Vec<Vec3> = particles.iter().map(|&i| center(i)).collect();
+        let sorted: Vec<u32> =
+            order::morton(&centers).into_iter().map(|i| particles[i as usize]).collect();
+        particles.copy_from_slice(&sorted);
+    }
+}

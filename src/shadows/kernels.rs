@@ -1,0 +1,161 @@
+//! Pipelines of one device, by kernel and by what the batch holds.
+use super::Config;
+use crate::{
+    gpu::{Constant, Kernel, KernelDesc, Tier},
+    stage::{
+        accumulate, air, bin, cluster, colored, curve, filter,
+        hits::{Features, ROLLED, WIDE},
+        occlude, project, resolve, shade,
+        sort::Sort,
+    },
+};
+use std::collections::HashMap;
+
+/// Kernels that are specialised to what a batch holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Variant {
+    OccludeTiles,
+    OccludeSegments,
+    OccludeOverflow,
+    ColoredTiles,
+    ColoredSegments,
+    ColoredOverflow,
+    ColoredResolve,
+    AccumulateTiles,
+    AccumulateSegments,
+    AccumulateTiny,
+    AccumulateOverflow,
+    ResolveTiles,
+    ResolveOpaque,
+    AirScatter,
+    ShadeSeen,
+    ShadeSurfaces,
+    ShadeCasters,
+    ShadeLayers,
+    ShadeComposite,
+}
+
+impl Variant {
+    fn desc(self, tier: Tier, features: Features) -> &'static KernelDesc {
+        let [core, native] = match self {
+            Self::AccumulateTiles if features.nodes > 0 && features.plain => &curve::DISC_TILES,
+            Self::AccumulateSegments if features.nodes > 0 && features.plain => {
+                &curve::DISC_SEGMENTS
+            }
+            Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
+            Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
+            Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
+            Self::AccumulateTiles if features.queued => {
+                return &accumulate::DISC_QUEUE_TILES;
+            }
+            Self::AccumulateSegments if features.queued => {
+                return &accumulate::DISC_QUEUE_SEGMENTS;
+            }
+            Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
+            Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
+            Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,
+            Self::ResolveTiles if features.is_composed() => &resolve::ORDERED,
+            Self::OccludeTiles if features.solid => &occlude::TRIANGLE_TILES,
+            Self::OccludeTiles => &occlude::TILES,
+            Self::OccludeSegments => &occlude::SEGMENTS,
+            Self::OccludeOverflow => &occlude::OVERFLOW,
+            Self::ColoredTiles => &colored::TILES,
+            Self::ColoredSegments => &colored::SEGMENTS,
+            Self::ColoredOverflow => &colored::OVERFLOW,
+            Self::ColoredResolve => &colored::RESOLVE,
+            Self::AccumulateTiles => &accumulate::TILES,
+            Self::AccumulateSegments => &accumulate::SEGMENTS,
+            Self::AccumulateTiny => &accumulate::TINY,
+            Self::AccumulateOverflow => &accumulate::OVERFLOW,
+            Self::ResolveTiles => &resolve::TILES,
+            Self::ResolveOpaque => &resolve::OPAQUE,
+            Self::ShadeSeen => &shade::SEEN,
+            Self::ShadeSurfaces => &shade::SURFACES,
+            Self::AirScatter => return &air::SCATTER,
+            Self::ShadeCasters => return &shade::CASTERS_LIT,
+            Self::ShadeLayers => &shade::LAYERS,
+            Self::ShadeComposite => &shade::COMPOSITE,
+        };
+        if tier == Tier::Core { core } else { native }
+    }
+}
+
+/// Made once; the specialised kernels when a scene first needs them.
+#[derive(Debug)]
+pub struct Kernels {
+    pub(crate) tier: Tier,
+    pub(crate) project_particles: Kernel,
+    pub(crate) project_triangles: Kernel,
+    pub(crate) occlude_small: Kernel,
+    pub(crate) sort: Sort,
+    pub(crate) bin_count: Kernel,
+    pub(crate) bin_scan: Kernel,
+    pub(crate) bin_emit: Kernel,
+    pub(crate) bin_tiles: Kernel,
+    pub(crate) air_sum: Kernel,
+    pub(crate) cluster_count: Kernel,
+    pub(crate) cluster_scan: Kernel,
+    pub(crate) cluster_emit: Kernel,
+    pub(crate) filter_rows: Kernel,
+    pub(crate) filter_columns: Kernel,
+    pub(crate) colored_rows: Kernel,
+    pub(crate) colored_columns: Kernel,
+    /// Constants that the pipeline's configuration sets.
+    own: [Constant; 2],
+    variants: HashMap<(Variant, Features), Kernel>,
+}
+
+impl Kernels {
+    pub(crate) fn new(device: &wgpu::Device, config: Config) -> Self {
+        let kernel = |desc| Kernel::new(device, desc, &[]);
+        Self {
+            tier: config.tier,
+            project_particles: kernel(&project::PARTICLES),
+            project_triangles: kernel(&project::TRIANGLES),
+            occlude_small: kernel(&occlude::SMALL),
+            sort: Sort::new(device, config.sort),
+            bin_count: kernel(&bin::COUNT),
+            bin_scan: kernel(&bin::SCAN),
+            bin_emit: kernel(&bin::EMIT),
+            bin_tiles: kernel(&bin::TILES),
+            air_sum: kernel(&air::SUM),
+            cluster_count: kernel(&cluster::COUNT),
+            cluster_scan: kernel(&cluster::SCAN),
+            cluster_emit: kernel(&cluster::EMIT),
+            filter_rows: kernel(&filter::ROWS),
+            filter_columns: kernel(&filter::COLUMNS),
+            colored_rows: kernel(&colored::ROWS),
+            colored_columns: kernel(&colored::COLUMNS),
+            own: [(ROLLED.0, config.rolled), (WIDE.0, config.wide)]
+                .map(|(name, is)| (name, f64::from(u8::from(is)))),
+            variants: HashMap::new(),
+        }
+    }
+
+    /// For `prepare`: makes the kernel where there is none yet.
+    pub(crate) fn make(
+        &mut self,
+        device: &wgpu::Device,
+        variant: Variant,
+        features: Features,
+    ) -> &Kernel {
+        let desc = variant.desc(self.tier, features);
+        self.variants.entry((variant, features)).or_insert_with(|| {
+            let mut constants = features.constants(desc.constants);
+            for constant in &mut constants {
+                if let Some(own) = self.own.iter().find(|own| own.0 == constant.0) {
+                    *constant = *own;
+                }
+            }
+            Kernel::new(device, desc, &constants)
+        })
+    }
+
+    /// For `record`.
+    ///
+    /// # Panics
+    /// Where `prepare` has not made the kernel.
+    pub(crate) fn get(&self, variant: Variant, features: Features) -> &Kernel {
+        &self.variants[&(variant, features)]
+    }
+}

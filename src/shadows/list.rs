@@ -1,0 +1,284 @@
+//! From casters to each tile's pairs: project, sort and bin, for one list of one batch.
+use super::{
+    context::{ChunkBuffers, Chunks, Context},
+    kernels::Kernels,
+    plan::ListPlan,
+    scratch::Scratch,
+};
+use crate::{
+    error::Error,
+    gpu::{Timeline, view},
+    records::DEPTH_BITS,
+    stage::{
+        bin::{self, BatchCounters, BinParams, DISC_SEGMENT, SEGMENT_LENGTH},
+        curve::CURVE_SEGMENT,
+        hits::Features,
+        project::grid,
+        sort::{SortBindings, SortCount},
+    },
+};
+use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
+
+/// What one list counted.
+pub type ListCounters = BatchCounters;
+
+impl ListCounters {
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.pairs_needed = self.pairs_needed.max(other.pairs_needed);
+        self.pair_count += other.pair_count;
+        self.visible += other.visible;
+        self.scattered += other.scattered;
+        self.overflowed += other.overflowed;
+        self.segment_count += other.segment_count;
+        self.merged_count += other.merged_count;
+        self.disordered += other.disordered;
+    }
+}
+
+/// One list, bound and ready to be recorded.
+#[derive(Debug)]
+pub(crate) struct List {
+    pub footprint_count: u32,
+    run_count: u32,
+    tile_count: u32,
+    particle_chunks: Option<Chunks>,
+    triangle_chunks: Option<Chunks>,
+    pub counters: Buffer,
+    readback: Buffer,
+    depth_sort: Option<SortBindings>,
+    tile_sort: Option<SortBindings>,
+    /// Which of the pair textures holds the sorted pairs.
+    pub sorted_pairs: usize,
+    count: BindGroup,
+    scan: BindGroup,
+    emit: BindGroup,
+    tiles: BindGroup,
+}
+
+impl List {
+    pub(crate) fn new(
+        context: &mut Context<'_, '_>,
+        plan: &ListPlan,
+        views: &Buffer,
+        view_count: u32,
+        tile_count: u32,
+    ) -> Result<Self, Error> {
+        let scratch: &Scratch = context.scratch;
+        let Scratch { footprints, keys, rects, setups, pairs, .. } = scratch;
+        let texture = BindingResource::TextureView;
+        let casters = view(&context.casters.casters);
+        let triangles = view(&context.casters.triangles);
+        let particle_buffers = context.chunk_buffers(plan, &plan.particle_chunks)?;
+        let particle_chunks = particle_buffers.map(|ChunkBuffers { count, chunks, params }| {
+            let resources = [
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                context.casters.materials.as_entire_binding(),
+                chunks.as_entire_binding(),
+                texture(&casters),
+                texture(footprints),
+                texture(&keys[0]),
+                texture(rects),
+            ];
+            let kernel = &context.kernels.project_particles;
+            Chunks { count, bindings: kernel.bind(context.allocator.device, &resources) }
+        });
+        let triangle_buffers = context.chunk_buffers(plan, &plan.triangle_chunks)?;
+        let triangle_chunks = triangle_buffers.map(|ChunkBuffers { count, chunks, params }| {
+            let resources = [
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                chunks.as_entire_binding(),
+                texture(&triangles),
+                texture(footprints),
+                texture(&keys[0]),
+                texture(rects),
+                texture(setups),
+            ];
+            let kernel = &context.kernels.project_triangles;
+            Chunks { count, bindings: kernel.bind(context.allocator.device, &resources) }
+        });
+        let copied = BufferUsages::COPY_SRC;
+        let counters = context.allocator.storage::<BatchCounters>("counters", 1, copied)?;
+        let device = context.allocator.device;
+        let readback = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("counters_readback"),
+            size: size_of::<BatchCounters>() as u64,
+            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let curved = plan.features.nodes > 0 && !context.camera;
+        let run_length = bin::run_length(plan.footprint_count);
+        let run_count = plan.footprint_count.div_ceil(run_length);
+        let params = context.uniform(
+            "bin_params",
+            &BinParams {
+                footprint_count: plan.footprint_count,
+                run_length,
+                run_count,
+                pair_capacity: scratch.pair_capacity,
+                tile_count,
+                view_count,
+                segment_capacity: scratch.segment_capacity,
+                segment_length: match plan.features {
+                    _ if context.camera => SEGMENT_LENGTH,
+                    Features { nodes: 1.., .. } => CURVE_SEGMENT,
+                    Features { plain: true, .. } => DISC_SEGMENT,
+                    _ => SEGMENT_LENGTH,
+                },
+            },
+        );
+        let (mut depth_sort, mut tile_sort) = (None, None);
+        if plan.footprint_count > 0 {
+            let sort = &context.kernels.sort;
+            let known = SortCount::Known(plan.footprint_count);
+            let mut depth = sort.bind(device, [&keys[0], &keys[1]], known, 0..DEPTH_BITS)?;
+            depth.write_count(context.queue, plan.footprint_count);
+            let counted = SortCount::FromBuffer {
+                counts: &counters,
+                index: bin::PAIR_COUNT_INDEX,
+                capacity: scratch.pair_capacity,
+            };
+            let bits = (32 - (tile_count - 1).leading_zeros()).max(1);
+            let tile = sort.bind(device, [&pairs[0], &pairs[1]], counted, 0..bits)?;
+            context.allocator.memory.add("histograms", depth.scratch_size() + tile.scratch_size());
+            (depth_sort, tile_sort) = (Some(depth), Some(tile));
+        }
+        let sorted = texture(&keys[depth_sort.as_ref().map_or(0, SortBindings::result)]);
+        let sorted_pairs = tile_sort.as_ref().map_or(0, SortBindings::result);
+        let kernels = &context.kernels;
+        let count = kernels.bin_count.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                sorted.clone(),
+                texture(rects),
+                scratch.run_offsets.as_entire_binding(),
+                counters.as_entire_binding(),
+            ],
+        );
+        let scan = kernels.bin_scan.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                scratch.run_offsets.as_entire_binding(),
+                counters.as_entire_binding(),
+            ],
+        );
+        let emit = kernels.bin_emit.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                sorted,
+                texture(rects),
+                scratch.run_offsets.as_entire_binding(),
+                counters.as_entire_binding(),
+                scratch.dispatches.as_entire_binding(),
+                scratch.overflow.as_entire_binding(),
+                texture(&pairs[0]),
+            ],
+        );
+        let tiles = kernels.bin_tiles.bind(
+            device,
+            &[
+                params.as_entire_binding(),
+                views.as_entire_binding(),
+                counters.as_entire_binding(),
+                scratch.dispatches.as_entire_binding(),
+                if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles }
+                    .as_entire_binding(),
+                texture(&pairs[sorted_pairs]),
+                texture(&scratch.tiles),
+                scratch.segments.as_entire_binding(),
+                scratch.merged_tiles.as_entire_binding(),
+            ],
+        );
+        Ok(Self {
+            footprint_count: plan.footprint_count,
+            run_count,
+            tile_count,
+            particle_chunks,
+            triangle_chunks,
+            counters,
+            readback,
+            depth_sort,
+            tile_sort,
+            sorted_pairs,
+            count,
+            scan,
+            emit,
+            tiles,
+        })
+    }
+
+    /// project: footprints, keys and rectangles.
+    pub(crate) fn record_project(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        if self.footprint_count == 0 {
+            return;
+        }
+        let mut pass = timeline.pass(encoder, "project");
+        if let Some(chunks) = &self.particle_chunks {
+            kernels.project_particles.record(&mut pass, &chunks.bindings, grid(chunks.count));
+        }
+        if let Some(chunks) = &self.triangle_chunks {
+            kernels.project_triangles.record(&mut pass, &chunks.bindings, grid(chunks.count));
+        }
+    }
+
+    /// sort and bin, up to the pairs in depth order and the list of those that did not fit.
+    /// False where there is no caster.
+    pub(crate) fn record_emit(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) -> bool {
+        let Some(depth_sort) = &self.depth_sort else { return false };
+        kernels.sort.record(&mut timeline.pass(encoder, "sort"), depth_sort);
+        let mut pass = timeline.pass(encoder, "bin");
+        let runs = [self.run_count.div_ceil(bin::LANES), 1, 1];
+        kernels.bin_count.record(&mut pass, &self.count, runs);
+        kernels.bin_scan.record(&mut pass, &self.scan, [1, 1, 1]);
+        kernels.bin_emit.record(&mut pass, &self.emit, runs);
+        true
+    }
+
+    /// The rest of bin: each tile's pairs, and the segments of long tiles.
+    pub(crate) fn record_tiles(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let mut pass = timeline.pass(encoder, "bin");
+        if let Some(tile_sort) = &self.tile_sort {
+            kernels.sort.record(&mut pass, tile_sort);
+        }
+        let groups = [self.tile_count.div_ceil(bin::TILE_LANES), 1, 1];
+        kernels.bin_tiles.record(&mut pass, &self.tiles, groups);
+    }
+
+    pub(crate) fn read_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<ListCounters, Error> {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.counters, 0, &self.readback, 0, self.readback.size());
+        queue.submit([encoder.finish()]);
+        self.readback.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+        let lost = |error: &dyn std::fmt::Display| Error::Lost(error.to_string());
+        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
+        let bytes = self.readback.slice(..).get_mapped_range().map_err(|e| lost(&e))?;
+        let counters = bytemuck::pod_read_unaligned(&bytes);
+        drop(bytes);
+        self.readback.unmap();
+        Ok(counters)
+    }
+}

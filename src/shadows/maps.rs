@@ -1,0 +1,129 @@
+//! The shadow atlas: every view's filter, nearest depth and opaque depth.
+use crate::{
+    error::Error,
+    gpu::Allocator,
+    model::View,
+    view::atlas::{Atlas, AtlasLimits, MapPlace},
+};
+use glam::UVec2;
+use wgpu::{
+    TextureFormat::{R32Float, Rgba16Float, Rgba32Float, Rgba32Uint},
+    TextureUsages,
+};
+
+/// Texture arrays that hold all views' maps.
+#[derive(Debug)]
+pub struct Maps {
+    /// `F`, rgba16float.
+    pub filters: wgpu::Texture,
+    /// `D`, r32float.
+    pub nearests: wgpu::Texture,
+    /// `Z`, r32float.
+    pub opaques: wgpu::Texture,
+    /// `Z` by channel, rgba32float, where dithering is coloured; `opaques` is the last of them.
+    pub colored: Option<wgpu::Texture>,
+    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers to a layer of the others; of
+    /// one texel where there are none.
+    pub curves: wgpu::Texture,
+    /// K; 0 where there are no curves.
+    pub nodes: u32,
+    /// Curves may brighten.
+    pub gain: bool,
+    /// Of each view.
+    pub places: Vec<MapPlace>,
+}
+
+impl Maps {
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        views: &[View],
+        nodes: u32,
+        colored: bool,
+    ) -> Result<Self, Error> {
+        let limits = AtlasLimits::of(&allocator.device.limits());
+        // Each layer has several of curves.
+        let limits = AtlasLimits { layers: limits.layers / (nodes / 2).max(1), ..limits };
+        let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
+        let atlas = Atlas::pack(&sizes, &limits).ok_or(Error::Limit {
+            limit: "layers of the shadow atlas",
+            have: u64::from(limits.layers),
+            need: views.len() as u64,
+            remedy: "use smaller maps or fewer lights; `view::fitted_views` makes maps smaller",
+        })?;
+        let size = [atlas.size.x, atlas.size.y, atlas.layers].map(u64::from);
+        let usage =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        let places = atlas.places;
+        let opaques = allocator.texture("opaques", R32Float, size, usage)?;
+        fill(queue, &opaques, 1.0_f32);
+        let colored =
+            colored.then(|| allocator.texture("colored", Rgba32Float, size, usage)).transpose()?;
+        if let Some(colored) = &colored {
+            fill(queue, colored, [1.0_f32; 4]);
+        }
+        let of_curves =
+            if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
+        Ok(Self {
+            filters: allocator.texture("filters", Rgba16Float, size, usage)?,
+            nearests: allocator.texture("nearests", R32Float, size, usage)?,
+            opaques,
+            colored,
+            curves: allocator.texture("curves", Rgba32Uint, of_curves, usage)?,
+            nodes,
+            gain: false,
+            places,
+        })
+    }
+
+    /// What they are where nothing is translucent.
+    pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
+        fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
+        fill(queue, &self.nearests, 1.0_f32);
+    }
+
+    /// All that a view's map consists of.
+    pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
+        let Self { filters, nearests, opaques, .. } = self;
+        [filters, nearests, opaques]
+    }
+
+    /// Of the same size and places, with nothing in them.
+    pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
+        let like = self.filters.size();
+        let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
+        let usage =
+            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        Ok(Self {
+            filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
+            nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
+            opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
+            colored: None,
+            curves: self.curves.clone(),
+            nodes: self.nodes,
+            gain: self.gain,
+            places: self.places.clone(),
+        })
+    }
+}
+
+/// Every texel of an array.
+fn fill<T: bytemuck::NoUninit>(queue: &wgpu::Queue, texture: &wgpu::Texture, value: T) {
+    let size = texture.size();
+    let layer = vec![value; (size.width * size.height) as usize];
+    for z in 0..size.depth_or_array_layers {
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z },
+                ..texture.as_image_copy()
+            },
+            bytemuck::cast_slice(&layer),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(size.width * size_of::<T>() as u32),
+                rows_per_image: None,
+            },
+            wgpu::Extent3d { depth_or_array_layers: 1, ..size },
+        );
+    }
+}

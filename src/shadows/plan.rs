@@ -1,0 +1,244 @@
+//! What a frame will do, known on the CPU: its batches, and what each of their lists projects.
+use super::{Config, casters::CasterSet};
+use crate::{
+    error::Error,
+    model::{Class, View},
+    records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
+    stage::{hits::Features, project::Chunk},
+    view::atlas::MapPlace,
+};
+use std::ops::RangeInclusive;
+
+/// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
+const MAX_TILES: u32 = 65536;
+
+/// Casters a tile, in the mean, from which on it pays that discs wait until there are eight, and to
+/// have a loop for what is nearest and one for the rest.
+const DENSE: u32 = 16;
+
+/// What a batch will do, known on the CPU.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub views: Vec<GpuView>,
+    pub tile_count: u32,
+    /// As [`LISTS`]; of the camera, what is solid and what is blended.
+    pub lists: [ListPlan; 2],
+    /// The maps hold something already.
+    pub kept: bool,
+    /// The maps have been filled with what they are without translucent casters.
+    pub cleared: bool,
+    /// Of opaque triangles that are in no list.
+    pub small_chunks: Vec<Chunk>,
+}
+
+/// The casters of one list of a batch, as they are projected.
+#[derive(Clone, Debug)]
+pub(crate) struct ListPlan {
+    /// Whether it is what filters light in shadow views.
+    pub filters: bool,
+    pub features: Features,
+    pub particle_chunks: Vec<Chunk>,
+    /// Those of `particle_chunks` that may have particles for the scatter path.
+    pub tiny_chunks: Vec<Chunk>,
+    pub triangle_chunks: Vec<Chunk>,
+    /// Of particles, then of triangles.
+    pub footprint_count: u32,
+    pub first_setup: u32,
+}
+
+impl ListPlan {
+    /// Whether segments are composed one by one.
+    pub(crate) fn is_composed(&self) -> bool {
+        self.filters && self.features.is_composed()
+    }
+
+    pub(crate) fn setup_count(&self) -> u32 {
+        self.footprint_count - self.first_setup
+    }
+}
+
+/// What a shadow view lists: what blocks light, and what filters it.
+pub(crate) const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FILTERING];
+
+/// A view to be rendered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PendingView<'a> {
+    pub view: &'a View,
+    pub place: MapPlace,
+    /// Indices of the groups that it may see, in order.
+    pub groups: &'a [u32],
+}
+
+/// Cuts the views into batches and lists their casters. `kept`: the maps hold something
+/// already.
+pub(crate) fn batches(
+    views: &[PendingView<'_>],
+    casters: &CasterSet,
+    config: &Config,
+    kept: bool,
+) -> Result<Vec<Plan>, Error> {
+    let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
+    let mut plans = Vec::new();
+    let mut batch = Vec::new();
+    let mut footprints = [0; 2];
+    let mut tile_count = 0;
+    for pending in views {
+        let PendingView { view, place, groups } = *pending;
+        let listed = LISTS.map(|list| count(casters, groups, &list));
+        if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
+            return Err(Error::Limit {
+                limit: "casters of one class in a view",
+                have: most_footprints,
+                need,
+                remedy: "split the scene",
+            });
+        }
+        let tiles = view.tiles().element_product();
+        let mut gpu_view = view.to_gpu(tile_count, place.origin, place.layer);
+        let full = tile_count + tiles > MAX_TILES
+            || batch.len() == MAX_VIEWS
+            || batch
+                .first()
+                .is_some_and(|(v, _): &(GpuView, _)| v.perspective != gpu_view.perspective)
+            || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
+        if full && !batch.is_empty() {
+            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, config, kept));
+            (tile_count, footprints) = (0, [0; 2]);
+            gpu_view.first_tile = 0;
+        }
+        batch.push((gpu_view, groups));
+        tile_count += tiles;
+        footprints = [0, 1].map(|i| footprints[i] + listed[i]);
+    }
+    if !batch.is_empty() {
+        plans.push(Plan::new(batch, tile_count, casters, config, kept));
+    }
+    Ok(plans)
+}
+
+/// Casters of a list in groups.
+fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u64 {
+    let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+    groups.filter(|group| list.contains(&group.class)).map(|group| group.casters.len() as u64).sum()
+}
+
+impl Plan {
+    /// (caster, view) that are projected.
+    pub(crate) fn caster_count(&self) -> u64 {
+        let listed: u64 = self.lists.iter().map(|list| u64::from(list.footprint_count)).sum();
+        listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
+    }
+
+    fn new(
+        seen: Vec<(GpuView, &[u32])>,
+        tile_count: u32,
+        casters: &CasterSet,
+        config: &Config,
+        kept: bool,
+    ) -> Self {
+        let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let perspective = views[0].perspective > 0.0;
+        let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
+        let [mut blocking, filtering] = LISTS.map(|list| {
+            let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
+            ListPlan::new(&list, features, casters, &groups)
+        });
+        let small_chunks = blocking.take_triangles(|chunk| {
+            let small = casters.triangle_group(chunk.first_caster).triangles;
+            small.is_some_and(|extent| extent.is_small(&views[chunk.view as usize]))
+        });
+        blocking.features.small = !small_chunks.is_empty();
+        let tiny_chunks = filtering.tiny(casters, &groups, &views);
+        let dense = filtering.footprint_count >= DENSE * tile_count;
+        let features = filtering.features.of_walk(dense, config.queued);
+        let features = Features { nodes: config.nodes, ..features };
+        let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
+        Self { views, tile_count, lists, small_chunks, kept, cleared: false }
+    }
+
+    /// Of the picture: what is solid, and all else that is seen.
+    pub(crate) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
+        let visible = casters.visible(&view);
+        let list = |list: RangeInclusive<Class>, solid: bool| {
+            let features = casters.span(list.clone()).features;
+            let features = if solid {
+                features.of_views(false, false)
+            } else {
+                Features { plain: false, ..features }
+            };
+            ListPlan::new(&list, features, casters, &[&visible])
+        };
+        let lists = [list(Class::SOLID, true), list(Class::BLENDED, false)];
+        let small_chunks = Vec::new();
+        Self { views: vec![view], tile_count, lists, small_chunks, kept: false, cleared: false }
+    }
+}
+
+impl ListPlan {
+    /// Of the classes of `list`, what each view may see.
+    fn new(
+        list: &RangeInclusive<Class>,
+        features: Features,
+        casters: &CasterSet,
+        visible: &[&[u32]],
+    ) -> Self {
+        let mut footprint_count = 0;
+        let mut chunks_of = |is_triangles| {
+            let mut chunks = Vec::new();
+            for (view, groups) in (0..).zip(visible) {
+                let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+                for group in groups {
+                    if group.is_triangles() == is_triangles && list.contains(&group.class) {
+                        let count = group.casters.len() as u32;
+                        let (first_caster, first_footprint) =
+                            (group.casters.start, footprint_count);
+                        chunks.push(Chunk { view, first_caster, count, first_footprint });
+                        footprint_count += count;
+                    }
+                }
+            }
+            chunks
+        };
+        let particle_chunks = chunks_of(false);
+        let triangle_chunks = chunks_of(true);
+        let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
+        Self {
+            filters: *list == Class::FILTERING,
+            features,
+            particle_chunks,
+            tiny_chunks: Vec::new(),
+            triangle_chunks,
+            footprint_count,
+            first_setup,
+        }
+    }
+
+    /// Those of the particles' chunks that may have tiny ones.
+    fn tiny(&self, casters: &CasterSet, visible: &[&[u32]], views: &[GpuView]) -> Vec<Chunk> {
+        let groups = casters.groups();
+        let extents = visible.iter().flat_map(|visible| {
+            let listed = visible.iter().map(|&group| &groups[group as usize]);
+            listed
+                .filter(|group| group.class == Class::Translucent && !group.is_triangles())
+                .map(|group| &group.extent)
+        });
+        let chunks = self.particle_chunks.iter().zip(extents);
+        chunks
+            .filter(|(chunk, extent)| extent.may_be_tiny(&views[chunk.view as usize]))
+            .map(|(chunk, _)| *chunk)
+            .collect()
+    }
+
+    /// Takes the chunks out that `is_taken` says.
+    fn take_triangles(&mut self, is_taken: impl FnMut(&Chunk) -> bool) -> Vec<Chunk> {
+        let (taken, mut rest): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);
+        self.footprint_count = self.first_setup;
+        for chunk in &mut rest {
+            chunk.first_footprint = self.footprint_count;
+            self.footprint_count += chunk.count;
+        }
+        self.triangle_chunks = rest;
+        taken
+    }
+}

@@ -1,0 +1,263 @@
+//! The memory that lists and batches write on the way, and how much of it a frame needs.
+use super::{
+    Config,
+    list::List,
+    plan::{ListPlan, Plan},
+    small::SmallDepths,
+};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Tier, view},
+    model::TILE_SIZE,
+    records::{FOOTPRINT_TEXELS, SETUP_TEXELS},
+    stage::{
+        bin::{self, Dispatch, SEGMENT_LENGTH, Segment},
+        curve::{CURVE_SEGMENT, partial_bytes},
+        sort::{PAIR_FORMAT, pair_limit},
+    },
+};
+use wgpu::{
+    BindingResource, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView,
+};
+
+/// Segments whose effects on their texels fit a storage binding of 128 MiB, 32 bytes a texel.
+const MAX_COMPOSED: u64 = (128 << 20) / (32 * (TILE_SIZE * TILE_SIZE) as u64);
+
+/// What lists and batches write on the way, one after another in the same memory.
+#[derive(Debug)]
+pub(crate) struct Scratch {
+    pub footprints: TextureView,
+    pub keys: [TextureView; 2],
+    pub rects: TextureView,
+    pub setups: TextureView,
+    pub pairs: [TextureView; 2],
+    pub pair_capacity: u32,
+    pub tiles: TextureView,
+    pub scattered_tiles: Buffer,
+    pub merged_tiles: Buffer,
+    pub segments: Buffer,
+    pub segment_capacity: u32,
+    pub run_offsets: Buffer,
+    pub overflow: Buffer,
+    pub dispatches: Buffer,
+    pub sums: Sums,
+    /// Curves of segments.
+    pub partials: Buffer,
+    /// For curves, whose tiles take what was scattered themselves: zero.
+    pub nothing_scattered: Buffer,
+    /// What segments do to texels, where some list composes them one by one.
+    pub composed: Option<Buffer>,
+    pub(super) small: SmallDepths,
+    room: Room,
+}
+
+/// What the largest of some lists and batches needs.
+#[derive(Clone, Copy, Debug)]
+struct Room {
+    footprints: u64,
+    setups: u64,
+    tiles: u64,
+    /// Of batches with small triangles.
+    small_tiles: u64,
+    pairs: u32,
+    /// K of the curves, 0 for none.
+    nodes: u32,
+    /// Of the curves of one segment.
+    segment_bytes: u64,
+    /// Some list composes segments one by one.
+    composed: bool,
+}
+
+/// The most segments of so many pairs that leave something of their own: only those of tiles with
+/// more than one segment do.
+pub(crate) fn partial_count(pairs: u32, segment_length: u32) -> u64 {
+    2 * u64::from(pairs / segment_length) + 1
+}
+
+impl Room {
+    /// `limit`: of the pairs.
+    fn of(
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+        limit: u32,
+        nodes: u32,
+        limits: &wgpu::Limits,
+    ) -> Self {
+        let lists = || plans.iter().flat_map(|plan| &plan.lists);
+        let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
+        let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
+        // A first guess; a frame that needed more says so, and the next is prepared with it.
+        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
+        let changes = lists().any(|list| list.features.over || list.features.volumes);
+        let segment_bytes = partial_bytes(nodes, changes);
+        let limit = match nodes {
+            0 => limit,
+            _ => {
+                let room = limits.max_storage_buffer_binding_size / segment_bytes;
+                let most = (room - 1) / 2 * u64::from(CURVE_SEGMENT);
+                u32::try_from(most).unwrap_or(u32::MAX).min(limit)
+            }
+        };
+        Self {
+            footprints,
+            setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
+            tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
+            segment_bytes,
+            nodes,
+            composed: lists().any(ListPlan::is_composed),
+        }
+    }
+}
+
+/// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
+/// batch: new memory is, and `resolve` leaves it so.
+#[derive(Debug)]
+pub(crate) enum Sums {
+    Buffers(Box<[Buffer; 4]>),
+    Textures(Box<[(Texture, TextureView); 4]>),
+}
+
+impl Sums {
+    fn new(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Self, Error> {
+        const NAMES: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
+        if tier == Tier::Core {
+            let [a, b, c, d] =
+                NAMES.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
+            return Ok(Self::Buffers(Box::new([a?, b?, c?, d?])));
+        }
+        let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
+        let [a, b, c, d] =
+            NAMES.map(|name| allocator.records(name, TextureFormat::R32Uint, texels, usage));
+        let with_view = |texture: Texture| {
+            let view = view(&texture);
+            (texture, view)
+        };
+        Ok(Self::Textures(Box::new([a?, b?, c?, d?].map(with_view))))
+    }
+
+    pub(crate) fn resources(&self) -> [BindingResource<'_>; 4] {
+        match self {
+            Self::Buffers(buffers) => buffers.each_ref().map(Buffer::as_entire_binding),
+            Self::Textures(textures) => {
+                textures.each_ref().map(|(_, view)| BindingResource::TextureView(view))
+            }
+        }
+    }
+}
+
+impl Scratch {
+    /// What a list expects to be zero.
+    pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
+        encoder.clear_buffer(&list.counters, 0, None);
+        encoder.clear_buffer(&self.dispatches, 0, None);
+        encoder.clear_buffer(&self.scattered_tiles, 0, None);
+    }
+
+    pub(crate) fn new(
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+        nodes: u32,
+    ) -> Result<Self, Error> {
+        const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
+        let limits = allocator.device.limits();
+        let room = Room::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
+        let Room { footprints, setups, tiles, small_tiles, pairs: pair_capacity, .. } = room;
+        let curve_count = if nodes == 0 { 0 } else { partial_count(pair_capacity, CURVE_SEGMENT) };
+        let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
+        let storage = TextureUsages::STORAGE_BINDING;
+        let mut records = |name, format, texels| {
+            allocator.records(name, format, texels, storage).map(|texture| view(&texture))
+        };
+        let footprint_texels = footprints * u64::from(FOOTPRINT_TEXELS);
+        let footprint_views = records("footprints", TextureFormat::Rgba32Uint, footprint_texels)?;
+        let keys =
+            [records("keys", PAIR_FORMAT, footprints)?, records("keys", PAIR_FORMAT, footprints)?];
+        let rects = records("rects", PAIR_FORMAT, footprints)?;
+        let setup_texels = setups * u64::from(SETUP_TEXELS);
+        let setups = records("setups", TextureFormat::Rgba32Uint, setup_texels)?;
+        let capacity = u64::from(pair_capacity);
+        let pairs =
+            [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
+        let none = BufferUsages::empty();
+        let composed = if room.composed {
+            let segments = partial_count(pair_capacity, SEGMENT_LENGTH);
+            // The pair budget's default would need a little more than a storage binding holds.
+            let segments = segments.min(MAX_COMPOSED);
+            let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
+            Some(allocator.storage::<[[u32; 4]; 2]>("composed", texels, none)?)
+        } else {
+            None
+        };
+        Ok(Self {
+            footprints: footprint_views,
+            keys,
+            rects,
+            setups,
+            pairs,
+            pair_capacity,
+            tiles: view(&allocator.records(
+                "tiles",
+                TextureFormat::Rgba32Uint,
+                tiles,
+                storage | TextureUsages::TEXTURE_BINDING,
+            )?),
+            scattered_tiles: allocator.storage::<u32>("scattered_tiles", tiles, none)?,
+            merged_tiles: allocator.storage::<u32>("merged_tiles", tiles, none)?,
+            segments: allocator.storage::<Segment>(
+                "segments",
+                u64::from(segment_capacity),
+                none,
+            )?,
+            segment_capacity,
+            run_offsets: allocator.storage::<u32>("run_offsets", bin::MAX_RUNS, none)?,
+            overflow: allocator.storage::<u32>("overflow", footprints, none)?,
+            dispatches: allocator.storage::<[u32; 4]>(
+                "dispatches",
+                Dispatch::COUNT,
+                BufferUsages::INDIRECT,
+            )?,
+            partials: allocator.storage::<[u32; 4]>(
+                "partials",
+                curve_count * room.segment_bytes / 16,
+                none,
+            )?,
+            nothing_scattered: allocator.storage::<u32>(
+                "nothing_scattered",
+                if nodes == 0 { 1 } else { tiles },
+                none,
+            )?,
+            composed,
+            sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
+            small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
+            room,
+        })
+    }
+
+    /// Whether it has room for other plans, and no more pairs than the budget allows.
+    pub(crate) fn fits(
+        &self,
+        device: &wgpu::Device,
+        config: &Config,
+        plans: &[Plan],
+        pairs: Option<u32>,
+        nodes: u32,
+    ) -> bool {
+        let limits = device.limits();
+        let need = Room::of(config, plans, pairs, pair_limit(device), nodes, &limits);
+        let room = self.room;
+        need.footprints <= room.footprints
+            && need.setups <= room.setups
+            && need.tiles <= room.tiles
+            && need.small_tiles <= room.small_tiles
+            && need.nodes == room.nodes
+            && need.segment_bytes <= room.segment_bytes
+            && (room.composed || !need.composed)
+            && (need.pairs..=config.pair_budget.max(1)).contains(&room.pairs)
+    }
+}

@@ -1,0 +1,169 @@
+//! Opaque triangles of a few texels: straight to the depths of their texels.
+use super::{
+    context::{ChunkBuffers, Chunks, Context},
+    kernels::Kernels,
+    scratch::Scratch,
+};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Timeline, view},
+    model::{Bounds, Material, TILE_SIZE, Transfer, Triangle},
+    records::GpuView,
+    stage::project::{Chunk, ProjectParams, grid},
+};
+use wgpu::{Buffer, BufferUsages};
+
+/// Largest side of a small triangle's bounding square [texels].
+pub const SMALL_SIDE: f32 = 22.0;
+
+/// What a chunk's triangles are within.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleExtent {
+    /// World space [m].
+    pub bounds: Bounds,
+    /// Longest edge [m].
+    pub longest: f32,
+    /// All are of the `opaque` transfer.
+    pub opaque: bool,
+    /// Some belong to a volume, whose back counts beyond the far plane too.
+    pub volume: bool,
+}
+
+impl TriangleExtent {
+    pub(super) fn of<'a>(
+        triangles: impl Iterator<Item = &'a Triangle>,
+        materials: &[Material],
+    ) -> Self {
+        let none = Self { bounds: Bounds::EMPTY, longest: 0.0, opaque: true, volume: false };
+        triangles.fold(none, |extent, triangle| {
+            let [a, b, c] = triangle.positions;
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let bounds = [a, b, c].iter().fold(extent.bounds, |all, &p| all.with_sphere(p, 0.0));
+            let material = &materials[triangle.material as usize];
+            Self {
+                bounds,
+                longest: extent.longest.max(longest),
+                opaque: extent.opaque && material.transfer == Transfer::Opaque,
+                volume: extent.volume || material.is_volume(),
+            }
+        })
+    }
+
+    /// Whether every triangle is opaque, wholly beyond the near plane and small in the view.
+    pub(super) fn is_small(&self, view: &GpuView) -> bool {
+        if !self.opaque {
+            return false;
+        }
+        if view.perspective == 0.0 {
+            return self.longest * view.scale <= SMALL_SIDE;
+        }
+        let center = -view.view_from_world.transform_point3(self.bounds.center()).z;
+        let nearest = center - self.bounds.radius() * 1.001;
+        // A step of a metre moves x / z by at most (1 + |x / z|) / z.
+        let steepest = view.size.length() * 0.5 / view.scale;
+        nearest > view.near && self.longest * view.scale * (1.0 + steepest) / nearest <= SMALL_SIDE
+    }
+}
+
+/// Depths of a batch, one element per texel, and what they begin as.
+#[derive(Debug)]
+pub(super) struct SmallDepths {
+    pub depths: Buffer,
+    far: Option<Buffer>,
+}
+
+impl SmallDepths {
+    /// `texels`: 0 where no batch has small triangles.
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        texels: u64,
+    ) -> Result<Self, Error> {
+        let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let depths = allocator.storage::<u32>("small_depths", texels, usage)?;
+        let far = if texels > 0 {
+            let far = allocator.storage::<u32>("far_depths", texels, usage)?;
+            queue.write_buffer(&far, 0, bytemuck::cast_slice(&vec![1.0_f32; texels as usize]));
+            Some(far)
+        } else {
+            None
+        };
+        Ok(Self { depths, far })
+    }
+}
+
+/// A batch's small triangles, bound and ready to be recorded.
+#[derive(Debug)]
+pub(super) struct SmallTriangles(Chunks);
+
+impl SmallTriangles {
+    /// `None` where there are none.
+    pub(super) fn new(
+        context: &mut Context<'_, '_>,
+        chunks: &[Chunk],
+        views: &Buffer,
+    ) -> Result<Option<Self>, Error> {
+        if chunks.is_empty() {
+            return Ok(None);
+        }
+        let chunk_count = chunks.len() as u32;
+        let params = ProjectParams { chunk_count, ..ProjectParams::default() };
+        let ChunkBuffers { count, chunks, params } = context.chunk_buffers_with(&params, chunks)?;
+        let triangles = view(&context.casters.triangles);
+        let resources = [
+            params.as_entire_binding(),
+            views.as_entire_binding(),
+            chunks.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&triangles),
+            context.scratch.small.depths.as_entire_binding(),
+        ];
+        let bindings = context.kernels.occlude_small.bind(context.allocator.device, &resources);
+        Ok(Some(Self(Chunks { count, bindings })))
+    }
+
+    /// `texels`: of the batch.
+    pub(super) fn record(
+        &self,
+        scratch: &Scratch,
+        texels: u32,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let SmallDepths { depths, far } = &scratch.small;
+        let far = far.as_ref().expect("there is room where there are triangles");
+        timeline.step(encoder, "occlude");
+        encoder.copy_buffer_to_buffer(far, 0, depths, 0, u64::from(texels) * 4);
+        let mut pass = timeline.pass(encoder, "occlude");
+        kernels.occlude_small.record(&mut pass, &self.0.bindings, grid(self.0.count));
+    }
+}
+
+/// The depths to the maps of `views`, where nothing else is opaque.
+pub(super) fn copy_depths(
+    scratch: &Scratch,
+    views: &[GpuView],
+    opaques: &wgpu::Texture,
+    encoder: &mut wgpu::CommandEncoder,
+) {
+    const BYTES: u32 = 4; // of a texel
+    for view in views {
+        let width = view.tiles_x * TILE_SIZE;
+        let height = (view.size.y as u32).next_multiple_of(TILE_SIZE);
+        let source = wgpu::TexelCopyBufferInfo {
+            buffer: &scratch.small.depths,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: u64::from(view.first_tile * TILE_SIZE * TILE_SIZE * BYTES),
+                bytes_per_row: Some(width * BYTES),
+                rows_per_image: None,
+            },
+        };
+        let (x, y, z) = (view.origin.x, view.origin.y, view.layer);
+        let target = wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x, y, z },
+            ..opaques.as_image_copy()
+        };
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        encoder.copy_buffer_to_texture(source, target, size);
+    }
+}
