@@ -85,13 +85,13 @@ enum Kind {
 
 pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
     files::create_dir(out)?;
-    let mut stems = Vec::with_capacity(KERNELS.len());
+    let mut stems = files::Unique::default();
     let mut kernels = Vec::with_capacity(KERNELS.len());
     for desc in KERNELS {
         // The variants of a kernel share its name.
         let stem = match desc.tier {
-            Tier::Core => files::unique(desc.name, &stems),
-            Tier::Native => files::unique(&format!("{}_native", desc.name), &stems),
+            Tier::Core => stems.of(desc.name),
+            Tier::Native => stems.of(&format!("{}_native", desc.name)),
         };
         let outcome = match translate(desc, target) {
             Ok(kernel) => {
@@ -112,7 +112,6 @@ pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
             }
         };
         kernels.push(entry(desc, outcome));
-        stems.push(stem);
     }
     let manifest =
         Manifest { gobo: env!("CARGO_PKG_VERSION"), language: target.version(), kernels };

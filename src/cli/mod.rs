@@ -3,7 +3,9 @@
 mod arguments;
 mod bench;
 mod check;
+mod curves;
 mod export;
+mod exr;
 mod failure;
 mod files;
 mod info;
@@ -13,6 +15,7 @@ mod render;
 mod translate;
 
 pub(crate) use arguments::Arguments;
+pub(crate) use files::Quiet;
 use arguments::Command;
 use failure::Failure;
 

@@ -36,14 +36,22 @@ impl Gpu {
     /// Opens the first adapter that fits and gives a device.
     pub fn new(selection: &Selection) -> Result<Self, Error> {
         let mut refused = None;
+        let mut unusable = Vec::new();
         for adapter in adapters(selection) {
-            match shortcoming(&adapter).map_or_else(|| Self::open(&adapter, selection), Err) {
+            if let Some(lack) = shortcoming(&adapter) {
+                unusable.push(unusable_adapter(&adapter.get_info(), &lack));
+                continue;
+            }
+            match Self::open(&adapter, selection) {
                 Ok(gpu) => return Ok(gpu),
                 Err(error) => {
                     tracing::warn!("{}: {error}", adapter.get_info().name);
                     refused.get_or_insert(error);
                 }
             }
+        }
+        if !unusable.is_empty() {
+            refused.get_or_insert(Error::Unusable(unusable));
         }
         Err(refused.unwrap_or_else(|| {
             let wanted = selection.adapter.clone();
@@ -109,6 +117,11 @@ impl Gpu {
             Some(Failure::Lost(message)) => Err(Error::Lost(message)),
         }
     }
+}
+
+/// An adapter and what it lacks, as [`Error::Unusable`] lists them.
+pub fn unusable_adapter(info: &wgpu::AdapterInfo, lack: &Error) -> String {
+    format!("{} ({}): {lack}", info.name, info.backend)
 }
 
 fn note(place: &Mutex<Option<Failure>>, failure: Failure) {

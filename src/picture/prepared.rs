@@ -357,6 +357,6 @@ impl PreparedPicture {
     pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
         let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
         let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-        Ok(Picture { size: self.size, rgb })
+        Ok(Picture { size: self.size, rgb, light: Vec::new() })
     }
 }

@@ -34,7 +34,7 @@ impl Limit {
     pub const fn most(self) -> u64 {
         match self {
             Self::Lights => crate::stage::shade::MAX_LIGHTS as u64,
-            Self::Materials => crate::footprint::MAX_MATERIALS as u64,
+            Self::Materials => crate::records::MAX_MATERIALS as u64,
             Self::Textures => 256,
             Self::Texels => 1 << 28,
             Self::Particles => 16_000_000,

@@ -70,7 +70,10 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let bounds = scene.bounds();
     let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
     scene.camera = match &document.camera {
-        Some(table) => tables::camera(&source, table, model_camera, &bounds)?,
+        Some(table) => {
+            scene.exposure = tables::exposure(&source, table)?;
+            tables::camera(&source, table, model_camera, &bounds)?
+        }
         None => usual,
     };
     if is_alone && options.ground {

@@ -48,6 +48,8 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub camera: Camera,
+    /// Of the picture [stops]: light is shown 2 to this power as bright.
+    pub exposure: f32,
     pub shadow: ShadowSettings,
     pub clusters: ClusterSettings,
     pub lights: Vec<Light>,

@@ -166,8 +166,9 @@ fn read_exr(path: &std::path::Path) -> (usize, usize, Vec<[f32; 3]>) {
         .from_file(path)
         .unwrap();
     let size = image.layer_data.size;
-    for channel in &image.layer_data.channel_data.channels.sample_type_iter() {
-        assert_eq!(channel, exr::prelude::SampleType::F16);
+    let (red, green, blue) = image.layer_data.channel_data.channels.clone();
+    for channel in [red, green, blue] {
+        assert_eq!(channel.sample_type, exr::prelude::SampleType::F16);
     }
     (size.width(), size.height(), image.layer_data.channel_data.pixels.1)
 }

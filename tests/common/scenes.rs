@@ -2,7 +2,7 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, ClusterSettings, Light, LightKind, Material, Part, Particle, Projection,
+        Camera, Light, LightKind, Material, Part, Particle, Projection,
         ShadowSettings, Transfer, Triangle, View,
     },
     scene::Scene,
@@ -57,18 +57,10 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
             size: UVec2::new(64, 64),
         },
         shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
-        clusters: ClusterSettings::default(),
-        lights: Vec::new(),
         materials,
-        textures: Vec::new(),
-        animated: Vec::new(),
-        displaced: Vec::new(),
-        particles: Vec::new(),
-        triangles: Vec::new(),
         ambient: Vec3::ZERO,
         background: Vec3::ZERO,
-        air: None,
-        skipped: Default::default(),
+        ..Scene::empty()
     }
 }
 

@@ -1,4 +1,5 @@
 //! Scene files, particle files, models, and what is made from them.
+mod alone;
 mod defaults;
 mod displace;
 mod document;

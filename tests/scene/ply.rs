@@ -1,7 +1,7 @@
 //! PLY: what nobody reads is said, what is no particle is refused, and headers are faulted in words.
 use crate::common::files::Folder;
 use gobo::{
-    caster::Material,
+    model::Material,
     scene::{self, ParticleFile, SceneError, load_particles},
 };
 
