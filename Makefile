@@ -9,7 +9,7 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo test test-swiftshader bench results native tables quality setup
+.PHONY: demo features test test-swiftshader bench results native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -51,6 +51,17 @@ tables: setup
 # The figures of docs/curves.md.
 quality: setup
 	cargo run --release --quiet --example curve_tables
+
+# The library without what a guest can do without, part by part, and for a browser.
+features:
+	@for features in "" scene picture device scene,picture; do \
+		cargo clippy --quiet --lib --no-default-features --features "$$features" \
+			-- -D warnings || exit; \
+	done
+	@rustup target add wasm32-unknown-unknown
+	cargo clippy --quiet --lib --no-default-features --target wasm32-unknown-unknown -- -D warnings
+	@echo "Crates of the bare library, its own included:"
+	@cargo tree --no-dedupe -e normal --no-default-features --prefix none | sort -u | wc -l
 
 # Installs a Vulkan driver and a C++ compiler where they are missing.
 setup:

@@ -28,12 +28,11 @@ fn cpu_sort(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("cpu/sort");
     for count in COUNTS {
         let unsorted = pairs(count);
-        let mut scratch = Vec::new();
         group.throughput(Throughput::Elements(count.into()));
         for bits in [DEPTH_BITS, 32] {
             group.bench_function(BenchmarkId::new(format!("{bits} bits"), count), |bencher| {
                 let sort = |mut pairs: Vec<Pair>| {
-                    reference::sort(&mut pairs, &mut scratch, 0..bits);
+                    reference::sort(&mut pairs, 0..bits);
                     pairs
                 };
                 bencher.iter_batched(|| unsorted.clone(), sort, BatchSize::LargeInput);
@@ -64,7 +63,7 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
         let rects: Vec<TileRect> = projected.iter().map(|projected| projected.rect).collect();
         let mut sorted: Vec<Pair> =
             projected.iter().zip(0..).map(|(p, value)| Pair { key: p.key, value }).collect();
-        reference::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
+        reference::sort(&mut sorted, 0..DEPTH_BITS);
         let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
         let tile_count = view.tiles().element_product();
         group.bench_function(BenchmarkId::new("bin", footprint), |bencher| {
@@ -158,7 +157,7 @@ fn cpu_cull(criterion: &mut Criterion) {
 fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
-    let sort = Sort::new(&gpu.device, Shape::of(&gpu.adapter));
+    let sort = Sort::new(&gpu.device, Shape::of(&gpu.adapter)).expect("the kernels are made");
     for count in COUNTS {
         let textures = ["unsorted", "pairs", "sorted_pairs"]
             .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));
@@ -189,7 +188,8 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
 
 fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
     let mut timeline = timeline(gpu);
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))
+        .expect("the kernels are made");
     let Gpu { device, queue, .. } = gpu;
     for footprint in FOOTPRINTS {
         for count in COUNTS {

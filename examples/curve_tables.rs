@@ -1,5 +1,10 @@
 //! Writes the tables of `docs/curves.md`: `make quality`.
-use gobo::reference::curve::measure::{Method, Rays, Sample};
+#[path = "measure/curves.rs"]
+mod curves;
+#[path = "measure/rivals.rs"]
+mod rivals;
+
+use curves::{Method, Rays, Sample};
 use std::{
     fmt::Write as _,
     path::{Path, PathBuf},

@@ -1,9 +1,11 @@
 //! Writes the tables of `docs/dither.md`: `make tables`.
+#[path = "measure/dither.rs"]
+mod measure;
+
 use gobo::{
     glam::{Mat4, UVec2},
     gpu::{Gpu, Timeline},
     model::{Material, Part, Pattern, Projection, Transfer, View},
-    reference::dither::measure,
     shadows::{CasterSet, Config, Pipeline},
     wgpu,
 };
@@ -92,7 +94,7 @@ fn runs(count: u32) -> usize {
 
 fn cost() -> Result<String, Box<dyn std::error::Error>> {
     let gpu = Gpu::headless()?;
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
     let mut frames = |transfer: Transfer, count: u32| -> Result<_, Box<dyn std::error::Error>> {
         let material = Material { transfer, ..measure::duplicated() };
         let particles = measure::duplicates(count);

@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let views = light_views(0, &sun, 512, None, &bounds);
 
     // Once, or when casters change: uploads and allocates.
-    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter));
+    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter))?;
     let casters = CasterSet::new(device, queue, &particles, &[], &materials, &[])?;
     let prepared = pipeline.prepare(device, queue, &casters, &views, None)?;
 

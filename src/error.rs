@@ -12,13 +12,15 @@ pub enum Error {
     /// An adapter that the kernels cannot run on.
     #[error("it lacks {0}")]
     Lacks(String),
-    #[error("the adapter {adapter} gave no device: {source}; try --backend cpu")]
+    #[error("the adapter {adapter} gave no device: {source}")]
     Device { adapter: String, source: wgpu::RequestDeviceError },
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
     Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
+    #[error(transparent)]
+    Kernel(#[from] crate::gpu::KernelError),
     #[error("the device refused a command: {0}")]
     Refused(String),
-    #[error("the device has no memory left: {0}; use a smaller shadow size or --backend cpu")]
+    #[error("the device has no memory left: {0}; use a smaller shadow size")]
     Memory(String),
     #[error("the device stopped answering: {0}")]
     Lost(String),
@@ -34,8 +36,8 @@ fn listed(found: &[String]) -> String {
 
 fn remedy(found: &[String]) -> &'static str {
     if found.is_empty() {
-        "install a Vulkan driver (mesa-vulkan-drivers is enough) or use --backend cpu"
+        "install a driver (for Vulkan, mesa-vulkan-drivers is enough)"
     } else {
-        "choose one of `gobo info`, or use --backend cpu"
+        "choose one of these"
     }
 }

@@ -7,10 +7,13 @@
 pub mod error;
 pub mod gpu;
 pub mod model;
+#[cfg(feature = "picture")]
 pub mod picture;
 pub mod records;
 pub mod reference;
+#[cfg(feature = "picture")]
 pub mod render;
+#[cfg(feature = "scene")]
 pub mod scene;
 pub mod shadows;
 pub mod stage;

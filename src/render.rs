@@ -2,11 +2,11 @@
 use crate::{
     error::Error,
     gpu::{Backend, Gpu, Selection, Timeline},
+    model::Scene,
     model::{Class, Counters, View},
     picture::debug::{self, DebugMode},
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    scene::Scene,
     shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views},
@@ -58,12 +58,12 @@ impl Renderer {
             return Ok(Self { engine: Engine::Cpu, debug: Vec::new() });
         }
         let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
-        Ok(Self::on(Gpu::new(&selection)?))
+        Self::on(Gpu::new(&selection)?)
     }
 
     /// On a device that is already open.
-    pub fn on(gpu: Gpu) -> Self {
-        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    pub fn on(gpu: Gpu) -> Result<Self, Error> {
+        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
         // A software adapter stamps when it records, not when the work is done.
         let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
             Timeline::stepped(&gpu.device, &gpu.queue)
@@ -72,7 +72,7 @@ impl Renderer {
         };
         let engine =
             Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline, keep: false, kept: None }));
-        Self { engine, debug: Vec::new() }
+        Ok(Self { engine, debug: Vec::new() })
     }
 
     /// Whether the maps of a frame stay for the next one, which then renders only the views that

@@ -2,8 +2,16 @@
 mod cli;
 mod common;
 mod contract;
+#[allow(dead_code, reason = "the example times it too")]
+#[path = "../examples/measure/curves.rs"]
+mod curves;
+#[allow(dead_code, reason = "the example times it too")]
+#[path = "../examples/measure/dither.rs"]
+mod dither_study;
 mod docs;
 mod maps;
 mod picture;
+#[path = "../examples/measure/rivals.rs"]
+mod rivals;
 mod scene;
 mod stages;

@@ -85,7 +85,7 @@ fn lists(casters: &[Caster]) -> Lists {
     let rects: Vec<TileRect> = projected.iter().map(|projected| projected.rect).collect();
     let mut sorted: Vec<Pair> =
         projected.iter().zip(0..).map(|(p, value)| Pair { key: p.key, value }).collect();
-    reference::sort(&mut sorted, &mut Vec::new(), 0..DEPTH_BITS);
+    reference::sort(&mut sorted, 0..DEPTH_BITS);
     let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
     let tiles = view.tiles();
     let bins = reference::bin::bin(&sorted, &rects, &[gpu_view], tiles.element_product(), u32::MAX);
@@ -151,7 +151,8 @@ fn compare_accumulate(gpu: &Gpu) {
         "{:>8} {:>6} {:>8} {:>8} {:>24} {:>24} {:>6}",
         "casters", "texels", "pairs", "max |dF|", "kernel", "native", "ratio"
     );
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))
+        .expect("the kernels are made");
     let mut timeline = timeline(gpu);
     for (count, footprint) in CASES {
         let particles = particles(count, footprint);
@@ -208,7 +209,7 @@ fn compare_sort(gpu: &Gpu) {
     let Gpu { device, queue, .. } = gpu;
     // Of both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
-    let sort = Sort::new(device, Shape::of(&gpu.adapter));
+    let sort = Sort::new(device, Shape::of(&gpu.adapter)).expect("the kernels are made");
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);
     for (count, bits) in SORTS {
         let keys = pairs(count).into_iter();

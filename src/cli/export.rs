@@ -3,21 +3,24 @@ use super::{
     arguments::Target,
     failure::Failure,
     files,
-    translate::{BufferSizes, translate},
+    translate::{BufferSizes, Kernel, translate},
 };
 use gobo::{
-    gpu::{Access, Binding, BindingKind, KernelDesc, Tier},
-    stage::KERNELS,
+    error::Error,
+    gpu::{Access, Binding, BindingKind, Tier},
+    stage::variants,
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use serde::Serialize;
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::{BTreeMap, HashMap},
+    path::Path,
+};
 
 #[derive(Serialize)]
 struct Manifest {
     gobo: &'static str,
     language: &'static str,
-    /// In dispatch order.
     kernels: Vec<KernelEntry>,
 }
 
@@ -30,7 +33,7 @@ struct KernelEntry {
     outcome: Outcome,
     bindings: Vec<BindingEntry>,
     /// Values that are compiled in.
-    constants: BTreeMap<&'static str, f64>,
+    constants: BTreeMap<String, f64>,
 }
 
 #[derive(Serialize)]
@@ -54,6 +57,9 @@ enum Outcome {
 struct BindingEntry {
     group: u32,
     binding: u32,
+    /// Of a language that has few: within the resource's own kind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    slot: Option<u8>,
     name: &'static str,
     #[serde(flatten)]
     kind: Kind,
@@ -85,25 +91,29 @@ enum Kind {
 
 pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
     files::create_dir(out)?;
-    let mut stems = files::Unique::default();
-    let mut kernels = Vec::with_capacity(KERNELS.len());
-    for desc in KERNELS {
+    let (mut stems, mut kernels) = (files::Unique::default(), Vec::new());
+    for (desc, tier) in variants() {
         // The variants of a kernel share its name.
-        let stem = match desc.tier {
+        let stem = match tier {
             Tier::Core => stems.of(desc.name),
             Tier::Native => stems.of(&format!("{}_native", desc.name)),
         };
-        let outcome = match translate(desc, target) {
-            Ok(kernel) => {
+        let linked = desc.link(tier).map_err(Error::from)?;
+        let kernel = Kernel::new(desc.name, linked.wgsl.clone(), desc.constants)
+            .map_err(|reason| Failure::Wrong(format!("{stem}: {reason}")))?;
+        let mut slots = HashMap::new();
+        let outcome = match translate(&kernel, target) {
+            Ok(translation) => {
                 let file = format!("{stem}.{}", target.extension());
-                files::write(&out.join(&file), &kernel.source)?;
+                files::write(&out.join(&file), &translation.source)?;
                 files::print(&out.join(&file).display().to_string())?;
+                slots = translation.slots;
                 Outcome::Written {
                     file,
-                    entry_point: kernel.entry_point,
-                    workgroup_size: kernel.workgroup_size,
-                    features: kernel.features,
-                    buffer_sizes: kernel.sizes,
+                    entry_point: translation.entry_point,
+                    workgroup_size: translation.workgroup_size,
+                    features: translation.features,
+                    buffer_sizes: translation.sizes,
                 }
             }
             Err(reason) => {
@@ -111,7 +121,17 @@ pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
                 Outcome::Unsupported { unsupported: reason }
             }
         };
-        kernels.push(entry(desc, outcome));
+        let bindings = linked.bindings().map_err(Error::from)?;
+        kernels.push(KernelEntry {
+            name: desc.name,
+            tier: match tier {
+                Tier::Core => "core",
+                Tier::Native => "native",
+            },
+            outcome,
+            bindings: bindings.iter().map(|it| binding_entry(it, &kernel, &slots)).collect(),
+            constants: kernel.constants,
+        });
     }
     let manifest =
         Manifest { gobo: env!("CARGO_PKG_VERSION"), language: target.version(), kernels };
@@ -122,24 +142,12 @@ pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
     files::print(&path.display().to_string())
 }
 
-fn entry(desc: &KernelDesc, outcome: Outcome) -> KernelEntry {
-    KernelEntry {
-        name: desc.name,
-        tier: match desc.tier {
-            Tier::Core => "core",
-            Tier::Native => "native",
-        },
-        outcome,
-        bindings: (0..).zip(desc.bindings).map(binding_entry).collect(),
-        constants: desc.constants.iter().copied().collect(),
-    }
-}
-
-fn binding_entry((binding, desc): (u32, &Binding)) -> BindingEntry {
-    let kind = match desc.kind {
-        BindingKind::Uniform { size } => Kind::Uniform { size },
-        BindingKind::Storage { access, size } => {
-            Kind::Storage { access: access_word(access), element_size: size }
+fn binding_entry(binding: &Binding, kernel: &Kernel, slots: &HashMap<u32, u8>) -> BindingEntry {
+    let size = || kernel.sizes.get(&binding.number).copied().unwrap_or_default();
+    let kind = match binding.kind {
+        BindingKind::Uniform => Kind::Uniform { size: size() },
+        BindingKind::Storage { access } => {
+            Kind::Storage { access: access_word(access), element_size: size() }
         }
         BindingKind::StorageTexture { access, format, dimension } => Kind::StorageTexture {
             access: access_word(access),
@@ -150,7 +158,8 @@ fn binding_entry((binding, desc): (u32, &Binding)) -> BindingEntry {
             Kind::Texture { sample: sample_word(sample), dimension: dimension_word(dimension) }
         }
     };
-    BindingEntry { group: 0, binding, name: desc.name, kind }
+    let slot = slots.get(&binding.number).copied();
+    BindingEntry { group: 0, binding: binding.number, slot, name: binding.name, kind }
 }
 
 fn access_word(access: Access) -> &'static str {

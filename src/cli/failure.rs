@@ -31,6 +31,9 @@ impl Failure {
     /// or closed, there is nobody to tell.
     pub(crate) fn print(&self) {
         let mut text = format!("gobo: {}\n", harmless(&self.to_string()));
+        if let Some(remedy) = self.remedy() {
+            text += &format!("  help: {remedy}\n");
+        }
         if let Self::Scene(error) = self {
             if let SceneError::Document { line, excerpt, marked, .. } = error {
                 let number = line.to_string();
@@ -44,6 +47,28 @@ impl Failure {
             }
         }
         let _ = std::io::stderr().lock().write_all(text.as_bytes());
+    }
+
+    /// What the command line can do about it.
+    fn remedy(&self) -> Option<&'static str> {
+        use gobo::error::Error;
+        match self {
+            Self::Gpu(Error::Adapter { found, .. }) if !found.is_empty() => {
+                Some("`gobo info` lists the adapters; --backend cpu renders without one")
+            }
+            Self::Gpu(
+                Error::Adapter { .. }
+                | Error::Unusable(_)
+                | Error::Device { .. }
+                | Error::Limit { .. },
+            ) => {
+                Some("--backend cpu renders without a GPU")
+            }
+            Self::Gpu(Error::Memory(_)) => {
+                Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
+            }
+            _ => None,
+        }
     }
 
     /// 2: bad usage or input; 3: no usable adapter or device; 1: anything else.

@@ -1,6 +1,6 @@
 //! One kernel in another shading language, its override constants resolved.
 use super::arguments::Target;
-use gobo::gpu::KernelDesc;
+use gobo::gpu::Constant;
 use naga::{
     Module, ResourceBinding, ShaderStage, back,
     proc::{BoundsCheckPolicies, BoundsCheckPolicy},
@@ -8,6 +8,7 @@ use naga::{
         Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
     },
 };
+use std::collections::{BTreeMap, HashMap};
 
 /// Where MSL finds the sizes of runtime arrays: the last slot that Metal has.
 const MSL_SIZES_SLOT: u8 = 30;
@@ -21,6 +22,9 @@ pub(crate) struct Translation {
     pub(crate) features: Vec<&'static str>,
     /// MSL only: the buffers whose sizes [bytes, u32 each] the host passes in `MSL_SIZES_SLOT`.
     pub(crate) sizes: Option<BufferSizes>,
+    /// Where the language has few: of each binding, its place among the kernel's resources of its
+    /// kind.
+    pub(crate) slots: HashMap<u32, u8>,
 }
 
 #[derive(Debug, serde::Serialize)]
@@ -70,13 +74,86 @@ const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
     binding_array: BoundsCheckPolicy::Restrict,
 };
 
-/// The error says why the target cannot express the kernel.
-pub(crate) fn translate(desc: &KernelDesc, target: Target) -> Result<Translation, String> {
-    let wgsl = with_constants(desc)?;
-    let mut module = parse(&wgsl)?;
-    if let Some((_, open)) = module.overrides.iter().next() {
-        return Err(format!("{} has no value", open.name.as_deref().unwrap_or("an override")));
+/// A kernel, its override constants resolved.
+#[derive(Debug)]
+pub(crate) struct Kernel {
+    name: &'static str,
+    wgsl: String,
+    /// Values of the overrides.
+    pub(crate) constants: BTreeMap<String, f64>,
+    /// By binding, of a uniform the whole, of an array an element [bytes].
+    pub(crate) sizes: HashMap<u32, u64>,
+}
+
+impl Kernel {
+    /// Each `override` becomes a `const`: naga's own resolution leaves the lengths of workgroup
+    /// arrays open, and its WGSL loses them.
+    pub(crate) fn new(
+        name: &'static str,
+        mut wgsl: String,
+        given: &[Constant],
+    ) -> Result<Self, String> {
+        let mut constants = BTreeMap::new();
+        for (_, open) in parse(&wgsl)?.overrides.iter() {
+            let name = open.name.as_deref().unwrap_or_default();
+            let (start, end, ty, usual) = declaration(&wgsl, name)
+                .ok_or_else(|| format!("the override {name} has no type"))?;
+            let is_it = |(known, _): &&Constant| *known == name;
+            let value = given.iter().find(is_it).map(|constant| constant.1).or(usual);
+            let value = value.ok_or_else(|| format!("{name} has no value"))?;
+            let literal = match ty.as_str() {
+                "bool" => (value != 0.0).to_string(),
+                // Shortest decimal that reads back as the same number.
+                _ => format!("{ty}({value})"),
+            };
+            wgsl.replace_range(start..end, &format!("const {name}: {ty} = {literal}"));
+            constants.insert(name.to_owned(), value);
+        }
+        let sizes = sizes(&parse(&wgsl)?);
+        Ok(Self { name, wgsl, constants, sizes })
     }
+}
+
+/// Where an override is declared, its type and its usual value.
+fn declaration(wgsl: &str, name: &str) -> Option<(usize, usize, String, Option<f64>)> {
+    let declared = format!("override {name}:");
+    let start = wgsl.find(&declared)?;
+    let end = start + wgsl[start..].find(';')?;
+    let (ty, usual) = match wgsl[start + declared.len()..end].split_once('=') {
+        Some((ty, usual)) => (ty, usual.trim()),
+        None => (&wgsl[start + declared.len()..end], ""),
+    };
+    let usual = match usual {
+        "true" => Some(1.0),
+        "false" => Some(0.0),
+        number => number.trim_end_matches('u').parse().ok(),
+    };
+    Some((start, end, ty.trim().to_owned(), usual))
+}
+
+fn sizes(module: &Module) -> HashMap<u32, u64> {
+    let mut layouter = naga::proc::Layouter::default();
+    if layouter.update(module.to_ctx()).is_err() {
+        return HashMap::new();
+    }
+    let size = |(_, global): (_, &naga::GlobalVariable)| {
+        let size = match module.types[global.ty].inner {
+            naga::TypeInner::Array { stride, .. }
+                if global.space != naga::AddressSpace::Uniform =>
+            {
+                stride
+            }
+            _ => layouter[global.ty].size,
+        };
+        Some((global.binding?.binding, u64::from(size)))
+    };
+    module.global_variables.iter().filter_map(size).collect()
+}
+
+/// The error says why the target cannot express the kernel.
+pub(crate) fn translate(kernel: &Kernel, target: Target) -> Result<Translation, String> {
+    let (name, wgsl) = (kernel.name, &kernel.wgsl);
+    let mut module = parse(wgsl)?;
     naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
     let capabilities = target.capabilities();
     let info = validate(&module, capabilities).map_err(|reason| {
@@ -88,56 +165,27 @@ pub(crate) fn translate(desc: &KernelDesc, target: Target) -> Result<Translation
             Err(_) => reason,
         }
     })?;
-    let Some(entry_point) = module.entry_points.iter().find(|entry| entry.name == desc.name) else {
-        return Err(format!("no entry point is named {}", desc.name));
+    let Some(entry_point) = module.entry_points.iter().find(|entry| entry.name == name) else {
+        return Err(format!("no entry point is named {name}"));
     };
     let workgroup_size = entry_point.workgroup_size;
     let features = needed(&module, capabilities);
+    let slots = match target {
+        Target::Msl | Target::Glsl => slots(&module, target),
+        Target::Spirv | Target::Hlsl | Target::Wgsl => HashMap::new(),
+    };
     let (source, entry_point, sizes) = match target {
-        Target::Spirv => spirv(&module, &info, desc.name),
-        Target::Hlsl => hlsl(&module, &info, desc.name),
-        Target::Msl => msl(&module, &info, desc.name),
-        Target::Glsl => glsl(&module, &info, desc.name),
-        Target::Wgsl => Ok((wgsl.into_bytes(), desc.name.to_owned(), None)),
+        Target::Spirv => spirv(&module, &info, name),
+        Target::Hlsl => hlsl(&module, &info, name),
+        Target::Msl => msl(&module, &info, name, &slots),
+        Target::Glsl => glsl(&module, &info, name, &slots),
+        Target::Wgsl => Ok((wgsl.clone().into_bytes(), name.to_owned(), None)),
     }?;
-    Ok(Translation { source, entry_point, workgroup_size, features, sizes })
+    Ok(Translation { source, entry_point, workgroup_size, features, sizes, slots })
 }
 
 fn parse(wgsl: &str) -> Result<Module, String> {
     naga::front::wgsl::parse_str(wgsl).map_err(|error| error.emit_to_string(wgsl))
-}
-
-/// The linked source, each `override` a `const` with the kernel's value. naga's own resolution
-/// leaves the lengths of workgroup arrays open, and its WGSL loses them.
-fn with_constants(desc: &KernelDesc) -> Result<String, String> {
-    let mut wgsl = desc.wgsl();
-    let overrides = parse(&wgsl)?.overrides;
-    for &(name, value) in desc.constants {
-        let is_it = |constant: &naga::Override| constant.name.as_deref() == Some(name);
-        if !overrides.iter().any(|(_, constant)| is_it(constant)) {
-            return Err(format!("{name} is no override"));
-        }
-        let start = wgsl
-            .match_indices("override ")
-            .find(|(at, keyword)| {
-                wgsl[at + keyword.len()..]
-                    .trim_start()
-                    .strip_prefix(name)
-                    .is_some_and(|rest| rest.trim_start().starts_with(':'))
-            })
-            .map(|(at, _)| at)
-            .ok_or_else(|| format!("the override {name} has no type"))?;
-        let end = start + wgsl[start..].find(';').unwrap_or_default();
-        let ty = wgsl[start..end].split([':', '=']).nth(1).unwrap_or_default().trim();
-        let literal = match ty {
-            "bool" => (value != 0.0).to_string(),
-            // Shortest decimal that reads back as the same number.
-            _ => format!("{ty}({value})"),
-        };
-        let constant = format!("const {name}: {ty} = {literal}");
-        wgsl.replace_range(start..end, &constant);
-    }
-    Ok(wgsl)
 }
 
 fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, String> {
@@ -199,9 +247,10 @@ fn hlsl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, Strin
     Ok((text.into_bytes(), entry_point, None))
 }
 
-fn msl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
-    let slots = resources(module).into_iter().map(|(binding, is_texture, mutable)| {
-        let slot = Some(binding.binding as u8);
+fn msl(module: &Module, info: &ModuleInfo, name: &str, slots: &Slots) -> Result<Written, String> {
+    let slots = resources(module).into_iter().map(|Bound { at: binding, kind, mutable }| {
+        let slot = slots.get(&binding.binding).copied();
+        let is_texture = matches!(kind, Kind::Texture | Kind::Image);
         let (buffer, texture) = if is_texture { (None, slot) } else { (slot, None) };
         (binding, back::msl::BindTarget { buffer, texture, mutable, ..Default::default() })
     });
@@ -235,12 +284,13 @@ fn msl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String
     Ok((text.into_bytes(), entry_point, sizes))
 }
 
-fn glsl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
-    let bindings = resources(module).into_iter().map(|(at, ..)| (at, at.binding as u8));
+fn glsl(module: &Module, info: &ModuleInfo, name: &str, slots: &Slots) -> Result<Written, String> {
+    let slot = |bound: &Bound| Some((bound.at, *slots.get(&bound.at.binding)?));
+    let bindings = resources(module).iter().filter_map(slot).collect();
     let options = back::glsl::Options {
         version: back::glsl::Version::Desktop(450),
         writer_flags: back::glsl::WriterFlags::empty(),
-        binding_map: bindings.collect(),
+        binding_map: bindings,
         ..Default::default()
     };
     let pipeline = back::glsl::PipelineOptions {
@@ -255,26 +305,59 @@ fn glsl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, Strin
     Ok((text.into_bytes(), "main".to_owned(), None))
 }
 
-/// Where each resource is bound, whether it is a texture, and whether it is written.
-fn resources(module: &Module) -> Vec<(ResourceBinding, bool, bool)> {
+type Slots = HashMap<u32, u8>;
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Kind {
+    Uniform,
+    Storage,
+    Texture,
+    /// A storage texture.
+    Image,
+}
+
+struct Bound {
+    at: ResourceBinding,
+    kind: Kind,
+    /// It is written.
+    mutable: bool,
+}
+
+/// By number.
+fn resources(module: &Module) -> Vec<Bound> {
     use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
+    let writes =
+        |access: StorageAccess| access.intersects(StorageAccess::STORE | StorageAccess::ATOMIC);
     let globals = module.global_variables.iter().filter_map(|(_, global)| {
-        let binding = global.binding?;
-        let writes =
-            |access: StorageAccess| access.intersects(StorageAccess::STORE | StorageAccess::ATOMIC);
-        Some(match module.types[global.ty].inner {
-            TypeInner::Image { class: ImageClass::Storage { access, .. }, .. } => {
-                (binding, true, writes(access))
+        let (kind, mutable) = match (&module.types[global.ty].inner, global.space) {
+            (&TypeInner::Image { class: ImageClass::Storage { access, .. }, .. }, _) => {
+                (Kind::Image, writes(access))
             }
-            TypeInner::Image { .. } => (binding, true, false),
-            _ => {
-                let mutable =
-                    matches!(global.space, AddressSpace::Storage { access } if writes(access));
-                (binding, false, mutable)
-            }
-        })
+            (TypeInner::Image { .. }, _) => (Kind::Texture, false),
+            (_, AddressSpace::Storage { access }) => (Kind::Storage, writes(access)),
+            _ => (Kind::Uniform, false),
+        };
+        Some(Bound { at: global.binding?, kind, mutable })
     });
-    globals.collect()
+    let mut bound: Vec<_> = globals.collect();
+    bound.sort_by_key(|bound| bound.at.binding);
+    bound
+}
+
+/// MSL counts buffers and textures, GLSL each kind.
+fn slots(module: &Module, target: Target) -> Slots {
+    let mut counts = HashMap::<Kind, u8>::new();
+    let mut slot = |bound: Bound| {
+        let kind = match (target, bound.kind) {
+            (Target::Msl, Kind::Uniform) => Kind::Storage,
+            (Target::Msl, Kind::Image) => Kind::Texture,
+            (_, kind) => kind,
+        };
+        let count = counts.entry(kind).or_default();
+        *count += 1;
+        (bound.at.binding, *count - 1)
+    };
+    resources(module).into_iter().map(&mut slot).collect()
 }
 
 fn only<E: std::fmt::Display>(names: Vec<Result<String, E>>) -> Result<String, String> {
@@ -288,28 +371,23 @@ fn only<E: std::fmt::Display>(names: Vec<Result<String, E>>) -> Result<String, S
 mod tests {
     use super::*;
     use clap::ValueEnum as _;
-    use gobo::gpu::{Source, Tier};
 
-    const fn kernel(source: &'static [Source]) -> KernelDesc {
-        KernelDesc {
-            name: "add",
-            sources: source,
-            bindings: &[],
-            constants: &[("STEP", 3.0)],
-            tier: Tier::Core,
-        }
+    const OPEN: &str = "override STEP: u32; override SIDE: u32 = 2u;
+        @group(0) @binding(40) var<uniform> way: vec4<f32>;
+        @group(0) @binding(50) var<storage, read_write> x: array<u32>;
+        @compute @workgroup_size(STEP * SIDE) fn add() { x[STEP] = x[0] + STEP + u32(way.x); }";
+
+    fn kernel(wgsl: &str) -> Result<Kernel, String> {
+        Kernel::new("add", wgsl.to_owned(), &[("STEP", 3.0)])
     }
 
     #[test]
     fn constants_are_resolved() {
-        let desc = kernel(&[Source {
-            path: "add.wgsl",
-            text:
-                "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<u32>;
-                @compute @workgroup_size(STEP * 2u) fn add() { x[STEP] = x[0] + STEP; }",
-        }]);
+        let add = kernel(OPEN).unwrap();
+        assert_eq!(add.constants, [("SIDE".to_owned(), 2.0), ("STEP".to_owned(), 3.0)].into());
+        assert_eq!(add.sizes, [(40, 16), (50, 4)].into());
         for &target in Target::value_variants() {
-            let kernel = translate(&desc, target).unwrap();
+            let kernel = translate(&add, target).unwrap();
             assert_eq!(kernel.workgroup_size, [6, 1, 1], "{target:?}");
             assert_eq!(kernel.features, [""; 0]);
             let text = String::from_utf8_lossy(&kernel.source);
@@ -318,31 +396,36 @@ mod tests {
     }
 
     #[test]
+    fn slots_are_few_where_the_language_has_few() {
+        let add = kernel(OPEN).unwrap();
+        assert_eq!(translate(&add, Target::Msl).unwrap().slots, [(40, 0), (50, 1)].into());
+        assert_eq!(translate(&add, Target::Glsl).unwrap().slots, [(40, 0), (50, 0)].into());
+        assert_eq!(translate(&add, Target::Spirv).unwrap().slots, [].into());
+    }
+
+    #[test]
     fn what_a_target_cannot_express_has_a_reason() {
-        let desc = kernel(&[Source {
-            path: "add.wgsl",
-            text:
-                "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<f64>;
-                @compute @workgroup_size(STEP) fn add() { x[0] = x[1] + 1.0lf; }",
-        }]);
-        let reason = translate(&desc, Target::Msl).err().unwrap();
+        let add = kernel(
+            "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<f64>;
+            @compute @workgroup_size(STEP) fn add() { x[0] = x[1] + 1.0lf; }",
+        )
+        .unwrap();
+        let reason = translate(&add, Target::Msl).err().unwrap();
         assert_eq!(reason, "the target lacks SHADER_F64");
-        assert_eq!(translate(&desc, Target::Spirv).unwrap().features, ["SHADER_F64"]);
+        assert_eq!(translate(&add, Target::Spirv).unwrap().features, ["SHADER_F64"]);
     }
 
     #[test]
     fn an_open_constant_has_a_reason() {
-        let desc = kernel(&[Source {
-            path: "add.wgsl",
-            text: "override STEP: u32; override OPEN: u32;
-                @compute @workgroup_size(STEP, OPEN) fn add() {}",
-        }]);
-        assert_eq!(translate(&desc, Target::Wgsl).err().unwrap(), "OPEN has no value");
+        let open = "override STEP: u32; override OPEN: u32;
+            @compute @workgroup_size(STEP, OPEN) fn add() {}";
+        assert_eq!(kernel(open).err().unwrap(), "OPEN has no value");
     }
 
     #[test]
     fn what_is_no_kernel_has_a_reason() {
-        let desc = kernel(&[Source { path: "add.wgsl", text: "fn add() { return 1; }" }]);
-        assert!(translate(&desc, Target::Wgsl).is_err());
+        assert!(
+            kernel("fn add() { return 1; }").and_then(|add| translate(&add, Target::Wgsl)).is_err()
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! Which adapter is used, and on which tier.
 use super::kernel::Tier;
 use crate::error::Error;
-use wgpu::{Backends, DeviceType, Features, Limits, TextureFormat, TextureUsages};
+use wgpu::{DeviceType, Features, Limits, TextureFormat, TextureUsages};
 
 /// The interface to the hardware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -142,71 +142,7 @@ pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
     }
     let mut missed = None;
     Limits::default().check_limits_with_fail_fn(&adapter.limits(), true, |limit, need, have| {
-        missed = Some(Error::Limit {
-            limit,
-            have,
-            need,
-            remedy: "choose another adapter of `gobo info`, or use --backend cpu",
-        });
+        missed = Some(Error::Limit { limit, have, need, remedy: "choose another adapter" });
     });
     missed
-}
-
-/// Every adapter that fits, the one to use first.
-pub fn adapters(selection: &Selection) -> Vec<wgpu::Adapter> {
-    let wanted = selection.adapter.as_ref().map(|name| name.to_lowercase());
-    let found = |backends: Backends| {
-        let mut found = enumerate(backends);
-        found.retain(|adapter| {
-            let name = adapter.get_info().name.to_lowercase();
-            wanted.as_ref().is_none_or(|wanted| name.contains(wanted))
-        });
-        found
-    };
-    let mut adapters = match selection.backend {
-        Backend::Auto => {
-            let mut adapters = found(FIRST_BACKENDS);
-            // Opening GL is slow and noisy where there is no display, so only when it is needed.
-            if adapters.iter().all(|adapter| shortcoming(adapter).is_some()) {
-                adapters.extend(found(Backends::GL));
-            }
-            adapters
-        }
-        Backend::Vulkan => found(Backends::VULKAN),
-        Backend::Metal => found(Backends::METAL),
-        Backend::Dx12 => found(Backends::DX12),
-        Backend::Gl => found(Backends::GL),
-        Backend::Cpu => Vec::new(),
-    };
-    adapters.sort_by_key(rank);
-    adapters
-}
-
-/// Every adapter of every backend, in the order of [`adapters`].
-pub fn all_adapters() -> Vec<wgpu::Adapter> {
-    let mut adapters = enumerate(FIRST_BACKENDS | Backends::GL);
-    adapters.sort_by_key(rank);
-    adapters
-}
-
-const FIRST_BACKENDS: Backends = Backends::VULKAN.union(Backends::METAL).union(Backends::DX12);
-
-/// Adapters that have WebGPU's limits first, GL last, real GPUs before software.
-fn rank(adapter: &wgpu::Adapter) -> (bool, bool, u8) {
-    let info = adapter.get_info();
-    let class = match info.device_type {
-        DeviceType::DiscreteGpu => 0,
-        DeviceType::IntegratedGpu => 1,
-        DeviceType::VirtualGpu => 2,
-        DeviceType::Other => 3,
-        DeviceType::Cpu => 4,
-    };
-    (shortcoming(adapter).is_some(), info.backend == wgpu::Backend::Gl, class)
-}
-
-fn enumerate(backends: Backends) -> Vec<wgpu::Adapter> {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = backends;
-    descriptor.flags = descriptor.flags.with_env();
-    pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
 }

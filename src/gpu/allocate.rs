@@ -66,6 +66,11 @@ impl Allocator<'_> {
         usage: TextureUsages,
     ) -> Result<wgpu::Texture, Error> {
         let rows = texels.div_ceil(u64::from(ROW)).max(1);
+        // llvmpipe compiles a kernel again, for seconds, where a texture's edge is a power of two
+        // Never a power of two: llvmpipe compiles a kernel again, for seconds, where a texture's edge
+        // is one and that of the texture bound before was not.
+        let most = u64::from(self.device.limits().max_texture_dimension_2d);
+        let rows = (rows..=most).find(|rows| !rows.is_power_of_two()).unwrap_or(rows);
         self.texture(name, format, [u64::from(ROW), rows, 1], usage)
     }
 

@@ -3,17 +3,21 @@ mod adapter;
 mod allocate;
 mod context;
 mod kernel;
-mod layout;
+mod link;
+#[cfg(feature = "device")]
+mod open;
+mod resource;
 mod timing;
 mod transfer;
 
 pub use adapter::{
-    Backend, FETCH_FEATURES, NATIVE_FEATURES, STORAGE_FORMATS, Selection, TierChoice, adapters, all_adapters,
-    shortcoming,
+    Backend, FETCH_FEATURES, NATIVE_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming,
 };
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use context::{Gpu, unusable_adapter};
-pub use kernel::{Access, Binding, BindingKind, Constant, FLOAT, Kernel, KernelDesc, Source, Tier};
-pub(crate) use kernel::{join, joined, joined_length, on_each_tier};
-pub use layout::{Field, GpuLayout, size_of_field};
+pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
+pub use link::{Item, Library, LinkError, Linked, words};
+#[cfg(feature = "device")]
+pub use open::{adapters, all_adapters};
+pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use timing::Timeline;

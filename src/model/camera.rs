@@ -14,3 +14,16 @@ pub struct Camera {
     /// Of the picture [pixels].
     pub size: UVec2,
 }
+
+impl Default for Camera {
+    /// 45 degrees wide in height, from the side and above towards the origin.
+    fn default() -> Self {
+        Self {
+            eye: Vec3::new(4.0, 3.0, 6.0),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            fov_y: std::f32::consts::FRAC_PI_4,
+            size: UVec2::new(960, 540),
+        }
+    }
+}

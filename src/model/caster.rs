@@ -3,8 +3,9 @@ use crate::model::Pattern;
 use glam::{Vec2, Vec3, Vec4};
 
 /// How one hit of opacity `a` and colour `c` changes the light that passes, per channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Transfer {
     /// `T = 1 - a(1 - c)`: a gel of coverage `a` (Recoil).
     #[default]
@@ -43,8 +44,9 @@ impl Transfer {
 pub const MAX_GAIN: f32 = 16.0;
 
 /// The shape of a material's particles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Shape {
     /// A disc that faces the light.
     #[default]
@@ -56,8 +58,9 @@ pub enum Shape {
 }
 
 /// How a disc's opacity falls off at distance `q` from the centre of a disc of radius `r`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Profile {
     /// `1`
     Flat,
@@ -67,8 +70,9 @@ pub enum Profile {
 }
 
 /// Which translucent casters tint what is made of a material. Opaque ones always shade it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Receives {
     /// Those in front of it, as the receiver mode of the shadow settings knows them.
     #[default]
@@ -144,6 +148,15 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Whether its particles are soft discs of the `filter` transfer and nothing else.
+    pub fn is_plain_disc(&self) -> bool {
+        self.shape == Shape::Disc
+            && self.profile == Profile::Soft
+            && self.transfer == Transfer::Filter
+            && self.reflectivity == 0.0
+            && self.texture.is_none()
+    }
+
     /// Whether closed meshes of it absorb along the way through them.
     pub fn is_volume(&self) -> bool {
         self.absorption() != Vec3::ZERO

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 pub type Skipped = BTreeMap<&'static str, u64>;
 
 /// Counts of one frame, over all shadow views that were rendered.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Counters {
     /// Particles and triangles in the scene.
     pub casters: u64,

@@ -2,8 +2,9 @@
 use super::{Material, Transfer};
 
 /// How the texels that a `dither` caster blocks are chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Pattern {
     /// A mask of 4x4 cells in 16 levels, picked once per caster by its opacity.
     Checkerboard,

@@ -6,6 +6,7 @@ mod class;
 mod counters;
 pub mod dither;
 mod light;
+mod scene;
 mod settings;
 mod view;
 pub mod volume;
@@ -20,8 +21,10 @@ pub(crate) use class::{CLASSES, by_class};
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
 pub use light::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use scene::{Motion, Scene};
 pub use settings::{
-    Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, Receiver, ShadowSettings,
+    Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Receiver,
+    ShadowSettings,
 };
 pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

@@ -1,8 +1,9 @@
 //! What a user may choose about shadows.
 
 /// How a receiver reads a shadow map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Receiver {
     /// The whole filter behind the nearest translucent depth, nothing before it.
     #[default]
@@ -48,7 +49,7 @@ impl Default for ShadowSettings {
             nodes: 8,
             bias: 0.01,
             normal_bias: 1.5,
-            pair_budget: crate::stage::sort::PAIR_LIMIT,
+            pair_budget: MAX_PAIRS,
             texel_budget: 1 << 27,
             soften: false,
             colored: false,
@@ -107,3 +108,6 @@ impl Default for ClusterSettings {
 pub const MAX_MAP_SIZE: u32 = 4096;
 /// Smallest edge of a map: one tile [texels].
 pub const MIN_MAP_SIZE: u32 = 16;
+
+/// Most pairs that one batch may hold: those that a sort's textures have room for.
+pub const MAX_PAIRS: u32 = 1 << 26;

@@ -1,7 +1,7 @@
 //! Shadow cameras, and the picture's camera, which is one more.
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
-/// Edge of a tile [texels]. WGSL: `wgsl/common/view.wgsl`.
+/// Edge of a tile [texels]. WGSL: `wgsl/records/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ impl Part {
 /// View space has x right, y up and looks along -z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Index into [`crate::scene::Scene::lights`]; `None` for the picture's camera.
+    /// Index into [`crate::model::Scene::lights`]; `None` for the picture's camera.
     pub light: Option<usize>,
     /// Unique among the views of a light.
     pub name: &'static str,

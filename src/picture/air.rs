@@ -1,16 +1,16 @@
 //! The air of a picture, bound and ready to be recorded after the maps it is lit through.
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline, array_view},
+    gpu::{Allocator, Resources, Timeline},
+    model::Scene,
     reference::air::columns,
-    scene::Scene,
     shadows::kernels::{Kernels, Variant},
     stage::{
         air::{AirParams, GROUP_SIZE},
         hits::Features,
     },
 };
-use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages};
+use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 
 #[derive(Debug)]
 pub(super) struct PreparedAir {
@@ -22,16 +22,15 @@ pub(super) struct PreparedAir {
 }
 
 impl PreparedAir {
-    /// The volume, and what fills it where the scene has any air. `uniforms`: views and params;
-    /// `shadows`: lights and maps.
+    /// The volume, and what fills it where the scene has any air. `resources`: views, parameters,
+    /// lights and maps.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         kernels: &mut Kernels,
         features: Features,
         scene: &Scene,
-        uniforms: [&BindingResource<'_>; 2],
-        shadows: &[BindingResource<'_>; 6],
+        resources: &Resources<'_>,
     ) -> Result<(wgpu::Texture, Option<Self>), Error> {
         let usage = TextureUsages::STORAGE_BINDING;
         let Some(air) = &scene.air else {
@@ -43,18 +42,15 @@ impl PreparedAir {
         let volume = allocator.texture("air", Rgba32Float, extent, usage)?;
         let params = allocator.uniform::<AirParams>("air_params");
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&AirParams::new(air)));
-        let params = params.as_entire_binding();
-        let texture = BindingResource::TextureView;
-        let (source_view, volume_view) = (array_view(&sources), array_view(&volume));
+        let own = resources
+            .clone()
+            .with("air_params", &params)
+            .with("sources", &sources)
+            .with("air", &volume);
         let device = allocator.device;
-        let mut scatter: Vec<_> = uniforms.into_iter().cloned().collect();
-        scatter.push(params.clone());
-        scatter.extend_from_slice(shadows);
-        scatter.push(texture(&source_view));
-        let sum = [uniforms[0].clone(), params, texture(&source_view), texture(&volume_view)];
         let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), air.steps];
-        let scatter = kernels.make(device, Variant::AirScatter, features).bind(device, &scatter);
-        let sum = kernels.air_sum.bind(device, &sum);
+        let scatter = kernels.make(device, Variant::AirScatter, features)?.bind(device, &own)?;
+        let sum = kernels.air_sum.bind(device, &own)?;
         Ok((volume, Some(Self { scatter, sum, groups, features })))
     }
 

@@ -1,10 +1,10 @@
 //! The picture's lights on the GPU, and which of them reach each cluster of its camera.
 use crate::{
     error::Error,
-    gpu::{Gpu, Timeline, view},
+    gpu::{Gpu, Resources, Timeline},
+    model::Scene,
     model::View,
     records::{GpuView, ROW},
-    scene::Scene,
     shadows::{context::Context, kernels::Kernels},
     stage::{
         cluster::{self, ClusterCounters, Grid, REACH_TEXELS, Reach},
@@ -12,7 +12,7 @@ use crate::{
     },
 };
 use wgpu::{
-    BindGroup, BindingResource, Buffer, BufferUsages, Texture,
+    BindGroup, Buffer, BufferUsages, Texture,
     TextureFormat::{R32Uint, Rg32Float, Rgba32Uint},
     TextureUsages,
 };
@@ -78,36 +78,17 @@ impl Clusters {
 
         let kernels = &context.kernels;
         let device = context.allocator.device;
-        let texture = BindingResource::TextureView;
-        let [cell_view, reach_view, mask_view, list_view] =
-            [&cells, &reach_records, &masks, &lists].map(view);
-        let count = kernels.cluster_count.bind(
-            device,
-            &[
-                params_buffer.as_entire_binding(),
-                texture(&cell_view),
-                texture(&reach_view),
-                offsets.as_entire_binding(),
-                texture(&mask_view),
-            ],
-        );
-        let scan = kernels.cluster_scan.bind(
-            device,
-            &[
-                params_buffer.as_entire_binding(),
-                offsets.as_entire_binding(),
-                counters.as_entire_binding(),
-            ],
-        );
-        let emit = kernels.cluster_emit.bind(
-            device,
-            &[
-                params_buffer.as_entire_binding(),
-                texture(&mask_view),
-                offsets.as_entire_binding(),
-                texture(&list_view),
-            ],
-        );
+        let resources = Resources::new()
+            .with("cluster_params", &params_buffer)
+            .with("cluster_counters", &counters)
+            .with("cells", &cells)
+            .with("reaches", &reach_records)
+            .with("masks", &masks)
+            .with("offsets", &offsets)
+            .with("clusters", &lists);
+        let count = kernels.cluster_count.bind(device, &resources)?;
+        let scan = kernels.cluster_scan.bind(device, &resources)?;
+        let emit = kernels.cluster_emit.bind(device, &resources)?;
         Ok(Self { grid, lights, lists, counters, count, scan, emit })
     }
 

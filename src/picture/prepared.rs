@@ -2,10 +2,10 @@
 use super::{air::PreparedAir, clusters::Clusters};
 use crate::{
     error::Error,
-    gpu::{Allocator, Gpu, Memory, Timeline, array_view, view},
+    gpu::{Allocator, Gpu, Memory, Timeline},
+    model::Scene,
     model::{TILE_SIZE, View},
     records::Picture,
-    scene::Scene,
     shadows::{
         CasterSet, Maps, Pipeline,
         context::{Context, view_uniform},
@@ -23,9 +23,7 @@ use crate::{
 };
 use glam::UVec2;
 use std::sync::Arc;
-use wgpu::{
-    BindGroup, BindingResource, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages,
-};
+use wgpu::{BindGroup, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
 /// A picture, bound and ready to be recorded after the maps it is lit through.
 #[derive(Debug)]
@@ -136,99 +134,35 @@ impl Pipeline {
         let (nodes, gain) = (maps.nodes, maps.gain);
         let [solid_features, clear_features] =
             [solid_plan, clear_plan].map(|plan| Features { cost, nodes, gain, ..plan.features });
-        let kernels = context.kernels;
-        for variant in [Variant::ShadeSeen, Variant::ShadeSurfaces] {
-            kernels.make(device, variant, solid_features);
-        }
-        for variant in [Variant::ShadeCasters, Variant::ShadeLayers, Variant::ShadeComposite] {
-            kernels.make(device, variant, clear_features);
-        }
-        let texture = BindingResource::TextureView;
-        let [caster_view, triangle_view] = [view(&casters.casters), view(&casters.triangles)];
-        let images = array_view(&casters.images);
         let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
-        let [filters, nearests, opaques] =
-            [&maps.filters, &maps.nearests, blocking].map(array_view);
-        let [surface_view, lit_view] = [view(&surfaces), view(&lit)];
-        let [light_view, cluster_view] = [view(&clusters.lights), view(&clusters.lists)];
-        let whole = Buffer::as_entire_binding;
-        let uniforms = [whole(&camera_views), whole(&casters.materials), whole(&params)];
-        let by_segment = [whole(&scratch.dispatches), whole(&scratch.segments), whole(&partials)];
-        let hits = |list: &List| {
-            [
-                texture(&scratch.pairs[list.sorted_pairs]),
-                texture(&scratch.footprints),
-                texture(&caster_view),
-                texture(&scratch.setups),
-                texture(&images),
-            ]
-        };
-        let curves = array_view(&maps.curves);
-        let shadows = [
-            texture(&light_view),
-            texture(&cluster_view),
-            texture(&filters),
-            texture(&nearests),
-            texture(&opaques),
-            texture(&curves),
-        ];
-        let lit_by = [&[texture(&triangle_view)][..], &shadows].concat();
-        let (air_volume, air) = PreparedAir::new(
-            context.allocator,
-            queue,
-            kernels,
-            clear_features,
-            scene,
-            [&uniforms[0], &uniforms[2]],
-            &shadows,
-        )?;
-        let air_view = array_view(&air_volume);
-        let (over_surfaces, over_lit, over_air) =
-            (texture(&surface_view), texture(&lit_view), texture(&air_view));
-        let over_solid = [over_surfaces.clone(), over_air.clone()];
-        let over_clear = [over_surfaces, over_lit.clone(), over_air];
-        let bind = |variant, features, resources: &[&[BindingResource<'_>]]| {
-            kernels.get(variant, features).bind(device, &resources.concat())
-        };
-        let seen =
-            bind(Variant::ShadeSeen, solid_features, &[&uniforms[..2], &by_segment, &hits(&solid)]);
-        let surface_bindings = bind(
-            Variant::ShadeSurfaces,
-            solid_features,
-            &[
-                &uniforms,
-                &[texture(&scratch.tiles), whole(&partials)],
-                &hits(&solid),
-                &lit_by,
-                &over_solid,
-            ],
-        );
-        let lit_casters = bind(
-            Variant::ShadeCasters,
-            clear_features,
-            &[
-                &uniforms[1..],
-                &[texture(&scratch.footprints), texture(&scratch.rects), texture(&caster_view)],
-                &shadows,
-                &[over_lit],
-            ],
-        );
-        let layers = bind(
-            Variant::ShadeLayers,
-            clear_features,
-            &[&uniforms, &by_segment, &hits(&clear), &lit_by, &over_clear],
-        );
-        let composite = bind(
-            Variant::ShadeComposite,
-            clear_features,
-            &[
-                &uniforms,
-                &[texture(&scratch.tiles), whole(&partials), whole(&pixels)],
-                &hits(&clear),
-                &lit_by,
-                &over_clear,
-            ],
-        );
+        let resources = casters
+            .resources()
+            .and(&scratch.resources())
+            .and(&maps.resources())
+            .with("opaques", blocking)
+            .with("views", &camera_views)
+            .with("picture_params", &params)
+            .with("partials", &partials)
+            .with("lights", &clusters.lights)
+            .with("clusters", &clusters.lists)
+            .with("surfaces", &surfaces)
+            .with("lit", &lit)
+            .with("pixels", &pixels);
+        let kernels = context.kernels;
+        let (air_volume, air) =
+            PreparedAir::new(context.allocator, queue, kernels, clear_features, scene, &resources)?;
+        let resources = resources.with("air", &air_volume);
+        let of_solid = resources.clone().with("pairs", &scratch.pairs[solid.sorted_pairs]);
+        let of_clear = resources.with("pairs", &scratch.pairs[clear.sorted_pairs]);
+        let mut bind_solid =
+            |variant| kernels.make(device, variant, solid_features)?.bind(device, &of_solid);
+        let seen = bind_solid(Variant::ShadeSeen)?;
+        let surface_bindings = bind_solid(Variant::ShadeSurfaces)?;
+        let mut bind_clear =
+            |variant| kernels.make(device, variant, clear_features)?.bind(device, &of_clear);
+        let lit_casters = bind_clear(Variant::ShadeCasters)?;
+        let layers = bind_clear(Variant::ShadeLayers)?;
+        let composite = bind_clear(Variant::ShadeComposite)?;
         Ok(PreparedPicture {
             scratch,
             clusters,

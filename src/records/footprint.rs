@@ -19,12 +19,15 @@ pub const INVISIBLE: u32 = (1 << DEPTH_BITS) - 1;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Footprint {
-    /// Centre in the view's map [texels]; of a triangle, of its bounding square.
+    /// Centre in the view's map [texels]; of a triangle, of its bounding square; of a particle
+    /// beside the view how far it is to the right and down [m].
     pub center: Vec2,
     /// Orthographic: [texels]. Perspective: radius over distance from the light. Triangle: half
-    /// the side of the bounding square [texels].
+    /// the side of the bounding square [texels]. Negative for a particle beside the view, whose
+    /// centre has no place in the map: minus its radius [m].
     pub radius: f32,
-    /// Light depth of the centre; of a triangle the smallest.
+    /// Light depth of the centre; of a triangle the smallest; of a particle beside the view how far
+    /// it is along the axis [m].
     pub depth: f32,
     /// Colour times tint, red and green, unorm16; of a `gain` material divided by 16.
     pub red_green: u32,
@@ -41,6 +44,12 @@ impl Footprint {
         self.red_green = unorm2(color.x, color.y);
         self.blue_slope = unorm2(color.z, 0.0) | half_bits(slope) << 16;
         self.base = half_bits(base);
+    }
+
+    /// Centre of a particle beside the view: to the right, down and along the axis [m]. `None` for
+    /// all others. WGSL: `is_beside` in `wgsl/records/view.wgsl`.
+    pub fn beside(&self) -> Option<Vec3> {
+        (self.radius < 0.0).then(|| self.center.extend(self.depth))
     }
 
     /// `c`, rgb; of a `gain` material divided by 16.

@@ -3,7 +3,7 @@ use crate::model::{Material, Texture};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
-/// A material as kernels read it. WGSL: `wgsl/common/material.wgsl`.
+/// A material as kernels read it. WGSL: `wgsl/records/material.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuMaterial {

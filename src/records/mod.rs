@@ -2,11 +2,12 @@
 //!
 //! Casters, footprints and triangles live in rgba32uint or rg32uint textures, [`ROW`] texels wide: element `i` of `n` texels
 //! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
-//! bound by the size of a storage binding. WGSL: `wgsl/common/record.wgsl`.
+//! bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
 mod blue;
 mod caster;
 mod footprint;
 mod hash;
+mod layout;
 mod maps;
 mod material;
 mod owner;
@@ -20,6 +21,7 @@ pub use footprint::{
     DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
 };
 pub use hash::pcg;
+pub use layout::{Field, GpuLayout, size_of_field};
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use owner::{NO_OWNER, owner_tag, stored_tag};

@@ -1,5 +1,5 @@
 //! Whose the nearest translucent depth of a texel is, for receivers that all but their own casters
-//! tint. WGSL: `wgsl/common/owner.wgsl`.
+//! tint. WGSL: `wgsl/records/owner.wgsl`.
 
 /// Of a texel without a translucent hit, or of one that was scattered.
 pub const NO_OWNER: u16 = 0;

@@ -6,7 +6,7 @@ use glam::{Mat4, UVec2, Vec2};
 /// Views of a batch: the length of the uniform array.
 pub const MAX_VIEWS: usize = 64;
 
-/// What kernels read of a [`View`]. WGSL: `wgsl/common/view.wgsl`.
+/// What kernels read of a [`View`]. WGSL: `wgsl/records/view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuView {

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/accumulate_*.wgsl`: the light that passes, and the depth of the nearest
+//! Twin of `wgsl/driver/accumulate_*.wgsl`: the light that passes, and the depth of the nearest
 //! translucent hit.
 //!
 //! A tile's pairs are multiplied up front to back, a segment at a time. A tile with one segment

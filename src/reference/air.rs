@@ -1,4 +1,4 @@
-//! Twin of `wgsl/air_*.wgsl` and `wgsl/common/air.wgsl`: light that the air scatters to the eye,
+//! Twin of `wgsl/shade/air_*.wgsl` and `wgsl/shade/air.wgsl`: light that the air scatters to the eye,
 //! once, as a volume of columns of pixels and slices of depth.
 use super::{shading::Lighting, threads::each};
 use crate::{

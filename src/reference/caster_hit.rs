@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/caster_hit.wgsl`: what a ray meets of any caster.
+//! Twin of `wgsl/hit/caster_hit.wgsl`: what a ray meets of any caster.
 use super::{
     accumulate::FIXED_ONE,
     hit::{Facing, coverage, transmittance},
@@ -76,7 +76,7 @@ pub struct Target<'a> {
 #[derive(Clone, Copy, Debug)]
 enum Form<'a> {
     Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
-    Puff { facing: Facing, radius: f32, color: Vec3, alpha: f32 },
+    Puff { facing: Facing, footprint: Footprint, color: Vec3, alpha: f32 },
     Triangle(&'a TriangleSetup),
 }
 
@@ -89,12 +89,11 @@ impl<'a> Target<'a> {
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
-        let (center, radius, depth) = (footprint.center, footprint.radius, footprint.depth);
-        let facing = Facing::new(records.view, center, radius, depth, caster.rotation());
+        let facing = Facing::new(records.view, footprint, caster.rotation());
         let (color, (base, slope)) = (footprint.color(), footprint.opacity());
         let form = if material.shape == Shape::Puff {
             let alpha = (base + slope).min(1.0);
-            Form::Puff { facing, radius, color, alpha }
+            Form::Puff { facing, footprint: *footprint, color, alpha }
         } else {
             Form::Facing { facing, color, base, slope }
         };
@@ -112,9 +111,8 @@ impl<'a> Target<'a> {
             Form::Facing { facing, color, base, slope } => {
                 self.facing_hit(&facing, color, base, slope, texel)
             }
-            Form::Puff { facing, radius, color, alpha } => {
-                let Facing { center, distance, .. } = facing;
-                let chord = chord(self.records.view, center, radius, distance, texel, opaque_depth);
+            Form::Puff { ref footprint, color, alpha, .. } => {
+                let chord = chord(self.records.view, footprint, texel, opaque_depth);
                 chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
             }
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
@@ -248,22 +246,21 @@ struct Chord {
     end: f32,
 }
 
-/// `radius` as in a footprint; `distance` of the centre along the axis [m].
-fn chord(
-    view: &GpuView,
-    center: Vec2,
-    radius: f32,
-    distance: f32,
-    texel: Vec2,
-    opaque_depth: f32,
-) -> Option<Chord> {
+fn chord(view: &GpuView, footprint: &Footprint, texel: Vec2, opaque_depth: f32) -> Option<Chord> {
+    let Footprint { center, radius, .. } = *footprint;
     let range = view.far - view.near;
+    let distance = view.near + footprint.depth * range;
     // How far the ray passes from the centre [radii], squared; metres along the axis per radius;
     // where the ray is closest to the centre, along the axis [m].
     let (miss2, radius_axis, closest);
-    if view.perspective > 0.0 {
+    let w = ((texel - view.size * 0.5) / view.scale).extend(1.0);
+    if let Some(beside) = footprint.beside() {
+        let w2 = w.length_squared();
+        miss2 = beside.cross(w).length_squared() / w2 / (radius * radius);
+        radius_axis = -radius / w2.sqrt();
+        closest = beside.dot(w) / w2;
+    } else if view.perspective > 0.0 {
         let c = ((center - view.size * 0.5) / view.scale).extend(1.0);
-        let w = ((texel - view.size * 0.5) / view.scale).extend(1.0);
         let apart = c.cross(w - c);
         let w2 = w.length_squared();
         let metres = radius * distance * c.length();

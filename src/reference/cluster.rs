@@ -1,4 +1,4 @@
-//! Twin of `wgsl/cluster_*.wgsl`: the lights that may reach each cluster.
+//! Twin of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
 use crate::stage::cluster::{ClusterCounters, Grid, Reach, UNIT};
 use glam::{IVec3, Vec3};
 

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/colored_*.wgsl`: coloured dithering. Each channel dithers for itself, into an
+//! Twin of `wgsl/driver/colored_*.wgsl`: coloured dithering. Each channel dithers for itself, into an
 //! opaque depth of its own, so that three depths hold coloured layers in any order (McGuire and
 //! Enderton 2011).
 use super::{

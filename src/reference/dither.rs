@@ -3,9 +3,7 @@
 //! The share of texels that block is the opacity itself, not its nearest level: below the finest
 //! level of a pattern chance decides, once per block. Patterns of different casters are
 //! independent: two layers of 50% let 25% through. Ranks and thresholds are integers, so that
-//! every device draws the same. WGSL: `wgsl/common/dither.wgsl`.
-pub mod measure;
-
+//! every device draws the same. WGSL: `wgsl/hit/dither.wgsl`.
 use crate::{
     model::Pattern,
     records::{BLUE_SIZE, GpuView, blue_ranks, pcg},

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/filter_*.wgsl`: a dithered shadow becomes a grey one. The visibility behind
+//! Twin of `wgsl/soften/filter_*.wgsl`: a dithered shadow becomes a grey one. The visibility behind
 //! dithered surfaces is blurred over one window of their pattern and handed on as a filter;
 //! depths are never blurred.
 use super::occlude::is_dithered;

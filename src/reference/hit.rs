@@ -1,7 +1,7 @@
-//! What one ray through one texel meets: geometry and optics. Twin of `wgsl/common/hit.wgsl`.
+//! What one ray through one texel meets: geometry and optics. Twin of `wgsl/hit/hit.wgsl`.
 use crate::{
     model::{MAX_GAIN, Profile, Shape, Transfer},
-    records::{GpuView, TriangleSetup},
+    records::{Footprint, GpuView, TriangleSetup},
 };
 use glam::{Vec2, Vec3};
 
@@ -14,23 +14,40 @@ pub struct PlaneHit {
     pub depth: f32,
 }
 
-/// A particle made ready for the texels around it: `q = frame * delta / (1 + tilt . delta)`,
-/// where `delta` is the way from its centre to the texel's [texels].
+/// A particle made ready for texels: `q = (frame * delta + offset) / (start + tilt . delta)`, where
+/// `delta` is the way from the reference to the texel's centre [texels]. The reference is the
+/// particle's centre, where `q` is 0 and `start` 1; of a particle beside the view, whose centre has no
+/// place in the map, the map's middle.
 #[derive(Clone, Copy, Debug)]
 pub struct Facing {
-    pub center: Vec2,
+    pub reference: Vec2,
     pub frame_x: Vec2,
     pub frame_y: Vec2,
+    pub offset: Vec2,
     pub tilt: Vec2,
-    /// Distance of the centre along the axis [m].
+    pub start: f32,
+    /// Of the plane along the axis at the reference, times `start` [m].
     pub distance: f32,
 }
 
 impl Facing {
-    /// `radius` as in [`crate::records::Footprint`]; `rotation` about the ray [radians].
-    pub fn new(view: &GpuView, center: Vec2, radius: f32, depth: f32, rotation: f32) -> Self {
-        let distance = view.near + depth * (view.far - view.near);
+    /// `rotation` about the ray [radians].
+    pub fn new(view: &GpuView, footprint: &Footprint, rotation: f32) -> Self {
         let (sin, cos) = rotation.sin_cos();
+        if let Some(beside) = footprint.beside() {
+            return Self::beside(view, beside, -footprint.radius, sin, cos);
+        }
+        let Footprint { center, radius, depth, .. } = *footprint;
+        let distance = view.near + depth * (view.far - view.near);
+        let at_center = |frame_x, frame_y, tilt| Self {
+            reference: center,
+            frame_x,
+            frame_y,
+            offset: Vec2::ZERO,
+            tilt,
+            start: 1.0,
+            distance,
+        };
         if view.perspective == 0.0 {
             let forward = -view.view_from_world.row(2).truncate();
             let (x0, y0) = quad_axes(forward);
@@ -40,7 +57,7 @@ impl Facing {
                 Vec2::new(axis.x, -axis.y) / radius
             };
             let (frame_x, frame_y) = (to_texels(x), to_texels(y));
-            return Self { center, frame_x, frame_y, tilt: Vec2::ZERO, distance };
+            return at_center(frame_x, frame_y, Vec2::ZERO);
         }
         let slope = (center - view.size * 0.5) / view.scale;
         let ray = Vec3::new(slope.x, -slope.y, -1.0);
@@ -55,15 +72,39 @@ impl Facing {
             Vec2::new(axis.x, -axis.y) * k
         };
         let tilt = Vec2::new(n.x, -n.y) / (len * view.scale);
-        Self { center, frame_x: to_texels(x), frame_y: to_texels(y), tilt, distance }
+        at_center(to_texels(x), to_texels(y), tilt)
+    }
+
+    /// `center` to the right, down and along the axis [m], `radius` [m].
+    fn beside(view: &GpuView, center: Vec3, radius: f32, sin: f32, cos: f32) -> Self {
+        let distance = center.length().max(f32::MIN_POSITIVE);
+        let n = center / distance;
+        let ray = Vec3::new(n.x, -n.y, -n.z);
+        let (x0, y0) = quad_axes(view.view_from_world.transpose().transform_vector3(ray));
+        let (x, y) = turned(x0, y0, sin, cos);
+        let k = distance / radius;
+        let [x, y] = [x, y].map(|axis| {
+            let axis = view.view_from_world.transform_vector3(axis);
+            Vec3::new(axis.x, -axis.y, -axis.z) * k
+        });
+        Self {
+            reference: view.size * 0.5,
+            frame_x: x.truncate() / view.scale,
+            frame_y: y.truncate() / view.scale,
+            offset: Vec2::new(x.z, y.z),
+            tilt: n.truncate() / view.scale,
+            start: n.z,
+            distance,
+        }
     }
 
     /// `None` where the ray runs away from the plane.
     pub fn hit(&self, view: &GpuView, texel: Vec2) -> Option<PlaneHit> {
-        let delta = texel - self.center;
-        let denominator = 1.0 + self.tilt.dot(delta);
+        let delta = texel - self.reference;
+        let denominator = self.start + self.tilt.dot(delta);
+        let q = Vec2::new(self.frame_x.dot(delta), self.frame_y.dot(delta)) + self.offset;
         (denominator > 0.0).then(|| PlaneHit {
-            q: Vec2::new(self.frame_x.dot(delta), self.frame_y.dot(delta)) / denominator,
+            q: q / denominator,
             depth: (self.distance / denominator - view.near) / (view.far - view.near),
         })
     }

@@ -16,13 +16,12 @@ use super::{
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
+    model::Scene,
     model::{Class, Counters, Material, Receives, Transfer, View, absorptions, dither::window},
     records::{
         Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
         TileRect, TriangleRecord, TriangleSetup, ViewMaps,
     },
-    scene::Scene,
-    shadows::is_plain,
     stage::curve::CURVE_SEGMENT,
 };
 use glam::{UVec2, Vec3};
@@ -311,7 +310,7 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
 fn only_discs(scene: &Scene) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
-    !scene.particles.iter().any(|p| filters(p.material) && !is_plain(material(p.material)))
+    !scene.particles.iter().any(|p| filters(p.material) && !material(p.material).is_plain_disc())
         && !scene.triangles.iter().any(|triangle| filters(triangle.material))
 }
 
@@ -319,7 +318,7 @@ fn only_discs(scene: &Scene) -> bool {
 pub(super) fn depth_order(keys: &[u32]) -> Vec<u32> {
     let visible = keys.iter().zip(0..).filter(|&(&key, _)| key != INVISIBLE);
     let mut pairs: Vec<Pair> = visible.map(|(&key, value)| Pair { key, value }).collect();
-    sort(&mut pairs, &mut Vec::new(), 0..DEPTH_BITS);
+    sort(&mut pairs, 0..DEPTH_BITS);
     pairs.into_iter().map(|pair| pair.value).collect()
 }
 

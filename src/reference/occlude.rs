@@ -1,4 +1,4 @@
-//! Twin of `wgsl/occlude_*.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
+//! Twin of `wgsl/driver/occlude_*.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
 use super::{
     caster_hit::{Hit, Records, Target},
     tile::{Tile, TileTexels},

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/project_particles.wgsl` and `wgsl/project_triangles.wgsl`.
+//! Twin of `wgsl/project/project_particles.wgsl` and `wgsl/project/project_triangles.wgsl`.
 use crate::{
     model::{Shape, TILE_SIZE, Transfer},
     records::{
@@ -10,7 +10,8 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 
 /// Slack around a footprint's box, so that rounding never loses a texel [texels].
 pub const SLACK: f32 = 1.0 / 64.0;
-/// A particle nearer than this share of its distance along the axis has no finite centre.
+/// A particle nearer along the axis than this share of its distance from the light is *beside* the
+/// view: its centre has no place in the map.
 pub const MIN_COSINE: f32 = 0.05;
 
 /// What `project` says of one caster in one view.
@@ -81,6 +82,8 @@ pub fn project_particle(
     let half = view.size * 0.5;
     // Half the diagonal of a quad reaches beyond its radius.
     let corner = if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 };
+    let is_puff = shape == Shape::Puff as u32;
+    let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * center.length();
     let (texel, radius, grow, bounds, depth_reach);
     if view.perspective == 0.0 {
         texel = Vec2::new(center.x, -center.y) * view.scale + half;
@@ -89,11 +92,24 @@ pub fn project_particle(
         radius = projected * grow;
         let reach = Vec2::splat(radius * corner);
         bounds = TexelBox { min: texel - reach, max: texel + reach };
-        depth_reach = if shape == Shape::Puff as u32 { caster.radius * grow } else { 0.0 };
+        depth_reach = if is_puff { caster.radius * grow } else { 0.0 };
+    } else if is_beside {
+        texel = half;
+        grow = (MIN_RADIUS * distance / (caster.radius * view.scale)).max(1.0);
+        radius = caster.radius * grow;
+        let away = center.length().max(f32::MIN_POSITIVE);
+        let reach = radius * corner;
+        let sphere =
+            if is_puff { radius } else { reach / (1.0 + reach / away * (reach / away)).sqrt() };
+        let x = tangents(center.x, distance, sphere);
+        let y = tangents(-center.y, distance, sphere);
+        bounds = TexelBox {
+            min: Vec2::new(x.x, y.x) * view.scale + half,
+            max: Vec2::new(x.y, y.y) * view.scale + half,
+        };
+        let sine = center.truncate().length() / away;
+        depth_reach = if is_puff { radius } else { reach * sine };
     } else {
-        if distance <= MIN_COSINE * center.length() {
-            return Projected::INVISIBLE;
-        }
         let slope = Vec2::new(center.x, -center.y) / distance;
         texel = slope * view.scale + half;
         let len2 = 1.0 + slope.length_squared();
@@ -102,7 +118,6 @@ pub fn project_particle(
         let grown = caster.radius * grow;
         radius = grown / (distance * len2.sqrt());
         let reach = radius * corner;
-        let is_puff = shape == Shape::Puff as u32;
         let sine = if is_puff { reach } else { reach / (1.0 + reach * reach).sqrt() };
         let sphere = sine * distance * len2.sqrt();
         let x = tangents(center.x, distance, sphere);
@@ -123,7 +138,7 @@ pub fn project_particle(
     let round = shape != Shape::Quad as u32 && view.perspective == 0.0;
     let circle = if round { radius + SLACK } else { f32::INFINITY };
     // Opaque depths know tiles only.
-    let scatter = params.scatter && material.transfer < Transfer::Opaque as u32;
+    let scatter = params.scatter && material.transfer < Transfer::Opaque as u32 && !is_beside;
     let Some(rect) = tile_rect(view, view_index, bounds, texel, circle, scatter) else {
         return Projected::INVISIBLE;
     };
@@ -136,6 +151,11 @@ pub fn project_particle(
         caster: caster_id,
         ..Projected::INVISIBLE.footprint
     };
+    if is_beside {
+        footprint.center = Vec2::new(center.x, -center.y);
+        footprint.radius = -radius;
+        footprint.depth = distance;
+    }
     footprint.set_opacity(
         color.truncate().min(Vec3::ONE),
         material.reflectivity * thin,

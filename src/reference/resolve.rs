@@ -1,4 +1,4 @@
-//! Twin of `wgsl/resolve_*.wgsl`: sums -> `F`, as its texture stores it.
+//! Twin of `wgsl/driver/resolve_*.wgsl`: sums -> `F`, as its texture stores it.
 use super::accumulate::{FIXED_ONE, Light};
 use glam::{IVec3, Vec3};
 use half::f16;

@@ -1,8 +1,6 @@
 //! What a scene has where its file says nothing.
 use super::{Bounds, Camera, Scene, document::KindOfShape, particles::FARTHEST, shapes};
-use crate::model::{
-    ClusterSettings, Light, LightKind, Material, ShadowSettings, Skipped, Transfer,
-};
+use crate::model::{Light, LightKind, Material, Transfer};
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
 impl Scene {
@@ -13,24 +11,7 @@ impl Scene {
 }
 
 pub(super) fn empty_scene() -> Scene {
-    Scene {
-        camera: camera(&Bounds::EMPTY),
-        exposure: 0.0,
-        shadow: ShadowSettings::default(),
-        clusters: ClusterSettings::default(),
-        lights: Vec::new(),
-        materials: Vec::new(),
-        textures: Vec::new(),
-        animated: Vec::new(),
-        displaced: Vec::new(),
-        particles: Vec::new(),
-        triangles: Vec::new(),
-        ambient: Vec3::new(0.18, 0.20, 0.24),
-        background: Vec3::new(0.52, 0.62, 0.75),
-        air: None,
-        skipped: Skipped::new(),
-        notes: Vec::new(),
-    }
+    Scene { camera: camera(&Bounds::EMPTY), ..Scene::default() }
 }
 
 /// Of a particle file on its own.

@@ -3,7 +3,10 @@ use super::{
     document::{KindOfShape, array},
     shapes,
 };
-use crate::{model::Triangle, records::pcg};
+use crate::{
+    model::{Motion, Scene, Triangle},
+    records::pcg,
+};
 use glam::{IVec3, Mat3, Mat4, Vec3};
 use std::collections::HashMap;
 
@@ -134,6 +137,12 @@ impl Displaced {
             own.normals = at.normals;
             own.uvs = at.uvs;
         }
+    }
+}
+
+impl Motion for Displaced {
+    fn apply(&self, scene: &mut Scene, seconds: f64) {
+        self.set_time(&mut scene.triangles[self.triangles()], seconds);
     }
 }
 

@@ -64,10 +64,15 @@ fn check_version(root: &Value) -> Result<(), Fault> {
 
 fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
     let is_read = |name: &str| EXTENSIONS.contains(&name);
+    let is_splat = |name: &&String| name.starts_with("KHR_gaussian_splatting");
     let names = |root: &Value, key: &str| -> Vec<String> {
         let words = root.get(key).and_then(Value::as_array).into_iter().flatten();
         words.filter_map(Value::as_str).map(str::to_owned).collect()
     };
+    if let Some(name) = names(root, "extensionsUsed").iter().find(is_splat) {
+        let message = format!("holds anisotropic Gaussians (splats): it uses {}", quoted(name));
+        return Err((message, "gobo has no such casters: export meshes"));
+    }
     if let Some(name) = names(root, "extensionsRequired").iter().find(|name| !is_read(name)) {
         let message = format!("requires {}, which gobo does not read", quoted(name));
         return Err((message, "export without compression or optional extensions"));

@@ -19,6 +19,7 @@ use std::{
     collections::{HashMap, HashSet},
     ops::Range,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 use toml::Spanned;
 
@@ -173,7 +174,7 @@ impl<'a> Loader<'a> {
                 let name = format!("noise of {}", table.get_ref().name);
                 self.scene.textures.push(noise.texture(name, 0.0));
                 if noise.moves() {
-                    self.scene.animated.push(Animated { texture: index as u32, noise });
+                    self.scene.motions.push(Arc::new(Animated { texture: index as u32, noise }));
                 }
                 Ok(index as u32)
             }
@@ -242,7 +243,7 @@ impl<'a> Loader<'a> {
                 Displaced { first_triangle: have, displace, level, world_from_sphere: transform };
             displaced.set_time(&mut triangles, 0.0);
             if displace.moves() {
-                self.scene.displaced.push(displaced);
+                self.scene.motions.push(Arc::new(displaced));
             }
         }
         if self.scene.materials[material as usize].is_volume() {

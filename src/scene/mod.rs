@@ -29,6 +29,7 @@ mod source;
 mod summary;
 mod tables;
 
+pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
 pub use limits::Limit;
@@ -36,54 +37,9 @@ pub use load::{LoadOptions, load, load_as, load_with};
 pub use particles::ParticleFile;
 pub use summary::Summary;
 
-use crate::model::{
-    Air, Bounds, Camera, ClusterSettings, Light, Material, Particle, ShadowSettings, Skipped,
-    Texture, Triangle,
-};
-use glam::{Mat4, Vec3};
+use crate::model::{Bounds, Camera, Material};
+use glam::Mat4;
 use std::path::Path;
-
-/// Everything a frame is made from, in world space. Every number in it is finite and in range:
-/// what was not is in `skipped`.
-#[derive(Clone, Debug)]
-pub struct Scene {
-    pub camera: Camera,
-    /// Of the picture [stops]: light is shown 2 to this power as bright.
-    pub exposure: f32,
-    pub shadow: ShadowSettings,
-    pub clusters: ClusterSettings,
-    pub lights: Vec<Light>,
-    pub materials: Vec<Material>,
-    pub textures: Vec<Texture>,
-    /// Textures that follow the time.
-    pub animated: Vec<noise::Animated>,
-    /// Triangles that follow the time.
-    pub displaced: Vec<displace::Displaced>,
-    pub particles: Vec<Particle>,
-    pub triangles: Vec<Triangle>,
-    /// Light that comes from everywhere: linear rgb.
-    pub ambient: Vec3,
-    /// What the camera sees where there is nothing: linear rgb.
-    pub background: Vec3,
-    /// What scatters light on its way to the eye; `None` where it is clear.
-    pub air: Option<Air>,
-    /// Inputs left out, by reason.
-    pub skipped: Skipped,
-    /// What its files hold and nobody reads, a sentence each.
-    pub notes: Vec<String>,
-}
-
-impl Scene {
-    /// Of all casters and receivers.
-    pub fn bounds(&self) -> Bounds {
-        let particles =
-            self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
-        self.triangles
-            .iter()
-            .flat_map(|t| t.positions)
-            .fold(particles, |b, p| b.with_sphere(p, 0.0))
-    }
-}
 
 /// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to
 /// material `material_id` of the host's list; ids default to row number + `first_id`;

@@ -1,7 +1,10 @@
 //! Tileable noise with a time: a transparency map that scrolls and changes, the flowing smoke of
 //! the cut-out shadow.
-use super::{Scene, document::array, painted};
-use crate::{model::Texture, records::pcg};
+use super::{document::array, painted};
+use crate::{
+    model::{Motion, Scene, Texture},
+    records::pcg,
+};
 use glam::{IVec2, Vec2};
 
 /// What a texture can be made of.
@@ -58,19 +61,10 @@ pub struct Animated {
     pub noise: Noise,
 }
 
-impl Scene {
-    /// Frames of a second of [`Self::set_time`], where frames are numbered.
-    pub const FRAME_RATE: f64 = 24.0;
-
-    /// Makes the textures and triangles that follow the time what they are then [s].
-    pub fn set_time(&mut self, seconds: f64) {
-        for Animated { texture, noise } in &self.animated {
-            let texture = &mut self.textures[*texture as usize];
-            *texture = noise.texture(std::mem::take(&mut texture.name), seconds);
-        }
-        for displaced in &self.displaced {
-            displaced.set_time(&mut self.triangles[displaced.triangles()], seconds);
-        }
+impl Motion for Animated {
+    fn apply(&self, scene: &mut Scene, seconds: f64) {
+        let texture = &mut scene.textures[self.texture as usize];
+        *texture = self.noise.texture(std::mem::take(&mut texture.name), seconds);
     }
 }
 

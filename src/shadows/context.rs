@@ -2,7 +2,7 @@
 use super::{Config, casters::CasterSet, kernels::Kernels, plan::ListPlan, scratch::Scratch};
 use crate::{
     error::Error,
-    gpu::Allocator,
+    gpu::{Allocator, Resources},
     records::{GpuView, MAX_VIEWS},
     stage::project::{Chunk, ProjectParams},
 };
@@ -22,6 +22,11 @@ pub(crate) struct Context<'a, 'd> {
 }
 
 impl Context<'_, '_> {
+    /// What all lists share.
+    pub(crate) fn resources<'a>(&'a self, views: &'a Buffer) -> Resources<'a> {
+        self.casters.resources().and(&self.scratch.resources()).with("views", views)
+    }
+
     pub(crate) fn uniform<T: bytemuck::NoUninit>(
         &mut self,
         name: &'static str,
@@ -72,6 +77,12 @@ pub(crate) struct ChunkBuffers {
     pub count: u32,
     pub chunks: Buffer,
     pub params: Buffer,
+}
+
+impl ChunkBuffers {
+    pub(crate) fn resources(&self) -> Resources<'_> {
+        Resources::new().with("chunks", &self.chunks).with("project_params", &self.params)
+    }
 }
 
 /// Chunks, bound to the kernel that takes them.

@@ -2,11 +2,11 @@
 use super::{context::view_uniform, kernels::Kernels, maps::Maps, plan::Plan};
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Timeline, array_view},
+    gpu::{Allocator, Kernel, Timeline},
     stage::filter::{FilterParams, GROUP_SIZE},
 };
 use glam::Vec2;
-use wgpu::{BindGroup, BindingResource, TextureFormat::Rgba32Float, TextureUsages};
+use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 
 /// Both passes, bound for each batch of views.
 #[derive(Debug)]
@@ -65,47 +65,30 @@ impl Filter {
         kernels: &Kernels,
         plans: &[Plan],
         soft: &Maps,
-    ) {
+    ) -> Result<(), Error> {
         let device = allocator.device;
         let [rows_kernel, columns_kernel] = self.kernels(kernels);
-        let Self { raw, rows, params, .. } = &*self;
-        let [filters, nearests, opaques] =
-            [&raw.filters, &raw.nearests, &raw.opaques].map(array_view);
-        let [soft_filters, soft_nearests, soft_opaques] =
-            [&soft.filters, &soft.nearests, &soft.opaques].map(array_view);
-        let blocked = array_view(raw.colored.as_ref().unwrap_or(&raw.opaques));
-        let rows = array_view(rows);
-        let texture = BindingResource::TextureView;
-        self.passes = plans
-            .iter()
-            .map(|plan| {
-                let views = view_uniform(allocator, queue, &plan.views);
-                let (params, views) = (params.as_entire_binding(), views.as_entire_binding());
-                let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
-                let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));
-                Pass {
-                    rows: rows_kernel.bind(
-                        device,
-                        &[params.clone(), views.clone(), texture(&blocked), texture(&rows)],
-                    ),
-                    columns: columns_kernel.bind(
-                        device,
-                        &[
-                            params,
-                            views,
-                            texture(&rows),
-                            texture(&filters),
-                            texture(&nearests),
-                            texture(&opaques),
-                            texture(&soft_filters),
-                            texture(&soft_nearests),
-                            texture(&soft_opaques),
-                        ],
-                    ),
-                    groups: [groups.x, groups.y, plan.views.len() as u32],
-                }
+        let resources = self
+            .raw
+            .resources()
+            .with("rows", &self.rows)
+            .with("filter_params", &self.params)
+            .with("soft_filters", &soft.filters)
+            .with("soft_nearests", &soft.nearests)
+            .with("soft_opaques", &soft.opaques);
+        let pass = |plan: &Plan| {
+            let views = view_uniform(allocator, queue, &plan.views);
+            let resources = resources.clone().with("views", &views);
+            let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
+            let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));
+            Ok(Pass {
+                rows: rows_kernel.bind(device, &resources)?,
+                columns: columns_kernel.bind(device, &resources)?,
+                groups: [groups.x, groups.y, plan.views.len() as u32],
             })
-            .collect();
+        };
+        self.passes = plans.iter().map(pass).collect::<Result<_, Error>>()?;
+        Ok(())
     }
 
     pub(super) fn record(

@@ -1,17 +1,16 @@
 //! Pipelines of one device, by kernel and by what the batch holds.
 use super::Config;
 use crate::{
-    gpu::{Constant, Kernel, KernelDesc, Tier},
+    gpu::{Constant, Kernel, KernelDesc, KernelError, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter,
-        hits::{Features, ROLLED, WIDE},
-        occlude, project, resolve, shade,
-        sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, occlude, project,
+        resolve, shade, sort::Sort,
     },
 };
-use std::collections::HashMap;
+use std::collections::{HashMap, hash_map::Entry};
 
 /// Kernels that are specialised to what a batch holds.
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Variant {
     OccludeTiles,
@@ -36,8 +35,8 @@ pub(crate) enum Variant {
 }
 
 impl Variant {
-    fn desc(self, tier: Tier, features: Features) -> &'static KernelDesc {
-        let [core, native] = match self {
+    fn desc(self, features: Features) -> &'static KernelDesc {
+        match self {
             Self::AccumulateTiles if features.nodes > 0 && features.plain => &curve::DISC_TILES,
             Self::AccumulateSegments if features.nodes > 0 && features.plain => {
                 &curve::DISC_SEGMENTS
@@ -45,12 +44,8 @@ impl Variant {
             Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
             Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
             Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
-            Self::AccumulateTiles if features.queued => {
-                return &accumulate::DISC_QUEUE_TILES;
-            }
-            Self::AccumulateSegments if features.queued => {
-                return &accumulate::DISC_QUEUE_SEGMENTS;
-            }
+            Self::AccumulateTiles if features.queued => &accumulate::DISC_QUEUE_TILES,
+            Self::AccumulateSegments if features.queued => &accumulate::DISC_QUEUE_SEGMENTS,
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
             Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,
@@ -69,18 +64,18 @@ impl Variant {
             Self::AccumulateOverflow => &accumulate::OVERFLOW,
             Self::ResolveTiles => &resolve::TILES,
             Self::ResolveOpaque => &resolve::OPAQUE,
+            Self::AirScatter => &air::SCATTER,
             Self::ShadeSeen => &shade::SEEN,
             Self::ShadeSurfaces => &shade::SURFACES,
-            Self::AirScatter => return &air::SCATTER,
-            Self::ShadeCasters => return &shade::CASTERS_LIT,
+            Self::ShadeCasters => &shade::CASTERS_LIT,
             Self::ShadeLayers => &shade::LAYERS,
             Self::ShadeComposite => &shade::COMPOSITE,
-        };
-        if tier == Tier::Core { core } else { native }
+        }
     }
 }
 
 /// Made once; the specialised kernels when a scene first needs them.
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
     pub(crate) tier: Tier,
@@ -106,30 +101,30 @@ pub struct Kernels {
 }
 
 impl Kernels {
-    pub(crate) fn new(device: &wgpu::Device, config: Config) -> Self {
-        let kernel = |desc| Kernel::new(device, desc, &[]);
-        Self {
+    pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
+        let kernel = |desc| Kernel::new(device, desc, config.tier, &[]);
+        Ok(Self {
             tier: config.tier,
-            project_particles: kernel(&project::PARTICLES),
-            project_triangles: kernel(&project::TRIANGLES),
-            occlude_small: kernel(&occlude::SMALL),
-            sort: Sort::new(device, config.sort),
-            bin_count: kernel(&bin::COUNT),
-            bin_scan: kernel(&bin::SCAN),
-            bin_emit: kernel(&bin::EMIT),
-            bin_tiles: kernel(&bin::TILES),
-            air_sum: kernel(&air::SUM),
-            cluster_count: kernel(&cluster::COUNT),
-            cluster_scan: kernel(&cluster::SCAN),
-            cluster_emit: kernel(&cluster::EMIT),
-            filter_rows: kernel(&filter::ROWS),
-            filter_columns: kernel(&filter::COLUMNS),
-            colored_rows: kernel(&colored::ROWS),
-            colored_columns: kernel(&colored::COLUMNS),
-            own: [(ROLLED.0, config.rolled), (WIDE.0, config.wide)]
+            project_particles: kernel(&project::PARTICLES)?,
+            project_triangles: kernel(&project::TRIANGLES)?,
+            occlude_small: kernel(&occlude::SMALL)?,
+            sort: Sort::new(device, config.sort)?,
+            bin_count: kernel(&bin::COUNT)?,
+            bin_scan: kernel(&bin::SCAN)?,
+            bin_emit: kernel(&bin::EMIT)?,
+            bin_tiles: kernel(&bin::TILES)?,
+            air_sum: kernel(&air::SUM)?,
+            cluster_count: kernel(&cluster::COUNT)?,
+            cluster_scan: kernel(&cluster::SCAN)?,
+            cluster_emit: kernel(&cluster::EMIT)?,
+            filter_rows: kernel(&filter::ROWS)?,
+            filter_columns: kernel(&filter::COLUMNS)?,
+            colored_rows: kernel(&colored::ROWS)?,
+            colored_columns: kernel(&colored::COLUMNS)?,
+            own: [("ROLLED", config.rolled), ("WIDE", config.wide)]
                 .map(|(name, is)| (name, f64::from(u8::from(is)))),
             variants: HashMap::new(),
-        }
+        })
     }
 
     /// For `prepare`: makes the kernel where there is none yet.
@@ -138,17 +133,16 @@ impl Kernels {
         device: &wgpu::Device,
         variant: Variant,
         features: Features,
-    ) -> &Kernel {
-        let desc = variant.desc(self.tier, features);
-        self.variants.entry((variant, features)).or_insert_with(|| {
-            let mut constants = features.constants(desc.constants);
-            for constant in &mut constants {
-                if let Some(own) = self.own.iter().find(|own| own.0 == constant.0) {
-                    *constant = *own;
-                }
+    ) -> Result<&Kernel, KernelError> {
+        match self.variants.entry((variant, features)) {
+            Entry::Occupied(made) => Ok(made.into_mut()),
+            Entry::Vacant(place) => {
+                let mut constants = features.constants();
+                constants.extend(self.own);
+                let desc = variant.desc(features);
+                Ok(place.insert(Kernel::new(device, desc, self.tier, &constants)?))
             }
-            Kernel::new(device, desc, &constants)
-        })
+        }
     }
 
     /// For `record`.

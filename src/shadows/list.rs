@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Timeline, view},
+    gpu::{Kernel, Timeline},
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams, DISC_SEGMENT, SEGMENT_LENGTH},
@@ -17,7 +17,7 @@ use crate::{
         sort::{SortBindings, SortCount},
     },
 };
-use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
+use wgpu::{BindGroup, Buffer, BufferUsages};
 
 /// What one list counted.
 pub type ListCounters = BatchCounters;
@@ -64,43 +64,23 @@ impl List {
         tile_count: u32,
     ) -> Result<Self, Error> {
         let scratch: &Scratch = context.scratch;
-        let Scratch { footprints, keys, rects, setups, pairs, .. } = scratch;
-        let texture = BindingResource::TextureView;
-        let casters = view(&context.casters.casters);
-        let triangles = view(&context.casters.triangles);
-        let particle_buffers = context.chunk_buffers(plan, &plan.particle_chunks)?;
-        let particle_chunks = particle_buffers.map(|ChunkBuffers { count, chunks, params }| {
-            let resources = [
-                params.as_entire_binding(),
-                views.as_entire_binding(),
-                context.casters.materials.as_entire_binding(),
-                chunks.as_entire_binding(),
-                texture(&casters),
-                texture(footprints),
-                texture(&keys[0]),
-                texture(rects),
-            ];
-            let kernel = &context.kernels.project_particles;
-            Chunks { count, bindings: kernel.bind(context.allocator.device, &resources) }
-        });
-        let triangle_buffers = context.chunk_buffers(plan, &plan.triangle_chunks)?;
-        let triangle_chunks = triangle_buffers.map(|ChunkBuffers { count, chunks, params }| {
-            let resources = [
-                params.as_entire_binding(),
-                views.as_entire_binding(),
-                chunks.as_entire_binding(),
-                texture(&triangles),
-                texture(footprints),
-                texture(&keys[0]),
-                texture(rects),
-                texture(setups),
-            ];
-            let kernel = &context.kernels.project_triangles;
-            Chunks { count, bindings: kernel.bind(context.allocator.device, &resources) }
-        });
+        let Scratch { keys, pairs, .. } = scratch;
+        let device = context.allocator.device;
+        let particle_chunks = context.chunk_buffers(plan, &plan.particle_chunks)?;
+        let triangle_chunks = context.chunk_buffers(plan, &plan.triangle_chunks)?;
+        let bind_chunks = |kernel: &Kernel, buffers: ChunkBuffers| {
+            let resources = context.resources(views).and(&buffers.resources());
+            let bindings = kernel.bind(device, &resources.with("keys", &keys[0]))?;
+            Ok::<_, Error>(Chunks { count: buffers.count, bindings })
+        };
+        let particle_chunks = particle_chunks
+            .map(|buffers| bind_chunks(&context.kernels.project_particles, buffers))
+            .transpose()?;
+        let triangle_chunks = triangle_chunks
+            .map(|buffers| bind_chunks(&context.kernels.project_triangles, buffers))
+            .transpose()?;
         let copied = BufferUsages::COPY_SRC;
         let counters = context.allocator.storage::<BatchCounters>("counters", 1, copied)?;
-        let device = context.allocator.device;
         let readback = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("counters_readback"),
             size: size_of::<BatchCounters>() as u64,
@@ -144,56 +124,20 @@ impl List {
             context.allocator.memory.add("histograms", depth.scratch_size() + tile.scratch_size());
             (depth_sort, tile_sort) = (Some(depth), Some(tile));
         }
-        let sorted = texture(&keys[depth_sort.as_ref().map_or(0, SortBindings::result)]);
         let sorted_pairs = tile_sort.as_ref().map_or(0, SortBindings::result);
         let kernels = &context.kernels;
-        let count = kernels.bin_count.bind(
-            device,
-            &[
-                params.as_entire_binding(),
-                sorted.clone(),
-                texture(rects),
-                scratch.run_offsets.as_entire_binding(),
-                counters.as_entire_binding(),
-            ],
-        );
-        let scan = kernels.bin_scan.bind(
-            device,
-            &[
-                params.as_entire_binding(),
-                scratch.run_offsets.as_entire_binding(),
-                counters.as_entire_binding(),
-            ],
-        );
-        let emit = kernels.bin_emit.bind(
-            device,
-            &[
-                params.as_entire_binding(),
-                views.as_entire_binding(),
-                sorted,
-                texture(rects),
-                scratch.run_offsets.as_entire_binding(),
-                counters.as_entire_binding(),
-                scratch.dispatches.as_entire_binding(),
-                scratch.overflow.as_entire_binding(),
-                texture(&pairs[0]),
-            ],
-        );
-        let tiles = kernels.bin_tiles.bind(
-            device,
-            &[
-                params.as_entire_binding(),
-                views.as_entire_binding(),
-                counters.as_entire_binding(),
-                scratch.dispatches.as_entire_binding(),
-                if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles }
-                    .as_entire_binding(),
-                texture(&pairs[sorted_pairs]),
-                texture(&scratch.tiles),
-                scratch.segments.as_entire_binding(),
-                scratch.merged_tiles.as_entire_binding(),
-            ],
-        );
+        let resources = context
+            .resources(views)
+            .with("bin_params", &params)
+            .with("counters", &counters)
+            .with("sorted", &keys[depth_sort.as_ref().map_or(0, SortBindings::result)]);
+        let count = kernels.bin_count.bind(device, &resources)?;
+        let scan = kernels.bin_scan.bind(device, &resources)?;
+        let emit = kernels.bin_emit.bind(device, &resources.clone().with("pairs", &pairs[0]))?;
+        let scattered = if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
+        let resources = resources.with("pairs", &pairs[sorted_pairs]);
+        let tiles =
+            kernels.bin_tiles.bind(device, &resources.with("scattered_tiles", scattered))?;
         Ok(Self {
             footprint_count: plan.footprint_count,
             run_count,

@@ -1,7 +1,7 @@
 //! The shadow atlas: every view's filter, nearest depth and opaque depth.
 use crate::{
     error::Error,
-    gpu::Allocator,
+    gpu::{Allocator, Resources},
     model::View,
     view::atlas::{Atlas, AtlasLimits, MapPlace},
 };
@@ -86,6 +86,15 @@ impl Maps {
     pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
         let Self { filters, nearests, opaques, .. } = self;
         [filters, nearests, opaques]
+    }
+
+    pub(crate) fn resources(&self) -> Resources<'_> {
+        let maps = Resources::new()
+            .with("filters", &self.filters)
+            .with("nearests", &self.nearests)
+            .with("opaques", &self.opaques)
+            .with("curves", &self.curves);
+        self.colored.iter().fold(maps, |maps, colored| maps.with("colored", colored))
     }
 
     /// Of the same size and places, with nothing in them.

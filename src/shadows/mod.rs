@@ -18,7 +18,6 @@ pub(crate) mod plan;
 pub(crate) mod scratch;
 mod small;
 
-pub(crate) use casters::is_plain;
 pub use casters::{CasterSet, Span};
 pub use config::Config;
 pub use groups::{Extent, Group};
@@ -67,9 +66,10 @@ pub struct Prepared {
 }
 
 impl Pipeline {
-    pub fn new(device: &wgpu::Device, mut config: Config) -> Self {
+    pub fn new(device: &wgpu::Device, mut config: Config) -> Result<Self, Error> {
         config.queued &= config.tier == Tier::Native && device.features().contains(FETCH_FEATURES);
-        Self { kernels: Kernels::new(device, config), config, may_queue: config.queued }
+        let kernels = Kernels::new(device, config)?;
+        Ok(Self { kernels, config, may_queue: config.queued })
     }
 
     pub fn config(&self) -> &Config {
@@ -242,7 +242,7 @@ impl Pipeline {
             batches.push(Batch::new(&mut context, plan, raw)?);
         }
         if let Some(filter) = &mut filter {
-            filter.bind(&mut allocator, queue, &self.kernels, &plans, &maps);
+            filter.bind(&mut allocator, queue, &self.kernels, &plans, &maps)?;
         }
         Ok(Prepared {
             maps,

@@ -156,6 +156,7 @@ impl Plan {
         Self { views, tile_count, lists, small_chunks, kept, cleared: false }
     }
 
+    #[cfg(feature = "picture")]
     /// Of the picture: what is solid, and all else that is seen.
     pub(crate) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
         let visible = casters.visible(&view);

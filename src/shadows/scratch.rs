@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Tier, view},
+    gpu::{Allocator, Resources, Tier, view},
     model::TILE_SIZE,
     records::{FOOTPRINT_TEXELS, SETUP_TEXELS},
     stage::{
@@ -16,9 +16,7 @@ use crate::{
         sort::{PAIR_FORMAT, pair_limit},
     },
 };
-use wgpu::{
-    BindingResource, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView,
-};
+use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView};
 
 /// Segments whose effects on their texels fit a storage binding of 128 MiB, 32 bytes a texel.
 const MAX_COMPOSED: u64 = (128 << 20) / (32 * (TILE_SIZE * TILE_SIZE) as u64);
@@ -112,43 +110,60 @@ impl Room {
     }
 }
 
+const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
+
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
 /// batch: new memory is, and `resolve` leaves it so.
 #[derive(Debug)]
 pub(crate) enum Sums {
     Buffers(Box<[Buffer; 4]>),
-    Textures(Box<[(Texture, TextureView); 4]>),
+    Textures(Box<[Texture; 4]>),
 }
 
 impl Sums {
     fn new(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Self, Error> {
-        const NAMES: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
         if tier == Tier::Core {
             let [a, b, c, d] =
-                NAMES.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
+                SUMS.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
             return Ok(Self::Buffers(Box::new([a?, b?, c?, d?])));
         }
         let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
         let [a, b, c, d] =
-            NAMES.map(|name| allocator.records(name, TextureFormat::R32Uint, texels, usage));
-        let with_view = |texture: Texture| {
-            let view = view(&texture);
-            (texture, view)
-        };
-        Ok(Self::Textures(Box::new([a?, b?, c?, d?].map(with_view))))
+            SUMS.map(|name| allocator.records(name, TextureFormat::R32Uint, texels, usage));
+        Ok(Self::Textures(Box::new([a?, b?, c?, d?])))
     }
 
-    pub(crate) fn resources(&self) -> [BindingResource<'_>; 4] {
+    pub(crate) fn resources(&self) -> Resources<'_> {
+        let none = Resources::new();
         match self {
-            Self::Buffers(buffers) => buffers.each_ref().map(Buffer::as_entire_binding),
+            Self::Buffers(buffers) => {
+                SUMS.into_iter().zip(&**buffers).fold(none, |all, (name, sum)| all.with(name, sum))
+            }
             Self::Textures(textures) => {
-                textures.each_ref().map(|(_, view)| BindingResource::TextureView(view))
+                SUMS.into_iter().zip(&**textures).fold(none, |all, (name, sum)| all.with(name, sum))
             }
         }
     }
 }
 
 impl Scratch {
+    /// What kernels read and write of it whatever the list is.
+    pub(crate) fn resources(&self) -> Resources<'_> {
+        self.sums
+            .resources()
+            .with("footprints", &self.footprints)
+            .with("rects", &self.rects)
+            .with("setups", &self.setups)
+            .with("tiles", &self.tiles)
+            .with("scattered_tiles", &self.scattered_tiles)
+            .with("merged_tiles", &self.merged_tiles)
+            .with("segments", &self.segments)
+            .with("run_offsets", &self.run_offsets)
+            .with("overflow", &self.overflow)
+            .with("dispatches", &self.dispatches)
+            .with("small_depths", &self.small.depths)
+    }
+
     /// What a list expects to be zero.
     pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
         encoder.clear_buffer(&list.counters, 0, None);

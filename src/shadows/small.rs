@@ -1,12 +1,12 @@
 //! Opaque triangles of a few texels: straight to the depths of their texels.
 use super::{
-    context::{ChunkBuffers, Chunks, Context},
+    context::{Chunks, Context},
     kernels::Kernels,
     scratch::Scratch,
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline, view},
+    gpu::{Allocator, Timeline},
     model::{Bounds, Material, TILE_SIZE, Transfer, Triangle},
     records::GpuView,
     stage::project::{Chunk, ProjectParams, grid},
@@ -108,16 +108,10 @@ impl SmallTriangles {
         }
         let chunk_count = chunks.len() as u32;
         let params = ProjectParams { chunk_count, ..ProjectParams::default() };
-        let ChunkBuffers { count, chunks, params } = context.chunk_buffers_with(&params, chunks)?;
-        let triangles = view(&context.casters.triangles);
-        let resources = [
-            params.as_entire_binding(),
-            views.as_entire_binding(),
-            chunks.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&triangles),
-            context.scratch.small.depths.as_entire_binding(),
-        ];
-        let bindings = context.kernels.occlude_small.bind(context.allocator.device, &resources);
+        let buffers = context.chunk_buffers_with(&params, chunks)?;
+        let resources = context.resources(views).and(&buffers.resources());
+        let bindings = context.kernels.occlude_small.bind(context.allocator.device, &resources)?;
+        let count = buffers.count;
         Ok(Some(Self(Chunks { count, bindings })))
     }
 

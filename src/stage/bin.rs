@@ -4,12 +4,8 @@
 //! pairs in sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and
 //! cuts long tiles into segments. What does not fit is listed in `overflow` for the scatter path.
 //! `dispatches` are the workgroups of what only the GPU knows.
-use crate::{
-    gpu::{Binding, KernelDesc, Tier},
-    records::{GpuView, MAX_VIEWS},
-};
+use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
-use wgpu::TextureFormat::{Rg32Uint, Rgba32Uint};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
 /// stays below the 65,535 iterations that llvmpipe allows it.
@@ -27,82 +23,37 @@ pub const TILE_LANES: u32 = 64;
 
 pub const COUNT: KernelDesc = KernelDesc {
     name: "bin_count",
-    sources: crate::sources!["common/record.wgsl", "common/bin.wgsl", "bin_count.wgsl"],
-    bindings: &[
-        Binding::uniform::<BinParams>("params"),
-        Binding::texture_read("sorted", Rg32Uint),
-        Binding::texture_read("rects", Rg32Uint),
-        Binding::read_write::<u32>("run_offsets"),
-        Binding::read_write::<BatchCounters>("counters"),
-    ],
+    root: "bin/bin_count.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
 pub const SCAN: KernelDesc = KernelDesc {
     name: "bin_scan",
-    sources: crate::sources!["common/bin.wgsl", "bin_scan.wgsl"],
-    bindings: &[
-        Binding::uniform::<BinParams>("params"),
-        Binding::read_write::<u32>("run_offsets"),
-        Binding::read_write::<BatchCounters>("counters"),
-    ],
+    root: "bin/bin_scan.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
 pub const EMIT: KernelDesc = KernelDesc {
     name: "bin_emit",
-    sources: crate::sources![
-        "common/record.wgsl",
-        "common/view.wgsl",
-        "common/bin.wgsl",
-        "common/dispatch.wgsl",
-        "common/raise_dispatch.wgsl",
-        "bin_emit.wgsl"
-    ],
-    bindings: &[
-        Binding::uniform::<BinParams>("params"),
-        Binding::uniform::<[GpuView; MAX_VIEWS]>("views"),
-        Binding::texture_read("sorted", Rg32Uint),
-        Binding::texture_read("rects", Rg32Uint),
-        Binding::read_write::<u32>("run_offsets"),
-        Binding::read_write::<BatchCounters>("counters"),
-        Binding::read_write::<u32>("dispatches"),
-        Binding::read_write::<u32>("overflow"),
-        Binding::texture_write("pairs", Rg32Uint),
-    ],
+    root: "bin/bin_emit.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "bin_tiles",
-    sources: crate::sources![
-        "common/record.wgsl",
-        "common/view.wgsl",
-        "common/bin.wgsl",
-        "common/tile.wgsl",
-        "common/dispatch.wgsl",
-        "common/raise_dispatch.wgsl",
-        "bin_tiles.wgsl"
-    ],
-    bindings: &[
-        Binding::uniform::<BinParams>("params"),
-        Binding::uniform::<[GpuView; MAX_VIEWS]>("views"),
-        Binding::read_write::<BatchCounters>("counters"),
-        Binding::read_write::<u32>("dispatches"),
-        Binding::read_write::<u32>("scattered_tiles"),
-        Binding::texture_read("pairs", Rg32Uint),
-        Binding::texture_write("tiles", Rgba32Uint),
-        Binding::read_write::<Segment>("segments"),
-        Binding::read_write::<u32>("merged_tiles"),
-    ],
+    root: "bin/bin_tiles.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
-/// Places in `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/common/dispatch.wgsl`.
+/// Places in `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum Dispatch {
     Overflow,
@@ -119,7 +70,7 @@ impl Dispatch {
     }
 }
 
-/// WGSL: `wgsl/common/bin.wgsl`.
+/// WGSL: `wgsl/records/bin.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct BinParams {
@@ -143,7 +94,7 @@ crate::gpu_layout!(BinParams {
     segment_length
 });
 
-/// WGSL: `wgsl/common/bin.wgsl`.
+/// WGSL: `wgsl/records/bin.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct BatchCounters {
@@ -171,7 +122,7 @@ crate::gpu_layout!(BatchCounters {
 /// Of `pair_count` among the counters.
 pub const PAIR_COUNT_INDEX: u32 = 1;
 
-/// WGSL: `wgsl/common/tile.wgsl`.
+/// WGSL: `wgsl/records/tile.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Segment {

@@ -12,12 +12,11 @@
 //! Both steps of the test that decide are integer arithmetic on numbers that correctly rounded
 //! operations made, so every device finds the same bits. The test errs towards reaching.
 use crate::{
-    gpu::{Binding, FLOAT, KernelDesc, Tier},
+    gpu::{KernelDesc, Tier},
     model::{ClusterSettings, Light, LightKind, View},
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec2, Vec3};
-use wgpu::{TextureFormat::R32Uint, TextureSampleType::Uint};
 
 /// Invocations of a workgroup of `count` and `emit`.
 pub const LANES: u32 = 64;
@@ -28,49 +27,34 @@ const SCAN_LANES: u32 = 256;
 const MAX_WORDS: u32 = 1 << 21;
 /// Largest edge of a cluster [pixels].
 pub const MAX_TILE: u32 = 256;
-/// What the header of a cluster says whose list did not fit. WGSL: `wgsl/common/light.wgsl`.
+/// What the header of a cluster says whose list did not fit. WGSL: `wgsl/records/cluster.wgsl`.
 pub const ALL_LIGHTS: u32 = u32::MAX;
 
 pub const COUNT: KernelDesc = KernelDesc {
     name: "cluster_count",
-    sources: crate::sources!["common/record.wgsl", "common/cluster.wgsl", "cluster_count.wgsl"],
-    bindings: &[
-        Binding::uniform::<ClusterParams>("params"),
-        Binding::texture("cells", FLOAT),
-        Binding::texture("reaches", Uint),
-        Binding::read_write::<u32>("offsets"),
-        Binding::texture_write("masks", R32Uint),
-    ],
+    root: "cluster/cluster_count.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
 pub const SCAN: KernelDesc = KernelDesc {
     name: "cluster_scan",
-    sources: crate::sources!["common/cluster.wgsl", "cluster_scan.wgsl"],
-    bindings: &[
-        Binding::uniform::<ClusterParams>("params"),
-        Binding::read_write::<u32>("offsets"),
-        Binding::read_write::<ClusterCounters>("counters"),
-    ],
+    root: "cluster/cluster_scan.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
 pub const EMIT: KernelDesc = KernelDesc {
     name: "cluster_emit",
-    sources: crate::sources!["common/record.wgsl", "common/cluster.wgsl", "cluster_emit.wgsl"],
-    bindings: &[
-        Binding::uniform::<ClusterParams>("params"),
-        Binding::texture("masks", Uint),
-        Binding::read_write::<u32>("offsets"),
-        Binding::texture_write("clusters", R32Uint),
-    ],
+    root: "cluster/cluster_emit.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
-/// WGSL: `wgsl/common/cluster.wgsl`.
+/// WGSL: `wgsl/records/cluster.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ClusterParams {
@@ -85,7 +69,7 @@ pub struct ClusterParams {
 }
 crate::gpu_layout!(ClusterParams { cells, cluster_count, light_count, word_count, capacity, pad });
 
-/// WGSL: `wgsl/common/cluster.wgsl`.
+/// WGSL: `wgsl/records/cluster.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ClusterCounters {
@@ -228,7 +212,7 @@ pub const PLANES: usize = 6;
 pub const UNIT: f32 = 8192.0;
 
 /// Where a light's light may be: a sphere, and for a spot the planes around its cone.
-/// 4 texels; WGSL: `wgsl/common/cluster.wgsl`.
+/// 4 texels; WGSL: `wgsl/records/cluster.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Reach {

@@ -2,46 +2,29 @@
 //! of the visibility over one window of the pattern.
 //!
 //! In: the maps. Out: maps of the same size, in which no depth is blurred.
-use super::hits::{OPAQUES, VIEWS};
-use crate::gpu::{Binding, FLOAT, KernelDesc, Tier};
+use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
-use wgpu::TextureFormat::{R32Float, Rgba16Float, Rgba32Float};
 
 /// Edge of a workgroup [texels].
 pub const GROUP_SIZE: u32 = 8;
 
-pub(super) const PARAMS: Binding = Binding::uniform::<FilterParams>("params");
-
 pub const ROWS: KernelDesc = KernelDesc {
     name: "filter_rows",
-    sources: crate::sources!["common/view.wgsl", "common/window.wgsl", "filter_rows.wgsl"],
-    bindings: &[PARAMS, VIEWS, OPAQUES, Binding::texture_write("rows", Rgba32Float).array()],
+    root: "soften/filter_rows.wgsl",
+    with: &[],
     constants: &[],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
-
-/// From blurred rows to the maps.
-pub(super) const COLUMNS_BINDINGS: &[Binding] = &[
-    PARAMS,
-    VIEWS,
-    Binding::texture("rows", FLOAT).array(),
-    Binding::texture("filters", FLOAT).array(),
-    Binding::texture("nearests", FLOAT).array(),
-    OPAQUES,
-    Binding::texture_write("soft_filters", Rgba16Float).array(),
-    Binding::texture_write("soft_nearests", R32Float).array(),
-    Binding::texture_write("soft_opaques", R32Float).array(),
-];
 
 pub const COLUMNS: KernelDesc = KernelDesc {
     name: "filter_columns",
-    sources: crate::sources!["common/view.wgsl", "common/window.wgsl", "filter_columns.wgsl"],
-    bindings: COLUMNS_BINDINGS,
+    root: "soften/filter_columns.wgsl",
+    with: &[],
     constants: &[],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
-/// WGSL: `wgsl/common/window.wgsl`.
+/// WGSL: `wgsl/soften/window.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct FilterParams {

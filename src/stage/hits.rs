@@ -1,9 +1,5 @@
-//! What the kernels that evaluate hits share: sources, bindings and specialisation.
-use crate::{
-    gpu::{Binding, Constant, FLOAT, Source, join},
-    records::{GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS},
-};
-use wgpu::TextureSampleType::Uint;
+//! What a batch holds: kernels leave out the rest.
+use crate::gpu::Constant;
 
 /// What a batch holds; kernels leave out the rest. Hash key of the pipelines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -130,68 +126,26 @@ impl Features {
         Self { dense: self.plain && dense, queued: self.plain && queued, ..self }
     }
 
-    /// Values of the overrides of `constants`.
-    pub fn constants(self, constants: &[Constant]) -> Vec<Constant> {
-        let flag = |name: &str| match name {
-            "HAS_PARTICLES" => Some(self.particles),
-            "HAS_TRIANGLES" => Some(self.triangles),
-            "HAS_TEXTURES" => Some(self.textures),
-            "HAS_PUFFS" => Some(self.puffs),
-            "HAS_QUADS" => Some(self.quads),
-            "HAS_GAIN" => Some(self.gain),
-            "HAS_OVER" => Some(self.over),
-            "HAS_VOLUMES" => Some(self.volumes),
-            "HAS_OWNERS" => Some(self.owners),
-            "HAS_DITHER" => Some(self.dither),
-            "HAS_SMALL" => Some(self.small),
-            "PERSPECTIVE" => Some(self.perspective),
-            "HAS_OPAQUE" => Some(self.opaque),
-            "DENSE" => Some(self.dense),
-            "COUNT_COST" => Some(self.cost),
-            _ => None,
-        };
-        let value = |name: &str, usual: f64| match name {
-            "NODES" => f64::from(self.nodes),
-            _ => flag(name).map_or(usual, |v| f64::from(u8::from(v))),
-        };
-        constants.iter().map(|&(name, usual)| (name, value(name, usual))).collect()
+    /// Values of the overrides of `wgsl/features.wgsl`.
+    pub fn constants(self) -> Vec<Constant> {
+        let flags = [
+            ("HAS_PARTICLES", self.particles),
+            ("HAS_TRIANGLES", self.triangles),
+            ("HAS_TEXTURES", self.textures),
+            ("HAS_PUFFS", self.puffs),
+            ("HAS_QUADS", self.quads),
+            ("HAS_GAIN", self.gain),
+            ("HAS_OVER", self.over),
+            ("HAS_VOLUMES", self.volumes),
+            ("HAS_OWNERS", self.owners),
+            ("HAS_DITHER", self.dither),
+            ("HAS_SMALL", self.small),
+            ("PERSPECTIVE", self.perspective),
+            ("HAS_OPAQUE", self.opaque),
+            ("DENSE", self.dense),
+            ("COUNT_COST", self.cost),
+        ];
+        let flags = flags.map(|(name, is)| (name, f64::from(u8::from(is))));
+        flags.into_iter().chain([("NODES", f64::from(self.nodes))]).collect()
     }
 }
-
-pub(super) const VIEWS: Binding = Binding::uniform::<[GpuView; MAX_VIEWS]>("views");
-pub(super) const MATERIALS: Binding = Binding::uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
-pub(super) const CASTERS: Binding = Binding::texture("casters", Uint);
-pub(super) const SETUPS: Binding = Binding::texture("setups", Uint);
-pub(super) const IMAGES: Binding = Binding::texture("images", FLOAT).array();
-/// Opaque depths of triangles of a few texels.
-pub(super) const SMALL_DEPTHS: Binding = Binding::read::<u32>("small_depths");
-pub(super) const OPAQUES: Binding = Binding::texture("opaques", FLOAT).array();
-
-/// What all of these kernels need.
-pub(super) const CASTER_SOURCES: &[Source] = crate::sources![
-    "common/record.wgsl",
-    "common/view.wgsl",
-    "common/material.wgsl",
-    "common/tile_rect.wgsl"
-];
-/// A hit of any caster: the functions, what they read, and what they can leave out.
-pub(super) const HIT_SOURCES: &[Source] = join![
-    Source: CASTER_SOURCES,
-    crate::sources![
-        "common/hit.wgsl",
-        "common/texture.wgsl",
-        "common/caster_hit.wgsl",
-        "common/rolled.wgsl"
-    ],
-];
-pub(super) const HIT_CONSTANTS: &[Constant] = &[
-    ("HAS_PARTICLES", 1.0),
-    ("HAS_TRIANGLES", 1.0),
-    ("HAS_TEXTURES", 1.0),
-    ("HAS_PUFFS", 1.0),
-    ROLLED,
-];
-/// Of `wgsl/common/rolled.wgsl`; the pipeline's configuration says whether.
-pub(crate) const ROLLED: Constant = ("ROLLED", 0.0);
-/// Of `wgsl/common/wide.wgsl`; the pipeline's configuration says whether.
-pub(crate) const WIDE: Constant = ("WIDE", 1.0);

@@ -1,8 +1,7 @@
 //! The pipeline, stage by stage.
 //!
-//! A kernel is data: its files of `wgsl/`, its bindings and its overrides, joined from lists that
-//! kernels share: `hits` (evaluate a hit), `walk` (visit a tile's pairs) and `sums` (add to a
-//! texel's sums, or resolve them). Kernels of both tiers are arrays, core first.
+//! A kernel is data ([`KernelDesc`]): the file of its entry point, and what
+//! that file's imports from `choice::` stand for. All else stands in `wgsl/`.
 pub mod accumulate;
 pub mod air;
 pub mod bin;
@@ -16,11 +15,12 @@ pub mod project;
 pub mod resolve;
 pub mod shade;
 pub mod sort;
-mod sums;
 mod walk;
 
-/// Every kernel: what the layout and shader tests and the export walk.
-pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
+use crate::gpu::{KernelDesc, Tier};
+
+/// Every kernel.
+pub const KERNELS: &[&KernelDesc] = &[
     &project::PARTICLES,
     &project::TRIANGLES,
     &sort::SERIAL_COUNT,
@@ -43,61 +43,43 @@ pub const KERNELS: &[&crate::gpu::KernelDesc] = &[
     &cluster::SCAN,
     &cluster::EMIT,
     &shade::CASTERS_LIT,
-    &shade::SEEN[0],
-    &shade::SURFACES[0],
-    &shade::LAYERS[0],
-    &shade::COMPOSITE[0],
+    &shade::SEEN,
+    &shade::SURFACES,
+    &shade::LAYERS,
+    &shade::COMPOSITE,
     &occlude::SMALL,
-    &occlude::TILES[0],
-    &occlude::TRIANGLE_TILES[0],
-    &occlude::SEGMENTS[0],
-    &occlude::OVERFLOW[0],
-    &accumulate::TINY[0],
-    &accumulate::OVERFLOW[0],
-    &accumulate::TILES[0],
-    &accumulate::SEGMENTS[0],
-    &accumulate::ORDERED[0],
-    &accumulate::DISC_TILES[0],
-    &accumulate::DISC_SEGMENTS[0],
-    &resolve::TILES[0],
-    &resolve::ORDERED[0],
-    &resolve::OPAQUE[0],
-    &colored::TILES[0],
-    &colored::SEGMENTS[0],
-    &colored::OVERFLOW[0],
-    &colored::RESOLVE[0],
-    &curve::TILES[0],
-    &curve::SEGMENTS[0],
-    &curve::DISC_TILES[0],
-    &curve::DISC_SEGMENTS[0],
-    &curve::RESOLVE[0],
-    &occlude::TILES[1],
-    &occlude::TRIANGLE_TILES[1],
-    &occlude::SEGMENTS[1],
-    &occlude::OVERFLOW[1],
-    &accumulate::TINY[1],
-    &accumulate::OVERFLOW[1],
-    &accumulate::TILES[1],
-    &accumulate::SEGMENTS[1],
-    &accumulate::ORDERED[1],
-    &accumulate::DISC_TILES[1],
-    &accumulate::DISC_SEGMENTS[1],
+    &occlude::TILES,
+    &occlude::TRIANGLE_TILES,
+    &occlude::SEGMENTS,
+    &occlude::OVERFLOW,
+    &accumulate::TINY,
+    &accumulate::OVERFLOW,
+    &accumulate::TILES,
+    &accumulate::SEGMENTS,
+    &accumulate::ORDERED,
+    &accumulate::DISC_TILES,
+    &accumulate::DISC_SEGMENTS,
     &accumulate::DISC_QUEUE_TILES,
     &accumulate::DISC_QUEUE_SEGMENTS,
-    &resolve::TILES[1],
-    &resolve::ORDERED[1],
-    &resolve::OPAQUE[1],
-    &colored::TILES[1],
-    &colored::SEGMENTS[1],
-    &colored::OVERFLOW[1],
-    &colored::RESOLVE[1],
-    &curve::TILES[1],
-    &curve::SEGMENTS[1],
-    &curve::DISC_TILES[1],
-    &curve::DISC_SEGMENTS[1],
-    &curve::RESOLVE[1],
-    &shade::SEEN[1],
-    &shade::SURFACES[1],
-    &shade::LAYERS[1],
-    &shade::COMPOSITE[1],
+    &resolve::TILES,
+    &resolve::ORDERED,
+    &resolve::OPAQUE,
+    &colored::TILES,
+    &colored::SEGMENTS,
+    &colored::OVERFLOW,
+    &colored::RESOLVE,
+    &curve::TILES,
+    &curve::SEGMENTS,
+    &curve::DISC_TILES,
+    &curve::DISC_SEGMENTS,
+    &curve::RESOLVE,
 ];
+
+/// Every kernel on each of its tiers, core first.
+pub fn variants() -> impl Iterator<Item = (&'static KernelDesc, Tier)> {
+    let on = |tier| {
+        let of_tier = KERNELS.iter().filter(move |desc| desc.tiers.contains(&tier));
+        of_tier.map(move |&desc| (desc, tier))
+    };
+    Tier::ALL.iter().flat_map(move |&tier| on(tier))
+}

@@ -2,69 +2,29 @@
 //!
 //! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and
 //! rectangle per (caster, view), at a place the CPU knows; of triangles also a setup.
-use crate::{
-    gpu::{Binding, KernelDesc, Tier},
-    records::{GpuMaterial, GpuView},
-};
+use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
-use wgpu::{
-    TextureFormat::{Rg32Uint, Rgba32Uint},
-    TextureSampleType::Uint,
-};
 
 /// Casters of a chunk: invocations of a workgroup.
 pub const CHUNK_SIZE: u32 = 256;
 
 pub const PARTICLES: KernelDesc = KernelDesc {
     name: "project_particles",
-    sources: crate::sources![
-        "common/record.wgsl",
-        "common/view.wgsl",
-        "common/material.wgsl",
-        "common/tile_rect.wgsl",
-        "common/chunk.wgsl",
-        "project_particles.wgsl"
-    ],
-    bindings: &[
-        Binding::uniform::<ProjectParams>("params"),
-        Binding::uniform::<[GpuView; crate::records::MAX_VIEWS]>("views"),
-        Binding::uniform::<[GpuMaterial; crate::records::MAX_MATERIALS]>("materials"),
-        Binding::read::<Chunk>("chunks"),
-        Binding::texture("casters", Uint),
-        Binding::texture_write("footprints", Rgba32Uint),
-        Binding::texture_write("keys", Rg32Uint),
-        Binding::texture_write("rects", Rg32Uint),
-    ],
+    root: "project/project_particles.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
 pub const TRIANGLES: KernelDesc = KernelDesc {
     name: "project_triangles",
-    sources: crate::sources![
-        "common/record.wgsl",
-        "common/view.wgsl",
-        "common/tile_rect.wgsl",
-        "common/chunk.wgsl",
-        "common/octahedral.wgsl",
-        "common/triangle_edges.wgsl",
-        "project_triangles.wgsl"
-    ],
-    bindings: &[
-        Binding::uniform::<ProjectParams>("params"),
-        Binding::uniform::<[GpuView; crate::records::MAX_VIEWS]>("views"),
-        Binding::read::<Chunk>("chunks"),
-        Binding::texture("triangles", Uint),
-        Binding::texture_write("footprints", Rgba32Uint),
-        Binding::texture_write("keys", Rg32Uint),
-        Binding::texture_write("rects", Rg32Uint),
-        Binding::texture_write("setups", Rgba32Uint),
-    ],
+    root: "project/project_triangles.wgsl",
+    with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
-/// A run of casters for one view. WGSL: `wgsl/common/chunk.wgsl`.
+/// A run of casters for one view. WGSL: `wgsl/records/chunk.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct Chunk {
@@ -77,7 +37,7 @@ pub struct Chunk {
 }
 crate::gpu_layout!(Chunk { view, first_caster, count, first_footprint });
 
-/// WGSL: `wgsl/common/chunk.wgsl`.
+/// WGSL: `wgsl/records/chunk.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ProjectParams {

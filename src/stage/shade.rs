@@ -4,208 +4,75 @@
 //! In: the camera's lists, the shadow maps. Out: `pixels`. Tiles with more pairs than one segment
 //! are walked a segment at a time: `seen` and `layers` leave `partials`, which `surfaces` and
 //! `composite` put together in order.
-use super::{
-    hits::{
-        CASTERS, HIT_CONSTANTS, HIT_SOURCES, IMAGES, MATERIALS, OPAQUES, ROLLED, SETUPS, VIEWS,
-    },
-    walk::{self, DISPATCHES, FOOTPRINTS, LANE_SOURCES, PAIRS, walk_sources},
-};
+use super::walk::{ROWS_4, WALK};
 use crate::{
-    gpu::{Binding, Constant, FLOAT, KernelDesc, Source, Tier, join, on_each_tier},
+    gpu::{Choice, KernelDesc, Tier},
     model::{Light, LightKind, View},
     records::GpuView,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec3, Vec3};
-use wgpu::{
-    TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float},
-    TextureSampleType::Uint,
-};
 
 /// Lights of a picture. A pixel that asks all of them for its surface and for both panes of its four
 /// rows stays below the 65,535 iterations that llvmpipe allows an invocation.
 pub const MAX_LIGHTS: usize = 4096;
 /// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
 pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
-/// Texels of a [`GpuLight`]. WGSL: `wgsl/common/light.wgsl`.
+/// Texels of a [`GpuLight`]. WGSL: `wgsl/records/light.wgsl`.
 pub const LIGHT_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);
-/// Texels of a [`GpuView`]. WGSL: `wgsl/common/light.wgsl`.
+/// Texels of a [`GpuView`]. WGSL: `wgsl/records/light.wgsl`.
 pub const VIEW_TEXELS: u32 = 8;
 const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 /// Invocations of a workgroup of [`CASTERS_LIT`].
 pub const CASTER_LANES: u32 = 64;
 
-pub(super) const PARAMS: Binding = Binding::uniform::<PictureParams>("params");
-const AIR: Binding = Binding::texture("air", FLOAT).array();
-const TRIANGLES: Binding = Binding::texture("triangles", Uint);
-const SURFACES_BELOW: Binding = Binding::texture("surfaces", FLOAT);
-const LIT: Binding = Binding::texture("lit", FLOAT);
-/// What segments leave, written and read.
-const TO_PARTIALS: Binding = Binding::read_write::<[u32; 4]>("partials");
-const PARTIALS: Binding = Binding::read::<[u32; 4]>("partials");
+/// The nearest solid caster of four pixels.
+const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
+/// What is laid over four pixels.
+const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
 
-/// The lights of a point, and the maps that it gets their light through.
-pub(super) const LIGHT_BINDINGS: &[Binding] = &[
-    Binding::texture("lights", Uint),
-    Binding::texture("clusters", Uint),
-    Binding::texture("filters", FLOAT).array(),
-    Binding::texture("nearests", FLOAT).array(),
-    OPAQUES,
-    Binding::texture("curves", Uint).array(),
-];
-pub(super) const LIGHT_SOURCES: &[Source] = crate::sources![
-    "common/light.wgsl",
-    "common/curve.wgsl",
-    "common/curve_light.wgsl",
-    "common/owner.wgsl",
-    "common/receiver.wgsl",
-    "common/receive.wgsl"
-];
-pub(super) const LIGHT_CONSTANTS: &[Constant] = &[("NODES", 0.0), ("HAS_GAIN", 0.0)];
-
-/// A walk of the camera's lists.
-const SEEN_SOURCES: &[Source] =
-    join![Source: HIT_SOURCES, LANE_SOURCES, crate::sources!["common/cost.wgsl"]];
-const SEEN_CONSTANTS: &[Constant] =
-    join![Constant: HIT_CONSTANTS, &[("HAS_QUADS", 1.0), ("COUNT_COST", 0.0)]];
-const SEEN_BINDINGS: &[Binding] = &[PAIRS, FOOTPRINTS, CASTERS, SETUPS, IMAGES];
-/// A walk of what is solid.
-const SOLID_SOURCES: &[Source] =
-    join![Source: SEEN_SOURCES, crate::sources!["common/solid.wgsl", "common/gather_seen.wgsl"]];
-/// The light of a surface that is seen.
-const SURFACE_SOURCES: &[Source] = join![
-    Source: LIGHT_SOURCES,
-    crate::sources![
-        "common/octahedral.wgsl",
-        "common/shading.wgsl",
-        "common/surface.wgsl",
-        "common/air.wgsl"
-    ],
-];
-/// A walk of what is blended, lit.
-const LAYER_SOURCES: &[Source] = join![
-    Source: SEEN_SOURCES,
-    SURFACE_SOURCES,
-    crate::sources![
-        "common/volumes.wgsl",
-        "common/fog.wgsl",
-        "common/gather_layers.wgsl",
-        "common/sheet.wgsl"
-    ],
-];
-const LAYER_CONSTANTS: &[Constant] =
-    join![Constant: SEEN_CONSTANTS, LIGHT_CONSTANTS, &[("HAS_VOLUMES", 0.0)]];
-/// After what is the kernel's own.
-const LAYER_BINDINGS: &[Binding] = join![
-    Binding: SEEN_BINDINGS,
-    &[TRIANGLES],
-    LIGHT_BINDINGS,
-    &[SURFACES_BELOW, LIT, AIR],
-];
-
-pub const SEEN: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
-    sources: join![
-        Source: SOLID_SOURCES,
-        walk_sources(TIER),
-        crate::sources!["common/dispatch.wgsl", "shade_seen.wgsl"],
-    ],
-    bindings: join![
-        Binding: &[VIEWS, MATERIALS, DISPATCHES, walk::SEGMENTS, TO_PARTIALS],
-        SEEN_BINDINGS,
-    ],
-    constants: SEEN_CONSTANTS,
-    tier: TIER,
-});
+    root: "shade/shade_seen.wgsl",
+    with: &[ROWS_4, SEEN_STATE, WALK],
+    constants: &[],
+    tiers: Tier::ALL,
+};
 
-pub const SURFACES: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+pub const SURFACES: KernelDesc = KernelDesc {
     name: "shade_surfaces",
-    sources: join![
-        Source: SOLID_SOURCES,
-        walk_sources(TIER),
-        SURFACE_SOURCES,
-        crate::sources!["shade_surfaces.wgsl"],
-    ],
-    bindings: join![
-        Binding: &[VIEWS, MATERIALS, PARAMS, walk::TILES, PARTIALS],
-        SEEN_BINDINGS,
-        &[TRIANGLES],
-        LIGHT_BINDINGS,
-        &[Binding::texture_write("surfaces", Rgba32Float), AIR],
-    ],
-    constants: join![Constant: SEEN_CONSTANTS, LIGHT_CONSTANTS],
-    tier: TIER,
-});
+    root: "shade/shade_surfaces.wgsl",
+    with: &[ROWS_4, SEEN_STATE, WALK],
+    constants: &[],
+    tiers: Tier::ALL,
+};
 
-pub const LAYERS: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+pub const LAYERS: KernelDesc = KernelDesc {
     name: "shade_layers",
-    sources: join![
-        Source: LAYER_SOURCES,
-        walk_sources(TIER),
-        crate::sources!["common/dispatch.wgsl", "shade_layers.wgsl"],
-    ],
-    bindings: join![
-        Binding: &[VIEWS, MATERIALS, PARAMS, DISPATCHES, walk::SEGMENTS, TO_PARTIALS],
-        LAYER_BINDINGS,
-    ],
-    constants: LAYER_CONSTANTS,
-    tier: TIER,
-});
+    root: "shade/shade_layers.wgsl",
+    with: &[ROWS_4, LAYER_STATE, WALK],
+    constants: &[],
+    tiers: Tier::ALL,
+};
 
-pub const COMPOSITE: [KernelDesc; 2] = on_each_tier!(TIER => KernelDesc {
+pub const COMPOSITE: KernelDesc = KernelDesc {
     name: "shade_composite",
-    sources: join![
-        Source: LAYER_SOURCES,
-        walk_sources(TIER),
-        crate::sources!["common/tone.wgsl", "shade_composite.wgsl"],
-    ],
-    bindings: join![
-        Binding: &[
-            VIEWS,
-            MATERIALS,
-            PARAMS,
-            walk::TILES,
-            PARTIALS,
-            Binding::read_write::<u32>("pixels"),
-        ],
-        LAYER_BINDINGS,
-    ],
-    constants: LAYER_CONSTANTS,
-    tier: TIER,
-});
+    root: "shade/shade_composite.wgsl",
+    with: &[ROWS_4, LAYER_STATE, WALK],
+    constants: &[],
+    tiers: Tier::ALL,
+};
 
 pub const CASTERS_LIT: KernelDesc = KernelDesc {
     name: "shade_casters",
-    sources: join![
-        Source: LIGHT_SOURCES,
-        crate::sources![
-            "common/record.wgsl",
-            "common/view.wgsl",
-            "common/material.wgsl",
-            "common/rolled.wgsl",
-            "shade_casters.wgsl"
-        ],
-    ],
-    bindings: join![
-        Binding: &[
-            MATERIALS,
-            PARAMS,
-            FOOTPRINTS,
-            Binding::texture_read("rects", Rg32Uint),
-            CASTERS,
-        ],
-        LIGHT_BINDINGS,
-        &[Binding::texture_write("lit", Rgba16Float)],
-    ],
-    constants: join![
-        Constant: LIGHT_CONSTANTS,
-        &[ROLLED, ("WORKGROUP_SIZE", CASTER_LANES as f64)],
-    ],
-    tier: Tier::Core,
+    root: "shade/shade_casters.wgsl",
+    with: &[],
+    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64)],
+    tiers: &[Tier::Core],
 };
 
-/// WGSL: `wgsl/common/light.wgsl`.
+/// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuLight {
@@ -269,7 +136,7 @@ impl GpuLight {
     }
 }
 
-/// WGSL: `wgsl/common/light.wgsl`.
+/// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PictureParams {

@@ -15,7 +15,7 @@
 //! ```
 use crate::{
     error::Error,
-    gpu::{Binding, Kernel, KernelDesc, Tier},
+    gpu::{Kernel, KernelDesc, KernelError, Resources, Tier},
 };
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -61,7 +61,7 @@ pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
     [PAIR_ROW, capacity.div_ceil(PAIR_ROW).max(1)]
 }
 
-/// What a digit's kernels need. WGSL: `wgsl/common/sort.wgsl`.
+/// What a digit's kernels need. WGSL: `wgsl/sort/sort.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct SortPass {
@@ -76,70 +76,52 @@ pub struct SortPass {
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
-const PASS: Binding = Binding::uniform::<SortPass>("sort_pass");
-const COUNTS: Binding = Binding::read::<u32>("counts");
-const PAIRS: Binding = Binding::texture_read("pairs", PAIR_FORMAT);
-const SORTED_PAIRS: Binding = Binding::texture_write("sorted_pairs", PAIR_FORMAT);
-const HISTOGRAMS_OUT: &[Binding] =
-    &[PASS, COUNTS, PAIRS, Binding::texture_write("histograms", R32Uint)];
-const HISTOGRAMS_SCAN: &[Binding] =
-    &[PASS, COUNTS, Binding::texture_read_write("histograms", R32Uint)];
-const HISTOGRAMS_IN: &[Binding] =
-    &[PASS, COUNTS, PAIRS, Binding::texture_read("histograms", R32Uint), SORTED_PAIRS];
-
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     name: "sort_serial_count",
-    sources: crate::sources![
-        "common/sort.wgsl",
-        "common/sort_serial.wgsl",
-        "sort_serial_count.wgsl"
-    ],
-    bindings: HISTOGRAMS_OUT,
+    root: "sort/sort_serial_count.wgsl",
+    with: &[],
     constants: SERIAL_CONSTANTS,
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
+
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     name: "sort_serial_scan",
-    sources: crate::sources![
-        "common/sort.wgsl",
-        "common/sort_serial.wgsl",
-        "sort_serial_scan.wgsl"
-    ],
-    bindings: HISTOGRAMS_SCAN,
+    root: "sort/sort_serial_scan.wgsl",
+    with: &[],
     constants: SERIAL_CONSTANTS,
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
+
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
-    sources: crate::sources![
-        "common/sort.wgsl",
-        "common/sort_serial.wgsl",
-        "sort_serial_scatter.wgsl"
-    ],
-    bindings: HISTOGRAMS_IN,
+    root: "sort/sort_serial_scatter.wgsl",
+    with: &[],
     constants: SERIAL_CONSTANTS,
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
+
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     name: "sort_wide_count",
-    sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_count.wgsl"],
-    bindings: HISTOGRAMS_OUT,
+    root: "sort/sort_wide_count.wgsl",
+    with: &[],
     constants: &[],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
+
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
-    sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scan.wgsl"],
-    bindings: HISTOGRAMS_SCAN,
+    root: "sort/sort_wide_scan.wgsl",
+    with: &[],
     constants: &[],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
+
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
-    sources: crate::sources!["common/sort.wgsl", "common/sort_wide.wgsl", "sort_wide_scatter.wgsl"],
-    bindings: HISTOGRAMS_IN,
+    root: "sort/sort_wide_scatter.wgsl",
+    with: &[],
     constants: &[],
-    tier: Tier::Core,
+    tiers: &[Tier::Core],
 };
 
 /// How the work is cut. Both give the same result on every adapter.
@@ -187,13 +169,14 @@ pub struct Sort {
 }
 
 impl Sort {
-    pub fn new(device: &wgpu::Device, shape: Shape) -> Self {
-        let [count, scan, scatter] = match shape {
+    pub fn new(device: &wgpu::Device, shape: Shape) -> Result<Self, KernelError> {
+        let kernels = match shape {
             Shape::Serial => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
             Shape::Wide => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
         }
-        .map(|desc| Kernel::new(device, desc, &[]));
-        Self { shape, count, scan, scatter }
+        .map(|desc| Kernel::new(device, desc, Tier::Core, &[]));
+        let [count, scan, scatter] = kernels;
+        Ok(Self { shape, count: count?, scan: scan?, scatter: scatter? })
     }
 
     /// Allocates the scratch of a sort of `pairs[0]` by the `bits` of the keys. The textures are of
@@ -223,13 +206,13 @@ impl Sort {
             });
         }
         let partitions = self.shape.partition_limit(capacity);
+        let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
+        // No power of two, as in `Allocator::records`: llvmpipe would compile again.
+        let is_power = width.is_power_of_two() && width < RUN_LIMIT;
+        let width = width + SERIAL_WORKGROUP_SIZE * u32::from(is_power);
         let histograms = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("histograms"),
-            size: wgpu::Extent3d {
-                width: partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW),
-                height: TOTAL_ROW + 1,
-                depth_or_array_layers: 1,
-            },
+            size: wgpu::Extent3d { width, height: TOTAL_ROW + 1, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -237,37 +220,29 @@ impl Sort {
             usage: wgpu::TextureUsages::STORAGE_BINDING,
             view_formats: &[],
         });
-        let histograms = histograms.create_view(&Default::default());
+        let bind_digit = |at: usize, digit: Range<u32>| {
+            let digit_count = 1 << digit.len();
+            let pass = SortPass { shift: digit.start, digit_count, capacity, count_index: index };
+            let pass = upload(device, "sort_pass", &[pass], wgpu::BufferUsages::UNIFORM);
+            let [from, to] = if at % 2 == 0 { pairs } else { [pairs[1], pairs[0]] };
+            let resources = Resources::new()
+                .with("sort_pass", &pass)
+                .with("counts", counts)
+                .with("histograms", &histograms)
+                .with("pairs", from)
+                .with("sorted_pairs", to);
+            Ok(PassBindings {
+                digit_count,
+                count: self.count.bind(device, &resources)?,
+                scan: self.scan.bind(device, &resources)?,
+                scatter: self.scatter.bind(device, &resources)?,
+            })
+        };
         let passes = digits(bits)
             .enumerate()
-            .map(|(at, digit)| {
-                let values = SortPass {
-                    shift: digit.start,
-                    digit_count: 1 << digit.len(),
-                    capacity,
-                    count_index: index,
-                };
-                let uniform = upload(device, "sort_pass", &[values], wgpu::BufferUsages::UNIFORM);
-                let view = wgpu::BindingResource::TextureView;
-                let pass = uniform.as_entire_binding();
-                let counts = counts.as_entire_binding();
-                let [from, to] = if at % 2 == 0 { pairs } else { [pairs[1], pairs[0]] };
-                PassBindings {
-                    digit_count: values.digit_count,
-                    count: self.count.bind(
-                        device,
-                        &[pass.clone(), counts.clone(), view(from), view(&histograms)],
-                    ),
-                    scan: self
-                        .scan
-                        .bind(device, &[pass.clone(), counts.clone(), view(&histograms)]),
-                    scatter: self
-                        .scatter
-                        .bind(device, &[pass, counts, view(from), view(&histograms), view(to)]),
-                }
-            })
-            .collect();
-        let size = histograms.texture().size();
+            .map(|(at, digit)| bind_digit(at, digit))
+            .collect::<Result<_, Error>>()?;
+        let size = histograms.size();
         Ok(SortBindings {
             passes,
             own_count: matches!(count, SortCount::Known(_)).then(|| counts.clone()),

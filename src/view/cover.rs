@@ -1,8 +1,5 @@
 //! What a directional view must hold: all that casts, and as deep as what that may fall on.
-use crate::{
-    model::{Bounds, Triangle},
-    scene::Scene,
-};
+use crate::model::{Bounds, Scene, Triangle};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Of one scene.

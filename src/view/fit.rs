@@ -1,8 +1,8 @@
 //! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
 use super::{Part, Projection, View, cascades, cover::Cover, importance};
 use crate::{
+    model::Scene,
     model::{Bounds, Camera, Light, LightKind, MAX_SHADOWS, Shadow},
-    scene::Scene,
     view::atlas::{AtlasLimits, Wish, shrink_to_fit},
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};

@@ -12,12 +12,20 @@ fn export_writes_every_kernel() {
         let manifest = fs::read_to_string(dir.join("manifest.json")).unwrap();
         let manifest: Value = serde_json::from_str(&manifest).unwrap();
         let kernels = manifest["kernels"].as_array().unwrap();
-        assert_eq!(kernels.len(), gobo::stage::KERNELS.len());
+        assert_eq!(kernels.len(), gobo::stage::variants().count());
         let mut expected = vec!["manifest.json".to_owned()];
-        for (kernel, desc) in kernels.iter().zip(gobo::stage::KERNELS) {
+        for (kernel, (desc, tier)) in kernels.iter().zip(gobo::stage::variants()) {
+            let linked = desc.link(tier).unwrap();
             assert_eq!(kernel["name"], desc.name);
-            assert_eq!(kernel["bindings"].as_array().unwrap().len(), desc.bindings.len());
-            assert_eq!(kernel["constants"].as_object().unwrap().len(), desc.constants.len());
+            let bindings = kernel["bindings"].as_array().unwrap();
+            assert_eq!(bindings.len(), linked.bindings().unwrap().len());
+            let has_slots = matches!(target, "msl" | "glsl") && kernel["file"].is_string();
+            assert!(bindings.iter().all(|it| it["slot"].is_u64() == has_slots), "{bindings:?}");
+            let sized = |it: &Value| it["size"].is_u64() || it["element_size"].is_u64();
+            let sizes = |it: &&Value| ["uniform", "storage"].map(Value::from).contains(&it["kind"]);
+            assert!(bindings.iter().filter(sizes).all(sized), "{bindings:?}");
+            let constants = kernel["constants"].as_object().unwrap();
+            assert_eq!(constants.len(), linked.overrides().count());
             let Some(file) = kernel["file"].as_str() else {
                 assert_ne!(kernel["unsupported"].as_str().unwrap(), "");
                 continue;

@@ -11,7 +11,7 @@ use gobo::{
 const EDGE: f64 = 0.05;
 /// How near 1/255 rounding may decide.
 const OPACITY_MARGIN: f64 = 1e-4;
-/// How near the opaque surface rounding may decide, as light depth.
+/// How near the opaque surface or the near plane rounding may decide, as light depth.
 const DEPTH_MARGIN: f64 = 1e-5;
 
 fn f64s(v: Vec3) -> DVec3 {
@@ -101,7 +101,7 @@ impl Eye {
         (point - self.position).dot(self.forward)
     }
 
-    /// World size of a texel at `point` [m].
+    /// World size of a texel at `point` [m]; none, or less, where it is not in front.
     fn texel_size(&self, point: DVec3) -> f64 {
         if self.parallel { 1.0 / self.scale } else { self.along_axis(point) / self.scale }
     }
@@ -192,9 +192,6 @@ fn meet_particle(
     opaque_depth: f64,
 ) -> Met {
     let center = f64s(particle.center);
-    if !eye.parallel && eye.along_axis(center) <= 0.0 {
-        return Met::Nothing;
-    }
     let texel_size = eye.texel_size(center);
     let grow = (std::f64::consts::FRAC_1_SQRT_2 * texel_size / f64::from(particle.radius)).max(1.0);
     let radius = f64::from(particle.radius) * grow;
@@ -220,11 +217,14 @@ fn meet_particle(
         Shape::Quad => (q.x.abs().max(q.y.abs()), false),
         _ => (q.length(), material.profile == Profile::Soft),
     };
-    if !soft && (reach - 1.0).abs() * radius / texel_size < EDGE {
+    if !soft && (reach - 1.0).abs() * radius / eye.texel_size(ray.start + ray.way * t) < EDGE {
         return Met::Edge;
     }
     if reach > 1.0 {
         return Met::Nothing;
+    }
+    if eye.depth(t).abs() < DEPTH_MARGIN {
+        return Met::Edge;
     }
     let profile = if soft { (1.0 - reach * reach).powi(2) } else { 1.0 };
     let uv = DVec2::new((q.x + 1.0) / 2.0, (1.0 - q.y) / 2.0);
@@ -251,14 +251,16 @@ fn meet_puff(
     let len = ray.way.length();
     let closest = (center - ray.start).dot(ray.way) / (len * len);
     let miss = (ray.start + ray.way * closest - center).length();
-    if (miss - radius).abs() / eye.texel_size(center) < EDGE {
+    let texel_size = eye.texel_size(ray.start + ray.way * closest);
+    if (miss - radius).abs() < EDGE * texel_size.max(0.0) {
         return Met::Edge;
     }
     if miss > radius {
         return Met::Nothing;
     }
     let half = (radius * radius - miss * miss).sqrt() / len;
-    let (enter, leave) = (closest - half, (closest + half).min(eye.ways(opaque_depth)));
+    let enter = (closest - half).max(eye.ways(0.0));
+    let leave = (closest + half).min(eye.ways(opaque_depth));
     if leave <= enter {
         return Met::Nothing;
     }

@@ -30,15 +30,31 @@ pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
-        Mutex::new(Renderer::on(gpu))
+        Mutex::new(Renderer::on(gpu).unwrap())
     });
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
     renderer.set_scatter_tiny(scatter);
     renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
 }
 
-pub(crate) fn parse(desc: &KernelDesc) -> naga::Module {
-    let wgsl = desc.wgsl();
+pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {
+    let wgsl = desc.link(tier).unwrap_or_else(|error| panic!("{}: {error}", desc.name)).wgsl;
     naga::front::wgsl::parse_str(&wgsl)
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&wgsl, desc.name)))
+}
+
+/// Every file of `wgsl/`: its path there, and its text.
+pub(crate) fn wgsl_files() -> Vec<(String, String)> {
+    let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/wgsl"));
+    let (mut pending, mut files) = (vec![root.to_owned()], Vec::new());
+    while let Some(path) = pending.pop() {
+        if path.is_dir() {
+            pending.extend(path.read_dir().unwrap().map(|entry| entry.unwrap().path()));
+        } else {
+            let name = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
+            files.push((name, std::fs::read_to_string(path).unwrap()));
+        }
+    }
+    files.sort();
+    files
 }

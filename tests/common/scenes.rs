@@ -58,6 +58,10 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         },
         shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
         materials,
+        textures: Vec::new(),
+        motions: Vec::new(),
+        particles: Vec::new(),
+        triangles: Vec::new(),
         ambient: Vec3::ZERO,
         background: Vec3::ZERO,
         ..Scene::empty()

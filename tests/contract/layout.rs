@@ -1,11 +1,10 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    gpu::{Access, Binding, BindingKind, GpuLayout, KernelDesc, Tier},
-    records::{GpuMaterial, GpuView},
+    gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
+    records::{GpuLayout, GpuMaterial, GpuView},
     reference::curve::tile::SLAB_PAIRS,
     stage::{
-        KERNELS,
         air::AirParams,
         bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment},
         cluster::{ClusterCounters, ClusterParams},
@@ -14,6 +13,7 @@ use gobo::{
         project::{Chunk, ProjectParams},
         shade::{GpuLight, PictureParams},
         sort::{SERIAL_SCATTER, SortPass},
+        variants,
     },
     wgpu::{TextureSampleType, TextureViewDimension},
 };
@@ -94,8 +94,8 @@ fn access(access: StorageAccess) -> Access {
 /// A binding in words, from either side, so that formats compare by name.
 fn rust_binding(binding: &Binding) -> String {
     let kind = match binding.kind {
-        BindingKind::Uniform { size } => format!("uniform of {size} bytes"),
-        BindingKind::Storage { access, size } => format!("{access:?} storage of {size} bytes"),
+        BindingKind::Uniform => "uniform".to_owned(),
+        BindingKind::Storage { access } => format!("{access:?} storage"),
         BindingKind::StorageTexture { access, format, dimension } => {
             format!("{access:?} texture {dimension:?} of {format:?}")
         }
@@ -109,21 +109,15 @@ fn rust_binding(binding: &Binding) -> String {
             format!("texture {dimension:?} of {sample}")
         }
     };
-    format!("{}: {kind}", binding.name)
+    format!("{} {}: {kind}", binding.number, binding.name)
 }
 
-fn wgsl_binding(module: &Module, global: &naga::GlobalVariable) -> String {
-    let ty = &module.types[global.ty].inner;
-    let element_size = match *ty {
-        TypeInner::Array { stride, .. } => stride,
-        _ => layouter(module)[global.ty].size,
-    };
-    let kind = match (global.space, ty) {
-        (AddressSpace::Uniform, _) => {
-            format!("uniform of {} bytes", layouter(module)[global.ty].size)
-        }
+fn wgsl_binding(module: &Module, global: &naga::GlobalVariable) -> Option<String> {
+    let binding = global.binding?;
+    let kind = match (global.space, &module.types[global.ty].inner) {
+        (AddressSpace::Uniform, _) => "uniform".to_owned(),
         (AddressSpace::Storage { access: allowed }, _) => {
-            format!("{:?} storage of {element_size} bytes", access(allowed))
+            format!("{:?} storage", access(allowed))
         }
         (AddressSpace::Handle, &TypeInner::Image { dim: ImageDimension::D2, arrayed, class }) => {
             let dimension =
@@ -140,34 +134,35 @@ fn wgsl_binding(module: &Module, global: &naga::GlobalVariable) -> String {
         }
         other => format!("{other:?}"),
     };
-    format!("{}: {kind}", global.name.as_deref().unwrap_or_default())
+    let name = global.name.as_deref().unwrap_or_default();
+    Some(format!("{} {name}: {kind} of group {}", binding.binding, binding.group))
 }
 
-fn bindings_agree(desc: &KernelDesc, module: &Module) -> Result<(), String> {
-    let mut wgsl: Vec<_> = module
-        .global_variables
-        .iter()
-        .filter_map(|(_, global)| {
-            let at = global.binding?;
-            Some((at.group, at.binding, wgsl_binding(module, global)))
-        })
-        .collect();
+/// What the host binds is what the entry point uses, and nothing else.
+fn bindings_agree(linked: &Linked, module: &Module) -> Result<(), String> {
+    let info = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::all())
+        .subgroup_stages(naga::valid::ShaderStages::COMPUTE)
+        .subgroup_operations(naga::valid::SubgroupOperationSet::all())
+        .validate(module)
+        .map_err(|error| format!("{:?}", error.into_inner()))?;
+    let used = info.get_entry_point(0);
+    let globals = module.global_variables.iter().filter(|&(global, _)| !used[global].is_empty());
+    let mut wgsl: Vec<_> = globals.filter_map(|(_, global)| wgsl_binding(module, global)).collect();
     wgsl.sort();
-    let rust: Vec<_> =
-        (0..).zip(desc.bindings).map(|(i, binding)| (0, i, rust_binding(binding))).collect();
-    if wgsl == rust {
-        Ok(())
-    } else {
-        Err(format!("{}\n wgsl {wgsl:#?}\n rust {rust:#?}", desc.name))
-    }
+    let bindings = linked.bindings().map_err(|error| error.to_string())?;
+    let mut rust: Vec<_> =
+        bindings.iter().map(|binding| rust_binding(binding) + " of group 0").collect();
+    rust.sort();
+    if wgsl == rust { Ok(()) } else { Err(format!("\n wgsl {wgsl:#?}\n rust {rust:#?}")) }
 }
 
 #[test]
 fn structs_and_bindings_agree() {
     let mut declared = vec![false; STRUCTS.len()];
-    for desc in KERNELS {
-        let module = parse(desc);
-        bindings_agree(desc, &module).unwrap_or_else(|error| panic!("{error}"));
+    for (desc, tier) in variants() {
+        let (module, linked) = (parse(desc, tier), desc.link(tier).unwrap());
+        bindings_agree(&linked, &module)
+            .unwrap_or_else(|error| panic!("{} {tier:?}: {error}", desc.name));
         for (seen, check) in declared.iter_mut().zip(STRUCTS) {
             *seen |= check(&module).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         }
@@ -175,15 +170,33 @@ fn structs_and_bindings_agree() {
     assert!(declared.iter().all(|&seen| seen), "a shared struct is in no kernel: {declared:?}");
 }
 
+/// Numbers of names, of every file of `wgsl/bind/`.
+#[test]
+fn a_resource_has_one_number_and_one_place() {
+    let mut numbers = std::collections::BTreeMap::new();
+    for item in Library::embedded().unwrap().items() {
+        let Some((_, number)) = item.text.split_once("@binding(") else { continue };
+        assert!(item.file.starts_with("bind/"), "{} is bound in {}", item.name, item.file);
+        let number: u32 = number.split(')').next().unwrap().parse().unwrap();
+        let known = *numbers.entry(item.name).or_insert(number);
+        assert_eq!(known, number, "{} in {}", item.name, item.file);
+    }
+    let mut taken: Vec<_> = numbers.values().collect();
+    taken.sort();
+    taken.dedup();
+    assert_eq!(taken.len(), numbers.len(), "two resources have one number: {numbers:?}");
+}
+
 /// WebGPU's limits per shader stage, which the core tier is held to.
 #[test]
 fn bindings_are_few_enough() {
-    for desc in KERNELS.iter().filter(|desc| desc.tier == Tier::Core) {
+    for (desc, tier) in variants().filter(|(_, tier)| *tier == Tier::Core) {
+        let bindings = desc.link(tier).unwrap().bindings().unwrap();
         let count = |of: fn(BindingKind) -> bool| {
-            desc.bindings.iter().filter(|binding| of(binding.kind)).count()
+            bindings.iter().filter(|binding| of(binding.kind)).count()
         };
         let name = desc.name;
-        assert!(count(|kind| matches!(kind, BindingKind::Uniform { .. })) <= 12, "{name}");
+        assert!(count(|kind| matches!(kind, BindingKind::Uniform)) <= 12, "{name}");
         assert!(count(|kind| matches!(kind, BindingKind::Storage { .. })) <= 8, "{name}");
         assert!(count(|kind| matches!(kind, BindingKind::StorageTexture { .. })) <= 4, "{name}");
         assert!(count(|kind| matches!(kind, BindingKind::Texture { .. })) <= 16, "{name}");
@@ -193,14 +206,16 @@ fn bindings_are_few_enough() {
 /// The checks can fail: each edit is one they must notice.
 #[test]
 fn disagreements_are_noticed() {
+    let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();
     let edited = |edits: &[(&str, &str)]| {
-        let wgsl = edits.iter().fold(SERIAL_SCATTER.wgsl(), |wgsl, (from, to)| {
+        let wgsl = edits.iter().fold(linked.wgsl.clone(), |wgsl, (from, to)| {
             assert!(wgsl.contains(from), "{from}");
             wgsl.replace(from, to)
         });
         naga::front::wgsl::parse_str(&wgsl)
             .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&wgsl)))
     };
+    assert!(bindings_agree(&linked, &edited(&[])).is_ok());
     for edit in [
         ("    capacity: u32,", "    capacity: u32, extra: u32,"),
         ("digit_count: u32,", "@align(16) digit_count: u32,"),
@@ -211,7 +226,6 @@ fn disagreements_are_noticed() {
     let binding_edits: &[&[(&str, &str)]] = &[
         &[("var<uniform> sort_pass", "var<storage, read> sort_pass")],
         &[("var<storage, read> counts", "var<storage, read_write> counts")],
-        &[("counts: array<u32>", "counts: array<vec2<u32>>"), ("count_index]", "count_index].x")],
         &[("histograms: texture_storage_2d<r32uint", "histograms: texture_storage_2d<rg32uint")],
         &[
             ("histograms: texture_storage_2d<r32uint, read>", "histograms: texture_2d<u32>"),
@@ -219,10 +233,11 @@ fn disagreements_are_noticed() {
             ("ROW)).x", "ROW), 0).x"),
         ],
         &[("rg32uint, write>", "rg32uint, read_write>")],
-        &[("@binding(3)", "@binding(5)")],
+        // Bound, and not used.
+        &[("min(counts[sort_pass.count_index], sort_pass.capacity)", "sort_pass.capacity")],
     ];
     for edits in binding_edits {
-        assert!(bindings_agree(&SERIAL_SCATTER, &edited(edits)).is_err(), "{edits:?}");
+        assert!(bindings_agree(&linked, &edited(edits)).is_err(), "{edits:?}");
     }
 }
 
@@ -230,9 +245,9 @@ fn disagreements_are_noticed() {
 #[test]
 fn segments_are_as_long_in_the_kernels() {
     let sources = [
-        (include_str!("../../wgsl/common/tile.wgsl"), "SEGMENT_LENGTH", SEGMENT_LENGTH),
-        (include_str!("../../wgsl/common/curve.wgsl"), "CURVE_SEGMENT", CURVE_SEGMENT),
-        (include_str!("../../wgsl/common/gather_curve.wgsl"), "SLAB_PAIRS", SLAB_PAIRS as u32),
+        (include_str!("../../wgsl/records/tile.wgsl"), "SEGMENT_LENGTH", SEGMENT_LENGTH),
+        (include_str!("../../wgsl/curve/node.wgsl"), "CURVE_SEGMENT", CURVE_SEGMENT),
+        (include_str!("../../wgsl/curve/gather.wgsl"), "SLAB_PAIRS", SLAB_PAIRS as u32),
     ];
     for (source, name, value) in sources {
         assert!(

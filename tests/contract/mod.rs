@@ -1,5 +1,6 @@
 //! What every kernel, device and recorded frame must keep.
 mod device;
+mod grammar;
 mod layout;
 mod recording;
 mod shaders;

@@ -108,7 +108,7 @@ fn open(tier: Tier) -> (Gpu, Pipeline) {
     assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
     let mut config = Config::new(gpu.tier, &gpu.adapter);
     config.scatter_tiny = true; // as on a GPU
-    let pipeline = Pipeline::new(&gpu.device, config);
+    let pipeline = Pipeline::new(&gpu.device, config).unwrap();
     (gpu, pipeline)
 }
 

@@ -1,11 +1,13 @@
-//! Every kernel is valid on its tier and says all its overrides, and every WGSL file is used.
-use crate::common::parse;
+//! Every kernel is valid on its tier and knows all its overrides; every declaration is some
+//! kernel's, and says where its names come from.
+use crate::common::{gpu, parse, wgsl_files};
 use gobo::{
-    gpu::Tier,
-    stage::{KERNELS, sort::SERIAL_SCATTER},
+    gpu::{Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier, words},
+    stage::{KERNELS, bin, curve, sort::SERIAL_SCATTER, variants},
+    wgpu::{self, BufferUsages},
 };
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
-use std::path::Path;
+use std::collections::HashSet;
 
 /// `pack2x16float` and its kind are core WebGPU; naga counts them as a capability.
 const CORE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
@@ -22,54 +24,188 @@ fn is_valid(module: &naga::Module, capabilities: Capabilities) -> Result<(), Str
 
 #[test]
 fn kernels_are_valid_on_their_tier() {
-    for desc in KERNELS {
-        let module = parse(desc);
-        let capabilities = match desc.tier {
+    for (desc, tier) in variants() {
+        let module = parse(desc, tier);
+        let capabilities = match tier {
             Tier::Core => CORE,
             Tier::Native => NATIVE,
         };
         is_valid(&module, capabilities).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         let entry_points: Vec<_> = module.entry_points.iter().map(|e| e.name.as_str()).collect();
         assert_eq!(entry_points, [desc.name]);
-        let mut overrides: Vec<_> =
+        let overrides: Vec<_> =
             module.overrides.iter().map(|(_, o)| o.name.as_deref().unwrap()).collect();
-        let mut constants: Vec<_> = desc.constants.iter().map(|(name, _)| *name).collect();
-        overrides.sort_unstable();
-        constants.sort_unstable();
-        assert_eq!(overrides, constants, "{}", desc.name);
+        for (name, _) in desc.constants {
+            assert!(overrides.contains(name), "{} has no {name}", desc.name);
+        }
+        for (_, open) in module.overrides.iter().filter(|(_, open)| open.init.is_none()) {
+            let name = open.name.as_deref().unwrap();
+            let is_given = desc.constants.iter().any(|(given, _)| *given == name);
+            assert!(is_given, "{}: {name} has no usual value", desc.name);
+        }
     }
 }
 
 /// The check can fail: some native kernel is refused as a core one.
 #[test]
 fn native_kernels_are_not_core() {
-    let native = KERNELS.iter().filter(|desc| desc.tier == Tier::Native);
-    assert!(native.map(|desc| is_valid(&parse(desc), CORE)).any(|valid| valid.is_err()));
+    let native = variants().filter(|(_, tier)| *tier == Tier::Native);
+    let mut valid = native.map(|(desc, tier)| is_valid(&parse(desc, tier), CORE));
+    assert!(valid.any(|valid| valid.is_err()));
 }
 
+/// Numbers of an enum stand together, whether a kernel asks for each of them or not.
+const ENUMS: &[&str] = &["LIGHT_", "PART_", "PATTERN_", "PROFILE_", "RECEIVES_"];
+
 #[test]
-fn every_wgsl_file_is_used() {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/wgsl"));
-    let mut orphans = Vec::new();
-    for dir in [root.to_owned(), root.join("common")] {
-        for path in dir.read_dir().unwrap().map(|entry| entry.unwrap().path()) {
-            let name = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
-            let used = KERNELS.iter().flat_map(|desc| desc.sources).any(|s| s.path == name);
-            if path.is_file() && !used {
-                orphans.push(name);
-            }
-        }
-    }
+fn every_declaration_is_some_kernels() {
+    let linked: Vec<_> = variants().map(|(desc, tier)| desc.link(tier).unwrap()).collect();
+    let used: HashSet<_> =
+        linked.iter().flat_map(|linked| &linked.items).map(|item| (item.file, item.name)).collect();
+    let items = Library::embedded().unwrap().items();
+    let orphans: Vec<_> = items
+        .filter(|item| !used.contains(&(item.file, item.name)))
+        .filter(|item| !ENUMS.iter().any(|prefix| item.name.starts_with(prefix)))
+        .map(|item| format!("{}:{} {}", item.file, item.line, item.name))
+        .collect();
     assert_eq!(orphans, [""; 0], "in no kernel");
 }
 
 #[test]
+fn every_entry_point_is_a_kernel() {
+    let items = Library::embedded().unwrap().items();
+    let entries: HashSet<_> = items
+        .filter(|item| item.text.contains("@compute"))
+        .map(|item| (item.file, item.name))
+        .collect();
+    let kernels: HashSet<_> = KERNELS.iter().map(|desc| (desc.root, desc.name)).collect();
+    assert_eq!(entries, kernels);
+}
+
+/// Names that a declaration gives to its own parts: locals, parameters and members.
+fn own_names(item: &'static str) -> HashSet<&'static str> {
+    let is_own = |(at, word): &(usize, &str)| {
+        let (before, after) = (item[..*at].trim_end(), item[at + word.len()..].trim_start());
+        let is_label = before.rsplit('\n').next().is_some_and(|line| line.contains("case "));
+        before.ends_with("let") || before.ends_with("var") || after.starts_with(':') && !is_label
+    };
+    words(item).filter(is_own).map(|(_, word)| word).collect()
+}
+
+/// What is wrong with the imports of a file.
+fn unsound_imports(path: &str, library: &Library) -> Vec<String> {
+    let everywhere: HashSet<_> = library.items().map(|item| item.name).collect();
+    let own: Vec<_> = library.items().filter(|item| item.file == path).collect();
+    let imported: HashSet<_> = library.imports(path).collect();
+    let mut unused = imported.clone();
+    let mut foreign = HashSet::new();
+    for item in &own {
+        let names = own_names(item.text);
+        for (_, word) in words(item.text).filter(|(_, word)| everywhere.contains(word)) {
+            unused.remove(word);
+            let is_known = imported.contains(word) || names.contains(word);
+            if !is_known && !own.iter().any(|own| own.name == word) {
+                foreign.insert(word);
+            }
+        }
+    }
+    let unused = unused.into_iter().map(|name| format!("{path} imports {name} for nothing"));
+    unused.chain(foreign.into_iter().map(|name| format!("{path} does not import {name}"))).collect()
+}
+
+#[test]
+fn every_import_is_used_and_every_foreign_name_imported() {
+    let library = Library::embedded().unwrap();
+    let paths: HashSet<_> = library.items().map(|item| item.file).collect();
+    let bad: Vec<_> = paths.into_iter().flat_map(|path| unsound_imports(path, library)).collect();
+    assert_eq!(bad, [""; 0]);
+}
+
+#[test]
+fn unsound_imports_are_noticed() {
+    let b = ("b.wgsl", "struct Size { x: u32 }\nfn size() -> u32 { return 1u; }");
+    let bad = |a| {
+        let library = Library::new(&[("a.wgsl", a), b]).unwrap();
+        unsound_imports("a.wgsl", &library)
+    };
+    assert_eq!(
+        bad("import package::b::size;\nfn a() {}"),
+        ["a.wgsl imports size for nothing".to_owned()]
+    );
+    assert_eq!(bad("fn a() { size(); }"), ["a.wgsl does not import size".to_owned()]);
+    assert_eq!(bad("fn a(s: Size) {}"), ["a.wgsl does not import Size".to_owned()]);
+    assert_eq!(bad("fn a(size: u32) -> u32 { return size; }"), [""; 0]);
+    assert_eq!(bad("import package::b::{Size, size};\nfn a(s: Size) { size(); }"), [""; 0]);
+}
+
+#[test]
+fn files_are_short() {
+    for (path, text) in wgsl_files() {
+        let lines = text.lines().count();
+        assert!(lines <= 265, "wgsl/{path} has {lines} lines");
+    }
+}
+
+#[test]
 fn errors_name_their_file() {
-    let desc = &SERIAL_SCATTER;
-    let source = desc.sources.last().unwrap();
-    let line = 1 + source.text.lines().position(|l| l.contains("places[digit];")).unwrap();
-    let wgsl = desc.wgsl().replace("places[digit];", "spaces[digit];");
-    let error = naga::front::wgsl::parse_str(&wgsl).unwrap_err();
-    let offset = error.location(&wgsl).unwrap().offset as usize;
-    assert_eq!(desc.locate(offset), Some((source.path, line)));
+    let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();
+    let wgsl = linked.wgsl.replace("places[digit];", "spaces[digit];");
+    let error = naga::front::wgsl::parse_str(&wgsl).unwrap_err().emit_to_string(&wgsl);
+    let (_, source) =
+        wgsl_files().into_iter().find(|(path, _)| path == SERIAL_SCATTER.root).unwrap();
+    let line = 1 + source.lines().position(|l| l.contains("places[digit];")).unwrap();
+    let place = format!("wgsl/{}:{line}:", SERIAL_SCATTER.root);
+    assert!(linked.located(&error).contains(&place), "{}", linked.located(&error));
+}
+
+/// Where a device refuses a kernel, the error is a value that says where.
+#[test]
+fn a_refused_kernel_names_file_and_line() {
+    // The only other `ordered` takes arguments.
+    const WRONG: &[Choice] = &[
+        Choice::new("rows", "walk/rows_4.wgsl"),
+        Choice::new("sums", "sums/buffers.wgsl"),
+        Choice::new("visit", "hit/dither.wgsl"),
+    ];
+    let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };
+    let gpu = gpu();
+    let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[]).unwrap_err().to_string();
+    let (_, list) = wgsl_files().into_iter().find(|(path, _)| path == "curve/list.wgsl").unwrap();
+    let line = 1 + list.lines().position(|line| line.contains("if ordered()")).unwrap();
+    assert!(error.contains(&format!("wgsl/curve/list.wgsl:{line}:")), "{error}");
+    assert!(gpu.check().is_ok());
+    let unchosen = KernelDesc { with: &WRONG[..2], ..curve::RESOLVE };
+    let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[]).unwrap_err();
+    assert!(matches!(error, KernelError::Link(_)), "{error}");
+    assert!(error.to_string().contains("does not choose `visit`"), "{error}");
+}
+
+/// Resources are found by name: one that is missing, or is something else, is an error.
+#[test]
+fn wrong_resources_are_errors() {
+    let gpu = gpu();
+    let kernel = Kernel::new(&gpu.device, &bin::SCAN, Tier::Core, &[]).unwrap();
+    let buffer = |usage| gpu.upload("buffer", &[0_u32; 16], usage);
+    let (uniform, storage) = (buffer(BufferUsages::UNIFORM), buffer(BufferUsages::STORAGE));
+    let texture = gpu.texture_array("texture", [1, 1, 1], wgpu::TextureFormat::R32Uint);
+    let all = Resources::new()
+        .with("bin_params", &uniform)
+        .with("run_offsets", &storage)
+        .with("counters", &storage)
+        .with("not_asked_for", &texture);
+    assert!(kernel.bind(&gpu.device, &all).is_ok());
+    for wrong in [
+        all.clone().with("run_offsets", &texture),
+        all.clone().with("run_offsets", &uniform),
+        all.clone().with("bin_params", &storage),
+    ] {
+        let error = kernel.bind(&gpu.device, &wrong).unwrap_err();
+        assert!(matches!(error, KernelError::Mistyped { .. }), "{error}");
+    }
+    let few = Resources::new().with("bin_params", &uniform).with("run_offsets", &storage);
+    match kernel.bind(&gpu.device, &few) {
+        Err(KernelError::Missing { kernel: "bin_scan", resource: "counters" }) => {}
+        other => panic!("{other:?}"),
+    }
+    assert!(gpu.check().is_ok());
 }

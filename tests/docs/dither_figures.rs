@@ -1,9 +1,9 @@
 //! Every figure of `docs/dither.md`, measured again: `make tables` writes them.
 use crate::common::{TIERS, render, scenes::empty};
+use crate::dither_study as measure;
 use gobo::{
     glam::Vec3,
     model::{Light, LightKind, Material, Pattern, Transfer},
-    reference::dither::measure,
     scene::Scene,
 };
 

@@ -21,7 +21,7 @@ fn renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     let renderer = RENDERERS[tier as usize].get_or_init(|| {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        let mut renderer = Renderer::on(gpu);
+        let mut renderer = Renderer::on(gpu).unwrap();
         renderer.set_scatter_tiny(true); // as the renderers of `fresh`
         Mutex::new(renderer)
     });
@@ -312,7 +312,7 @@ fn a_frame_that_needed_more_room_is_kept() {
 fn what_was_not_recorded_is_still_to_be_rendered() {
     let gpu = crate::common::gpu();
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter));
+    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter)).unwrap();
     let Scene { particles, triangles, materials, lights, .. } = scene();
     let new_set = |particles: &[Particle]| {
         CasterSet::new(device, queue, particles, &triangles, &materials, &[]).expect("they fit")

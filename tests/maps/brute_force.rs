@@ -33,7 +33,7 @@ fn lit_by(kind: LightKind, materials: Vec<Material>) -> Scene {
     Scene { lights: vec![light(kind)], ..empty(materials) }
 }
 
-fn assert_agrees(scene: &Scene, tolerance: Tolerance) {
+pub(super) fn assert_agrees(scene: &Scene, tolerance: Tolerance) {
     let views = shadow_views(scene);
     let (maps, _) = render_maps(scene, &views);
     assert_eq!(maps.len(), views.len());

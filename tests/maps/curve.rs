@@ -1,7 +1,11 @@
 //! Curves: light as a function of depth.
-use crate::common::{
-    TIERS, render,
-    scenes::{Chance, empty, light, material, particle, random_discs, triangle},
+use crate::{
+    common::{
+        TIERS, render,
+        scenes::{Chance, empty, light, material, particle, random_discs, triangle},
+    },
+    curves::{Method, Rays, Sample},
+    rivals::{Fourier, Hit, Moments, exact},
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
@@ -13,11 +17,7 @@ use gobo::{
     records::ViewMaps,
     reference::{
         self,
-        curve::{
-            MAX_NODES, Streaming, light_at,
-            measure::{Method, Rays, Sample},
-            rivals::{Fourier, Hit, Moments, exact},
-        },
+        curve::{MAX_NODES, Streaming, light_at},
         shading::to_screen,
     },
     scene::{self, Scene},

@@ -210,7 +210,7 @@ fn renderers() -> impl Iterator<Item = Renderer> {
     TIERS.into_iter().map(|tier| {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        let mut renderer = Renderer::on(gpu);
+        let mut renderer = Renderer::on(gpu).unwrap();
         renderer.set_scatter_tiny(true);
         renderer
     })

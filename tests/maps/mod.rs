@@ -1,5 +1,6 @@
 //! Shadow maps: kernels, twin, closed forms and a renderer in 64 bits.
 mod bake;
+mod beside;
 mod brute_force;
 mod cascades;
 mod closed_forms;

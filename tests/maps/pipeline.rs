@@ -132,7 +132,7 @@ fn gpu_matches_twin_with_plain_discs() {
 #[test]
 fn a_queue_of_discs_changes_no_bit() {
     let gpu = Gpu::new(&Selection { tier: Some(Tier::Native), ..Selection::default() });
-    let mut renderer = Renderer::on(gpu.unwrap_or_else(|error| panic!("{error}")));
+    let mut renderer = Renderer::on(gpu.unwrap_or_else(|error| panic!("{error}"))).unwrap();
     let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
     scene.lights = lights();
     scene.shadow.size = 80;

@@ -4,6 +4,7 @@ use gobo::scene::{
     Scene,
     noise::{Animated, KindOfTexture, Noise},
 };
+use std::sync::Arc;
 
 const NOISE: Noise = Noise {
     generate: KindOfTexture::Noise,
@@ -55,7 +56,7 @@ fn noise_scrolls_and_evolves() {
 fn scenes_follow_the_time() {
     let mut scene: Scene = empty(Vec::new());
     scene.textures = vec![NOISE.texture("smoke".into(), 0.0)];
-    scene.animated = vec![Animated { texture: 0, noise: NOISE }];
+    scene.motions = vec![Arc::new(Animated { texture: 0, noise: NOISE })];
     let start = scene.textures.clone();
     scene.set_time(0.5);
     assert!(scene.textures[0].rgba != start[0].rgba && scene.textures[0].name == "smoke");

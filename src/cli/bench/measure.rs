@@ -111,12 +111,12 @@ const WARM_UP: usize = 2;
 const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
-    pub(super) fn new(gpu: Gpu, runs: u32, pair_budget: Option<u32>) -> Self {
-        let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+    pub(super) fn new(gpu: Gpu, runs: u32, pair_budget: Option<u32>) -> Result<Self, Failure> {
+        let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
         if let Some(pairs) = pair_budget {
             pipeline.set_pair_budget(pairs);
         }
-        Self { clock: Clock::new(&gpu), gpu, pipeline, runs }
+        Ok(Self { clock: Clock::new(&gpu), gpu, pipeline, runs })
     }
 
     /// K of the curves that the maps hold besides.

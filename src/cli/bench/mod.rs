@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
         ));
     }
     let selection = Selection { backend, adapter: arguments.adapter.clone(), tier: None };
-    let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget);
+    let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget)?;
     if arguments.receiver == ReceiverName::Curve {
         bench.set_nodes(arguments.nodes);
     }

@@ -2,10 +2,10 @@
 use crate::{
     error::Error,
     gpu::Gpu,
+    model::Scene,
     model::{Part, View},
     picture::PreparedPicture,
     records::Picture,
-    scene::Scene,
 };
 use glam::{Vec2, Vec3};
 

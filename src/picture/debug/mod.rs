@@ -4,7 +4,7 @@ mod cascades;
 mod heat;
 mod letters;
 
-use crate::{error::Error, gpu::Gpu, picture::PreparedPicture, records::Picture, scene::Scene};
+use crate::{error::Error, gpu::Gpu, model::Scene, picture::PreparedPicture, records::Picture};
 use glam::{UVec2, Vec2};
 use heat::Heat;
 

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/curve.wgsl`, `curve_list.wgsl` and `curve_light.wgsl`: light as a function
+//! Twin of `wgsl/curve/node.wgsl`, `curve_list.wgsl` and `curve_light.wgsl`: light as a function
 //! of depth, along the ray of one texel.
 //!
 //! A curve is a list of *ramps*, nearest first: light falls linearly from what the ramp before
@@ -17,8 +17,6 @@
 //!
 //! Streaming with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps).
 //! Unlike theirs: in colour, with ramps, and with depths that move.
-pub mod measure;
-pub mod rivals;
 pub mod tile;
 pub mod volumes;
 

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/accumulate_curve_*.wgsl`: the curves of a tile.
+//! Twin of `wgsl/driver/accumulate_curve_*.wgsl`: the curves of a tile.
 //!
 //! In general every hit goes into its texel's curve as it comes. A tile of soft discs may have
 //! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels:

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
+//! Twin of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
 //! shaded instead of summed.
 mod layers;
 
@@ -15,12 +15,12 @@ use super::{
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
+    model::Scene,
     model::{Class, MAX_GAIN, Material, Transfer, View},
     records::{
         BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
         from_octahedral,
     },
-    scene::Scene,
     stage::air::AirParams,
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `sheet.wgsl`: the light that
+//! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `sheet.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
 mod receive;
 mod tone;
@@ -7,9 +7,9 @@ pub use tone::to_screen;
 
 use super::air::phase;
 use crate::{
+    model::Scene,
     model::{Material, Receives, View},
     records::{GpuView, ViewMaps, owner_tag},
-    scene::Scene,
     stage::shade::GpuLight,
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/receive.wgsl`: what of a light the shadow maps let through to a point.
+//! Twin of `wgsl/shade/receive.wgsl`: what of a light the shadow maps let through to a point.
 use super::{Lighting, Receiver};
 use crate::{
     model::Receives,

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/tone.wgsl`: from light to what a screen shows.
+//! Twin of `wgsl/shade/tone.wgsl`: from light to what a screen shows.
 use glam::Vec3;
 
 /// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.

@@ -52,7 +52,7 @@ impl Batch {
             cleared: plan.cleared,
             opaques: maps.opaques.clone(),
             small: SmallTriangles::new(context, &plan.small_chunks, &views)?,
-            blocking: BoundList::blocking(context, maps, blocking, plan.lists[0].features, &views),
+            blocking: BoundList::blocking(context, maps, blocking, plan.lists[0].features, &views)?,
             filtering: BoundList::filtering(
                 context,
                 maps,
@@ -60,7 +60,7 @@ impl Batch {
                 plan.lists[1].features,
                 &views,
                 tiny,
-            ),
+            )?,
         })
     }
 

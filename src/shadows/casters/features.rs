@@ -1,6 +1,6 @@
 //! What the casters of each class have, so that kernels can leave out the rest.
 use crate::{
-    model::{CLASSES, Class, Material, Particle, Profile, Receives, Shape, Transfer, Triangle},
+    model::{CLASSES, Class, Material, Particle, Receives, Shape, Transfer, Triangle},
     stage::hits::Features,
 };
 
@@ -41,14 +41,5 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     features.over |= material.transfer == Transfer::Over;
     features.volumes |= !is_particle && material.is_volume();
     features.solid &= !is_particle && material.transfer == Transfer::Opaque;
-    features.plain &= is_particle && is_plain(material);
-}
-
-/// Whether a particle is a soft disc of the `filter` transfer and nothing else.
-pub(crate) fn is_plain(material: &Material) -> bool {
-    material.shape == Shape::Disc
-        && material.profile == Profile::Soft
-        && material.transfer == Transfer::Filter
-        && material.reflectivity == 0.0
-        && material.texture.is_none()
+    features.plain &= is_particle && material.is_plain_disc();
 }

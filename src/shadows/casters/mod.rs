@@ -3,12 +3,10 @@ mod features;
 mod update;
 mod upload;
 
-pub(crate) use features::is_plain;
-
 use super::groups::{Group, Groups, Members, now, sort_by_place};
 use crate::{
     error::Error,
-    gpu::{Allocator, Memory},
+    gpu::{Allocator, Memory, Resources},
     model::{
         CLASSES, Class, Material, Particle, Pattern, Texture, Transfer, Triangle, absorptions,
         by_class, dither::window,
@@ -95,6 +93,14 @@ fn hash(texture: &Texture) -> u64 {
 }
 
 impl CasterSet {
+    pub(crate) fn resources(&self) -> Resources<'_> {
+        Resources::new()
+            .with("casters", &self.casters)
+            .with("triangles", &self.triangles)
+            .with("images", &self.images)
+            .with("materials", &self.materials)
+    }
+
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,

@@ -16,6 +16,7 @@ mod crowd;
 mod frustum;
 mod occluders;
 pub mod order;
+mod radix;
 mod tree;
 
 pub use crowd::Crowd;

@@ -1,8 +1,6 @@
 //! Groups: casters that lie together, in order along a curve through space.
-use crate::{
-    model::Bounds,
-    reference::{self, Pair},
-};
+use super::radix::{Keyed, radix_sort};
+use crate::model::Bounds;
 use glam::{UVec3, Vec3};
 use std::ops::Range;
 
@@ -31,17 +29,16 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
     }
     // Cubes, so that a group is as deep as it is wide.
     let per_metre = (1 << BITS) as f32 / edge.max_element();
-    let mut pairs: Vec<Pair> = (0..)
+    let keyed = (0..)
         .zip(points)
         .map(|(value, &point)| {
             // A NaN becomes 0.
             let cell = ((point - least) * per_metre).as_uvec3().min(UVec3::splat((1 << BITS) - 1));
             let key = spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2;
-            Pair { key, value }
+            Keyed { key, value }
         })
         .collect();
-    reference::sort(&mut pairs, &mut Vec::new(), 0..3 * BITS);
-    pairs.into_iter().map(|pair| pair.value).collect()
+    radix_sort(keyed).into_iter().map(|item| item.value).collect()
 }
 
 /// Two empty bits before each of ten.

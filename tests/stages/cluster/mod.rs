@@ -41,7 +41,7 @@ fn on_device<T>(
     let (gpu, pipeline) = PIPELINES[tier as usize].get_or_init(|| {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter));
+        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter)).unwrap();
         (gpu, Mutex::new(pipeline))
     });
     let mut pipeline = pipeline.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,0 +1,362 @@
+//! Links a kernel: its entry point and all that it reaches, out of the files of `wgsl/`.
+//!
+//! A file says where each foreign name comes from:
+//!
+//! ```text
+//! import package::records::tile::{Tile, tile_of};   wgsl/records/tile.wgsl
+//! import choice::walk::walk;                        the file that the kernel chose to walk by
+//! import choice::root::open_rest;                   the file of the kernel's entry point
+//! ```
+//!
+//! (The spelling is WESL's, in which `choice` were a package of its own.) Names stay as they are
+//! and declarations may come in any order, so that a kernel is the declarations it needs, one after
+//! another, each once. What no one needs stays out: a resource that is not used is not bound.
+use std::{collections::HashMap, sync::LazyLock};
+
+/// Path in `wgsl/` and text.
+type SourceFile = (&'static str, &'static str);
+
+static LIBRARY: LazyLock<Result<Library, LinkError>> =
+    LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
+
+/// Why a kernel cannot be linked.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("wgsl/{file}:{line}: {reason}")]
+pub struct LinkError {
+    pub file: &'static str,
+    pub line: usize,
+    pub reason: String,
+}
+
+/// The files that kernels are linked from.
+#[derive(Debug)]
+pub struct Library(HashMap<&'static str, File>);
+
+#[derive(Debug)]
+struct File {
+    imports: HashMap<&'static str, Import>,
+    items: Vec<Item>,
+}
+
+/// Where a name comes from.
+#[derive(Clone, Copy, Debug)]
+struct Import {
+    module: &'static str,
+    line: usize,
+}
+
+/// A declaration, with the comment before it.
+#[derive(Clone, Debug)]
+pub struct Item {
+    pub name: &'static str,
+    /// `fn`, `struct`, `const`, `override`, `var` or `alias`.
+    pub keyword: &'static str,
+    pub text: &'static str,
+    pub file: &'static str,
+    /// Of the file, where the text begins.
+    pub line: usize,
+}
+
+/// A kernel's source.
+#[derive(Debug)]
+pub struct Linked {
+    pub wgsl: String,
+    /// In the order of `wgsl`.
+    pub items: Vec<Item>,
+    /// Of each item, where it begins in `wgsl`.
+    lines: Vec<usize>,
+}
+
+impl Library {
+    /// The files of `wgsl/`.
+    pub fn embedded() -> Result<&'static Self, LinkError> {
+        LIBRARY.as_ref().map_err(Clone::clone)
+    }
+
+    pub fn new(sources: &[SourceFile]) -> Result<Self, LinkError> {
+        let file = |&(path, text)| Ok((path, File::new(path, text)?));
+        sources.iter().map(file).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// `root`: the file of the entry point `name`; `choices`: which file each choice is.
+    pub fn link(
+        &self,
+        root: &'static str,
+        name: &'static str,
+        choices: &[(&str, &'static str)],
+    ) -> Result<Linked, LinkError> {
+        let mut reached = vec![(root, name)];
+        let mut files = vec![root];
+        let mut next = 0;
+        while let Some(&(file, name)) = reached.get(next) {
+            next += 1;
+            let item = self.item(file, name, LinkError { file, line: 1, reason: String::new() })?;
+            for word in words(item.text).map(|(_, word)| word) {
+                let Some(found) = self.find(item.file, word, root, choices)? else { continue };
+                if !files.contains(&found.file) {
+                    files.push(found.file);
+                }
+                if let Some((other, _)) = reached.iter().find(|(_, known)| *known == word) {
+                    if *other != found.file {
+                        let reason = format!("`{word}` is in wgsl/{other} too");
+                        return Err(LinkError { file: found.file, line: found.line, reason });
+                    }
+                } else {
+                    reached.push((found.file, word));
+                }
+            }
+        }
+        let own = |file| {
+            let reached = &reached;
+            self.0[file].items.iter().filter(move |item| reached.contains(&(file, item.name)))
+        };
+        Ok(Linked::new(files.into_iter().flat_map(own).cloned().collect()))
+    }
+
+    /// What `word` means in a file: `None` for what is its own or the language's.
+    fn find(
+        &self,
+        file: &'static str,
+        word: &'static str,
+        root: &'static str,
+        choices: &[(&str, &'static str)],
+    ) -> Result<Option<&Item>, LinkError> {
+        let own = &self.0[file];
+        if let Some(item) = own.items.iter().find(|item| item.name == word) {
+            return Ok(Some(item));
+        }
+        let Some(&Import { module, line }) = own.imports.get(word) else { return Ok(None) };
+        let fail = |reason| LinkError { file, line, reason };
+        let target = match module.split_once("::") {
+            Some(("choice", "root")) => root,
+            Some(("choice", choice)) => {
+                let chosen = choices.iter().find(|(name, _)| *name == choice);
+                chosen.ok_or_else(|| fail(format!("the kernel does not choose `{choice}`")))?.1
+            }
+            Some(("package", path)) => {
+                let path = path.replace("::", "/") + ".wgsl";
+                let known = self.0.keys().find(|known| **known == path);
+                known.ok_or_else(|| fail(format!("there is no wgsl/{path}")))?
+            }
+            _ => return Err(fail(format!("`{module}` is neither of package:: nor of choice::"))),
+        };
+        self.item(target, word, fail(String::new())).map(Some)
+    }
+
+    /// `from`: who asks.
+    fn item(
+        &self,
+        file: &'static str,
+        name: &'static str,
+        from: LinkError,
+    ) -> Result<&Item, LinkError> {
+        let items = self.0.get(file).map(|file| &file.items);
+        items
+            .and_then(|items| items.iter().find(|item| item.name == name))
+            .ok_or_else(|| LinkError { reason: format!("`{name}` is not in wgsl/{file}"), ..from })
+    }
+
+    /// Every declaration of every file.
+    pub fn items(&self) -> impl Iterator<Item = &Item> {
+        self.0.values().flat_map(|file| &file.items)
+    }
+
+    /// The names that a file imports.
+    pub fn imports(&self, file: &str) -> impl Iterator<Item = &'static str> {
+        self.0.get(file).into_iter().flat_map(|file| file.imports.keys().copied())
+    }
+}
+
+impl File {
+    fn new(path: &'static str, text: &'static str) -> Result<Self, LinkError> {
+        let (mut imports, mut items) = (HashMap::new(), Vec::new());
+        let mut start = 0;
+        while let Some(end) = item_end(text, start) {
+            let item = text[start..end].trim_start();
+            let line = 1 + text[..end - item.len()].matches('\n').count();
+            let fail = |reason: String| LinkError { file: path, line, reason };
+            start = end;
+            if let Some((at, module, names)) = import(item) {
+                let line = line + item[..at].matches('\n').count();
+                let import = Import { module, line };
+                imports.extend(names.into_iter().map(|name| (name, import)));
+                continue;
+            }
+            let (keyword, name) =
+                declared(item).ok_or_else(|| fail("a declaration without a name".to_owned()))?;
+            items.push(Item { name, keyword, text: item, file: path, line });
+        }
+        Ok(Self { imports, items })
+    }
+}
+
+impl Linked {
+    fn new(items: Vec<Item>) -> Self {
+        let (mut wgsl, mut lines, mut line) = (String::new(), Vec::new(), 1);
+        for item in &items {
+            lines.push(line);
+            wgsl += item.text;
+            wgsl += "\n\n";
+            line += item.text.matches('\n').count() + 2;
+        }
+        Self { wgsl, items, lines }
+    }
+
+    /// Names of the overrides.
+    pub fn overrides(&self) -> impl Iterator<Item = &'static str> {
+        self.items.iter().filter(|item| item.keyword == "override").map(|item| item.name)
+    }
+
+    /// The file and line of a line of `wgsl`, counted from 1.
+    pub fn locate(&self, line: usize) -> Option<(&'static str, usize)> {
+        let at = self.lines.partition_point(|&first| first <= line).checked_sub(1)?;
+        let item = self.items.get(at)?;
+        Some((item.file, item.line + line - self.lines[at]))
+    }
+
+    /// An error of a compiler, whose places `wgsl:line:column` become those of `wgsl/`.
+    pub fn located(&self, error: &str) -> String {
+        let mut parts = error.split("wgsl:");
+        let mut text = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let digits = part.len() - part.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+            let place = part[..digits].parse().ok().and_then(|line| self.locate(line));
+            match place {
+                Some((file, line)) => text += &format!("wgsl/{file}:{line}{}", &part[digits..]),
+                None => text += &format!("wgsl:{part}"),
+            }
+        }
+        text
+    }
+}
+
+/// Where the declaration that starts at `start` ends, with a comment on its last line.
+fn item_end(text: &str, start: usize) -> Option<usize> {
+    let mut depth = 0_i32;
+    for (at, c) in code(text, start) {
+        depth += i32::from("{(".contains(c)) - i32::from("})".contains(c));
+        let rest = &text[at + 1..];
+        // The names of an import stand in braces before the end.
+        if depth == 0 && ";}".contains(c) && !rest.starts_with(';') {
+            let line = rest.split('\n').next().unwrap_or_default();
+            let is_comment = line.trim_start().starts_with("//");
+            return Some(at + 1 + if is_comment { line.len() } else { 0 });
+        }
+    }
+    None
+}
+
+/// Characters that are in no comment.
+fn code(text: &str, start: usize) -> impl Iterator<Item = (usize, char)> {
+    let mut is_comment = false;
+    text[start..].char_indices().map(move |(at, c)| (start + at, c)).filter(move |&(at, c)| {
+        is_comment = if is_comment { c != '\n' } else { text[at..].starts_with("//") };
+        !is_comment
+    })
+}
+
+/// Names and keywords of the code, and where they are; no members.
+pub fn words(text: &'static str) -> impl Iterator<Item = (usize, &'static str)> {
+    let mut before = ' ';
+    code(text, 0).filter_map(move |(at, c)| {
+        let is_in = |c: char| c.is_alphanumeric() || c == '_';
+        let starts = is_in(c) && !is_in(before) && before != '.';
+        before = c;
+        let rest = &text[at..];
+        starts.then(|| (at, &rest[..rest.find(|c| !is_in(c)).unwrap_or(rest.len())]))
+    })
+}
+
+/// Keyword and name of a declaration.
+fn declared(item: &'static str) -> Option<(&'static str, &'static str)> {
+    let keywords = ["fn", "struct", "const", "override", "var", "alias"];
+    let mut words = words(item).skip_while(|(_, word)| !keywords.contains(word));
+    let (_, keyword) = words.next()?;
+    // `var<storage, read_write> name: type`
+    let is_name = |at: usize, word: &str| {
+        keyword != "var" || item[at + word.len()..].trim_start().starts_with(':')
+    };
+    words.find(|&(at, word)| is_name(at, word)).map(|(_, name)| (keyword, name))
+}
+
+/// Where an import begins, behind a comment, its module and its names.
+fn import(item: &'static str) -> Option<(usize, &'static str, Vec<&'static str>)> {
+    let (start, word) = words(item).next()?;
+    let path = item[start..].strip_prefix("import ").filter(|_| word == "import")?;
+    let (module, names) = path.split(';').next()?.rsplit_once("::")?;
+    Some((start, module.trim(), words(names).map(|(_, name)| name).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROOT: SourceFile = (
+        "a/root.wgsl",
+        "// A kernel.\n\nimport package::b::{size, unused_here};\nimport choice::way::{\n    go,\n    \
+         stop,\n};\n\nconst OWN: u32 = 1u; // its own\n\n// Enters.\n@compute @workgroup_size(1)\n\
+         fn root() {\n    go(size() + OWN); // no_name\n}\n",
+    );
+    const B: SourceFile = (
+        "b.wgsl",
+        "fn size() -> u32 { return rest(); }\nfn rest() -> u32 { return 2u; }\n\nfn unused() {}\n",
+    );
+    const WAY: SourceFile =
+        ("way/one.wgsl", "import choice::root::OWN;\nfn go(a: u32) {}\nconst stop: u32 = OWN;\n");
+
+    fn linked(files: &[SourceFile]) -> Result<Linked, LinkError> {
+        Library::new(files)?.link("a/root.wgsl", "root", &[("way", "way/one.wgsl")])
+    }
+
+    #[test]
+    fn what_is_reached_is_linked_once() {
+        let linked = linked(&[ROOT, B, WAY]).unwrap();
+        let names: Vec<_> = linked.items.iter().map(|item| item.name).collect();
+        assert_eq!(names, ["OWN", "root", "go", "size", "rest"]);
+        assert!(!linked.wgsl.contains("import"), "{}", linked.wgsl);
+        for item in ["fn size", "fn rest", "const OWN"] {
+            assert_eq!(linked.wgsl.matches(item).count(), 1, "{item}");
+        }
+    }
+
+    #[test]
+    fn lines_lead_back_to_their_files() {
+        let linked = linked(&[ROOT, B, WAY]).unwrap();
+        let lines = linked.wgsl.lines();
+        for (line, text) in (1..).zip(lines).filter(|(_, text)| !text.is_empty()) {
+            let (file, at) = linked.locate(line).unwrap();
+            let source = [ROOT, B, WAY].into_iter().find(|source| source.0 == file).unwrap().1;
+            assert_eq!(source.lines().nth(at - 1), Some(text), "{file}:{at}");
+        }
+        let line = 1 + linked.wgsl.lines().position(|line| line.contains("go(size")).unwrap();
+        let error = format!("error: no\n  ┌─ wgsl:{line}:5\n");
+        assert_eq!(linked.located(&error), "error: no\n  ┌─ wgsl/a/root.wgsl:14:5\n");
+        assert_eq!(linked.located("wgsl:x wgsl:"), "wgsl:x wgsl:");
+    }
+
+    #[test]
+    fn what_cannot_be_linked_names_its_line() {
+        let fails = |files: &[SourceFile]| linked(files).err().map(|error| error.to_string());
+        let with = |b: &'static str| fails(&[ROOT, ("b.wgsl", b), WAY]).unwrap_or_default();
+        assert_eq!(with("fn other() {}"), "wgsl/a/root.wgsl:3: `size` is not in wgsl/b.wgsl");
+        let error = fails(&[ROOT, WAY]).unwrap_or_default();
+        assert_eq!(error, "wgsl/a/root.wgsl:3: there is no wgsl/b.wgsl");
+        assert_eq!(
+            with("import choice::other::x;\nfn size() { x(); }"),
+            "wgsl/b.wgsl:1: the kernel does not choose `other`"
+        );
+        assert_eq!(
+            with("import b::x;\nfn size() { x(); }"),
+            "wgsl/b.wgsl:1: `b` is neither of package:: nor of choice::"
+        );
+        assert_eq!(
+            with("fn size() { go(); }\nfn go() {}"),
+            "wgsl/b.wgsl:2: `go` is in wgsl/way/one.wgsl too"
+        );
+        assert_eq!(with("\nstruct;"), "wgsl/b.wgsl:2: a declaration without a name");
+        assert_eq!(
+            fails(&[B, WAY]).unwrap_or_default(),
+            "wgsl/a/root.wgsl:1: `root` is not in wgsl/a/root.wgsl"
+        );
+    }
+}

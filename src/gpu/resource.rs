@@ -1,0 +1,297 @@
+//! What a kernel binds, by name: the declarations of `wgsl/bind/` say how.
+use super::{
+    kernel::KernelError,
+    link::{Item, LinkError, Linked},
+};
+use std::collections::HashMap;
+use wgpu::{TextureFormat, TextureSampleType, TextureViewDimension};
+
+/// What a shader may do with a storage buffer or storage texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    Read,
+    Write,
+    ReadWrite,
+    /// Of a storage texture: the native tier's.
+    Atomic,
+}
+
+/// How a resource is bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BindingKind {
+    Uniform,
+    Storage {
+        access: Access,
+    },
+    StorageTexture {
+        access: Access,
+        format: TextureFormat,
+        dimension: TextureViewDimension,
+    },
+    /// Read with `textureLoad`: never filtered, so no sampler.
+    Texture {
+        sample: TextureSampleType,
+        dimension: TextureViewDimension,
+    },
+}
+
+/// A resource of group 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Binding {
+    pub name: &'static str,
+    /// `@binding`: the same in every kernel.
+    pub number: u32,
+    pub kind: BindingKind,
+}
+
+impl Linked {
+    /// What the kernel binds, by number.
+    pub fn bindings(&self) -> Result<Vec<Binding>, KernelError> {
+        let bound = self.items.iter().filter(|item| item.text.contains("@binding("));
+        let mut bindings: Vec<_> = bound
+            .map(|item| {
+                Binding::declared(item).ok_or_else(|| LinkError {
+                    file: item.file,
+                    line: item.line,
+                    reason: format!(
+                        "`{}` is bound in a way that the host does not know",
+                        item.name
+                    ),
+                })
+            })
+            .collect::<Result<_, LinkError>>()?;
+        bindings.sort_unstable_by_key(|binding| binding.number);
+        Ok(bindings)
+    }
+}
+
+impl Binding {
+    /// `@group(0) @binding(3) var<storage, read> chunks: array<Chunk>;`
+    fn declared(item: &Item) -> Option<Self> {
+        let (_, rest) = item.text.split_once("@group(0) @binding(")?;
+        let (number, rest) = rest.split_once(") var")?;
+        let (space, rest) = rest.split_once(item.name)?;
+        let ty = rest.trim_start_matches(':').split(';').next()?.trim();
+        let kind = match space.trim() {
+            "<uniform>" => BindingKind::Uniform,
+            "<storage, read>" => BindingKind::Storage { access: Access::Read },
+            "<storage, read_write>" => BindingKind::Storage { access: Access::ReadWrite },
+            _ => texture(ty)?,
+        };
+        Some(Self { name: item.name, number: number.parse().ok()?, kind })
+    }
+
+    pub(super) fn entry(&self) -> wgpu::BindGroupLayoutEntry {
+        wgpu::BindGroupLayoutEntry {
+            binding: self.number,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: self.kind.layout(),
+            count: None,
+        }
+    }
+}
+
+/// `texture_2d<u32>`, `texture_storage_2d_array<r32float, write>`
+fn texture(ty: &str) -> Option<BindingKind> {
+    let (constructor, arguments) = ty.strip_suffix('>')?.split_once('<')?;
+    let dimension = match constructor {
+        "texture_2d" | "texture_storage_2d" => TextureViewDimension::D2,
+        "texture_2d_array" | "texture_storage_2d_array" => TextureViewDimension::D2Array,
+        _ => return None,
+    };
+    let Some((format, access)) = arguments.split_once(", ") else {
+        let sample = match arguments {
+            "f32" => TextureSampleType::Float { filterable: false },
+            "u32" => TextureSampleType::Uint,
+            "i32" => TextureSampleType::Sint,
+            _ => return None,
+        };
+        return Some(BindingKind::Texture { sample, dimension });
+    };
+    let format = match format {
+        "r32uint" => TextureFormat::R32Uint,
+        "rg32uint" => TextureFormat::Rg32Uint,
+        "rgba32uint" => TextureFormat::Rgba32Uint,
+        "r32float" => TextureFormat::R32Float,
+        "rgba32float" => TextureFormat::Rgba32Float,
+        "rgba16float" => TextureFormat::Rgba16Float,
+        _ => return None,
+    };
+    let access = match access {
+        "read" => Access::Read,
+        "write" => Access::Write,
+        "read_write" => Access::ReadWrite,
+        "atomic" => Access::Atomic,
+        _ => return None,
+    };
+    Some(BindingKind::StorageTexture { access, format, dimension })
+}
+
+impl BindingKind {
+    fn layout(self) -> wgpu::BindingType {
+        use wgpu::BufferBindingType::{Storage, Uniform};
+        let buffer = |ty| wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        match self {
+            Self::Uniform => buffer(Uniform),
+            Self::Storage { access } => buffer(Storage { read_only: access == Access::Read }),
+            Self::StorageTexture { access, format, dimension } => {
+                wgpu::BindingType::StorageTexture {
+                    access: match access {
+                        Access::Read => wgpu::StorageTextureAccess::ReadOnly,
+                        Access::Write => wgpu::StorageTextureAccess::WriteOnly,
+                        Access::ReadWrite => wgpu::StorageTextureAccess::ReadWrite,
+                        Access::Atomic => wgpu::StorageTextureAccess::Atomic,
+                    },
+                    format,
+                    view_dimension: dimension,
+                }
+            }
+            Self::Texture { sample, dimension } => wgpu::BindingType::Texture {
+                sample_type: sample,
+                view_dimension: dimension,
+                multisampled: false,
+            },
+        }
+    }
+
+    fn dimension(self) -> Option<TextureViewDimension> {
+        match self {
+            Self::Uniform | Self::Storage { .. } => None,
+            Self::StorageTexture { dimension, .. } | Self::Texture { dimension, .. } => {
+                Some(dimension)
+            }
+        }
+    }
+
+    /// Whether a resource can be bound so.
+    pub(super) fn takes(self, resource: Resource<'_>) -> bool {
+        use wgpu::{BufferUsages, TextureUsages};
+        let texture = match resource {
+            Resource::Buffer(buffer) => {
+                return match self {
+                    Self::Uniform => buffer.usage().contains(BufferUsages::UNIFORM),
+                    Self::Storage { .. } => buffer.usage().contains(BufferUsages::STORAGE),
+                    Self::StorageTexture { .. } | Self::Texture { .. } => false,
+                };
+            }
+            Resource::Texture(texture) => texture,
+            Resource::View(view) => view.texture(),
+        };
+        match self {
+            Self::Uniform | Self::Storage { .. } => false,
+            Self::StorageTexture { access, format, .. } => {
+                let usage = match access {
+                    Access::Atomic => TextureUsages::STORAGE_ATOMIC,
+                    _ => TextureUsages::STORAGE_BINDING,
+                };
+                texture.usage().contains(usage) && texture.format() == format
+            }
+            Self::Texture { sample, .. } => {
+                let own = texture.format().sample_type(None, None);
+                let is_float =
+                    |sample: TextureSampleType| matches!(sample, TextureSampleType::Float { .. });
+                texture.usage().contains(TextureUsages::TEXTURE_BINDING)
+                    && own.is_some_and(|own| own == sample || is_float(own) && is_float(sample))
+            }
+        }
+    }
+}
+
+/// What a kernel may bind.
+#[derive(Clone, Copy, Debug)]
+pub enum Resource<'a> {
+    Buffer(&'a wgpu::Buffer),
+    /// All of it, as an array where the kernel reads one.
+    Texture(&'a wgpu::Texture),
+    View(&'a wgpu::TextureView),
+}
+
+/// A resource as a bind group takes it.
+pub(super) enum Bound<'a> {
+    Given(wgpu::BindingResource<'a>),
+    /// A view of a texture, made for the binding.
+    Made(wgpu::TextureView),
+}
+
+impl<'a> Resource<'a> {
+    pub(super) fn bound(self, kind: BindingKind) -> Bound<'a> {
+        match self {
+            Self::Buffer(buffer) => Bound::Given(buffer.as_entire_binding()),
+            Self::View(view) => Bound::Given(wgpu::BindingResource::TextureView(view)),
+            Self::Texture(texture) => {
+                let dimension = kind.dimension();
+                let desc = wgpu::TextureViewDescriptor { dimension, ..Default::default() };
+                Bound::Made(texture.create_view(&desc))
+            }
+        }
+    }
+}
+
+impl Bound<'_> {
+    pub(super) fn resource(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Given(resource) => resource.clone(),
+            Self::Made(view) => wgpu::BindingResource::TextureView(view),
+        }
+    }
+}
+
+impl std::fmt::Display for Resource<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Buffer(buffer) => write!(f, "a buffer ({:?})", buffer.usage()),
+            Self::Texture(texture) => write!(f, "a texture of {:?}", texture.format()),
+            Self::View(view) => write!(f, "a texture of {:?}", view.texture().format()),
+        }
+    }
+}
+
+impl<'a> From<&'a wgpu::Buffer> for Resource<'a> {
+    fn from(buffer: &'a wgpu::Buffer) -> Self {
+        Self::Buffer(buffer)
+    }
+}
+
+impl<'a> From<&'a wgpu::Texture> for Resource<'a> {
+    fn from(texture: &'a wgpu::Texture) -> Self {
+        Self::Texture(texture)
+    }
+}
+
+impl<'a> From<&'a wgpu::TextureView> for Resource<'a> {
+    fn from(view: &'a wgpu::TextureView) -> Self {
+        Self::View(view)
+    }
+}
+
+/// Resources by name. A kernel takes those that it declares.
+#[derive(Clone, Debug, Default)]
+pub struct Resources<'a>(HashMap<&'static str, Resource<'a>>);
+
+impl<'a> Resources<'a> {
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// In place of an earlier one of that name.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, resource: impl Into<Resource<'a>>) -> Self {
+        self.0.insert(name, resource.into());
+        self
+    }
+
+    /// Those of both; of one name those of `other`.
+    #[must_use]
+    pub fn and(mut self, other: &Self) -> Self {
+        self.0.extend(&other.0);
+        self
+    }
+
+    pub fn get(&self, name: &str) -> Option<Resource<'a>> {
+        self.0.get(name).copied()
+    }
+}

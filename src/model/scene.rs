@@ -1,0 +1,88 @@
+//! Everything a frame is made from.
+use super::{
+    Air, Bounds, Camera, ClusterSettings, Light, Material, Particle, ShadowSettings, Skipped,
+    Texture, Triangle,
+};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// Everything a frame is made from, in world space. Every number in it is finite and in range:
+/// what was not is in `skipped`.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub camera: Camera,
+    /// Of the picture [stops]: light is shown 2 to this power as bright.
+    pub exposure: f32,
+    pub shadow: ShadowSettings,
+    pub clusters: ClusterSettings,
+    pub lights: Vec<Light>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub particles: Vec<Particle>,
+    pub triangles: Vec<Triangle>,
+    /// Light that comes from everywhere: linear rgb.
+    pub ambient: Vec3,
+    /// What the camera sees where there is nothing: linear rgb.
+    pub background: Vec3,
+    /// What scatters light on its way to the eye; `None` where it is clear.
+    pub air: Option<Air>,
+    /// What follows the time: textures that flow, bodies that swell.
+    pub motions: Vec<Arc<dyn Motion>>,
+    /// Inputs left out, by reason.
+    pub skipped: Skipped,
+    /// What its files hold and nobody reads, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A part of a scene that follows the time.
+pub trait Motion: std::fmt::Debug + Send + Sync {
+    /// Makes the part what it is at `seconds` from the start.
+    fn apply(&self, scene: &mut Scene, seconds: f64);
+}
+
+impl Scene {
+    /// Of all casters and receivers.
+    pub fn bounds(&self) -> Bounds {
+        let particles =
+            self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+        self.triangles
+            .iter()
+            .flat_map(|t| t.positions)
+            .fold(particles, |b, p| b.with_sphere(p, 0.0))
+    }
+
+    /// Frames of a second of [`Self::set_time`], where frames are numbered.
+    pub const FRAME_RATE: f64 = 24.0;
+
+    /// Makes the textures and triangles that follow the time what they are then [s].
+    pub fn set_time(&mut self, seconds: f64) {
+        let motions = std::mem::take(&mut self.motions);
+        for motion in &motions {
+            motion.apply(self, seconds);
+        }
+        self.motions = motions;
+    }
+}
+
+impl Default for Scene {
+    /// No casters and no lights, under an overcast sky.
+    fn default() -> Self {
+        Self {
+            camera: Camera::default(),
+            exposure: 0.0,
+            shadow: ShadowSettings::default(),
+            clusters: ClusterSettings::default(),
+            lights: Vec::new(),
+            materials: Vec::new(),
+            textures: Vec::new(),
+            particles: Vec::new(),
+            triangles: Vec::new(),
+            ambient: Vec3::new(0.18, 0.20, 0.24),
+            background: Vec3::new(0.52, 0.62, 0.75),
+            air: None,
+            motions: Vec::new(),
+            skipped: Skipped::new(),
+            notes: Vec::new(),
+        }
+    }
+}

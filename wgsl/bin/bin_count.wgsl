@@ -1,0 +1,31 @@
+// bin, count: how many pairs each run of the depth-sorted footprints has. One invocation per run.
+// `project` has sorted what touches no tile to the end. CPU twin: src/reference/bin.rs. Host:
+// src/stage/bin.rs.
+
+import package::bind::changed::{counters, run_offsets};
+import package::bind::loaded::{rects, sorted};
+import package::bind::uniform::bin_params;
+import package::records::bin::{RUN_PAIRS, rect_count};
+import package::records::record::record_texel;
+
+override WORKGROUP_SIZE: u32;
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn bin_count(@builtin(global_invocation_id) id: vec3<u32>) {
+    let run = id.x;
+    if run >= bin_params.run_count {
+        return;
+    }
+    let first = run * bin_params.run_length;
+    let end = min(first + bin_params.run_length, bin_params.footprint_count);
+    var pairs = 0u;
+    var visible = 0u;
+    for (var i = first; i < end; i += 1u) {
+        let footprint = textureLoad(sorted, record_texel(i)).g;
+        let count = rect_count(textureLoad(rects, record_texel(footprint)).rg);
+        visible += min(count, 1u);
+        pairs += select(0u, count, pairs + count <= RUN_PAIRS);
+    }
+    run_offsets[run] = pairs;
+    atomicAdd(&counters.visible, visible);
+}

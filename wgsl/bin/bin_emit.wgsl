@@ -1,0 +1,58 @@
+// bin, emit: the pairs of each run, front to back. One invocation per run. A footprint whose pairs
+// do not all fit emits none and goes to the scatter path. CPU twin: src/reference/bin.rs. Host:
+// src/stage/bin.rs.
+
+import package::bin::raise_dispatch::raise_dispatch;
+import package::bind::changed::{counters, overflow, run_offsets};
+import package::bind::loaded::{rects, sorted};
+import package::bind::stored::pairs;
+import package::bind::uniform::{bin_params, views};
+import package::records::bin::{RUN_PAIRS, rect_count};
+import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES};
+import package::records::record::record_texel;
+
+override WORKGROUP_SIZE: u32;
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
+    let run = id.x;
+    if run >= bin_params.run_count {
+        return;
+    }
+    let first = run * bin_params.run_length;
+    let end = min(first + bin_params.run_length, bin_params.footprint_count);
+    var offset = run_offsets[run];
+    var run_pairs = 0u;
+    var overflowed = 0u; // of all runs, when this one added its last
+    for (var i = first; i < end; i += 1u) {
+        let footprint = textureLoad(sorted, record_texel(i)).g;
+        let rect = textureLoad(rects, record_texel(footprint)).rg;
+        var count = rect_count(rect);
+        let counted = run_pairs + count <= RUN_PAIRS;
+        let fits = counted && offset + count <= bin_params.pair_capacity;
+        if count > 0u && !fits {
+            let slot = atomicAdd(&counters.overflowed, 1u);
+            overflow[slot] = footprint;
+            overflowed = slot + 1u;
+            atomicMin(&counters.pair_count, select(0xffffffffu, offset, counted));
+        }
+        let view = views[rect.y >> 16u];
+        let corner = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+        let width = ((rect.x >> 16u) & 255u) - corner.x + 1u;
+        let small = width <= 4u && (rect.x >> 24u) - corner.y < 4u;
+        var mask = rect.y & 0xffffu;
+        let emitted = select(0u, count, fits);
+        for (var k = 0u; k < emitted; k += 1u) {
+            let bit = firstTrailingBit(mask);
+            mask &= mask - 1u;
+            let at = corner + select(vec2(k % width, k / width), vec2(bit & 3u, bit >> 2u), small);
+            let tile = view.first_tile + at.y * view.tiles_x + at.x;
+            textureStore(pairs, record_texel(offset + k), vec4(tile, footprint, 0u, 0u));
+        }
+        offset += select(0u, count, counted);
+        run_pairs += select(0u, count, counted);
+    }
+    if overflowed > 0u {
+        raise_dispatch(OVERFLOW_DISPATCH, overflowed, OVERFLOW_SLICES);
+    }
+}

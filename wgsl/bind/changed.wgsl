@@ -1,0 +1,22 @@
+// Storage buffers that are written. A name has one number in the whole project.
+
+import package::records::bin::BatchCounters;
+import package::records::cluster::ClusterCounters;
+import package::records::tile::Segment;
+
+@group(0) @binding(11) var<storage, read_write> dispatches: array<atomic<u32>>;
+@group(0) @binding(12) var<storage, read_write> merged_tiles: array<u32>;
+@group(0) @binding(13) var<storage, read_write> overflow: array<u32>;
+@group(0) @binding(14) var<storage, read_write> partials: array<vec4<u32>>;
+@group(0) @binding(15) var<storage, read_write> scattered_tiles: array<u32>;
+@group(0) @binding(16) var<storage, read_write> segments: array<Segment>;
+@group(0) @binding(17) var<storage, read_write> small_depths: array<atomic<u32>>;
+@group(0) @binding(18) var<storage, read_write> cluster_counters: ClusterCounters;
+@group(0) @binding(19) var<storage, read_write> counters: BatchCounters;
+@group(0) @binding(20) var<storage, read_write> nearness: array<atomic<u32>>;
+@group(0) @binding(21) var<storage, read_write> offsets: array<u32>;
+@group(0) @binding(22) var<storage, read_write> pixels: array<u32>;
+@group(0) @binding(23) var<storage, read_write> run_offsets: array<u32>;
+@group(0) @binding(24) var<storage, read_write> sum_blue: array<atomic<u32>>;
+@group(0) @binding(25) var<storage, read_write> sum_green: array<atomic<u32>>;
+@group(0) @binding(26) var<storage, read_write> sum_red: array<atomic<u32>>;

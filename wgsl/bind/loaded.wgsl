@@ -1,0 +1,8 @@
+// Storage textures that are read: on software adapters far cheaper than buffers. A name has one number in the whole project.
+
+@group(0) @binding(39) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(46) var pairs: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(48) var rects: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(54) var triangles: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(55) var histograms: texture_storage_2d<r32uint, read>;
+@group(0) @binding(56) var sorted: texture_storage_2d<rg32uint, read>;

@@ -1,0 +1,14 @@
+// Storage buffers that are read. A name has one number in the whole project.
+
+import package::records::chunk::Chunk;
+import package::records::tile::Segment;
+
+@group(0) @binding(9) var<storage, read> chunks: array<Chunk>;
+@group(0) @binding(10) var<storage, read> counts: array<u32>;
+@group(0) @binding(11) var<storage, read> dispatches: array<vec4<u32>>;
+@group(0) @binding(12) var<storage, read> merged_tiles: array<u32>;
+@group(0) @binding(13) var<storage, read> overflow: array<u32>;
+@group(0) @binding(14) var<storage, read> partials: array<vec4<u32>>;
+@group(0) @binding(15) var<storage, read> scattered_tiles: array<u32>;
+@group(0) @binding(16) var<storage, read> segments: array<Segment>;
+@group(0) @binding(17) var<storage, read> small_depths: array<u32>;

@@ -1,0 +1,25 @@
+// Textures that are read by `textureLoad`, without a sampler. A name has one number in the whole project.
+
+@group(0) @binding(32) var air: texture_2d_array<f32>;
+@group(0) @binding(33) var casters: texture_2d<u32>;
+@group(0) @binding(34) var cells: texture_2d<f32>;
+@group(0) @binding(35) var clusters: texture_2d<u32>;
+@group(0) @binding(36) var colored: texture_2d_array<f32>;
+@group(0) @binding(37) var curves: texture_2d_array<u32>;
+@group(0) @binding(38) var filters: texture_2d_array<f32>;
+@group(0) @binding(39) var footprints: texture_2d<u32>;
+@group(0) @binding(40) var images: texture_2d_array<f32>;
+@group(0) @binding(41) var lights: texture_2d<u32>;
+@group(0) @binding(42) var lit: texture_2d<f32>;
+@group(0) @binding(43) var masks: texture_2d<u32>;
+@group(0) @binding(44) var nearests: texture_2d_array<f32>;
+@group(0) @binding(45) var opaques: texture_2d_array<f32>;
+@group(0) @binding(46) var pairs: texture_2d<u32>;
+@group(0) @binding(47) var reaches: texture_2d<u32>;
+@group(0) @binding(48) var rects: texture_2d<u32>;
+@group(0) @binding(49) var rows: texture_2d_array<f32>;
+@group(0) @binding(50) var setups: texture_2d<u32>;
+@group(0) @binding(51) var sources: texture_2d_array<f32>;
+@group(0) @binding(52) var surfaces: texture_2d<f32>;
+@group(0) @binding(53) var tiles: texture_2d<u32>;
+@group(0) @binding(54) var triangles: texture_2d<u32>;

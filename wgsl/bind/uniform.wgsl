@@ -1,0 +1,21 @@
+// Uniform buffers. A name has one number in the whole project.
+
+import package::records::air_params::AirParams;
+import package::records::bin::BinParams;
+import package::records::chunk::ProjectParams;
+import package::records::cluster::ClusterParams;
+import package::records::light::PictureParams;
+import package::records::material::{GpuMaterial, MAX_MATERIALS};
+import package::records::view::{GpuView, MAX_VIEWS};
+import package::soften::window::FilterParams;
+import package::sort::sort::SortPass;
+
+@group(0) @binding(0) var<uniform> air_params: AirParams;
+@group(0) @binding(1) var<uniform> bin_params: BinParams;
+@group(0) @binding(2) var<uniform> cluster_params: ClusterParams;
+@group(0) @binding(3) var<uniform> filter_params: FilterParams;
+@group(0) @binding(4) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
+@group(0) @binding(5) var<uniform> picture_params: PictureParams;
+@group(0) @binding(6) var<uniform> project_params: ProjectParams;
+@group(0) @binding(7) var<uniform> sort_pass: SortPass;
+@group(0) @binding(8) var<uniform> views: array<GpuView, MAX_VIEWS>;

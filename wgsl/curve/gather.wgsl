@@ -1,0 +1,162 @@
+// Four texels in a column while their casters' hits become curves. CPU twin: src/reference/curve/tile.rs.
+
+import package::bind::sampled::opaques;
+import package::curve::light4::{Light4, black4, fixed, plus, scaled, selected, white4};
+import package::curve::list::{adding, append, clear_list, dark, insert, last_end, young};
+import package::curve::node::DEPTHS;
+import package::curve::volumes::{Ramp4, clear_volumes, count_late, nearest_inside};
+import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
+import package::records::view::GpuView;
+import package::sums::sums::VISIBLE_OPACITY;
+import choice::visit::{blocked, slabbed};
+
+const SLAB_PAIRS: u32 = 128u;
+const TRACE: f32 = 0.0000152587890625; // opacity below it has no place of its own: 2^-16
+
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
+var<private> opaque_depth: vec4<f32>;
+var<private> nearest: vec4<f32>;
+var<private> passed: Light4;
+var<private> hit_count: vec4<u32>; // of the segment, as far as it was counted
+var<private> few: vec4<bool>;      // of hits that go in one by one until the curve is full
+// Hits that have not gone into the curve; start 2 where there is none.
+var<private> open_start: vec4<f32>;
+var<private> open_end: vec4<f32>;
+var<private> open_light: Light4;
+var<private> open_added: Light4; // by `over`
+// Of all hits, for what comes behind a segment: what they leave of light, but for what they add.
+var<private> scale: Light4;
+
+// A slab's pairs lie within this share of the depths of their segment: 1 over it.
+fn slab_count() -> u32 {
+    return NODES + NODES / 2u;
+}
+
+// Texels with more hits have none that goes in alone.
+fn most_few() -> vec4<u32> {
+    return vec4(2u * NODES);
+}
+
+// The next hit goes in alone, without a merge.
+fn is_single() -> vec4<bool> {
+    return few & young();
+}
+
+fn start(view: GpuView, texel: vec2<u32>) {
+    corner = vec2<f32>(texel);
+    nearest = vec4(1.0);
+    passed = white4();
+    open_start = vec4(2.0);
+    open_end = vec4(0.0);
+    open_light = white4();
+    open_added = black4();
+    scale = white4();
+    opaque_depth = vec4(1.0);
+    if blocked() {
+        let at = view.origin + texel;
+        opaque_depth = vec4(
+            textureLoad(opaques, at, view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
+        );
+    }
+    hit_count = vec4(0u);
+    few = vec4(true);
+    clear_list();
+    clear_volumes();
+}
+
+// A hit joins those that wait.
+fn join(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
+    open_light = scaled(open_light, light);
+    let placed = opacity >= vec4(TRACE);
+    // Faster than min and max, which have NaNs to think of.
+    open_start = select(open_start, depth, placed & (depth < open_start));
+    open_end = select(open_end, depth, placed & (depth > open_end));
+    return placed;
+}
+
+fn join_ramp(ramp: Ramp4) -> vec4<bool> {
+    count_late(ramp);
+    let light = selected(white4(), ramp.light, ramp.is);
+    open_light = scaled(open_light, light);
+    scale = scaled(scale, light);
+    if HAS_OVER {
+        open_added = scaled(open_added, light);
+    }
+    open_start = select(open_start, min(open_start, ramp.start), ramp.is);
+    open_end = select(open_end, max(open_end, ramp.end), ramp.is);
+    return ramp.is;
+}
+
+// A hit that may be the nearest.
+fn see(depth: vec4<f32>, opacity: vec4<f32>) {
+    nearest = select(nearest, depth, (opacity >= vec4(VISIBLE_OPACITY)) & (depth < nearest));
+}
+
+// Whether a texel's hits must go in before the next caster.
+fn must_flush(placed: vec4<bool>) -> bool {
+    return any(placed & (is_single() | vec4(!slabbed())));
+}
+
+// What waits goes into the curves; before the end of a slab only where the next hit must not join.
+fn flush(whole: bool) {
+    let goes = (open_start <= vec4(1.0)) & (vec4(whole) | is_single() | vec4(!slabbed()));
+    let all = total_light();
+    if HAS_OVER {
+        adding = open_added;
+    }
+    insert(fixed(open_start), fixed(open_end), open_light, all, goes);
+    close_open(all, goes);
+}
+
+// A hit that fits without a merge goes in alone: the same, and far less work.
+fn append_single() {
+    let goes = (open_start <= vec4(1.0)) & is_single();
+    let all = total_light();
+    append(fixed(open_start), fixed(open_end), open_light, all, goes);
+    close_open(all, goes);
+}
+
+fn close_open(all: Light4, goes: vec4<bool>) {
+    passed.red = select(passed.red, all.red, goes);
+    passed.green = select(passed.green, all.green, goes);
+    passed.blue = select(passed.blue, all.blue, goes);
+    open_light.red = select(open_light.red, vec4(1.0), goes);
+    open_light.green = select(open_light.green, vec4(1.0), goes);
+    open_light.blue = select(open_light.blue, vec4(1.0), goes);
+    if HAS_OVER {
+        open_added = selected(open_added, black4(), goes);
+    }
+    open_start = select(open_start, vec4(2.0), goes);
+    open_end = select(open_end, vec4(0.0), goes);
+}
+
+fn total_light() -> Light4 {
+    let filtered = scaled(passed, open_light);
+    if HAS_OVER {
+        return plus(filtered, open_added);
+    }
+    return filtered;
+}
+
+fn light_texel(light: Light4, i: u32) -> vec3<f32> {
+    return vec3(light.red[i], light.green[i], light.blue[i]);
+}
+
+fn nearest_seen() -> vec4<f32> {
+    if HAS_VOLUMES {
+        return nearest_inside(nearest);
+    }
+    return nearest;
+}
+
+// Nothing at or behind light depth `front` can change these texels. At the end of a slab only.
+fn settled(front: f32) -> bool {
+    if HAS_VOLUMES {
+        return false;
+    }
+    let closed = dark() & (last_end() <= vec4(u32(front * DEPTHS))) & (nearest <= vec4(front));
+    return all(closed | (opaque_depth <= vec4(front)));
+}

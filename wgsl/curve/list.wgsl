@@ -1,0 +1,261 @@
+// The curves of four texels in a column while their hits come in: one node more than a curve has,
+// each texel's in a component. CPU twin: src/reference/curve/mod.rs, `Streaming`, which says what merges
+// and why.
+//
+// Indices are literals, so that the arrays become registers: software drivers read arrays with an
+// unknown index one lane at a time.
+
+import package::curve::light4::{
+    Light4, black4, decode_light, encode_lights, encode_means, plus, quotient, scaled, white4,
+};
+import package::curve::merge::{before, best, best_cost, close_up, merged_span, weigh};
+import package::features::{HAS_GAIN, HAS_OVER, NODES};
+import package::sums::sums::BLACK;
+import choice::visit::ordered;
+
+const DARK: u32 = 64u; // 1/1024 of 65535
+
+var<private> spans: array<vec4<u32>, 17>;  // start << 16 | end, in fixed point; 0 for none
+var<private> node_lights: array<vec4<u32>, 17>; // behind: green << 16 | red
+var<private> node_means: array<vec4<u32>, 17>;  // mean of the channels << 16 | blue
+var<private> disordered: u32;              // hits whose place in a merged ramp is lost
+var<private> latest: vec4<u32>;            // the largest start of a hit so far
+var<private> adding: Light4;               // what the hit that goes in adds, of `over`
+
+fn clear_node(i: u32) {
+    let white = white4();
+    spans[i] = vec4(0u);
+    node_lights[i] = encode_lights(white);
+    node_means[i] = encode_means(white);
+}
+
+fn clear_list() {
+    disordered = 0u;
+    latest = vec4(0u);
+    adding = black4();
+    clear_node(0u);
+    clear_node(1u);
+    clear_node(2u);
+    clear_node(3u);
+    if NODES > 4u {
+        clear_node(4u);
+        clear_node(5u);
+        clear_node(6u);
+        clear_node(7u);
+    }
+    if NODES > 8u {
+        clear_node(8u);
+        clear_node(9u);
+        clear_node(10u);
+        clear_node(11u);
+        clear_node(12u);
+        clear_node(13u);
+        clear_node(14u);
+        clear_node(15u);
+    }
+}
+
+// The next hit fits without a merge.
+fn young() -> vec4<bool> {
+    return spans[0] == vec4(0u);
+}
+
+fn last_end() -> vec4<u32> {
+    return spans[NODES - 1u] & vec4(0xffffu);
+}
+
+// Nothing that is seen passes the last node.
+fn dark() -> vec4<bool> {
+    let last = node_lights[NODES - 1u];
+    let most = max(max(last & vec4(0xffffu), last >> vec4(16u)), node_means[NODES - 1u] & vec4(0xffffu));
+    return select(most < vec4(DARK), vec4(false), vec4(HAS_GAIN || HAS_OVER));
+}
+
+// One hit, or several from `start` to `end`, in each texel where `is` holds. `light`: that passes
+// them; `passed`: all so far.
+fn insert(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) {
+    let counts = add_node(start, end, light, passed, is);
+    best_cost = vec4(1e38);
+    before = vec4(select(65535.0, 1.0, HAS_GAIN));
+    weigh(0u);
+    weigh(1u);
+    weigh(2u);
+    weigh(3u);
+    if NODES > 4u {
+        weigh(4u);
+        weigh(5u);
+        weigh(6u);
+        weigh(7u);
+    }
+    if NODES > 8u {
+        weigh(8u);
+        weigh(9u);
+        weigh(10u);
+        weigh(11u);
+        weigh(12u);
+        weigh(13u);
+        weigh(14u);
+        weigh(15u);
+    }
+    let merged = merged_span();
+    // Without a hit the new node is the one that goes.
+    let at = select(vec4(NODES), best, counts);
+    close_up(0u, at, merged);
+    close_up(1u, at, merged);
+    close_up(2u, at, merged);
+    close_up(3u, at, merged);
+    if NODES > 4u {
+        close_up(4u, at, merged);
+        close_up(5u, at, merged);
+        close_up(6u, at, merged);
+        close_up(7u, at, merged);
+    }
+    if NODES > 8u {
+        close_up(8u, at, merged);
+        close_up(9u, at, merged);
+        close_up(10u, at, merged);
+        close_up(11u, at, merged);
+        close_up(12u, at, merged);
+        close_up(13u, at, merged);
+        close_up(14u, at, merged);
+        close_up(15u, at, merged);
+    }
+}
+
+// One node more, behind or between the others; returns where there is one.
+fn add_node(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) -> vec4<bool> {
+    let span = (start << vec4(16u)) | end;
+    let last = spans[NODES - 1u] <= span;
+    // What is behind black does nothing, so that a walk may stop there.
+    let counts = is & !(last & dark());
+    if ordered() {
+        spans[NODES] = span;
+        node_lights[NODES] = encode_lights(passed);
+        node_means[NODES] = encode_means(passed);
+    } else {
+        make_room(span, light, passed, last, counts);
+    }
+    return counts;
+}
+
+// As `insert`, for texels whose first node is none.
+fn append(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) {
+    let counts = add_node(start, end, light, passed, is);
+    drop_first(0u, counts);
+    drop_first(1u, counts);
+    drop_first(2u, counts);
+    drop_first(3u, counts);
+    if NODES > 4u {
+        drop_first(4u, counts);
+        drop_first(5u, counts);
+        drop_first(6u, counts);
+        drop_first(7u, counts);
+    }
+    if NODES > 8u {
+        drop_first(8u, counts);
+        drop_first(9u, counts);
+        drop_first(10u, counts);
+        drop_first(11u, counts);
+        drop_first(12u, counts);
+        drop_first(13u, counts);
+        drop_first(14u, counts);
+        drop_first(15u, counts);
+    }
+}
+
+fn drop_first(i: u32, counts: vec4<bool>) {
+    spans[i] = select(spans[i], spans[i + 1u], counts);
+    node_lights[i] = select(node_lights[i], node_lights[i + 1u], counts);
+    node_means[i] = select(node_means[i], node_means[i + 1u], counts);
+}
+
+var<private> new_span: vec4<u32>;
+var<private> new_lights: vec4<u32>;
+var<private> new_means: vec4<u32>;
+var<private> old_span: vec4<u32>; // of the node in front of the new one
+
+fn seek(i: u32) {
+    let in_front = spans[i] <= new_span;
+    old_span = select(old_span, spans[i], in_front);
+    new_lights = select(new_lights, node_lights[i], in_front);
+    new_means = select(new_means, node_means[i], in_front);
+}
+
+// Nodes behind the new one move back, and get less light. Without a hit the new node goes last.
+fn make_room(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, counts: vec4<bool>) {
+    new_span = select(vec4(0xffffffffu), span, counts);
+    old_span = vec4(0u);
+    let white = white4();
+    new_lights = encode_lights(white);
+    new_means = encode_means(white);
+    seek(0u);
+    seek(1u);
+    seek(2u);
+    seek(3u);
+    if NODES > 4u {
+        seek(4u);
+        seek(5u);
+        seek(6u);
+        seek(7u);
+    }
+    if NODES > 8u {
+        seek(8u);
+        seek(9u);
+        seek(10u);
+        seek(11u);
+        seek(12u);
+        seek(13u);
+        seek(14u);
+        seek(15u);
+    }
+    let start = span >> vec4(16u);
+    let late = counts & (start < latest);
+    latest = select(latest, max(latest, start), counts);
+    let inside = ((old_span >> vec4(16u)) < start) & ((old_span & vec4(0xffffu)) > start);
+    let reached = decode_light(new_lights, new_means);
+    var behind = scaled(reached, light);
+    var own = light;
+    var lost = late & inside;
+    if HAS_OVER {
+        behind = plus(behind, adding);
+        own = plus(own, quotient(adding, reached, BLACK));
+        lost = lost | (counts & !last & (adding.red + adding.green + adding.blue > vec4(0.0)));
+    }
+    disordered += dot(vec4<u32>(lost), vec4(1u));
+    new_lights = select(encode_lights(behind), encode_lights(passed), last);
+    new_means = select(encode_means(behind), encode_means(passed), last);
+    if NODES > 8u {
+        move_back(16u, own);
+        move_back(15u, own);
+        move_back(14u, own);
+        move_back(13u, own);
+        move_back(12u, own);
+        move_back(11u, own);
+        move_back(10u, own);
+        move_back(9u, own);
+    }
+    if NODES > 4u {
+        move_back(8u, own);
+        move_back(7u, own);
+        move_back(6u, own);
+        move_back(5u, own);
+    }
+    move_back(4u, own);
+    move_back(3u, own);
+    move_back(2u, own);
+    move_back(1u, own);
+    let here = spans[0] > new_span;
+    spans[0] = select(spans[0], new_span, here);
+    node_lights[0] = select(node_lights[0], new_lights, here);
+    node_means[0] = select(node_means[0], new_means, here);
+}
+
+fn move_back(i: u32, light: Light4) {
+    let front = i - 1u;
+    let moves = spans[front] > new_span;
+    let here = !moves & ((spans[i] > new_span) | vec4(i == NODES));
+    let own = scaled(decode_light(node_lights[front], node_means[front]), light);
+    spans[i] = select(select(spans[i], new_span, here), spans[front], moves);
+    node_lights[i] = select(select(node_lights[i], new_lights, here), encode_lights(own), moves);
+    node_means[i] = select(select(node_means[i], new_means, here), encode_means(own), moves);
+}

@@ -1,0 +1,37 @@
+// How a map stores a curve: nodes of 8 bytes, nearest first. CPU twin: src/reference/curve/mod.rs. Start
+// (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts
+// at 0 is none.
+
+import package::features::{HAS_GAIN, NODES};
+
+const DEPTHS: f32 = 65535.0;
+const LEVELS: f32 = 4095.0;
+// Of a curve that may brighten.
+const OCTAVES: f32 = 20.0;
+const DARKEST_LOG: f32 = -10.0;
+
+fn curve_layer(view_layer: u32, pair: u32) -> u32 {
+    return view_layer * (NODES / 2u) + pair;
+}
+
+// Start and length in fixed point.
+fn node_start(node: vec2<u32>) -> f32 {
+    return f32(node.x >> 16u);
+}
+
+fn node_length(node: vec2<u32>) -> f32 {
+    let root = f32((node.x >> 4u) & 0xfffu) / LEVELS;
+    return root * root * DEPTHS;
+}
+
+fn node_light(node: vec2<u32>) -> vec3<f32> {
+    let bits = vec3(((node.x & 15u) << 8u) | (node.y >> 24u), (node.y >> 12u) & 0xfffu, node.y & 0xfffu);
+    let share = vec3<f32>(bits) / LEVELS;
+    if HAS_GAIN {
+        return select(exp2(share * OCTAVES + DARKEST_LOG), vec3(0.0), bits == vec3(0u));
+    }
+    return share;
+}
+
+// Pairs of a segment of a long tile. Rust: src/stage/curve.rs.
+const CURVE_SEGMENT: u32 = 8192u;

@@ -1,0 +1,8 @@
+// Pairs of a tile, front to back. On the core tier.
+
+import package::bind::sampled::pairs;
+import package::records::record::record_texel;
+
+fn pair_footprint(pair: u32) -> u32 {
+    return textureLoad(pairs, record_texel(pair), 0).g;
+}

@@ -1,0 +1,15 @@
+// What a segment of a long tile leaves in `partials`, texel by texel: its filter and nearest depth,
+// where hits add light or volumes absorb what `CHANGE_WORDS` hold, then its nodes, two at a time.
+// Rust: src/stage/curve.rs, `partial_bytes`.
+
+import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
+
+const CHANGE_WORDS: u32 = 5u; // scale; its surface part, last face; surface light; density; crossed
+
+fn first_node() -> u32 {
+    return 1u + select(0u, CHANGE_WORDS, HAS_OVER || HAS_VOLUMES);
+}
+
+fn partial_size() -> u32 {
+    return first_node() + NODES / 2u;
+}

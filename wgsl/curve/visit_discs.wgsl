@@ -1,0 +1,60 @@
+// A soft disc of the `filter` transfer meets the four texels; hits wait for the end of their slab.
+// CPU twin: src/reference/curve/tile.rs.
+
+import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
+import package::curve::light4::Light4;
+import package::features::{HAS_OPAQUE, PERSPECTIVE};
+import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_disc, rest_profile};
+import package::records::view::GpuView;
+
+// Seen from afar a disc's depth is the same everywhere.
+fn ordered() -> bool {
+    return !PERSPECTIVE;
+}
+
+fn blocked() -> bool {
+    return HAS_OPAQUE;
+}
+
+fn slabbed() -> bool {
+    return true;
+}
+
+fn texels_profile(view: GpuView, disc: Disc) -> Profile4 {
+    let dx = corner.x + 0.5 - disc.center.x;
+    let dy = corner.y + 0.5 - disc.center.y;
+    if PERSPECTIVE {
+        return disc_profile(view, disc, dx, dy + vec4(0.0, 1.0, 2.0, 3.0), opaque_depth);
+    }
+    return rest_profile(disc, column_rest(disc, dx, dy), opaque_depth);
+}
+
+fn disc_light(disc: Disc, profile: vec4<f32>) -> Light4 {
+    return Light4(
+        1.0 - profile * disc.absorbed.r,
+        1.0 - profile * disc.absorbed.g,
+        1.0 - profile * disc.absorbed.b,
+    );
+}
+
+// Counts towards `few`, and seeks the nearest.
+fn count_disc(view: GpuView, disc: Disc) {
+    let met = texels_profile(view, disc);
+    let opacity = met.profile * disc.slope;
+    hit_count += select(vec4(0u), vec4(1u), opacity >= vec4(TRACE));
+    see(met.depth, opacity);
+}
+
+fn visit_disc(view: GpuView, disc: Disc) -> vec4<bool> {
+    let met = texels_profile(view, disc);
+    return join(disc_light(disc, met.profile), met.depth, met.profile * disc.slope);
+}
+
+fn count_hits(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
+    count_disc(view, prepare_disc(view, place, look));
+}
+
+// True where the hits cannot wait.
+fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
+    return must_flush(visit_disc(view, prepare_disc(view, place, look)));
+}

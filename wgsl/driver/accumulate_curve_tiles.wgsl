@@ -1,0 +1,105 @@
+// accumulate, curve tiles: curves, filter and nearest depth of every tile that one workgroup
+// finishes. One workgroup per tile, a column of texels per invocation. CPU twin:
+// src/reference/curve/tile.rs. Host: src/stage/curve.rs.
+
+import package::bind::changed::counters;
+import package::bind::read::scattered_tiles;
+import package::bind::sampled::tiles;
+import package::bind::stored::{curves, filters, nearests};
+import package::bind::uniform::views;
+import package::curve::gather::{
+    join_ramp, light_texel, nearest, nearest_seen, open_added, open_end, open_light, open_start,
+    start, total_light,
+};
+import package::curve::light4::scaled;
+import package::curve::list::{disordered, last_end};
+import package::curve::node::{DEPTHS, curve_layer};
+import package::curve::overflow::{is_light, nothing_overflowed, overflowed, rest_light};
+import package::curve::stored::{packed_pair, packed_row};
+import package::curve::volumes::{begin_inside, rest_steps};
+import package::features::{HAS_OVER, NODES};
+import package::records::record::record_texel;
+import package::records::tile::{interleaved, tile_of};
+import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::sums::blackened;
+import package::walk::lane::{LANES, lane_texel, sum_index};
+import choice::rows::ROWS;
+import choice::walk::walk;
+
+var<private> own_tile: u32;
+var<private> first_sum: u32;
+
+// What comes behind all pairs: volumes that hold the light, then what had no room, of few tiles.
+fn open_rest(view: GpuView, step: u32) {
+    if step + 1u < rest_steps() {
+        let ramps = join_ramp(begin_inside());
+        return;
+    }
+    var rest = nothing_overflowed();
+    if scattered_tiles[own_tile] != 0u {
+        rest = overflowed(first_sum);
+    }
+    let light = rest_light(rest, total_light());
+    let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
+    let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
+    let some = is_light(light);
+    open_light = scaled(open_light, light);
+    if HAS_OVER {
+        open_added = scaled(open_added, light);
+    }
+    open_start = select(open_start, min(open_start, behind), some);
+    open_end = select(open_end, max(open_end, behind), some);
+    nearest = min(nearest, rest.depth);
+}
+
+@compute @workgroup_size(LANES)
+fn accumulate_curve_tiles(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let tile_id = interleaved(workgroup, workgroups);
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
+    if tile.merged != 0u {
+        return;
+    }
+    let view = views[tile.view];
+    let place = lane_texel(lane);
+    let texel = tile.place * TILE_SIZE + place;
+    own_tile = tile_id;
+    first_sum = sum_index(tile_id, place);
+    start(view, texel);
+    walk(view, tile.first, tile.end);
+    nearest = nearest_seen();
+    let all = total_light();
+    let at = view.origin + texel;
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let row = at + vec2(0u, i);
+        textureStore(filters, row, view.layer, vec4(blackened(light_texel(all, i)), 1.0));
+        textureStore(nearests, row, view.layer, vec4(nearest[i]));
+    }
+    store_pair(view, at, 0u);
+    store_pair(view, at, 1u);
+    if NODES > 4u {
+        store_pair(view, at, 2u);
+        store_pair(view, at, 3u);
+    }
+    if NODES > 8u {
+        store_pair(view, at, 4u);
+        store_pair(view, at, 5u);
+        store_pair(view, at, 6u);
+        store_pair(view, at, 7u);
+    }
+    if disordered > 0u {
+        atomicAdd(&counters.disordered, disordered);
+    }
+}
+
+fn store_pair(view: GpuView, at: vec2<u32>, pair: u32) {
+    let nodes = packed_pair(pair);
+    let layer = curve_layer(view.layer, pair);
+    textureStore(curves, at, layer, packed_row(nodes, 0u));
+    textureStore(curves, at + vec2(0u, 1u), layer, packed_row(nodes, 1u));
+    textureStore(curves, at + vec2(0u, 2u), layer, packed_row(nodes, 2u));
+    textureStore(curves, at + vec2(0u, 3u), layer, packed_row(nodes, 3u));
+}

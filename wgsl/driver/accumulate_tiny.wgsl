@@ -1,0 +1,44 @@
+// accumulate, tiny: particles of at most 2x2 texels, straight into the sums. One invocation per
+// footprint; workgroups stride over the chunks, few enough that what is in flight on one texel
+// cannot wrap its sum. CPU twin: src/reference/accumulate.rs. Host: src/stage/accumulate.rs.
+
+import package::bind::changed::counters;
+import package::bind::read::chunks;
+import package::bind::sampled::{footprints, rects};
+import package::bind::uniform::{project_params, views};
+import package::records::chunk::Chunk;
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::tile_rect::{is_scattered, scatter_texel};
+import package::sums::scatter::scatter;
+
+override WORKGROUP_SIZE: u32;
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn accumulate_tiny(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    for (var i = workgroup.x; i < project_params.chunk_count; i += workgroups.x) {
+        scatter_particle(chunks[i], lane);
+    }
+}
+
+fn scatter_particle(chunk: Chunk, lane: u32) {
+    let index = chunk.first_footprint + lane;
+    let rect = textureLoad(rects, record_texel(index), 0).rg;
+    if lane >= chunk.count || !is_scattered(rect) {
+        return;
+    }
+    atomicAdd(&counters.scattered, 1u);
+    let view = views[chunk.view];
+    let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
+    let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
+    let first = vec2<i32>(scatter_texel(bitcast<vec2<f32>>(place.xy)));
+    for (var i = 0; i < 4; i += 1) {
+        let texel = first + vec2(i & 1, i >> 1u);
+        if all(texel >= vec2(0)) && all(texel < vec2<i32>(view.size)) {
+            scatter(view, place, look, vec2<u32>(texel));
+        }
+    }
+}

@@ -1,0 +1,13 @@
+// Where a tile is written that is finished.
+
+import package::bind::stored::{filters, nearests};
+
+// Of texels that belong to nobody.
+fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
+    return 1.0;
+}
+
+fn store_map(at: vec2<u32>, layer: u32, filtered: vec4<f32>, nearest: f32) {
+    textureStore(filters, at, layer, filtered);
+    textureStore(nearests, at, layer, vec4(nearest));
+}

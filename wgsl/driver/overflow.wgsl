@@ -1,0 +1,36 @@
+// Footprints whose pairs did not fit: a workgroup takes one of them and a slice of its tiles. The
+// kernel has `add(view, place, look, tile_place, in_tile)`, which is called for every texel of the
+// view that the footprint may touch.
+
+import package::bind::read::{dispatches, overflow};
+import package::bind::sampled::{footprints, rects};
+import package::bind::uniform::views;
+import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES};
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::view::TILE_SIZE;
+import choice::root::add;
+
+const OVERFLOW_LANES: u32 = 256u; // one per texel of a tile
+
+fn walk_overflow(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32) {
+    let slot = workgroup.y * workgroups.x + workgroup.x;
+    if slot >= dispatches[OVERFLOW_DISPATCH].w {
+        return;
+    }
+    let index = overflow[slot];
+    let rect = textureLoad(rects, record_texel(index), 0).rg;
+    let view = views[rect.y >> 16u];
+    let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
+    let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
+    let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    let width = last.x - first.x + 1u;
+    let tile_count = width * (last.y - first.y + 1u);
+    let in_tile = vec2(lane % TILE_SIZE, lane / TILE_SIZE);
+    for (var k = workgroup.z; k < tile_count; k += OVERFLOW_SLICES) {
+        let tile_place = first + vec2(k % width, k / width);
+        if all(tile_place * TILE_SIZE + in_tile < vec2<u32>(view.size)) {
+            add(view, place, look, tile_place, in_tile);
+        }
+    }
+}

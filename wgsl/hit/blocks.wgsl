@@ -1,0 +1,83 @@
+// Whether an opaque material's hit blocks the light at a texel. CPU twin: src/reference/occlude.rs.
+
+import package::bind::sampled::casters;
+import package::bind::uniform::materials;
+import package::features::{HAS_DITHER, HAS_PARTICLES, HAS_TRIANGLES};
+import package::hit::caster_hit::{Hit, edge};
+import package::hit::dither::{PATTERN_HASHED, cell_threshold, hashed_threshold, pattern_cell};
+import package::hit::hit::{facing, facing_hit};
+import package::hit::solid::is_solid;
+import package::records::material::TRANSFER_DITHER;
+import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::setup::setup_texel;
+import package::records::view::GpuView;
+
+fn blocks(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, hit: Hit) -> bool {
+    if HAS_DITHER && hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
+        return hit.opacity > threshold(view, place, look, texel, hit.material, caster_id(look));
+    }
+    return is_solid(hit);
+}
+
+// Opacity that a `dither` hit must exceed, of the pattern that belongs to `id`.
+fn threshold(
+    view: GpuView,
+    place: vec4<u32>,
+    look: vec4<u32>,
+    texel: vec2<f32>,
+    material_id: u32,
+    id: u32,
+) -> f32 {
+    let material = materials[material_id];
+    if material.pattern != PATTERN_HASHED {
+        let cell = pattern_cell(view, material.pattern_scale, texel);
+        return cell_threshold(material.pattern, material.blue_first, cell, id);
+    }
+    var own = vec4(0.0);
+    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
+        own = triangle_own(look.x, texel);
+    } else if HAS_PARTICLES {
+        let rotation = f32(textureLoad(casters, record_texel(2u * look.w + 1u), 0).z >> 16u);
+        let plane = facing(view, bitcast<vec4<f32>>(place), rotation * (6.2831853 / 65536.0));
+        let x = max(abs(plane.frame_x.x), abs(plane.frame_x.y));
+        let y = max(abs(plane.frame_y.x), abs(plane.frame_y.y));
+        own = vec4(facing_hit(plane, view, texel).xy, x, y);
+    }
+    return hashed_threshold(own.xy, own.zw, material.pattern_scale, id);
+}
+
+fn caster_id(look: vec4<u32>) -> u32 {
+    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
+        return setup_texel(look.x, 6u).w;
+    }
+    return textureLoad(casters, record_texel(2u * look.w + 1u), 0).w;
+}
+
+// Weights of two corners, and how far they move from a texel to the next.
+fn triangle_own(setup: u32, texel: vec2<f32>) -> vec4<f32> {
+    let weights = bitcast<vec3<f32>>(setup_texel(setup, 3u).xyz);
+    let a = edge(setup, 0u, texel) * weights.x;
+    let b = edge(setup, 1u, texel) * weights.y;
+    let sum = a + b + edge(setup, 2u, texel) * weights.z;
+    let da = edge_step(setup, 0u) * weights.x;
+    let db = edge_step(setup, 1u) * weights.y;
+    let dsum = da + db + edge_step(setup, 2u) * weights.z;
+    let own = vec2(a, b) / sum;
+    let along_a = abs(da - own.x * dsum) / sum;
+    let along_b = abs(db - own.y * dsum) / sum;
+    return vec4(own, max(along_a.x, along_a.y), max(along_b.x, along_b.y));
+}
+
+// How an edge function changes along x and y.
+fn edge_step(setup: u32, i: u32) -> vec2<f32> {
+    let line = bitcast<vec4<f32>>(setup_texel(setup, i));
+    return vec2(-line.w, line.z);
+}
+
+// The last bit of an opaque depth tells a dithered surface from a whole one: `filter` fills holes
+// of the former only.
+fn stored_depth(hit: Hit) -> f32 {
+    let bits = bitcast<u32>(hit.depth) & ~1u;
+    let dithered = HAS_DITHER && materials[hit.material].transfer == TRANSFER_DITHER;
+    return bitcast<f32>(select(bits, bits | 1u, dithered));
+}

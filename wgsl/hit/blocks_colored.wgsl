@@ -1,0 +1,32 @@
+// Which channels of the light an opaque material's hit blocks at a texel: those of a `dither`
+// caster have thresholds of their own. CPU twin: src/reference/colored.rs.
+
+import package::bind::uniform::materials;
+import package::hit::blocks::{caster_id, threshold};
+import package::hit::caster_hit::Hit;
+import package::hit::solid::is_solid;
+import package::records::material::TRANSFER_DITHER;
+import package::records::view::GpuView;
+import package::sums::sums::depth_to_nearness;
+
+fn blocked_channels(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, hit: Hit) -> vec3<bool> {
+    if hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
+        let id = caster_id(look) * 3u;
+        let thresholds = vec3(
+            threshold(view, place, look, texel, hit.material, id),
+            threshold(view, place, look, texel, hit.material, id + 1u),
+            threshold(view, place, look, texel, hit.material, id + 2u),
+        );
+        return 1.0 - hit.light > thresholds;
+    }
+    return vec3(is_solid(hit));
+}
+
+// Behind it no light is left.
+fn last_depth(depths: vec3<f32>) -> f32 {
+    return max(max(depths.r, depths.g), depths.b);
+}
+
+fn nearnesses(depths: vec3<f32>) -> vec3<u32> {
+    return vec3(depth_to_nearness(depths.r), depth_to_nearness(depths.g), depth_to_nearness(depths.b));
+}

@@ -1,0 +1,159 @@
+// What a ray meets of any caster: opacity, light that passes, depth. CPU twin:
+// src/reference/caster_hit.rs.
+
+import package::bind::sampled::{casters, images};
+import package::bind::uniform::materials;
+import package::features::{HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES};
+import package::hit::hit::{coverage, facing, facing_hit, transmittance};
+import package::hit::texture::sample_texture;
+import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_PUFF, TRANSFER_GAIN};
+import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::setup::setup_texel;
+import package::records::view::{GpuView, is_beside};
+
+struct Hit {
+    light: vec3<f32>, // that passes
+    color: vec3<f32>,
+    opacity: f32,
+    depth: f32,       // light depth; -1 for a miss
+    end: f32,         // from which on the whole hit counts: where the ray leaves a puff
+    material: u32,
+}
+
+const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u);
+
+fn caster_hit(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+    var hit = MISS;
+    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
+        hit = triangle_hit(look.x, texel);
+    } else if HAS_PARTICLES {
+        hit = particle_hit(view, bitcast<vec4<f32>>(place), look, texel, opaque_depth);
+    }
+    if !(hit.depth >= 0.0 && hit.depth <= 1.0) {
+        hit = MISS;
+    }
+    return hit;
+}
+
+fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+    let own = textureLoad(casters, record_texel(2u * look.w + 1u), 0);
+    let material_id = own.z & 0xffffu;
+    let material = materials[material_id];
+    let rotation = f32(own.z >> 16u) * (6.2831853 / 65536.0);
+    let plane = facing(view, place, rotation);
+    let met = facing_hit(plane, view, texel);
+    var color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    let base = unpack2x16float(look.z).x;
+    let slope = unpack2x16float(look.y).y;
+    if HAS_PUFFS && material.shape == SHAPE_PUFF {
+        return puff_hit(view, place, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
+    }
+    let covered = coverage(material.shape, material.profile, met.xy);
+    var alpha = covered;
+    if HAS_TEXTURES && material.texture != NO_TEXTURE {
+        let uv = vec2(0.5 + 0.5 * met.x, 0.5 - 0.5 * met.y);
+        let image = sample_texture(images, material.texture, material.texture_size, uv);
+        color *= image.rgb;
+        alpha *= image.a;
+    }
+    let opacity = min(base + slope * alpha, 1.0);
+    let inside = max(abs(met.x), abs(met.y)) <= 1.0 && covered > 0.0;
+    let depth = select(-1.0, met.z, inside);
+    let light = transmittance(material.transfer, opacity, color);
+    return Hit(light, color, opacity, depth, depth, material_id);
+}
+
+// Absorbs along the chord that the ray takes through the sphere before the opaque surface: what the
+// transfer does along a whole diameter, to the power of the chord's share of it.
+fn puff_hit(
+    view: GpuView,
+    place: vec4<f32>,
+    color: vec3<f32>,
+    alpha: f32,
+    texel: vec2<f32>,
+    opaque_depth: f32,
+    material_id: u32,
+) -> Hit {
+    let range = view.far - view.near;
+    let center = view.near + place.w * range; // along the axis [m]
+    let w = vec3((texel - view.size * 0.5) / view.scale, 1.0);
+    let middle = (place.xy - view.size * 0.5) / view.scale;
+    // In radii: how far the ray passes from the centre, and metres along the axis per radius.
+    var miss2: f32;
+    var radius_axis: f32;
+    var closest: f32;
+    if is_beside(place) {
+        let apart = cross(place.xyw, w);
+        miss2 = dot(apart, apart) / dot(w, w) / (place.z * place.z);
+        radius_axis = -place.z / length(w);
+        closest = dot(place.xyw, w) / dot(w, w);
+    } else if view.perspective > 0.0 {
+        let c = vec3(middle, 1.0);
+        let distance = center * length(c);
+        let radius = place.z * distance;
+        let apart = cross(c, w - c);
+        miss2 = dot(apart, apart) / dot(w, w) * (center * center) / (radius * radius);
+        radius_axis = radius / length(w);
+        closest = center * dot(c, w) / dot(w, w);
+    } else {
+        let delta = (texel - place.xy) / place.z;
+        miss2 = dot(delta, delta);
+        radius_axis = place.z / view.scale;
+        closest = center;
+    }
+    if miss2 >= 1.0 {
+        return MISS;
+    }
+    let half_chord = sqrt(1.0 - miss2); // [radii]
+    let first = max(closest - half_chord * radius_axis, view.near);
+    let last = min(closest + half_chord * radius_axis, view.near + opaque_depth * range);
+    let share = clamp((last - first) / (2.0 * radius_axis), 0.0, 1.0);
+    let per_diameter = max(transmittance(materials[material_id].transfer, alpha, color), vec3(1e-9));
+    let opacity = 1.0 - pow(max(1.0 - alpha, 1e-9), share);
+    let entered = (first - view.near) / range;
+    let left = (last - view.near) / range;
+    let light = pow(per_diameter, vec3(share));
+    return Hit(light, color, opacity, select(-1.0, entered, share > 0.0), left, material_id);
+}
+
+fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
+    let line = bitcast<vec4<f32>>(setup_texel(setup, i));
+    return line.z * (texel.y - line.y) - line.w * (texel.x - line.x);
+}
+
+// Weights of the corners, and light depth; depth -1 outside.
+fn triangle_weights(setup: u32, texel: vec2<f32>) -> vec4<f32> {
+    let weights_ties = setup_texel(setup, 3u);
+    let a = edge(setup, 0u, texel);
+    let b = edge(setup, 1u, texel);
+    let c = edge(setup, 2u, texel);
+    let e = vec3(a, b, c);
+    let tie = (vec3(weights_ties.w) & vec3(1u, 2u, 4u)) != vec3(0u);
+    let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & tie));
+    let weighted = e * bitcast<vec3<f32>>(weights_ties.xyz);
+    let sum = weighted.x + weighted.y + weighted.z;
+    let barycentric = weighted / sum;
+    let depths = bitcast<vec3<f32>>(setup_texel(setup, 4u).xyz);
+    return vec4(barycentric, select(-1.0, dot(depths, barycentric), inside && sum > 0.0));
+}
+
+fn triangle_uv(setup: u32, barycentric: vec3<f32>) -> vec2<f32> {
+    let ab = bitcast<vec4<f32>>(setup_texel(setup, 5u));
+    let c = bitcast<vec2<f32>>(setup_texel(setup, 6u).xy);
+    return ab.xy * barycentric.x + ab.zw * barycentric.y + c * barycentric.z;
+}
+
+fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
+    let met = triangle_weights(setup, texel);
+    let material_id = setup_texel(setup, 4u).w;
+    let material = materials[material_id];
+    var tint = material.tint;
+    if HAS_TEXTURES && material.texture != NO_TEXTURE {
+        let uv = triangle_uv(setup, met.xyz);
+        tint *= sample_texture(images, material.texture, material.texture_size, uv);
+    }
+    let opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
+    let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
+    let light = transmittance(material.transfer, opacity, color);
+    return Hit(light, color, opacity, met.w, met.w, material_id);
+}

@@ -1,0 +1,57 @@
+// What `over` adds, and what the faces of volumes do. CPU twin: src/reference/caster_hit.rs.
+
+import package::bind::uniform::materials;
+import package::features::HAS_TRIANGLES;
+import package::hit::caster_hit::{Hit, triangle_weights};
+import package::records::material::TRANSFER_OVER;
+import package::records::record::TRIANGLE_BIT;
+import package::records::setup::{BACK_BIT, setup_texel};
+import package::records::view::GpuView;
+import package::sums::sums::FIXED_ONE;
+
+// `over` makes light an affine chain: light L behind a hit becomes L * light + added.
+fn added_light(hit: Hit) -> vec3<f32> {
+    return select(vec3(0.0), hit.color * hit.opacity, materials[hit.material].transfer == TRANSFER_OVER);
+}
+
+// The nearest integers, modulo 2^32. Exact: the wraps are powers of two.
+fn modular(v: vec3<f32>) -> vec3<i32> {
+    let rounded = round(v);
+    let rest = rounded - floor(rounded / 4294967296.0) * 4294967296.0;
+    return bitcast<vec3<i32>>(vec3<u32>(rest));
+}
+
+// Where a ray enters or leaves a volume.
+struct Face {
+    depth: f32,            // at most that of the ray's end
+    metres: f32,           // way of the ray from light depth 0 to 1
+    absorption: vec3<f32>, // [1/m]
+    leaves: i32,           // 1 where the ray leaves, -1 where it enters, 0 where it does neither
+}
+
+// Faces behind the ray's end count as at its end.
+fn volume_face(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Face {
+    if !HAS_TRIANGLES || (look.w & TRIANGLE_BIT) == 0u {
+        return Face(0.0, 0.0, vec3(0.0), 0);
+    }
+    let absorption = materials[setup_texel(look.x, 4u).w].absorption;
+    let depth = triangle_weights(look.x, texel).w;
+    let is_back = (setup_texel(look.x, 3u).w & BACK_BIT) != 0u;
+    let counts = depth >= 0.0 && any(absorption > vec3(0.0));
+    let slope = (texel - view.size * 0.5) / view.scale;
+    let stretch = select(1.0, sqrt(1.0 + dot(slope, slope)), view.perspective > 0.0);
+    let leaves = select(0, select(-1, 1, is_back), counts);
+    let ends = select(0.0, min(depth, opaque_depth), counts);
+    return Face(ends, (view.far - view.near) * stretch, absorption, leaves);
+}
+
+// What a face adds to a ray's sums: optical depth from the near plane to the face, in fixed point
+// and modulo 2^32, negative where the ray enters; w: `leaves`.
+fn face_crossing(face: Face) -> vec4<i32> {
+    let tau = modular(face.depth * face.metres * face.absorption * FIXED_ONE);
+    return vec4(tau * face.leaves, face.leaves);
+}
+
+fn crossing(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> vec4<i32> {
+    return face_crossing(volume_face(view, look, texel, opaque_depth));
+}

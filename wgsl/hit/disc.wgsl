@@ -1,0 +1,116 @@
+// A soft disc of the `filter` transfer, made ready for texels. CPU twin: src/reference/hit.rs.
+
+import package::features::{HAS_OPAQUE, PERSPECTIVE};
+import package::records::tile_rect::SLACK;
+import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
+
+struct Disc {
+    center: vec2<f32>,   // [texels]; of a disc beside the view the map's middle
+    bend: f32,           // 1 / radius^2 [1 / texels^2]
+    tilt: vec2<f32>,     // how the plane's distance changes [1 / texels]
+    tilt_bend: f32,
+    start: vec2<f32>,    // (0, 1); of a disc beside the view the cosine of the axis, 0
+    depth: f32,          // light depth; of a perspective view distance along the axis [m]
+    slope: f32,          // opacity at the centre
+    absorbed: vec3<f32>, // slope (1 - c)
+}
+
+fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
+    var disc: Disc;
+    let radius = bitcast<f32>(place.z);
+    disc.center = bitcast<vec2<f32>>(place.xy);
+    disc.depth = bitcast<f32>(place.w);
+    // Nothing is hit at the end of the ray.
+    disc.slope = select(unpack2x16float(look.y).y, 0.0, !PERSPECTIVE && disc.depth >= 1.0);
+    let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    disc.absorbed = disc.slope * (1.0 - color);
+    disc.bend = 1.0 / (radius * radius);
+    if PERSPECTIVE {
+        // q^2 = (|delta|^2 / scale^2 - (n . delta)^2) / (radius len t)^2, where n is the ray to
+        // the centre, len its length at depth 1, t = 1 + tilt . delta.
+        let slope = (disc.center - view.size * 0.5) / view.scale;
+        let len2 = 1.0 + dot(slope, slope);
+        disc.tilt = slope / (len2 * view.scale);
+        disc.bend = 1.0 / (radius * radius * len2 * view.scale * view.scale);
+        disc.tilt_bend = 1.0 / (radius * radius);
+        disc.start = vec2(0.0, 1.0);
+        disc.depth = view.near + disc.depth * (view.far - view.near);
+        if is_beside(bitcast<vec4<f32>>(place)) {
+            // Delta from the map's middle: q^2 = (|ray|^2 - t^2) / (radius t)^2, t = n . ray.
+            let center = bitcast<vec3<f32>>(place.xyw);
+            let distance = max(length(center), LEAST_DISTANCE);
+            let n = center / distance;
+            let per_radius = distance / radius;
+            disc.center = view.size * 0.5;
+            disc.tilt = n.xy / view.scale;
+            disc.tilt_bend = per_radius * per_radius;
+            disc.bend = disc.tilt_bend / (view.scale * view.scale);
+            disc.start = vec2(n.z, 0.0);
+            disc.depth = distance;
+        }
+    }
+    return disc;
+}
+
+// Whether a disc may touch a block of texels with centres from `lo` to `hi`.
+fn touches(view: GpuView, place: vec4<u32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let radius = bitcast<f32>(place.z);
+    let center = bitcast<vec2<f32>>(place.xy);
+    if PERSPECTIVE && is_beside(bitcast<vec4<f32>>(place)) {
+        return true;
+    }
+    let outside = center - clamp(center, lo, hi);
+    var reach = radius + SLACK;
+    if PERSPECTIVE {
+        // tan(axis + cone) - tan(axis), outwards from the view's middle.
+        let slope = length((center - view.size * 0.5) / view.scale);
+        let rest = 1.0 - slope * radius;
+        reach = view.scale * radius * (1.0 + slope * slope) / rest + SLACK;
+        reach = select(1e18, reach, rest > 0.0);
+    }
+    return dot(outside, outside) <= reach * reach;
+}
+
+// Opacity before the disc's slope, and light depth.
+struct Profile4 {
+    profile: vec4<f32>,
+    depth: vec4<f32>,
+}
+
+// Of four texels in a column, `dx` and `dy` from the centre.
+fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
+    if !PERSPECTIVE {
+        return rest_profile(disc, 1.0 - (dx * dx + dy * dy) * disc.bend, opaque);
+    }
+    let turn = disc.start.x + (dx * disc.tilt.x + dy * disc.tilt.y);
+    let t = disc.start.y + turn;
+    let across = (dx * dx + dy * dy) * disc.bend + ((1.0 - disc.start.y) - turn * turn) * disc.tilt_bend;
+    let rest = max(1.0 - across / (t * t), vec4(0.0));
+    let depth = (disc.depth / t - view.near) / (view.far - view.near);
+    let end = select(vec4(1.0), opaque, HAS_OPAQUE);
+    let hits = (t > vec4(0.0)) & (depth >= vec4(0.0)) & (depth < end);
+    return Profile4(select(vec4(0.0), rest * rest, hits), depth);
+}
+
+// 1 - q^2 of four texels in a column, by differences: it is of second degree in y. `dx` and `dy`:
+// the first from the centre.
+fn column_rest(disc: Disc, dx: f32, dy: f32) -> vec4<f32> {
+    let turn = -2.0 * disc.bend;
+    let a = 1.0 - (dx * dx + dy * dy) * disc.bend;
+    let step_a = turn * dy - disc.bend;
+    let b = a + step_a;
+    let step_b = step_a + turn;
+    let c = b + step_b;
+    return vec4(a, b, c, c + (step_b + turn));
+}
+
+// Of a disc that is as deep everywhere; `rest`: 1 - q^2.
+fn rest_profile(disc: Disc, rest: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
+    let depth = vec4(disc.depth);
+    let inside = max(rest, vec4(0.0));
+    var profile = inside * inside;
+    if HAS_OPAQUE {
+        profile = select(vec4(0.0), profile, depth < opaque);
+    }
+    return Profile4(profile, depth);
+}

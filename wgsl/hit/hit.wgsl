@@ -1,0 +1,104 @@
+// What one ray through one texel meets. CPU twin: src/reference/hit.rs.
+
+import package::records::material::{
+    MAX_GAIN, PROFILE_SOFT, SHAPE_DISC, SHAPE_QUAD, TRANSFER_DITHER, TRANSFER_FILTER,
+    TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE, TRANSFER_STAIN,
+};
+import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
+
+// A particle made ready for texels: q = (frame * delta + offset) / (start + tilt . delta), where
+// delta is the way from the reference to the texel's centre [texels]. The reference is the particle's
+// centre, where q is 0 and start 1; of a particle beside the view the map's middle.
+struct Facing {
+    reference: vec2<f32>,
+    frame_x: vec2<f32>,
+    frame_y: vec2<f32>,
+    offset: vec2<f32>,
+    tilt: vec2<f32>,
+    start: f32,
+    distance: f32, // of the plane along the axis at the reference, times start [m]
+}
+
+fn to_world(view: GpuView, v: vec3<f32>) -> vec3<f32> {
+    return v * mat3x3(view.view_from_world[0].xyz, view.view_from_world[1].xyz, view.view_from_world[2].xyz);
+}
+
+// To the right, down and along the axis.
+fn to_map(view: GpuView, axis: vec3<f32>) -> vec3<f32> {
+    return (view.view_from_world * vec4(axis, 0.0)).xyz * vec3(1.0, -1.0, -1.0);
+}
+
+// `place` as in a footprint; `rotation` about the ray [radians].
+fn facing(view: GpuView, place: vec4<f32>, rotation: f32) -> Facing {
+    let beside = is_beside(place);
+    let slope = (place.xy - view.size * 0.5) / view.scale;
+    var ray = vec3(slope, 1.0);
+    var k = 1.0 / place.z;
+    var per_texel = 1.0;
+    var tilt = vec2(0.0);
+    var distance = view.near + place.w * (view.far - view.near);
+    if beside {
+        distance = max(length(place.xyw), LEAST_DISTANCE);
+        ray = place.xyw / distance;
+        k = distance / -place.z;
+        per_texel = 1.0 / view.scale;
+        tilt = ray.xy * per_texel;
+    } else if view.perspective > 0.0 {
+        let len = length(ray);
+        ray /= len;
+        k = 1.0 / (place.z * len * view.scale);
+        tilt = ray.xy / (len * view.scale);
+    } else {
+        ray = vec3(0.0, 0.0, 1.0);
+    }
+    let n = to_world(view, ray * vec3(1.0, -1.0, -1.0));
+    let up = select(vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0), abs(n.y) > 0.99);
+    let x = normalize(cross(up, n));
+    let y = cross(n, x);
+    let s = sin(rotation);
+    let c = cos(rotation);
+    let frame_x = to_map(view, x * c + y * s) * k;
+    let frame_y = to_map(view, y * c - x * s) * k;
+    return Facing(
+        select(place.xy, view.size * 0.5, beside),
+        frame_x.xy * per_texel,
+        frame_y.xy * per_texel,
+        select(vec2(0.0), vec2(frame_x.z, frame_y.z), beside),
+        tilt,
+        select(1.0, ray.z, beside),
+        distance,
+    );
+}
+
+// q.xy and light depth; depth -1 where the ray runs away from the plane.
+fn facing_hit(f: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
+    let delta = texel - f.reference;
+    let denominator = f.start + dot(f.tilt, delta);
+    let q = (vec2(dot(f.frame_x, delta), dot(f.frame_y, delta)) + f.offset) / denominator;
+    let depth = (f.distance / denominator - view.near) / (view.far - view.near);
+    return select(vec3(2.0, 2.0, -1.0), vec3(q, depth), denominator > 0.0);
+}
+
+// The share of a particle's alpha at q, 0 outside its shape.
+fn coverage(shape: u32, profile: u32, q: vec2<f32>) -> f32 {
+    let square = dot(q, q);
+    if shape == SHAPE_QUAD {
+        return select(0.0, 1.0, max(abs(q.x), abs(q.y)) <= 1.0);
+    }
+    let rest = 1.0 - square;
+    let soft = shape == SHAPE_DISC && profile == PROFILE_SOFT;
+    return select(0.0, select(1.0, rest * rest, soft), square <= 1.0);
+}
+
+// Light that passes a hit of opacity a and colour c (of `gain`: over 16).
+fn transmittance(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
+    switch transfer {
+        // In the picture; shadows are dithered.
+        case TRANSFER_FILTER, TRANSFER_DITHER: { return 1.0 - a * (1.0 - c); }
+        case TRANSFER_STAIN: { return c * (1.0 - a); }
+        case TRANSFER_SMOKE: { return (1.0 - a) * (1.0 - a * (1.0 - c)); }
+        case TRANSFER_GAIN: { return c * MAX_GAIN; }
+        case TRANSFER_OVER: { return vec3(1.0 - a); }
+        default: { return vec3(1.0); }
+    }
+}

@@ -1,0 +1,37 @@
+// How far a footprint reaches in the map.
+
+import package::features::{HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
+import package::records::record::TRIANGLE_BIT;
+import package::records::tile_rect::{INVISIBLE, SLACK};
+import package::records::view::{GpuView, is_beside};
+
+// Whether a footprint may touch texel centres in the box lo..hi.
+fn touches_box(view: GpuView, place: vec4<u32>, look: vec4<u32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let center = bitcast<vec2<f32>>(place.xy);
+    let radius = bitcast<f32>(place.z);
+    if is_beside(bitcast<vec4<f32>>(place)) {
+        return true;
+    }
+    let outside = center - clamp(center, lo, hi);
+    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
+        return max(abs(outside.x), abs(outside.y)) <= radius;
+    }
+    var reach = radius * select(1.0, 1.41421356, HAS_QUADS);
+    if view.perspective > 0.0 {
+        if HAS_PUFFS {
+            // A sphere's cone has its radius over distance as sine, not as tangent.
+            reach = select(1e30, reach / sqrt(1.0 - reach * reach), reach < 1.0);
+        }
+        // tan(axis + cone) - tan(axis), outwards from the view's middle.
+        let slope = length(center - view.size * 0.5) / view.scale;
+        let rest = 1.0 - slope * reach;
+        reach = select(1e30, view.scale * reach * (1.0 + slope * slope) / rest, rest > 0.0);
+    }
+    reach += SLACK;
+    return dot(outside, outside) <= reach * reach;
+}
+
+// The depth that no later footprint of the same tile is in front of.
+fn front_depth(look: vec4<u32>) -> f32 {
+    return f32(look.z >> 16u) / f32(INVISIBLE - 1u);
+}

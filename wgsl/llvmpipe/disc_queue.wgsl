@@ -1,0 +1,170 @@
+// As walk_discs.wgsl, for subgroups of eight lanes on a software adapter, where branches,
+// reductions and writes within loops are dear and lanes are neighbours in a row. Of crowded tiles
+// the discs that touch the subgroup's block wait in a queue; when there are eight they are
+// multiplied in, with no branch between them. CPU twin: src/reference/accumulate.rs.
+
+import package::bind::loaded::{footprints, pairs};
+import package::hit::disc::{Disc, prepare_disc, touches};
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::tile_rect::INVISIBLE;
+import package::records::view::GpuView;
+import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
+import package::walk::disc_lanes::broadcast_disc;
+import choice::rows::ROWS;
+
+// Tiles have many discs.
+override DENSE: bool = true;
+
+const QUEUE: u32 = 8u; // lanes of the subgroup
+
+struct Block {
+    lane: u32,
+    lo: vec2<f32>, // of its texels, centre to centre
+    hi: vec2<f32>,
+}
+
+struct Queue {
+    footprints: vec3<u32>, // of the lane: of the discs that are next, of those behind them, and so on
+    count: u32,            // of all lanes' discs
+    base: u32,             // first pair that no lane has seen
+}
+
+// What a lane of the queue has to show.
+struct Prepared {
+    disc: Disc,
+    front: f32, // no later disc is nearer than the last lane's
+}
+
+// The bits of all lanes.
+fn join_lanes(bits: u32, lane: u32) -> u32 {
+    let two = bits | subgroupShuffle(bits, lane ^ 1u);
+    let four = two | subgroupShuffle(two, lane ^ 2u);
+    return four | subgroupShuffle(four, lane ^ 4u);
+}
+
+// Of lanes that are marked by the first bits of digits of four bits: how many there are up to each.
+fn ranks(marked: u32) -> u32 {
+    return marked * 0x11111111u;
+}
+
+// The marked lane that comes after `n` others.
+fn nth_lane(ranks: u32, n: u32) -> u32 {
+    // Lanes but the last whose rank is at most `n`: the fourth bit of their digit stays.
+    let before = (0x08888888u + n * 0x01111111u - (ranks & 0x07777777u)) & 0x08888888u;
+    return (((before >> 3u) * 0x01111111u) >> 24u) & 7u;
+}
+
+fn footprint_of(pair: u32, end: u32) -> u32 {
+    return textureLoad(pairs, record_texel(min(pair, end - 1u))).g;
+}
+
+fn place_of(footprint: u32) -> vec4<u32> {
+    return textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS));
+}
+
+fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
+    var queue = old;
+    let digit = 1u << (4u * block.lane);
+    for (; queue.count < QUEUE && queue.base < end; queue.base += 2u * QUEUE) {
+        let pair = queue.base + block.lane;
+        let a = footprint_of(pair, end);
+        let b = footprint_of(pair + QUEUE, end);
+        let touches_a = pair < end && touches(view, place_of(a), block.lo, block.hi);
+        let touches_b = pair + QUEUE < end && touches(view, place_of(b), block.lo, block.hi);
+        let marked =
+            join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
+        let ranks_a = ranks(marked & 0x11111111u);
+        let ranks_b = ranks((marked >> 1u) & 0x11111111u);
+        let count_a = queue.count + (ranks_a >> 28u);
+        // Lanes before `count` have a disc; the others take the next ones, and what is left over
+        // begins anew at the first lane.
+        let next_a = subgroupShuffle(a, nth_lane(ranks_a, (block.lane - queue.count) & 7u));
+        let next_b = subgroupShuffle(b, nth_lane(ranks_b, (block.lane - count_a) & 7u));
+        let first = select(next_b, next_a, block.lane < count_a);
+        queue.footprints = vec3(
+            select(first, queue.footprints.x, block.lane < queue.count),
+            select(next_b, next_a, block.lane + QUEUE < count_a),
+            next_b,
+        );
+        queue.count = count_a + (ranks_b >> 28u);
+    }
+    return queue;
+}
+
+fn prepare(view: GpuView, footprint: u32, waits: bool) -> Prepared {
+    let look = textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u));
+    var disc = prepare_disc(view, place_of(footprint), look);
+    disc.slope *= select(0.0, 1.0, waits);
+    disc.absorbed *= select(0.0, 1.0, waits);
+    return Prepared(disc, f32(subgroupShuffle(look.z, QUEUE - 1u) >> 16u) / f32(INVISIBLE - 1u));
+}
+
+fn without_eight(old: Queue) -> Queue {
+    return Queue(old.footprints.yzz, max(old.count, QUEUE) - QUEUE, old.base);
+}
+
+const CHANGES: u32 = 1u; // a texel that something behind can change
+const SEEKS: u32 = 2u;   // one whose nearest depth may be behind
+
+fn wants(front: f32, lane: u32) -> u32 {
+    return join_lanes(select(CHANGES, 0u, settled(front)) | select(0u, SEEKS, seeks(front)), lane);
+}
+
+fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
+    var queue = Queue(vec3(0u), 0u, first);
+    var wanted = CHANGES | SEEKS;
+    while wanted == (CHANGES | SEEKS) && (queue.base < end || queue.count > 0u) {
+        queue = fill(view, queue, end, block);
+        let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
+        visit_disc(view, broadcast_disc(eight.disc, 0u));
+        visit_disc(view, broadcast_disc(eight.disc, 1u));
+        visit_disc(view, broadcast_disc(eight.disc, 2u));
+        visit_disc(view, broadcast_disc(eight.disc, 3u));
+        visit_disc(view, broadcast_disc(eight.disc, 4u));
+        visit_disc(view, broadcast_disc(eight.disc, 5u));
+        visit_disc(view, broadcast_disc(eight.disc, 6u));
+        visit_disc(view, broadcast_disc(eight.disc, 7u));
+        queue = without_eight(queue);
+        wanted = wants(eight.front, block.lane);
+    }
+    // All texels know what is nearest.
+    while (wanted & CHANGES) != 0u && (queue.base < end || queue.count > 0u) {
+        queue = fill(view, queue, end, block);
+        let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
+        visit_behind(view, broadcast_disc(eight.disc, 0u));
+        visit_behind(view, broadcast_disc(eight.disc, 1u));
+        visit_behind(view, broadcast_disc(eight.disc, 2u));
+        visit_behind(view, broadcast_disc(eight.disc, 3u));
+        visit_behind(view, broadcast_disc(eight.disc, 4u));
+        visit_behind(view, broadcast_disc(eight.disc, 5u));
+        visit_behind(view, broadcast_disc(eight.disc, 6u));
+        visit_behind(view, broadcast_disc(eight.disc, 7u));
+        queue = without_eight(queue);
+        wanted = wants(eight.front, block.lane);
+    }
+}
+
+fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
+    for (var base = first; base < end;) {
+        let pair = base + block.lane;
+        let footprint = footprint_of(pair, end);
+        let stretch = prepare(view, footprint, true);
+        let touched = pair < end && touches(view, place_of(footprint), block.lo, block.hi);
+        var mask = join_lanes(select(0u, 1u << block.lane, touched), block.lane);
+        for (; mask != 0u; mask &= mask - 1u) {
+            visit_disc(view, broadcast_disc(stretch.disc, firstTrailingBit(mask)));
+        }
+        base = select(end, base + QUEUE, (wants(stretch.front, block.lane) & CHANGES) != 0u);
+    }
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    let lane = u32(corner.x) & 7u;
+    let lo = corner - vec2(f32(lane), 0.0) + 0.5;
+    let block = Block(lane, lo, lo + vec2(7.0, f32(ROWS) - 1.0));
+    if DENSE {
+        walk_crowded(view, first, end, block);
+    } else {
+        walk_sparse(view, first, end, block);
+    }
+}

@@ -1,0 +1,149 @@
+// project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and
+// view; a workgroup takes a chunk. CPU twin: src/reference/project.rs. Host: src/stage/project.rs.
+
+import package::bind::read::chunks;
+import package::bind::sampled::casters;
+import package::bind::stored::{footprints, keys, rects};
+import package::bind::uniform::{materials, project_params, views};
+import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
+import package::records::record::record_texel;
+import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, tile_rect};
+import package::records::view::LEAST_DISTANCE;
+
+override WORKGROUP_SIZE: u32;
+
+// Projected radius below which a particle is enlarged and thinned [texels].
+const MIN_RADIUS: f32 = 0.70710678;
+// A particle nearer along the axis than this share of its distance from the light is beside the
+// view: its centre has no place in the map.
+const MIN_COSINE: f32 = 0.05;
+const SQRT_2: f32 = 1.41421356;
+
+fn put(index: u32, key: u32, rect: vec2<u32>) {
+    let texel = record_texel(index);
+    textureStore(keys, texel, vec4(key, index, 0u, 0u));
+    textureStore(rects, texel, vec4(rect, 0u, 0u));
+}
+
+// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; endless where the
+// eye is inside.
+fn tangents(x: f32, distance: f32, sphere: f32) -> vec2<f32> {
+    const ENDLESS: f32 = 1e6;
+    let t2 = x * x + distance * distance - sphere * sphere;
+    if t2 <= 0.0 {
+        return vec2(-ENDLESS, ENDLESS);
+    }
+    let t = sqrt(t2);
+    let low = vec2(x * t - distance * sphere, distance * t + x * sphere);
+    let high = vec2(x * t + distance * sphere, distance * t - x * sphere);
+    return vec2(
+        select(-ENDLESS, low.x / low.y, low.y > 0.0),
+        select(ENDLESS, high.x / high.y, high.y > 0.0),
+    );
+}
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn project_particles(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let chunk_index = workgroup.y * workgroups.x + workgroup.x;
+    if chunk_index >= project_params.chunk_count {
+        return;
+    }
+    let chunk = chunks[chunk_index];
+    if lane >= chunk.count {
+        return;
+    }
+    let index = chunk.first_footprint + lane;
+    let caster_id = chunk.first_caster + lane;
+    let view = views[chunk.view];
+    let place = textureLoad(casters, record_texel(2u * caster_id), 0);
+    let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
+    let material = materials[look.z & 0xffffu];
+    let caster_radius = bitcast<f32>(place.w);
+
+    let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(place.xyz), 1.0)).xyz;
+    let distance = -center.z;
+    let range = view.far - view.near;
+    let half_size = view.size * 0.5;
+    let is_puff = material.shape == SHAPE_PUFF;
+    let is_quad = material.shape == SHAPE_QUAD;
+    let corner = select(1.0, SQRT_2, is_quad); // half a quad's diagonal reaches beyond its radius
+    let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * length(center);
+    var texel: vec2<f32>;
+    var radius: f32;
+    var grow: f32;
+    var lo: vec2<f32>;
+    var hi: vec2<f32>;
+    var depth_reach: f32;
+    if view.perspective == 0.0 {
+        texel = vec2(center.x, -center.y) * view.scale + half_size;
+        let projected = caster_radius * view.scale;
+        grow = max(MIN_RADIUS / projected, 1.0);
+        radius = projected * grow;
+        lo = texel - radius * corner;
+        hi = texel + radius * corner;
+        depth_reach = select(0.0, caster_radius * grow, is_puff);
+    } else if is_beside {
+        texel = half_size;
+        grow = max(MIN_RADIUS * distance / (caster_radius * view.scale), 1.0);
+        radius = caster_radius * grow;
+        let away = max(length(center), LEAST_DISTANCE);
+        let reach = radius * corner;
+        let sphere = select(reach / sqrt(1.0 + reach / away * (reach / away)), radius, is_puff);
+        let x = tangents(center.x, distance, sphere);
+        let y = tangents(-center.y, distance, sphere);
+        lo = vec2(x.x, y.x) * view.scale + half_size;
+        hi = vec2(x.y, y.y) * view.scale + half_size;
+        depth_reach = select(reach * (length(center.xy) / away), radius, is_puff);
+    } else {
+        let slope = vec2(center.x, -center.y) / distance;
+        texel = slope * view.scale + half_size;
+        let len2 = 1.0 + dot(slope, slope);
+        let projected = caster_radius * view.scale / distance;
+        grow = max(MIN_RADIUS / projected, 1.0);
+        let grown = caster_radius * grow;
+        radius = grown / (distance * sqrt(len2));
+        let reach = radius * corner;
+        let sine = select(reach / sqrt(1.0 + reach * reach), reach, is_puff);
+        let sphere = sine * distance * sqrt(len2);
+        let x = tangents(center.x, distance, sphere);
+        let y = tangents(-center.y, distance, sphere);
+        lo = vec2(x.x, y.x) * view.scale + half_size;
+        hi = vec2(x.y, y.y) * view.scale + half_size;
+        depth_reach = select(grown * corner * sqrt(max(1.0 - 1.0 / len2, 0.0)), grown, is_puff);
+    }
+    let nearest = (distance - depth_reach - view.near) / range;
+    let farthest = (distance + depth_reach - view.near) / range;
+    let unseen = material.transfer == TRANSFER_NONE && project_params.unseen == 0u;
+    if unseen || farthest < 0.0 || nearest > 1.0 {
+        put(index, INVISIBLE, vec2(0u));
+        return;
+    }
+    let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
+    // Opaque depths know tiles only.
+    let scatter = project_params.scatter == 1u && material.transfer < TRANSFER_OPAQUE && !is_beside;
+    let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
+    let front = depth_key(nearest);
+    put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
+
+    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y);
+    let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;
+    let thin = 1.0 / (grow * grow);
+    let slope_a = (1.0 - material.reflectivity) * color.a * thin;
+    let blue_slope =
+        (pack2x16unorm(vec2(color.b, 0.0)) & 0xffffu) | (pack2x16float(vec2(0.0, slope_a)) & 0xffff0000u);
+    let base_front = (pack2x16float(vec2(material.reflectivity * thin, 0.0)) & 0xffffu) | (front << 16u);
+    var at = vec4(texel, radius, (distance - view.near) / range);
+    if is_beside {
+        at = vec4(center.x, -center.y, -radius, distance);
+    }
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(at));
+    textureStore(
+        footprints,
+        record_texel(2u * index + 1u),
+        vec4(pack2x16unorm(color.rg), blue_slope, base_front, caster_id),
+    );
+}

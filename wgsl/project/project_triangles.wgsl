@@ -1,0 +1,157 @@
+// project: triangles -> footprints, depth keys, tile rectangles and setups. One invocation per
+// triangle and view; a workgroup takes a chunk. CPU twin: src/reference/project.rs. Host:
+// src/stage/project.rs.
+
+import package::bind::read::chunks;
+import package::bind::sampled::triangles;
+import package::bind::stored::{footprints, keys, rects, setups};
+import package::bind::uniform::{project_params, views};
+import package::hit::triangle_edges::{edge_line, owns_edge, precedes};
+import package::records::octahedral::octahedral;
+import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
+import package::records::setup::{BACK_BIT, SETUP_TEXELS};
+import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, tile_rect};
+
+override WORKGROUP_SIZE: u32;
+
+fn put(index: u32, key: u32, rect: vec2<u32>) {
+    let texel = record_texel(index);
+    textureStore(keys, texel, vec4(key, index, 0u, 0u));
+    textureStore(rects, texel, vec4(rect, 0u, 0u));
+}
+
+fn put_setup(setup_index: u32, texel: u32, value: vec4<u32>) {
+    textureStore(setups, record_texel(setup_index * SETUP_TEXELS + texel), value);
+}
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn project_triangles(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let chunk_index = workgroup.y * workgroups.x + workgroup.x;
+    if chunk_index >= project_params.chunk_count {
+        return;
+    }
+    let chunk = chunks[chunk_index];
+    if lane >= chunk.count {
+        return;
+    }
+    let index = chunk.first_footprint + lane;
+    let triangle_id = chunk.first_caster + lane;
+    let setup_index = index - project_params.first_setup;
+    let view = views[chunk.view];
+    let half_size = view.size * 0.5;
+
+    let first = triangle_id * TRIANGLE_TEXELS;
+    var world: array<vec3<f32>, 3>;
+    var us: vec3<f32>;
+    var flat: array<vec2<f32>, 3>;
+    var distances: vec3<f32>;
+    for (var i = 0u; i < 3u; i += 1u) {
+        let corner = bitcast<vec4<f32>>(textureLoad(triangles, record_texel(first + i), 0));
+        world[i] = corner.xyz;
+        us[i] = corner.w;
+        let p = view.view_from_world * vec4(corner.xyz, 1.0);
+        flat[i] = vec2(p.x, -p.y) * view.scale;
+        distances[i] = -p.z;
+    }
+    let v_material = textureLoad(triangles, record_texel(first + 3u), 0);
+    let depths = (distances - view.near) / (view.far - view.near);
+    let nearest = min(depths.x, min(depths.y, depths.z));
+    let farthest = max(depths.x, max(depths.y, depths.z));
+    // The back of a volume counts beyond the far plane.
+    if farthest < 0.0 {
+        put(index, INVISIBLE, vec2(0u));
+        return;
+    }
+    let crosses = view.perspective > 0.0 && nearest < 0.0;
+    var edges: array<vec4<f32>, 3>;
+    var ties = 0u;
+    var weights = vec3(1.0);
+    var lo = vec2(1e30);
+    var hi = vec2(-1e30);
+    var degenerate = false;
+    if crosses {
+        // Behind the near plane a corner has no place in the map: edges become planes through
+        // the eye (Olano and Greer 1997, section 3).
+        var h: array<vec3<f32>, 3>;
+        for (var i = 0u; i < 3u; i += 1u) {
+            h[i] = vec3(flat[i] + distances[i] * half_size, distances[i]);
+        }
+        let volume = dot(h[0], cross(h[1], h[2]));
+        degenerate = volume == 0.0;
+        ties = select(0u, BACK_BIT, volume > 0.0);
+        for (var i = 0u; i < 3u; i += 1u) {
+            let j = (i + 1u) % 3u;
+            let k = (i + 2u) % 3u;
+            let forward = precedes(h[j].xy, h[k].xy);
+            let plane = select(cross(h[k], h[j]), cross(h[j], h[k]), forward);
+            let along = vec2(plane.y, -plane.x);
+            let square = dot(along, along);
+            degenerate = degenerate || square == 0.0;
+            let foot = plane.xy * (-plane.z / square);
+            let straight = forward == (volume > 0.0);
+            edges[i] = vec4(foot, along * select(-1.0, 1.0, straight));
+            ties |= select(0u, 1u << i, straight);
+            // The box of what lies beyond the near plane.
+            let crossing = clamp((view.near - distances[i]) / (distances[j] - distances[i]), 0.0, 1.0);
+            let cut = (flat[i] + (flat[j] - flat[i]) * crossing) / view.near + half_size;
+            let corner = flat[i] / distances[i] + half_size;
+            let cuts = (distances[i] >= view.near) != (distances[j] >= view.near);
+            lo = select(lo, min(lo, cut), cuts);
+            hi = select(hi, max(hi, cut), cuts);
+            lo = select(lo, min(lo, corner), distances[i] >= view.near);
+            hi = select(hi, max(hi, corner), distances[i] >= view.near);
+        }
+    } else {
+        weights = select(vec3(1.0), 1.0 / distances, view.perspective > 0.0);
+        var p: array<vec2<f32>, 3>;
+        for (var i = 0u; i < 3u; i += 1u) {
+            p[i] = flat[i] * weights[i] + half_size;
+            lo = min(lo, p[i]);
+            hi = max(hi, p[i]);
+        }
+        let ab = p[1] - p[0];
+        let ac = p[2] - p[0];
+        let area = ab.x * ac.y - ab.y * ac.x;
+        degenerate = area == 0.0;
+        ties = select(0u, BACK_BIT, area > 0.0);
+        for (var i = 0u; i < 3u; i += 1u) {
+            let j = (i + 1u) % 3u;
+            let k = (i + 2u) % 3u;
+            edges[i] = edge_line(p[j], p[k], area);
+            ties |= select(0u, 1u << i, owns_edge(p[j], p[k], area));
+        }
+    }
+    lo = clamp(lo, vec2(-1.0), view.size + 1.0);
+    hi = clamp(hi, vec2(-1.0), view.size + 1.0);
+    let center = (lo + hi) * 0.5;
+    let rect = tile_rect(view.size, chunk.view, lo, hi, center, 1e30, false);
+    if degenerate || rect.y == 0u {
+        put(index, INVISIBLE, vec2(0u));
+        return;
+    }
+    let front = depth_key(max(nearest, 0.0));
+    put(index, front, rect);
+    let radius = max(hi.x - lo.x, hi.y - lo.y) * 0.5 + SLACK;
+    let place = vec4(center, radius, max(nearest, 0.0));
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(place));
+    textureStore(
+        footprints,
+        record_texel(2u * index + 1u),
+        vec4(setup_index, 0u, front << 16u, triangle_id | TRIANGLE_BIT),
+    );
+    for (var i = 0u; i < 3u; i += 1u) {
+        put_setup(setup_index, i, bitcast<vec4<u32>>(edges[i]));
+    }
+    let v = bitcast<vec3<f32>>(v_material.xyz);
+    let id = textureLoad(triangles, record_texel(first + 4u), 0).w;
+    let normal = cross(world[1] - world[0], world[2] - world[0]);
+    let unit = normal / max(length(normal), 1e-30);
+    put_setup(setup_index, 3u, vec4(bitcast<vec3<u32>>(weights), ties));
+    put_setup(setup_index, 4u, vec4(bitcast<vec3<u32>>(depths), v_material.w));
+    put_setup(setup_index, 5u, bitcast<vec4<u32>>(vec4(us.x, v.x, us.y, v.y)));
+    put_setup(setup_index, 6u, vec4(bitcast<vec2<u32>>(vec2(us.z, v.z)), octahedral(unit), id));
+}

@@ -1,0 +1,37 @@
+// What the steps of `bin` share. Rust: src/stage/bin.rs.
+
+struct BinParams {
+    footprint_count: u32,
+    run_length: u32,     // footprints that one invocation walks
+    run_count: u32,
+    pair_capacity: u32,
+    tile_count: u32,
+    view_count: u32,
+    segment_capacity: u32,
+    segment_length: u32, // pairs that one workgroup of `accumulate` walks
+}
+
+// Keeps counting past every capacity; reset before each batch. Rust: `BatchCounters`.
+struct BatchCounters {
+    pairs_needed: atomic<u32>,
+    pair_count: atomic<u32>,   // that were written
+    visible: atomic<u32>,
+    scattered: atomic<u32>,    // tiny and overflowed footprints
+    overflowed: atomic<u32>,
+    segment_count: atomic<u32>,
+    merged_count: atomic<u32>, // tiles that several workgroups add to
+    disordered: atomic<u32>,   // hits whose place in a curve was lost
+}
+
+// llvmpipe lets all loops of one invocation run 65,535 times in total; a run's footprints and
+// pairs must stay below it. Footprints past it overflow.
+const RUN_PAIRS: u32 = 49152u;
+
+// How many tiles the rectangle covers.
+fn rect_count(rect: vec2<u32>) -> u32 {
+    let width = ((rect.x >> 16u) & 255u) - (rect.x & 255u) + 1u;
+    let height = (rect.x >> 24u) - ((rect.x >> 8u) & 255u) + 1u;
+    let mask = rect.y & 0xffffu;
+    let whole = select(0u, width * height, mask != 0u);
+    return select(whole, countOneBits(mask), width <= 4u && height <= 4u);
+}

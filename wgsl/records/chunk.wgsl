@@ -1,0 +1,19 @@
+// A run of casters for one view: the unit of work of `project`. Rust: `Chunk` in
+// src/stage/project.rs.
+
+struct Chunk {
+    view: u32,
+    first_caster: u32,
+    count: u32,           // at most the workgroup's size
+    first_footprint: u32,
+}
+
+struct ProjectParams {
+    chunk_count: u32,
+    // 1: tiny particles take the scatter path.
+    scatter: u32,
+    // Footprint of the first triangle, whose setup is number 0.
+    first_setup: u32,
+    // 1: the camera sees what casts nothing.
+    unseen: u32,
+}

@@ -1,0 +1,137 @@
+// Lights of the picture, records of the texture `lights`: all lights, then all shadow views. Rust:
+// `GpuLight` and `PictureParams` in src/stage/shade.rs.
+
+import package::bind::sampled::{clusters, lights};
+import package::bind::uniform::picture_params;
+import package::records::cluster::ALL_LIGHTS;
+import package::records::record::record_texel;
+import package::records::view::GpuView;
+
+struct GpuLight {
+    position: vec3<f32>,  // world space [m]
+    kind: u32,
+    direction: vec3<f32>, // of travel, unit, world space
+    first_view: u32,
+    color: vec3<f32>,     // times intensity
+    view_count: u32,      // 0: casts no shadow
+    cone_outer: f32,      // cosines of half the angle of a spot
+    cone_inner: f32,
+    per_range2: f32,      // [1/m^2]; 0: no end
+    shafts: u32,          // 1 where the air scatters its light
+}
+
+const LIGHT_DIRECTIONAL: u32 = 0u;
+const LIGHT_SPOT: u32 = 1u;
+const LIGHT_POINT: u32 = 2u;
+const LIGHT_TEXELS: u32 = 4u;
+const VIEW_TEXELS: u32 = 8u;
+
+struct PictureParams {
+    world_from_view: mat4x4<f32>, // of the camera
+    ambient: vec3<f32>,
+    light_count: u32,
+    background: vec3<f32>,
+    footprint_count: u32,
+    bias: f32,        // [m]
+    normal_bias: f32, // [texels]
+    near: f32,        // of the camera [m]
+    depth_range: f32, // far - near [m]
+    cells: vec3<u32>, // of the clusters, in x, y and depth
+    tile: u32,        // edge of a cluster [pixels]
+    first_slice: f32, // where the first slice ends [m]
+    slices_per_doubling: f32,
+    colored: u32,     // 1 where opaque depths are by channel
+    air_slices: u32,  // 0: the air is clear
+}
+
+fn light_record(index: u32) -> GpuLight {
+    let at = index * LIGHT_TEXELS;
+    let place = textureLoad(lights, record_texel(at), 0);
+    let way = textureLoad(lights, record_texel(at + 1u), 0);
+    let color = textureLoad(lights, record_texel(at + 2u), 0);
+    let bits = textureLoad(lights, record_texel(at + 3u), 0);
+    let rest = bitcast<vec3<f32>>(bits.xyz);
+    return GpuLight(
+        bitcast<vec3<f32>>(place.xyz),
+        place.w,
+        bitcast<vec3<f32>>(way.xyz),
+        way.w,
+        bitcast<vec3<f32>>(color.xyz),
+        color.w,
+        rest.x,
+        rest.y,
+        rest.z,
+        bits.w,
+    );
+}
+
+fn view_texel(index: u32, texel: u32) -> vec4<u32> {
+    let at = picture_params.light_count * LIGHT_TEXELS + index * VIEW_TEXELS + texel;
+    return textureLoad(lights, record_texel(at), 0);
+}
+
+// PART_* of a view.
+fn shadow_part(index: u32) -> u32 {
+    return view_texel(index, 7u).x;
+}
+
+fn shadow_view(index: u32) -> GpuView {
+    let shape = bitcast<vec4<f32>>(view_texel(index, 4u));
+    let depth = view_texel(index, 5u);
+    let place = view_texel(index, 6u);
+    let part = view_texel(index, 7u);
+    return GpuView(
+        mat4x4(
+            bitcast<vec4<f32>>(view_texel(index, 0u)),
+            bitcast<vec4<f32>>(view_texel(index, 1u)),
+            bitcast<vec4<f32>>(view_texel(index, 2u)),
+            bitcast<vec4<f32>>(view_texel(index, 3u)),
+        ),
+        shape.xy,
+        shape.z,
+        shape.w,
+        bitcast<f32>(depth.x),
+        bitcast<f32>(depth.y),
+        depth.z,
+        depth.w,
+        place.xy,
+        place.z,
+        place.w,
+        part.x,
+        part.y,
+        part.z,
+        bitcast<f32>(part.w),
+    );
+}
+
+// The lights that may reach a point, in order of their index: a list of `clusters`, or all.
+struct LightList {
+    first: u32, // texel of `clusters`, or ALL_LIGHTS
+    count: u32,
+}
+
+// Of a pixel of the camera, at light depth `depth`. What is outside of every cluster, such as the
+// middle of a particle beside the picture, gets all lights.
+fn cluster_lights(pixel: vec2<f32>, depth: f32) -> LightList {
+    let distance = picture_params.near + depth * picture_params.depth_range;
+    let doublings = log2(max(distance / picture_params.first_slice, 1.0));
+    let beyond = u32(doublings * picture_params.slices_per_doubling) + 1u;
+    let slice = min(select(0u, beyond, distance >= picture_params.first_slice), picture_params.cells.z - 1u);
+    let cell = vec2<u32>(max(pixel, vec2(0.0))) / picture_params.tile;
+    let inside = all(pixel >= vec2(0.0)) && all(cell < picture_params.cells.xy) && depth >= 0.0 && depth <= 1.0;
+    let cluster = select(0u, (slice * picture_params.cells.y + cell.y) * picture_params.cells.x + cell.x, inside);
+    let first = textureLoad(clusters, record_texel(2u * cluster), 0).r;
+    let count = textureLoad(clusters, record_texel(2u * cluster + 1u), 0).r;
+    if !inside || first == ALL_LIGHTS {
+        return LightList(ALL_LIGHTS, picture_params.light_count);
+    }
+    return LightList(first, count);
+}
+
+fn listed_light(list: LightList, i: u32) -> GpuLight {
+    var index = i;
+    if list.first != ALL_LIGHTS {
+        index = textureLoad(clusters, record_texel(list.first + i), 0).r;
+    }
+    return light_record(index);
+}

@@ -1,0 +1,48 @@
+// Rust: `GpuMaterial` in src/records/footprint.rs; the numbers are those of `Transfer`, `Shape` and
+// `Profile` in src/model/caster.rs.
+
+struct GpuMaterial {
+    tint: vec4<f32>, // linear rgba
+    emission: vec3<f32>,
+    transmission: f32,
+    transfer: u32,
+    shape: u32,
+    profile: u32,
+    texture: u32, // layer, NO_TEXTURE for none
+    texture_size: vec2<f32>, // [texels]
+    reflectivity: f32,
+    cutoff: f32,
+    roughness: f32,
+    pattern: u32,
+    pattern_scale: u32, // [texels of a cell]
+    blue_first: u32,    // texel of `casters` where the blue noise starts
+    absorption: vec3<f32>, // of the way through a closed mesh [1/m]
+    receives: u32,
+}
+
+const MAX_MATERIALS: u32 = 512u;
+const NO_TEXTURE: u32 = 0xffffffffu;
+
+const TRANSFER_FILTER: u32 = 0u;
+const TRANSFER_STAIN: u32 = 1u;
+const TRANSFER_SMOKE: u32 = 2u;
+const TRANSFER_OVER: u32 = 3u;
+const TRANSFER_GAIN: u32 = 4u;
+const TRANSFER_NONE: u32 = 5u;
+const TRANSFER_OPAQUE: u32 = 6u;
+const TRANSFER_CUTOUT: u32 = 7u;
+const TRANSFER_DITHER: u32 = 8u;
+
+const SHAPE_DISC: u32 = 0u;
+const SHAPE_QUAD: u32 = 1u;
+const SHAPE_PUFF: u32 = 2u;
+
+const PROFILE_FLAT: u32 = 0u;
+const PROFILE_SOFT: u32 = 1u;
+
+const RECEIVES_CURVE: u32 = 0u;
+const RECEIVES_NEAREST: u32 = 1u;
+const RECEIVES_OPAQUE: u32 = 2u;
+const RECEIVES_OTHERS: u32 = 3u;
+
+const MAX_GAIN: f32 = 16.0;

@@ -1,0 +1,13 @@
+// Records in textures: element i starts at linear texel i * (texels of an element). Rust:
+// src/records/footprint.rs.
+
+const ROW: u32 = 4096u; // texels
+
+fn record_texel(index: u32) -> vec2<u32> {
+    return vec2(index % ROW, index / ROW);
+}
+
+const TRIANGLE_BIT: u32 = 0x80000000u;
+const FOOTPRINT_TEXELS: u32 = 2u;
+
+const TRIANGLE_TEXELS: u32 = 5u;

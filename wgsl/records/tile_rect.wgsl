@@ -1,0 +1,69 @@
+// The tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU twin: src/reference/project.rs.
+
+import package::records::view::TILE_SIZE;
+
+const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
+const INVISIBLE: u32 = 0xffffu; // key of what touches no texel
+// Corners of a footprint that takes the scatter path; it has no tiles.
+const SCATTERED: u32 = 0xffffffffu;
+
+// The first of the 2x2 texels around `center` that a scattered caster may touch.
+fn scatter_texel(center: vec2<f32>) -> vec2<f32> {
+    return floor(center - 0.5);
+}
+
+fn is_scattered(rect: vec2<u32>) -> bool {
+    return rect.x == SCATTERED && (rect.y & 0xffffu) == 0u;
+}
+
+// (corners, mask and view); (0, 0) for no tile.
+// `lo`, `hi`: the footprint's box [texels]; `circle`: how far from `center` it reaches [texels].
+fn tile_rect(
+    size: vec2<f32>,
+    view_index: u32,
+    lo: vec2<f32>,
+    hi: vec2<f32>,
+    center: vec2<f32>,
+    circle: f32,
+    may_scatter: bool,
+) -> vec2<u32> {
+    // Texel i has its centre at i + 0.5.
+    let box_first = ceil(lo - (0.5 + SLACK));
+    let box_last = floor(hi - (0.5 - SLACK));
+    let first_texel = max(box_first, vec2(0.0));
+    let last_texel = min(box_last, size - 1.0);
+    // Written so that a NaN is outside.
+    if !(first_texel.x <= last_texel.x && first_texel.y <= last_texel.y) {
+        return vec2(0u);
+    }
+    let around = scatter_texel(center);
+    if may_scatter && all(box_first >= around) && all(box_last <= around + 1.0) {
+        return vec2(SCATTERED, view_index << 16u);
+    }
+    let first = vec2<u32>(first_texel) / TILE_SIZE;
+    let last = vec2<u32>(last_texel) / TILE_SIZE;
+    var mask = 0u;
+    if all(last - first < vec2(4u)) {
+        for (var y = first.y; y <= last.y; y += 1u) {
+            for (var x = first.x; x <= last.x; x += 1u) {
+                let corner = vec2<f32>(vec2(x, y) * TILE_SIZE) + 0.5;
+                let outside = center - clamp(center, corner, corner + f32(TILE_SIZE - 1u));
+                if dot(outside, outside) <= circle * circle {
+                    mask |= 1u << ((y - first.y) * 4u + x - first.x);
+                }
+            }
+        }
+    } else {
+        mask = 0xffffu;
+    }
+    if mask == 0u {
+        return vec2(0u);
+    }
+    let corners = first.x | (first.y << 8u) | (last.x << 16u) | (last.y << 24u);
+    return vec2(corners, mask | (view_index << 16u));
+}
+
+// Quantised so that a smaller depth never has a larger key.
+fn depth_key(depth: f32) -> u32 {
+    return u32(clamp(depth, 0.0, 1.0) * f32(INVISIBLE - 1u));
+}

@@ -1,0 +1,34 @@
+// One shadow camera. Rust: `GpuView` in src/records/view.rs.
+
+struct GpuView {
+    view_from_world: mat4x4<f32>,
+    size: vec2<f32>,      // [texels]
+    scale: f32,           // texels per metre, of a perspective view at 1 m along the axis
+    perspective: f32,     // 1 or 0
+    near: f32,            // [m]
+    far: f32,             // [m]
+    first_tile: u32,      // of the view in its batch
+    tiles_x: u32,
+    origin: vec2<u32>,    // in the atlas [texels]
+    layer: u32,
+    light: u32,
+    part: u32,            // PART_*
+    part_index: u32,      // in its shadow: the cascade, the face
+    part_count: u32,      // views of its shadow
+    fade: f32,            // of a window: how wide its border fades [texels]
+}
+
+const PART_WHOLE: u32 = 0u;  // a cone, or a window on the whole scene
+const PART_FACE: u32 = 1u;   // of a cube
+const PART_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the next, or light
+
+const TILE_SIZE: u32 = 16u; // edge [texels]
+const MAX_VIEWS: u32 = 64u; // of a batch
+
+// Of a footprint's first texel: a particle whose centre has no place in the map. Then xy, w is its
+// centre to the right, down and along the axis [m], and z is minus its radius [m].
+fn is_beside(place: vec4<f32>) -> bool {
+    return place.z < 0.0;
+}
+
+const LEAST_DISTANCE: f32 = 1.17549435e-38; // [m]

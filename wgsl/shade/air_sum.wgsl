@@ -1,0 +1,25 @@
+// air, sum: from the eye through the slices of a column of pixels. One invocation per column. CPU
+// twin: src/reference/air.rs. Host: src/stage/air.rs.
+
+import package::bind::sampled::sources;
+import package::bind::stored::air;
+import package::bind::uniform::{air_params, views};
+import package::records::air_params::AIR_CELL;
+
+@compute @workgroup_size(8, 8)
+fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(air)) {
+        return;
+    }
+    let view = views[0];
+    let slope = ((vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) - view.size * 0.5) / view.scale;
+    let length = (view.far - view.near) / f32(air_params.slices) * sqrt(1.0 + dot(slope, slope));
+    let taken = 1.0 - exp(-air_params.density * length);
+    var light = vec3(0.0);
+    var left = 1.0;
+    for (var k = 0u; k < air_params.slices; k += 1u) {
+        light += textureLoad(sources, id.xy, k, 0).rgb * (left * taken);
+        left *= 1.0 - taken;
+        textureStore(air, id.xy, k, vec4(light, left));
+    }
+}

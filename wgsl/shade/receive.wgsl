@@ -1,0 +1,174 @@
+// The light that arrives at a point through the shadow maps. CPU twin: src/reference/receive.rs.
+
+import package::bind::sampled::{filters, nearests, opaques};
+import package::bind::uniform::picture_params;
+import package::curve::light::curve_light;
+import package::features::{NODES, ROLLED};
+import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, shadow_part, shadow_view};
+import package::records::material::{RECEIVES_CURVE, RECEIVES_OPAQUE, RECEIVES_OTHERS};
+import package::records::view::{GpuView, PART_FACE, PART_WINDOW};
+import package::shade::receiver::{is_tinted, receives};
+
+// What one texel lets through to light depth z: the rules of the receiver. Texels beside the
+// view's map are those on its border.
+fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
+    let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
+    let depths = textureLoad(opaques, at, view.layer, 0).rgb;
+    let solid = select(depths.rrr, depths, picture_params.colored != 0u);
+    // A curve knows no owners.
+    if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
+        return select(curve_light(view, at, z - bias), vec3(0.0), vec3(z) > solid + bias);
+    }
+    let nearest = textureLoad(nearests, at, view.layer, 0).r;
+    let filtered = textureLoad(filters, at, view.layer, 0);
+    let whose = select(is_tinted(filtered, nearest), receives != RECEIVES_OPAQUE, NODES > 0u);
+    let tinted = z > nearest + bias && whose;
+    let passed = select(vec3(1.0), filtered.rgb, tinted);
+    return select(passed, vec3(0.0), vec3(z) > solid + bias);
+}
+
+fn receive_row(view: GpuView, texel: vec2<f32>, w: vec3<f32>, z: f32, bias: f32) -> vec3<f32> {
+    if !ROLLED {
+        return receive_texel(view, texel - vec2(1.0, 0.0), z, bias) * w.x
+            + receive_texel(view, texel, z, bias) * w.y
+            + receive_texel(view, texel + vec2(1.0, 0.0), z, bias) * w.z;
+    }
+    var sum = vec3(0.0);
+    for (var i = 0u; i < 3u; i += 1u) {
+        sum += receive_texel(view, texel + vec2(f32(i) - 1.0, 0.0), z, bias) * w[i];
+    }
+    return sum;
+}
+
+// Weights of a quadratic B-spline around t in -0.5..0.5.
+fn spline(t: f32) -> vec3<f32> {
+    return vec3(0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t));
+}
+
+// Nine texels, each asked for itself, weighted by the spline.
+fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    let distance = -p.z;
+    let perspective = view.perspective > 0.0;
+    let place = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
+    let range = view.far - view.near;
+    let z = (distance - view.near) / range;
+    let inside = all(place >= vec2(0.0)) && all(place <= view.size);
+    // A cone or a cube's face ends where its map does.
+    if !(z >= 0.0 && (inside || perspective)) {
+        return vec3(1.0);
+    }
+    let middle = clamp(floor(place), vec2(-1e6), vec2(1e6));
+    let t = clamp(place - middle - 0.5, vec2(-0.5), vec2(0.5));
+    let x = spline(t.x);
+    let y = spline(t.y);
+    if !ROLLED {
+        return receive_row(view, middle - vec2(0.0, 1.0), x, z, bias / range) * y.x
+            + receive_row(view, middle, x, z, bias / range) * y.y
+            + receive_row(view, middle + vec2(0.0, 1.0), x, z, bias / range) * y.z;
+    }
+    var sum = vec3(0.0);
+    for (var i = 0u; i < 3u; i += 1u) {
+        sum += receive_row(view, middle + vec2(0.0, f32(i) - 1.0), x, z, bias / range) * y[i];
+    }
+    return sum;
+}
+
+// The face of a cube that looks towards `away` from its middle.
+fn cube_face(away: vec3<f32>) -> u32 {
+    let size = abs(away);
+    if size.x >= size.y && size.x >= size.z {
+        return select(1u, 0u, away.x > 0.0);
+    }
+    if size.y >= size.z {
+        return select(3u, 2u, away.y > 0.0);
+    }
+    return select(5u, 4u, away.z > 0.0);
+}
+
+struct Incoming {
+    toward: vec3<f32>, // the light, unit
+    color: vec3<f32>,  // irradiance of what faces the light, before shadows
+}
+
+fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
+    if light.kind == LIGHT_DIRECTIONAL {
+        return Incoming(-light.direction, light.color);
+    }
+    let away = point - light.position;
+    let square = max(dot(away, away), 1e-4);
+    let ray = away * inverseSqrt(square);
+    // Fades out towards the end of its range: glTF KHR_lights_punctual, Karis 2013.
+    let part = square * light.per_range2;
+    let window = max(1.0 - part * part, 0.0);
+    var color = light.color / square * (window * window);
+    if light.kind == LIGHT_SPOT {
+        color *= smoothstep(light.cone_outer, light.cone_inner, dot(ray, light.direction));
+    }
+    return Incoming(-ray, color);
+}
+
+// `normal` lifts the point off its own shadow by what the slope of the surface hides within nine
+// texels; `sine` of the angle between the normal and the way to the light.
+fn lifted(view: GpuView, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> vec3<f32> {
+    let along = -(view.view_from_world * vec4(point, 1.0)).z;
+    let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
+    return point + normal * ((picture_params.normal_bias + 0.5) * sine * texel);
+}
+
+// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    let spread = view.scale / select(1.0, max(-p.z, 1e-6), view.perspective > 0.0);
+    let place = vec2(p.x, -p.y) * spread + view.size * 0.5;
+    let inner = min(place, view.size - place);
+    // All nine texels are the window's own.
+    let border = min(inner.x, inner.y) - 1.5;
+    if !(border > 0.0 && -p.z >= view.near && -p.z <= view.far) {
+        return 0.0;
+    }
+    return min(border / max(view.fade, 1e-3), 1.0);
+}
+
+// Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
+// where there is none; `bias` [m].
+// Where branches cost what they skip, one loop asks fewer maps than a branch for each kind.
+fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
+    let cosine = dot(normal, toward);
+    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    let face = cube_face(point - light.position);
+    let end = light.first_view + light.view_count;
+    var is_own = true;     // a further shadow can only take light
+    var least = vec3(1.0); // of the shadows before
+    var sum = vec3(0.0);   // of the windows of this shadow
+    var rest = 1.0;
+    var index = light.first_view;
+    while index < end {
+        var view: GpuView;
+        var at: vec3<f32>;
+        var share: f32;
+        var last: u32; // view of this shadow
+        loop {
+            index += select(0u, face, shadow_part(index) == PART_FACE);
+            view = shadow_view(index);
+            at = lifted(view, point, normal, sine);
+            share = select(1.0, window_share(view, at), view.part == PART_WINDOW);
+            last = index + view.part_count - 1u - view.part_index;
+            if share > 0.0 || index >= last {
+                break;
+            }
+            index += 1u;
+        }
+        sum += receive(view, at, bias) * (rest * share);
+        rest *= 1.0 - share;
+        let is_done = rest <= 0.0 || index == last || view.part == PART_FACE;
+        let passed = sum / max(1.0 - rest, 1e-6);
+        let less = mix(least, select(min(least, passed), passed, is_own), 1.0 - rest);
+        least = select(least, less, is_done);
+        sum = select(sum, vec3(0.0), is_done);
+        rest = select(rest, 1.0, is_done);
+        is_own = is_own && !is_done;
+        index = select(index, last, is_done) + 1u;
+    }
+    return least;
+}

@@ -1,0 +1,19 @@
+// Who receives: set before light is asked for.
+
+import package::records::material::{GpuMaterial, RECEIVES_OPAQUE, RECEIVES_OTHERS};
+import package::records::owner::{owner_tag, stored_tag};
+
+var<private> receives: u32;     // RECEIVES_*
+var<private> receiver_tag: u32; // of its object
+
+fn set_receiver(material: GpuMaterial, id: u32) {
+    receives = material.receives;
+    receiver_tag = owner_tag(id);
+}
+
+// Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest` as the
+// maps store them.
+fn is_tinted(filtered: vec4<f32>, nearest: f32) -> bool {
+    let own = receives == RECEIVES_OTHERS && stored_tag(filtered.a, nearest) == receiver_tag;
+    return receives != RECEIVES_OPAQUE && !own;
+}

@@ -1,0 +1,55 @@
+// Points and normals of what the camera sees. CPU twin: src/reference/shading/mod.rs.
+
+import package::bind::sampled::triangles;
+import package::bind::uniform::picture_params;
+import package::hit::caster_hit::triangle_weights;
+import package::records::light::cluster_lights;
+import package::records::octahedral::from_octahedral;
+import package::records::record::{TRIANGLE_TEXELS, record_texel};
+import package::records::setup::setup_texel;
+import package::records::view::GpuView;
+import package::shade::shading::Surface;
+
+// World space, from the camera's light depth.
+fn world_point(view: GpuView, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
+    let slope = (pixel - view.size * 0.5) / view.scale;
+    let distance = view.near + depth * (view.far - view.near);
+    return (picture_params.world_from_view * vec4(slope.x * distance, -slope.y * distance, -distance, 1.0)).xyz;
+}
+
+fn eye() -> vec3<f32> {
+    return picture_params.world_from_view[3].xyz;
+}
+
+fn triangle_normal(id: u32, barycentric: vec3<f32>) -> vec3<f32> {
+    let bits = textureLoad(triangles, record_texel(id * TRIANGLE_TEXELS + 4u), 0).xyz;
+    let normal = from_octahedral(bits.x) * barycentric.x + from_octahedral(bits.y) * barycentric.y
+        + from_octahedral(bits.z) * barycentric.z;
+    return normal / max(length(normal), 1e-6);
+}
+
+fn face_normal(setup: u32) -> vec3<f32> {
+    return from_octahedral(setup_texel(setup, 6u).z);
+}
+
+fn toward(to_eye: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    return select(-normal, normal, dot(normal, to_eye) >= 0.0);
+}
+
+// `id` without its bit, `albedo` already textured.
+fn triangle_surface(
+    view: GpuView,
+    pixel: vec2<f32>,
+    depth: f32,
+    id: u32,
+    setup: u32,
+    albedo: vec3<f32>,
+    roughness: f32,
+) -> Surface {
+    let point = world_point(view, pixel, depth);
+    let to_eye = normalize(eye() - point);
+    let normal = toward(to_eye, triangle_normal(id, triangle_weights(setup, pixel).xyz));
+    let face = toward(to_eye, face_normal(setup));
+    let list = cluster_lights(pixel, depth);
+    return Surface(point, normal, face, to_eye, albedo, roughness, 0.0, list);
+}

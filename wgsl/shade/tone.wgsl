@@ -1,0 +1,23 @@
+// Linear light to what a screen shows. CPU twin: src/reference/shading/tone.rs.
+
+// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
+fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
+    const START: f32 = 0.76;
+    const DESATURATION: f32 = 0.01; // far less than the original: fire stays orange
+    let least = min(light.r, min(light.g, light.b));
+    let toe = select(0.04, least - 6.25 * least * least, least < 0.08);
+    let color = light - toe;
+    let peak = max(color.r, max(color.g, color.b));
+    let rest = 1.0 - START;
+    let new_peak = 1.0 - rest * rest / (max(peak, START) + rest - START);
+    let share = 1.0 - 1.0 / (DESATURATION * (max(peak, START) - new_peak) + 1.0);
+    let bright = mix(color * (new_peak / max(peak, START)), vec3(new_peak), share);
+    return select(color, bright, peak >= START);
+}
+
+// IEC 61966-2-1.
+fn to_srgb(linear: vec3<f32>) -> vec3<f32> {
+    let c = clamp(linear, vec3(0.0), vec3(1.0));
+    let curve = 1.055 * pow(max(c, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
+    return select(curve, c * 12.92, c <= vec3(0.0031308));
+}

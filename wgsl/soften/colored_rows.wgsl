@@ -1,0 +1,27 @@
+// colored, rows: how much of each row's window dithered surfaces block by channel, and what is
+// behind them. CPU twin: src/reference/colored.rs. Host: src/stage/colored.rs.
+
+import package::bind::sampled::colored;
+import package::bind::stored::rows;
+import package::bind::uniform::{filter_params, views};
+import package::soften::window::window_weight;
+import package::soften::window_colored::{EMPTY_COLORED, add_colored, colored_run};
+
+@compute @workgroup_size(8, 8)
+fn colored_rows(@builtin(global_invocation_id) id: vec3<u32>) {
+    let view = views[id.z];
+    let size = vec2<i32>(view.size);
+    let texel = vec2<i32>(id.xy);
+    if any(texel >= size) {
+        return;
+    }
+    var sum = EMPTY_COLORED;
+    for (var i = -filter_params.radius; i <= filter_params.radius; i += 1) {
+        let at = vec2(clamp(texel.x + i, 0, size.x - 1), texel.y);
+        let depths = textureLoad(colored, vec2<i32>(view.origin) + at, view.layer, 0).rgb;
+        sum = add_colored(sum, colored_run(depths), window_weight(i, filter_params.radius), abs(i));
+    }
+    let at = view.origin + id.xy;
+    textureStore(rows, at, 2u * view.layer, vec4(sum.blocked, sum.nearest));
+    textureStore(rows, at, 2u * view.layer + 1u, vec4(sum.hole, sum.distance, 0.0, 0.0));
+}

@@ -1,0 +1,25 @@
+// filter, rows: how much of each row's window dithered surfaces block, and what is behind them. CPU
+// twin: src/reference/filter.rs. Host: src/stage/filter.rs.
+
+import package::bind::sampled::opaques;
+import package::bind::stored::rows;
+import package::bind::uniform::{filter_params, views};
+import package::soften::window::{EMPTY_RUN, add_run, is_dithered, window_weight};
+
+@compute @workgroup_size(8, 8)
+fn filter_rows(@builtin(global_invocation_id) id: vec3<u32>) {
+    let view = views[id.z];
+    let size = vec2<i32>(view.size);
+    let texel = vec2<i32>(id.xy);
+    if any(texel >= size) {
+        return;
+    }
+    var sum = EMPTY_RUN;
+    for (var i = -filter_params.radius; i <= filter_params.radius; i += 1) {
+        let at = vec2(clamp(texel.x + i, 0, size.x - 1), texel.y);
+        let depth = textureLoad(opaques, vec2<i32>(view.origin) + at, view.layer, 0).r;
+        let run = select(vec4(0.0, 1.0, depth, 0.0), vec4(1.0, depth, -1.0, 1e6), is_dithered(depth));
+        sum = add_run(sum, run, window_weight(i, filter_params.radius), abs(i));
+    }
+    textureStore(rows, view.origin + id.xy, view.layer, sum);
+}

@@ -1,0 +1,36 @@
+// What a run of texels says of dithered surfaces by channel. CPU twin: src/reference/colored.rs, `Run`.
+
+import package::soften::window::is_dithered;
+
+struct ColoredRun {
+    blocked: vec3<f32>, // share of the window
+    nearest: f32,       // dithered depth of any channel, 1 for none
+    hole: f32,          // depth behind the closest hole of any channel, negative for none
+    distance: f32,      // of that hole [texels]
+}
+
+const EMPTY_COLORED: ColoredRun = ColoredRun(vec3(0.0), 1.0, -1.0, 1e6);
+
+fn add_colored(sum: ColoredRun, other: ColoredRun, weight: f32, away: i32) -> ColoredRun {
+    let distance = other.distance + f32(away);
+    let closer = distance < sum.distance;
+    return ColoredRun(
+        sum.blocked + weight * other.blocked,
+        min(sum.nearest, other.nearest),
+        select(sum.hole, other.hole, closer),
+        select(sum.distance, distance, closer),
+    );
+}
+
+// What is not dithered is whole: the same in every channel, and behind those that are.
+fn colored_run(depths: vec3<f32>) -> ColoredRun {
+    let dithered = vec3(is_dithered(depths.r), is_dithered(depths.g), is_dithered(depths.b));
+    let near = select(vec3(1.0), depths, dithered);
+    let last = max(max(depths.r, depths.g), depths.b);
+    return ColoredRun(
+        select(vec3(0.0), vec3(1.0), dithered),
+        min(min(near.r, near.g), near.b),
+        select(last, -1.0, all(dithered)),
+        select(0.0, 1e6, all(dithered)),
+    );
+}

@@ -1,0 +1,21 @@
+// sort_serial_scan: counts of runs -> pairs with the same digit in earlier runs, and the digit's
+// total. One invocation per digit. Host: src/stage/sort.rs.
+
+import package::bind::updated::histograms;
+import package::sort::serial::{WORKGROUP_SIZE, ceil_div, run_length};
+import package::sort::sort::{TOTAL_ROW, pair_count};
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn sort_serial_scan(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = pair_count();
+    let run_count = ceil_div(count, run_length(count));
+    let digit = id.x;
+    var total = 0u;
+    for (var run = 0u; run < run_count; run += 1u) {
+        let at = vec2(run, digit);
+        let in_run = textureLoad(histograms, at).x;
+        textureStore(histograms, at, vec4(total, 0u, 0u, 0u));
+        total += in_run;
+    }
+    textureStore(histograms, vec2(digit, TOTAL_ROW), vec4(total, 0u, 0u, 0u));
+}

@@ -1,0 +1,30 @@
+// sort_wide_scan: counts of blocks -> pairs with the same digit in earlier blocks, and the digit's
+// total. One workgroup per digit. Host: src/stage/sort.rs.
+
+import package::bind::updated::histograms;
+import package::sort::sort::{TOTAL_ROW, pair_count};
+import package::sort::wide::{BLOCK, WORKGROUP_SIZE, exclusive_sum, sums};
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn sort_wide_scan(
+    @builtin(workgroup_id) digit: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let block_count = (pair_count() + BLOCK - 1u) / BLOCK;
+    var total = 0u;
+    for (var begin = 0u; begin < block_count; begin += WORKGROUP_SIZE) {
+        let at = vec2(begin + lane, digit.x);
+        var in_block = 0u;
+        if at.x < block_count {
+            in_block = textureLoad(histograms, at).x;
+        }
+        let earlier = total + exclusive_sum(lane, in_block);
+        if at.x < block_count {
+            textureStore(histograms, at, vec4(earlier, 0u, 0u, 0u));
+        }
+        total += sums[WORKGROUP_SIZE - 1u];
+    }
+    if lane == 0u {
+        textureStore(histograms, vec2(digit.x, TOTAL_ROW), vec4(total, 0u, 0u, 0u));
+    }
+}

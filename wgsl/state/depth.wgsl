@@ -1,0 +1,44 @@
+// The state of four texels while the nearest opaque surface is sought. CPU twin:
+// src/reference/occlude.rs.
+
+import package::features::ROLLED;
+import package::hit::blocks::{blocks, stored_depth};
+import package::hit::caster_hit::caster_hit;
+import package::records::view::GpuView;
+
+var<private> corner: vec2<f32>; // first of the four texels, in the view's map
+var<private> nearest: vec4<f32>;
+
+fn start(view: GpuView, texel: vec2<u32>) {
+    corner = vec2<f32>(texel);
+    nearest = vec4(1.0);
+}
+
+fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
+    let texel = corner + vec2(0.5, f32(i) + 0.5);
+    let hit = caster_hit(view, place, look, texel, 1.0);
+    if blocks(view, place, look, texel, hit) {
+        nearest[i] = min(nearest[i], stored_depth(hit));
+    }
+}
+
+fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+        visit_texel(view, place, look, i);
+    }
+    if !ROLLED {
+        visit_texel(view, place, look, 0u);
+        visit_texel(view, place, look, 1u);
+        visit_texel(view, place, look, 2u);
+        visit_texel(view, place, look, 3u);
+    }
+}
+
+fn nearest_texel(i: u32) -> f32 {
+    return nearest[i];
+}
+
+// Nothing at or behind `front` can change these texels.
+fn settled(front: f32) -> bool {
+    return all(nearest <= vec4(front));
+}

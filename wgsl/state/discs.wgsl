@@ -1,0 +1,113 @@
+// Eight texels in a column of an invocation, and soft discs of the `filter` transfer that multiply
+// them. CPU twin: src/reference/accumulate.rs.
+
+import package::bind::sampled::opaques;
+import package::features::{HAS_OPAQUE, PERSPECTIVE};
+import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, rest_profile};
+import package::records::owner::NO_OWNER;
+import package::records::view::GpuView;
+import package::sums::sums::{BLACK, VISIBLE_OPACITY};
+
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
+var<private> x: f32;            // texel centres
+var<private> ys: array<vec4<f32>, 2>;
+var<private> red: array<vec4<f32>, 2>; // transmittance so far
+var<private> green: array<vec4<f32>, 2>;
+var<private> blue: array<vec4<f32>, 2>;
+var<private> nearest: array<vec4<f32>, 2>;
+var<private> opaque_depth: array<vec4<f32>, 2>;
+
+fn start(view: GpuView, texel: vec2<u32>) {
+    corner = vec2<f32>(texel);
+    x = corner.x + 0.5;
+    start_rows(view, texel, 0u);
+    start_rows(view, texel, 1u);
+}
+
+fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
+    ys[i] = corner.y + f32(4u * i) + vec4(0.5, 1.5, 2.5, 3.5);
+    red[i] = vec4(1.0);
+    green[i] = vec4(1.0);
+    blue[i] = vec4(1.0);
+    nearest[i] = vec4(1.0);
+    opaque_depth[i] = vec4(1.0);
+    if HAS_OPAQUE {
+        let at = view.origin + texel + vec2(0u, 4u * i);
+        opaque_depth[i] = vec4(
+            textureLoad(opaques, at, view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 1u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 2u), view.layer, 0).r,
+            textureLoad(opaques, at + vec2(0u, 3u), view.layer, 0).r,
+        );
+    }
+}
+
+fn column_profile(view: GpuView, disc: Disc) -> array<Profile4, 2> {
+    if PERSPECTIVE {
+        return array(
+            disc_profile(view, disc, x - disc.center.x, ys[0] - disc.center.y, opaque_depth[0]),
+            disc_profile(view, disc, x - disc.center.x, ys[1] - disc.center.y, opaque_depth[1]),
+        );
+    }
+    let dx = x - disc.center.x;
+    let dy = corner.y + 0.5 - disc.center.y;
+    return array(
+        rest_profile(disc, column_rest(disc, dx, dy), opaque_depth[0]),
+        rest_profile(disc, column_rest(disc, dx, dy + 4.0), opaque_depth[1]),
+    );
+}
+
+fn multiply(disc: Disc, profile: vec4<f32>, i: u32) {
+    red[i] *= 1.0 - profile * disc.absorbed.r;
+    green[i] *= 1.0 - profile * disc.absorbed.g;
+    blue[i] *= 1.0 - profile * disc.absorbed.b;
+}
+
+fn seek_nearest(disc: Disc, met: Profile4, i: u32) {
+    let seen = met.profile * disc.slope >= vec4(VISIBLE_OPACITY);
+    let nearer = seen & (met.depth < nearest[i]);
+    nearest[i] = select(nearest[i], met.depth, nearer);
+}
+
+fn visit_disc(view: GpuView, disc: Disc) {
+    let met = column_profile(view, disc);
+    multiply(disc, met[0].profile, 0u);
+    multiply(disc, met[1].profile, 1u);
+    seek_nearest(disc, met[0], 0u);
+    seek_nearest(disc, met[1], 1u);
+}
+
+// As `visit_disc`, of a disc behind what is nearest.
+fn visit_behind(view: GpuView, disc: Disc) {
+    let met = column_profile(view, disc);
+    multiply(disc, met[0].profile, 0u);
+    multiply(disc, met[1].profile, 1u);
+}
+
+// Something at or behind `front` may be the nearest.
+fn seeks(front: f32) -> bool {
+    return any(nearest[0] > vec4(front)) || any(nearest[1] > vec4(front));
+}
+
+fn passed_texel(i: u32) -> vec3<f32> {
+    return vec3(red[i / 4u][i % 4u], green[i / 4u][i % 4u], blue[i / 4u][i % 4u]);
+}
+
+fn nearest_texel(i: u32) -> f32 {
+    return nearest[i / 4u][i % 4u];
+}
+
+// Nothing at or behind `front` can change these texels.
+fn settled(front: f32) -> bool {
+    return settled_rows(front, 0u) && settled_rows(front, 1u);
+}
+
+fn settled_rows(front: f32, i: u32) -> bool {
+    let lit = (red[i] >= vec4(BLACK)) | (green[i] >= vec4(BLACK)) | (blue[i] >= vec4(BLACK));
+    return !any((lit | (nearest[i] > vec4(front))) & (opaque_depth[i] > vec4(front)));
+}
+
+// Batches of plain discs are not asked for it.
+fn owner_texel(i: u32) -> u32 {
+    return NO_OWNER;
+}

@@ -1,0 +1,56 @@
+// One caster's light at one texel straight into the sums: the scatter path. CPU twin:
+// src/reference/accumulate.rs.
+
+import package::bind::changed::scattered_tiles;
+import package::bind::sampled::{casters, opaques};
+import package::features::{HAS_OVER, HAS_VOLUMES};
+import package::hit::caster_hit::caster_hit;
+import package::hit::crossing::{added_light, crossing};
+import package::hit::hash::{pcg, unit_float};
+import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::merge::merge;
+import package::sums::sums::{FIXED_ONE, VISIBLE_OPACITY, depth_to_nearness, to_tau};
+import package::walk::lane::sum_index;
+import choice::sums::{add_to_sums, raise_nearness};
+
+fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
+    let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
+    let hit = caster_hit(view, place, look, vec2<f32>(texel) + 0.5, opaque_depth);
+    let tile_place = texel / TILE_SIZE;
+    let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
+    let sum = sum_index(tile, texel % TILE_SIZE);
+    if HAS_VOLUMES {
+        let crossed = crossing(view, look, vec2<f32>(texel) + 0.5, opaque_depth);
+        if crossed.w != 0 {
+            add_to_sums(sum, bitcast<vec3<u32>>(crossed.xyz));
+            scattered_tiles[tile] = 1u;
+        }
+    }
+    if !(hit.depth >= 0.0 && hit.depth < opaque_depth) {
+        return;
+    }
+    // Rounded up or down by chance, so that a million equal casters don't add up their rounding.
+    let own = textureLoad(casters, record_texel(2u * (look.w & ~TRIANGLE_BIT) + 1u), 0).w;
+    let seed = select(own, look.w, (look.w & TRIANGLE_BIT) != 0u) * 3u;
+    let chance = vec3(
+        unit_float(pcg(seed)),
+        unit_float(pcg(seed + 1u)),
+        unit_float(pcg(seed + 2u)),
+    );
+    var passed = hit.light;
+    if HAS_OVER {
+        // Out of order: as if it were the only caster.
+        passed += added_light(hit);
+    }
+    let tau = bitcast<vec3<u32>>(vec3<i32>(floor(to_tau(passed) * FIXED_ONE + chance)));
+    if HAS_VOLUMES {
+        add_to_sums(sum, tau);
+    } else {
+        merge(sum, tau);
+    }
+    if hit.opacity >= VISIBLE_OPACITY {
+        raise_nearness(sum, depth_to_nearness(hit.depth));
+    }
+    scattered_tiles[tile] = 1u;
+}

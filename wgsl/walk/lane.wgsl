@@ -1,0 +1,25 @@
+// Which texels of a 16x16 tile an invocation keeps in registers: some in a column. Eight
+// consecutive invocations hold 8 x ROWS texels: a subgroup is a compact block that culls casters
+// for itself, and its loads and stores are runs of a row.
+
+import package::records::view::{GpuView, TILE_SIZE};
+import choice::rows::ROWS;
+
+const LANES: u32 = 256u / ROWS;
+
+fn lane_texel(lane: u32) -> vec2<u32> {
+    let block = lane / 8u;
+    let place = lane % 8u;
+    return vec2((block % 2u) * 8u + place, (block / 2u) * ROWS);
+}
+
+// First texel of tile number `tile` of the batch, in its view's map.
+fn tile_texel(view: GpuView, tile: u32) -> vec2<u32> {
+    let place = tile - view.first_tile;
+    return vec2(place % view.tiles_x, place / view.tiles_x) * TILE_SIZE;
+}
+
+// Index of a texel of a tile among the batch's sums.
+fn sum_index(tile: u32, place: vec2<u32>) -> u32 {
+    return (tile * TILE_SIZE + place.y) * TILE_SIZE + place.x;
+}

@@ -1,0 +1,3 @@
+//
+
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column

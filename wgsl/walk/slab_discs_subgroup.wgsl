@@ -1,0 +1,122 @@
+// Walks a tile's soft discs front to back, a slab at a time: every lane of a subgroup prepares one
+// disc and tests it against the subgroup's block of texels; those that touch it are visited by all
+// lanes. CPU twin: src/reference/curve/tile.rs, `walk`.
+
+import package::bind::loaded::footprints;
+import package::curve::gather::{
+    SLAB_PAIRS, append_single, corner, few, flush, hit_count, is_single, most_few, nearest,
+    settled, slab_count,
+};
+import package::curve::visit_discs::{count_disc, visit_disc};
+import package::hit::disc::{Disc, prepare_disc, touches};
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::tile_rect::INVISIBLE;
+import package::records::view::GpuView;
+import package::walk::disc_lanes::{broadcast_disc, first_lane, has_lanes, without_first};
+import choice::pairs::pair_footprint;
+import choice::root::open_rest;
+
+var<private> base: u32; // next pair
+var<private> slab_first: u32;
+var<private> slab_key: u32;
+var<private> slab_reach: u32;
+
+// A run of pairs, one per lane, up to the end of the slab.
+struct Stretch {
+    disc: Disc,
+    ballot: vec2<u32>, // lanes whose disc touches the block
+    count: u32,        // pairs within the slab
+    key: u32,          // of the lane's pair
+}
+
+fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> Stretch {
+    let index = base + lane;
+    // Of an empty tile none, but something must be read.
+    let pair = min(index, max(end, 1u) - 1u);
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
+    let place = textureLoad(footprints, record_texel(at));
+    let look = textureLoad(footprints, record_texel(at + 1u));
+    let key = look.z >> 16u;
+    let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= slab_reach;
+    let in_slab = subgroupBallot(slab);
+    let touching = subgroupBallot(slab && touches(view, place, lo, hi));
+    let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
+    return Stretch(prepare_disc(view, place, look), touching.xy, count, key);
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    let lane = subgroupExclusiveAdd(1u);
+    let all_lanes = subgroupBallot(true);
+    let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
+    // As in common/walk_subgroup.wgsl.
+    let texel = vec2<u32>(corner);
+    let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
+    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
+    base = first;
+    slab_key = 0u;
+    slab_reach = INVISIBLE;
+    var front = 0.0;
+    while base < end && subgroupAny(any((hit_count <= most_few()) | (nearest > vec4(front)))) {
+        slab_first = base;
+        let stretch = fetch(view, lane, end, lo, hi);
+        for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
+            count_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+        }
+        front = key_depth(subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u));
+        base += stretch.count;
+    }
+    few = hit_count <= most_few();
+    base = first;
+    slab_first = first;
+    slab_reach = 0u;
+    if first < end {
+        slab_key = pair_key(first);
+        slab_reach = (pair_key(end - 1u) - slab_key) / slab_count();
+    }
+    // Drivers run each loop once and skip no branch: what is rare is in no loop with what is not.
+    while base < end && subgroupAny(any(is_single())) {
+        for (var whole = false; !whole;) {
+            let stretch = fetch(view, lane, end, lo, hi);
+            for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
+                let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+                append_single();
+            }
+            whole = next_stretch(stretch, size);
+        }
+        flush(true);
+        slab_first = base;
+    }
+    while base < end {
+        for (var whole = false; !whole;) {
+            let stretch = fetch(view, lane, end, lo, hi);
+            for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
+                let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
+            }
+            whole = next_stretch(stretch, size);
+        }
+        flush(true);
+        slab_first = base;
+        base = select(base, end, subgroupAll(settled(key_depth(slab_key))));
+    }
+    open_rest(view, 0u);
+    flush(true);
+}
+
+// True at the end of the slab; where it ends, the next begins.
+fn next_stretch(stretch: Stretch, size: u32) -> bool {
+    let key = subgroupShuffle(stretch.key, min(stretch.count, size - 1u));
+    base += stretch.count;
+    let whole = stretch.count < size;
+    slab_key = select(slab_key, key, whole);
+    return whole;
+}
+
+// No later pair of the tile is in front of it.
+fn key_depth(key: u32) -> f32 {
+    return f32(key) / f32(INVISIBLE - 1u);
+}
+
+fn pair_key(pair: u32) -> u32 {
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
+    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
+}

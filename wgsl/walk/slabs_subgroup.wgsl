@@ -1,0 +1,95 @@
+// Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup fetches one
+// footprint and tests it against the subgroup's block of texels; those that touch it are visited by
+// all lanes. CPU twin: src/reference/curve/tile.rs, `walk`.
+
+import package::bind::loaded::footprints;
+import package::curve::gather::{SLAB_PAIRS, corner, flush, settled, slab_count};
+import package::curve::volumes::rest_steps;
+import package::hit::reach::touches_box;
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::tile_rect::INVISIBLE;
+import package::records::view::GpuView;
+import choice::pairs::pair_footprint;
+import choice::root::open_rest;
+import choice::visit::visit;
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    let lane = subgroupExclusiveAdd(1u);
+    let all_lanes = subgroupBallot(true);
+    let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
+    // As in common/walk_subgroup.wgsl.
+    let texel = vec2<u32>(corner);
+    let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
+    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
+    var base = first;
+    var slab_first = first;
+    var slab_key = 0u;
+    var reach = 0u;
+    if first < end {
+        slab_key = pair_key(first);
+        reach = (pair_key(end - 1u) - slab_key) / slab_count();
+    }
+    var rests = 0u;
+    // Drivers skip no branch, but they leave loops: what goes into the curves does so outside of
+    // the loop that visits.
+    loop {
+        var whole = false;
+        var forced = false;
+        var key = 0u;
+        while !whole && !forced {
+            let index = base + lane;
+            // Of an empty tile none, but something must be read.
+            let pair = min(index, max(end, 1u) - 1u);
+            let footprint = pair_footprint(pair);
+            let at = footprint * FOOTPRINT_TEXELS;
+            let look = textureLoad(footprints, record_texel(at + 1u));
+            key = look.z >> 16u;
+            let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= reach;
+            let touches = slab && touches_box(view, textureLoad(footprints, record_texel(at)), look, lo, hi);
+            let in_slab = subgroupBallot(slab);
+            let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
+            let ballot = subgroupBallot(touches);
+            var low = ballot.x;
+            var high = ballot.y;
+            var j = 0u;
+            while (low | high) != 0u && !forced {
+                if low != 0u {
+                    j = firstTrailingBit(low);
+                    low &= low - 1u;
+                } else {
+                    j = 32u + firstTrailingBit(high);
+                    high &= high - 1u;
+                }
+                let visited = subgroupShuffle(at, j);
+                let now = visit(
+                    view,
+                    textureLoad(footprints, record_texel(visited)),
+                    textureLoad(footprints, record_texel(visited + 1u)),
+                );
+                forced = subgroupAny(now);
+            }
+            whole = !forced && count < size;
+            base += select(count, j + 1u, forced);
+            // Where the slab ends, the next begins.
+            key = subgroupShuffle(key, min(count, size - 1u));
+        }
+        flush(whole);
+        if whole {
+            slab_first = base;
+            slab_key = key;
+            if rests == rest_steps() {
+                break;
+            }
+            if base >= end || subgroupAll(settled(f32(key) / f32(INVISIBLE - 1u))) {
+                base = end;
+                open_rest(view, rests);
+                rests += 1u;
+            }
+        }
+    }
+}
+
+fn pair_key(pair: u32) -> u32 {
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
+    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
+}

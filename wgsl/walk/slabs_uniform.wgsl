@@ -1,0 +1,71 @@
+// Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
+// core tier, without subgroups. CPU twin: src/reference/curve/tile.rs, `walk`.
+
+import package::bind::loaded::footprints;
+import package::curve::gather::{
+    SLAB_PAIRS, few, flush, hit_count, most_few, nearest, settled, slab_count,
+};
+import package::curve::volumes::rest_steps;
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::tile_rect::INVISIBLE;
+import package::records::view::GpuView;
+import choice::pairs::pair_footprint;
+import choice::root::open_rest;
+import choice::visit::{count_hits, slabbed, visit};
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    var base = first;
+    var front = 0.0;
+    while slabbed() && base < end && any((hit_count <= most_few()) | (nearest > vec4(front))) {
+        let at = pair_footprint(base) * FOOTPRINT_TEXELS;
+        let look = textureLoad(footprints, record_texel(at + 1u));
+        count_hits(view, textureLoad(footprints, record_texel(at)), look);
+        front = f32(look.z >> 16u) / f32(INVISIBLE - 1u);
+        base += 1u;
+    }
+    few = hit_count <= most_few();
+    base = first;
+    var slab_first = first;
+    var slab_key = 0u;
+    var reach = 0u;
+    if first < end {
+        slab_key = pair_key(first);
+        reach = (pair_key(end - 1u) - slab_key) / slab_count();
+    }
+    var rests = 0u;
+    loop {
+        var whole = true;
+        var key = 0u;
+        while base < end {
+            let at = pair_footprint(base) * FOOTPRINT_TEXELS;
+            let look = textureLoad(footprints, record_texel(at + 1u));
+            key = look.z >> 16u;
+            if base - slab_first >= SLAB_PAIRS || key - slab_key > reach {
+                break;
+            }
+            base += 1u;
+            if visit(view, textureLoad(footprints, record_texel(at)), look) {
+                whole = false;
+                break;
+            }
+        }
+        flush(whole);
+        if whole {
+            slab_first = base;
+            slab_key = key;
+            if rests == rest_steps() {
+                break;
+            }
+            if base >= end || settled(f32(key) / f32(INVISIBLE - 1u)) {
+                base = end;
+                open_rest(view, rests);
+                rests += 1u;
+            }
+        }
+    }
+}
+
+fn pair_key(pair: u32) -> u32 {
+    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
+    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
+}

@@ -1,0 +1,55 @@
+// Walks a tile's pairs front to back, a subgroup at a time: every lane fetches one footprint and
+// tests it against the subgroup's block of texels; those that touch it are visited by all lanes.
+// The kernel says what to do in `visit` and when to stop in `settled`.
+
+import package::bind::loaded::{footprints, pairs};
+import package::hit::reach::{front_depth, touches_box};
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::view::GpuView;
+import choice::rows::ROWS;
+import choice::state::{corner, settled, visit};
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    let lane = subgroupExclusiveAdd(1u);
+    let all_lanes = subgroupBallot(true);
+    let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
+    // The block of texels that the subgroup holds, centre to centre: lanes follow each other in
+    // rows of blocks, so that the first and the last are its corners. (As integers: LLVM 15 cannot
+    // broadcast a float.)
+    let texel = vec2<u32>(corner);
+    let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
+    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5);
+    for (var base = first; base < end; base += size) {
+        let pair = min(base + lane, end - 1u);
+        let footprint = textureLoad(pairs, record_texel(pair)).g;
+        let at = footprint * FOOTPRINT_TEXELS;
+        let place = textureLoad(footprints, record_texel(at));
+        let look = textureLoad(footprints, record_texel(at + 1u));
+        let touches = base + lane < end && touches_box(view, place, look, lo, hi);
+        let ballot = subgroupBallot(touches);
+        var low = ballot.x;
+        var high = ballot.y;
+        while (low | high) != 0u {
+            var j: u32;
+            if low != 0u {
+                j = firstTrailingBit(low);
+                low &= low - 1u;
+            } else {
+                j = 32u + firstTrailingBit(high);
+                high &= high - 1u;
+            }
+            let visited = subgroupShuffle(footprint, j);
+            let first_texel = visited * FOOTPRINT_TEXELS;
+            visit(
+                view,
+                visited,
+                textureLoad(footprints, record_texel(first_texel)),
+                textureLoad(footprints, record_texel(first_texel + 1u)),
+            );
+        }
+        // What follows is no nearer than this stretch's first pair.
+        if subgroupAll(settled(subgroupShuffle(front_depth(look), 0u))) {
+            break;
+        }
+    }
+}
