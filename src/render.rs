@@ -84,6 +84,13 @@ impl Renderer {
         }
     }
 
+    /// Whether the next pictures keep their linear light too; those of the twin always do.
+    pub fn set_linear(&mut self, linear: bool) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.pipeline.set_linear(linear);
+        }
+    }
+
     /// What the next frames show beside the picture. The CPU twin has none of it.
     pub fn set_debug(&mut self, modes: &[DebugMode]) {
         self.debug = modes.to_vec();

@@ -48,6 +48,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     renderer.keep_maps(true);
     renderer.set_debug(&arguments.debug());
+    renderer.set_linear(arguments.exr);
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;

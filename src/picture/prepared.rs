@@ -22,7 +22,11 @@ use crate::{
     },
 };
 use glam::UVec2;
+use half::f16;
 use std::sync::Arc;
+
+/// Words of a pixel whose linear light is kept.
+const LINEAR_WORDS: u32 = 3;
 use wgpu::{BindGroup, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
 /// A picture, bound and ready to be recorded after the maps it is lit through.
@@ -92,6 +96,8 @@ impl Pipeline {
             .collect();
         let clusters = Clusters::new(&mut context, scene, &camera, views, &shadow_views)?;
         let grid = &clusters.grid;
+        let keeps_light = self.config.linear && !self.config.count_cost;
+        let pixel_words = if keeps_light { LINEAR_WORDS } else { 1 };
         let params = context.uniform(
             "picture_params",
             &PictureParams {
@@ -110,6 +116,10 @@ impl Pipeline {
                 slices_per_doubling: grid.slices_per_doubling,
                 colored: u32::from(maps.colored.is_some()),
                 air_slices: scene.air.map_or(0, |air| air.steps),
+                exposure: scene.exposure.exp2(),
+                pixel_words,
+                pad_0: 0,
+                pad_1: 0,
             },
         );
         let padded = (camera.tiles() * TILE_SIZE).as_u64vec2();
@@ -120,7 +130,7 @@ impl Pipeline {
             context.allocator.texture("surfaces", TextureFormat::Rgba32Float, size, read)?;
         let lit_count = u64::from(clear_plan.footprint_count);
         let lit = context.allocator.records("lit", TextureFormat::Rgba16Float, lit_count, read)?;
-        let pixel_count = u64::from(camera.size.element_product());
+        let pixel_count = u64::from(camera.size.element_product()) * u64::from(pixel_words);
         let pixels =
             context.allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
 
@@ -289,8 +299,18 @@ impl PreparedPicture {
 
     /// Blocks.
     pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
-        let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
-        let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-        Ok(Picture { size: self.size, rgb, light: Vec::new() })
+        let words: Vec<[u16; 2]> = gpu.try_read(&self.pixels)?;
+        let count = self.size.element_product() as usize;
+        let pixels = words.chunks_exact(words.len() / count.max(1));
+        let shown = |&[low, high]: &[u16; 2]| {
+            let ([r, g], [b, _]) = (low.to_le_bytes(), high.to_le_bytes());
+            [r, g, b]
+        };
+        let rgb = pixels.clone().map(|pixel| shown(&pixel[0])).collect();
+        let linear = |pixel: &[[u16; 2]]| match *pixel {
+            [_, [r, g], [b, _]] => Some([r, g, b].map(|bits| f16::from_bits(bits).to_f32())),
+            _ => None,
+        };
+        Ok(Picture { size: self.size, rgb, light: pixels.filter_map(linear).collect() })
     }
 }

@@ -165,6 +165,12 @@ pub struct PictureParams {
     pub colored: u32,
     /// 0: the air is clear.
     pub air_slices: u32,
+    /// Light is shown so much brighter.
+    pub exposure: f32,
+    /// Of a pixel: what is shown, and where there are 3, its linear light as half floats.
+    pub pixel_words: u32,
+    pub pad_0: u32,
+    pub pad_1: u32,
 }
 crate::gpu_layout!(PictureParams {
     world_from_view,
@@ -181,5 +187,9 @@ crate::gpu_layout!(PictureParams {
     first_slice,
     slices_per_doubling,
     colored,
-    air_slices
+    air_slices,
+    exposure,
+    pixel_words,
+    pad_0,
+    pad_1
 });

@@ -42,6 +42,10 @@ struct PictureParams {
     slices_per_doubling: f32,
     colored: u32,     // 1 where opaque depths are by channel
     air_slices: u32,  // 0: the air is clear
+    exposure: f32,    // light is shown so much brighter
+    pixel_words: u32, // of a pixel: 1, or 3 with its linear light
+    pad_0: u32,
+    pad_1: u32,
 }
 
 fn light_record(index: u32) -> GpuLight {

@@ -4,7 +4,7 @@
 import package::bind::changed::pixels;
 import package::bind::read::partials;
 import package::bind::sampled::{surfaces, tiles};
-import package::bind::uniform::views;
+import package::bind::uniform::{picture_params, views};
 import package::features::COUNT_COST;
 import package::records::record::record_texel;
 import package::records::tile::{interleaved, segment_count, tile_of};
@@ -48,17 +48,24 @@ fn shade_composite(
         }
     }
     let size = vec2<u32>(view.size);
+    let words = picture_params.pixel_words;
     for (var i = 0u; i < 4u; i += 1u) {
         let at = pixel + vec2(0u, i);
         if all(at < size) {
             let surface = textureLoad(surfaces, at, 0).rgb;
             let light = color[i] + passed[i] * surface;
-            var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(light)), 1.0));
+            let seen = light * picture_params.exposure;
+            var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(seen)), 1.0));
             if COUNT_COST {
                 let cost = min(vec2(walked, asked_of[i]) + vec2<u32>(surface.rg), vec2(0xffffu));
                 shown = cost.x | (cost.y << 16u);
             }
-            pixels[at.y * size.x + at.x] = shown;
+            // Pixels of one word keep the last that is written, without a branch on a uniform.
+            let word = (at.y * size.x + at.x) * words;
+            let half = min(light, vec3(65504.0));
+            pixels[word + min(2u, words - 1u)] = pack2x16float(half.bb);
+            pixels[word + min(1u, words - 1u)] = pack2x16float(half.rg);
+            pixels[word] = shown;
         }
     }
 }
