@@ -4,7 +4,7 @@
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
     gpu::{Gpu, Timeline},
-    picture::PreparedPicture,
+    picture::{PictureRoom, PreparedPicture},
     scene::load_with,
     shadows::{CasterSet, Config, Pipeline},
     view::shadow_views,
@@ -41,8 +41,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (name, budget) in [("clusters", scene.clusters.budget), ("all lights", 0)] {
         scene.clusters.budget = budget;
         let maps = &prepared.maps;
-        let picture =
-            pipeline.prepare_picture(device, queue, &casters, &scene, &views, maps, None)?;
+        let picture = pipeline.prepare_picture(
+            device,
+            queue,
+            &casters,
+            &scene,
+            &views,
+            maps,
+            PictureRoom::default(),
+        )?;
         let mut times: Vec<[f64; 3]> = Vec::new();
         for _ in 0..=RUNS {
             times.push(frame(&gpu, &mut pipeline, &picture)?);
@@ -90,7 +97,7 @@ fn frame(
     picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
     timeline.finish(&mut encoder);
     gpu.queue.submit([encoder.finish()]);
-    picture.read_counters(&gpu.device, &gpu.queue)?;
+    picture.read_counters(&gpu)?;
     let wall = start.elapsed().as_secs_f64() * 1e3;
     let stages = timeline.read(&gpu.device);
     let of = |wanted: &[&str]| {

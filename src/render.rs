@@ -4,7 +4,10 @@ use crate::{
     gpu::{Backend, Gpu, Selection, Timeline},
     model::Scene,
     model::{Class, Counters, View},
-    picture::debug::{self, DebugMode},
+    picture::{
+        PictureRoom,
+        debug::{self, DebugMode},
+    },
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
     shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
@@ -47,6 +50,8 @@ struct GpuEngine {
     pipeline: Pipeline,
     timeline: Timeline,
     keep: bool,
+    /// Whether pictures keep their linear light.
+    linear: bool,
     /// Of the frame before, where its maps are kept.
     kept: Option<(CasterSet, Prepared)>,
 }
@@ -71,7 +76,14 @@ impl Renderer {
             Timeline::new(&gpu.device, &gpu.queue)
         };
         let engine =
-            Engine::Gpu(Box::new(GpuEngine { gpu, pipeline, timeline, keep: false, kept: None }));
+            Engine::Gpu(Box::new(GpuEngine {
+            gpu,
+            pipeline,
+            timeline,
+            keep: false,
+            linear: false,
+            kept: None,
+        }));
         Ok(Self { engine, debug: Vec::new() })
     }
 
@@ -87,7 +99,7 @@ impl Renderer {
     /// Whether the next pictures keep their linear light too; those of the twin always do.
     pub fn set_linear(&mut self, linear: bool) {
         if let Engine::Gpu(engine) = &mut self.engine {
-            engine.pipeline.set_linear(linear);
+            engine.linear = linear;
         }
     }
 
@@ -164,7 +176,7 @@ impl GpuEngine {
         with_maps: bool,
         debug: &[DebugMode],
     ) -> Result<Frame, Error> {
-        let Self { gpu, pipeline, timeline, keep, kept } = self;
+        let Self { gpu, pipeline, timeline, keep, linear, kept } = self;
         let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
         let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
         pipeline.set_pair_budget(budget);
@@ -208,7 +220,8 @@ impl GpuEngine {
         let maps =
             if with_maps { read_maps(gpu, &prepared, &views, casters.owners)? } else { Vec::new() };
         let mut memory = prepared.memory.clone();
-        let mut pairs = None;
+        let mut room = PictureRoom::default();
+        let mut overflowed = 0;
         let prepared_picture = loop {
             let picture = pipeline.prepare_picture(
                 &gpu.device,
@@ -217,25 +230,29 @@ impl GpuEngine {
                 scene,
                 &views,
                 &prepared.maps,
-                pairs,
+                room,
             )?;
             submit(gpu, timeline, |encoder, timeline| {
                 picture.record(pipeline.kernels(), encoder, timeline);
             });
-            let lists = picture.read_counters(&gpu.device, &gpu.queue)?;
-            let needed = lists[0].pairs_needed.max(lists[1].pairs_needed);
-            let room = picture.pair_capacity();
-            if needed <= room || room >= budget {
-                break picture;
+            let Some(needs) = picture.needs(gpu, budget)? else { break picture };
+            // Of the most that the budget allows at a time.
+            if overflowed == 0 && needs.is_in_parts() {
+                let [solid, clear] = picture.read_counters(gpu)?;
+                overflowed = u64::from(solid.overflowed + clear.overflowed);
             }
-            pairs = Some(needed);
+            room = needs;
         };
         let of_picture: f64 = timeline.read(&gpu.device).iter().map(|(_, ms)| ms).sum();
         stages.push(("picture", of_picture));
         for &(name, bytes) in &prepared_picture.memory.0 {
             memory.add(name, bytes);
         }
-        let picture = prepared_picture.read(gpu)?;
+        let mut picture = prepared_picture.read(gpu)?;
+        if *linear {
+            let radiance = prepared_picture.read_radiance(gpu)?;
+            picture.light = radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        }
         let clusters = prepared_picture.read_cluster_counters(gpu)?;
         let mut shown = Vec::new();
         for &mode in debug {
@@ -254,7 +271,7 @@ impl GpuEngine {
                         scene,
                         &views,
                         &prepared.maps,
-                        pairs,
+                        room,
                     );
                     pipeline.set_count_cost(false);
                     let costs = costs?;
@@ -267,6 +284,7 @@ impl GpuEngine {
             shown.push((mode, image));
         }
         gpu.check()?;
+        let of_maps = counters(scene, &opaque, &translucent);
         let counters = Counters {
             views_rendered: prepared.rendered_count() as u64,
             views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
@@ -277,7 +295,8 @@ impl GpuEngine {
             shrunk: shrunk as u64,
             cluster_lights: clusters.needed.into(),
             clusters_overflowed: clusters.overflowed.into(),
-            ..counters(scene, &opaque, &translucent)
+            overflowed: of_maps.overflowed + overflowed,
+            ..of_maps
         };
         if *keep {
             *kept = Some((casters, prepared));

@@ -32,3 +32,7 @@ override COUNT_COST: bool = false;
 override ROLLED: bool = false;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
+// The picture has air, casters that are not solid, and panes among them.
+override HAS_AIR: bool = false;
+override HAS_LAYERS: bool = true;
+override HAS_PANES: bool = true;

@@ -1,13 +1,13 @@
 //! The picture's lights on the GPU, and which of them reach each cluster of its camera.
 use crate::{
     error::Error,
-    gpu::{Gpu, Resources, Timeline},
+    gpu::{Allocator, Gpu, Resources, Timeline},
     model::Scene,
     model::View,
     records::{GpuView, ROW},
-    shadows::{context::Context, kernels::Kernels},
+    shadows::kernels::Kernels,
     stage::{
-        cluster::{self, ClusterCounters, Grid, REACH_TEXELS, Reach},
+        cluster::{self, ClusterCounters, ClusterParams, Grid, REACH_TEXELS, Reach},
         shade::{GpuLight, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, VIEW_TEXELS},
     },
 };
@@ -34,7 +34,9 @@ pub(super) struct Clusters {
 impl Clusters {
     /// `shadow_views`: of all lights, in order.
     pub(super) fn new(
-        context: &mut Context<'_, '_>,
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        kernels: &Kernels,
         scene: &Scene,
         camera: &View,
         views: &[View],
@@ -45,14 +47,14 @@ impl Clusters {
         let light_count = scene.lights.len();
         let grid = Grid::new(&scene.clusters, camera, light_count);
         let params = grid.params(&scene.clusters, light_count);
-        let params_buffer = context.uniform("cluster_params", &params);
+        let params_buffer = allocator.uniform::<ClusterParams>("cluster_params");
+        queue.write_buffer(&params_buffer, 0, bytemuck::bytes_of(&params));
         let cluster_count = u64::from(params.cluster_count);
 
         let light_records = GpuLight::all(&scene.lights, views);
         let light_texels = light_count as u64 * u64::from(LIGHT_TEXELS);
         let view_texels = shadow_views.len() as u64 * u64::from(VIEW_TEXELS);
         let reaches: Vec<_> = scene.lights.iter().map(|light| Reach::new(light, camera)).collect();
-        let (allocator, queue) = (&mut *context.allocator, context.queue);
         let copied = TextureUsages::COPY_DST;
         let lights = allocator.records("lights", Rgba32Uint, light_texels + view_texels, copied)?;
         let mut bytes = bytemuck::cast_slice(&light_records).to_vec();
@@ -76,8 +78,7 @@ impl Clusters {
         let counters =
             allocator.storage::<ClusterCounters>("cluster_counters", 1, BufferUsages::COPY_SRC)?;
 
-        let kernels = &context.kernels;
-        let device = context.allocator.device;
+        let device = allocator.device;
         let resources = Resources::new()
             .with("cluster_params", &params_buffer)
             .with("cluster_counters", &counters)

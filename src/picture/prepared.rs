@@ -1,62 +1,78 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
-use super::{air::PreparedAir, clusters::Clusters};
+use super::{
+    air::PreparedAir,
+    bands::TileRect,
+    clusters::Clusters,
+    lists::CameraList,
+    shading::{BandMemory, ShadeFeatures, Shading, ToShade},
+};
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline},
-    model::Scene,
-    model::{TILE_SIZE, View},
+    model::{Class, Scene, View},
     records::Picture,
     shadows::{
-        CasterSet, Maps, Pipeline,
-        context::{Context, view_uniform},
-        kernels::{Kernels, Variant},
-        list::{List, ListCounters},
+        CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels, list::ListCounters,
         plan::Plan,
-        scratch::{Scratch, partial_count},
     },
     stage::{
-        bin::{Dispatch, SEGMENT_LENGTH, tile_grid},
+        bin::BatchCounters,
         cluster::{ClusterCounters, Grid},
         hits::Features,
-        shade::{CASTER_LANES, PictureParams},
+        shade::PictureParams,
     },
 };
 use glam::UVec2;
-use half::f16;
-use std::sync::Arc;
-
-/// Words of a pixel whose linear light is kept.
-const LINEAR_WORDS: u32 = 3;
-use wgpu::{BindGroup, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
 /// A picture, bound and ready to be recorded after the maps it is lit through.
 #[derive(Debug)]
 pub struct PreparedPicture {
-    scratch: Arc<Scratch>,
+    room: PictureRoom,
     clusters: Clusters,
-    surface_texture: Texture,
+    radiance: Texture,
     lit_texture: Texture,
     size: UVec2,
+    solid: CameraList,
+    clear: CameraList,
+    shading: Shading,
+    part_count: usize,
     tile_count: u32,
-    solid: List,
-    clear: List,
-    solid_features: Features,
-    clear_features: Features,
-    seen: BindGroup,
-    surfaces: BindGroup,
-    casters: BindGroup,
-    layers: BindGroup,
-    composite: BindGroup,
-    clear_count: u32,
+    /// What the lists counted, part by part.
+    counters: Buffer,
     pixels: Buffer,
     air: Option<PreparedAir>,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
 
+/// What a picture is prepared for. The default is what most need;
+/// [`PreparedPicture::needs`] says what a picture that was recorded needed in truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureRoom {
+    /// Pairs of casters and tiles, as far as the budget allows.
+    pairs: Option<u32>,
+    /// Parts of the picture that are binned one after another, where not all pairs fit.
+    parts: u32,
+    /// Rounds in which the pairs of the longest tile are walked.
+    rounds: u32,
+}
+
+impl Default for PictureRoom {
+    fn default() -> Self {
+        Self { pairs: None, parts: 1, rounds: 1 }
+    }
+}
+
+impl PictureRoom {
+    /// Whether the pairs do not fit at a time.
+    pub fn is_in_parts(&self) -> bool {
+        self.parts > 1
+    }
+}
+
 impl Pipeline {
-    /// `views` and `maps`: the shadow views of the scene's lights. `pairs` as in
-    /// [`Pipeline::prepare`].
+    /// `views` and `maps`: the shadow views of the scene's lights.
     #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     pub fn prepare_picture(
         &mut self,
@@ -66,130 +82,110 @@ impl Pipeline {
         scene: &Scene,
         views: &[View],
         maps: &Maps,
-        pairs: Option<u32>,
+        room: PictureRoom,
     ) -> Result<PreparedPicture, Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let camera = View::from_camera(&scene.camera, &scene.bounds());
-        let tile_count = camera.tiles().element_product();
-        let plan = Plan::of_camera(camera.to_gpu(0, UVec2::ZERO, 0), tile_count, casters);
-        let plans = std::slice::from_ref(&plan);
-        let scratch = Arc::new(Scratch::new(&mut allocator, queue, &self.config, plans, pairs, 0)?);
-        let mut context = Context {
-            allocator: &mut allocator,
-            queue,
-            kernels: &mut self.kernels,
-            config: &self.config,
-            casters,
-            scratch: &scratch,
-            camera: true,
+        let tiles = camera.tiles();
+        let view = camera.to_gpu(0, UVec2::ZERO, 0);
+        let camera_views = view_uniform(&mut allocator, queue, &[view]);
+        let parts = TileRect { origin: UVec2::ZERO, size: tiles }.parts(room.parts);
+        let (config, kernels) = (self.config, &mut self.kernels);
+        let mut list = |allocator: &mut Allocator<'_>, classes| {
+            let plan = Plan::of_camera(view, tiles.element_product(), casters, &classes);
+            let (views, pairs) = (&camera_views, room.pairs);
+            CameraList::new(
+                allocator, queue, kernels, &config, casters, &plan, views, pairs, &parts,
+            )
         };
-        let camera_views = view_uniform(context.allocator, queue, &plan.views);
-        let [solid_plan, clear_plan] = &plan.lists;
-        let solid = List::new(&mut context, solid_plan, &camera_views, 1, tile_count)?;
-        let clear = List::new(&mut context, clear_plan, &camera_views, 1, tile_count)?;
+        let solid = list(&mut allocator, Class::SOLID)?;
+        let clear = list(&mut allocator, Class::BLENDED)?;
 
         let shadow_views: Vec<_> = views
             .iter()
             .zip(&maps.places)
             .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
             .collect();
-        let clusters = Clusters::new(&mut context, scene, &camera, views, &shadow_views)?;
+        let clusters =
+            Clusters::new(&mut allocator, queue, kernels, scene, &camera, views, &shadow_views)?;
         let grid = &clusters.grid;
-        let keeps_light = self.config.linear && !self.config.count_cost;
-        let pixel_words = if keeps_light { LINEAR_WORDS } else { 1 };
-        let params = context.uniform(
-            "picture_params",
-            &PictureParams {
-                world_from_view: camera.view_from_world.inverse(),
-                ambient: scene.ambient,
-                light_count: scene.lights.len() as u32,
-                background: scene.background,
-                footprint_count: clear_plan.footprint_count,
-                bias: scene.shadow.bias,
-                normal_bias: scene.shadow.normal_bias,
-                near: grid.near,
-                depth_range: grid.depth_range,
-                cells: grid.cells,
-                tile: grid.tile,
-                first_slice: grid.first_slice,
-                slices_per_doubling: grid.slices_per_doubling,
-                colored: u32::from(maps.colored.is_some()),
-                air_slices: scene.air.map_or(0, |air| air.steps),
-                exposure: scene.exposure.exp2(),
-                pixel_words,
-                pad_0: 0,
-                pad_1: 0,
-            },
-        );
-        let padded = (camera.tiles() * TILE_SIZE).as_u64vec2();
-        let size = [padded.x, padded.y, 1];
-        let storage = TextureUsages::STORAGE_BINDING;
-        let read = storage | TextureUsages::COPY_SRC;
-        let surfaces =
-            context.allocator.texture("surfaces", TextureFormat::Rgba32Float, size, read)?;
-        let lit_count = u64::from(clear_plan.footprint_count);
-        let lit = context.allocator.records("lit", TextureFormat::Rgba16Float, lit_count, read)?;
-        let pixel_count = u64::from(camera.size.element_product()) * u64::from(pixel_words);
-        let pixels =
-            context.allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
-
-        let segments = partial_count(scratch.pair_capacity, SEGMENT_LENGTH);
-        let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
-        let none = BufferUsages::empty();
-        let partials = context.allocator.storage::<[u32; 4]>("partials", texels, none)?;
-
-        let cost = self.config.count_cost;
-        // Of the maps that light comes through.
-        let (nodes, gain) = (maps.nodes, maps.gain);
-        let [solid_features, clear_features] =
-            [solid_plan, clear_plan].map(|plan| Features { cost, nodes, gain, ..plan.features });
+        let params = allocator.uniform::<PictureParams>("picture_params");
+        let values = PictureParams {
+            world_from_view: camera.view_from_world.inverse(),
+            ambient: scene.ambient,
+            light_count: scene.lights.len() as u32,
+            background: scene.background,
+            first_setup: clear.first_setup,
+            bias: scene.shadow.bias,
+            normal_bias: scene.shadow.normal_bias,
+            near: grid.near,
+            depth_range: grid.depth_range,
+            cells: grid.cells,
+            tile: grid.tile,
+            first_slice: grid.first_slice,
+            slices_per_doubling: grid.slices_per_doubling,
+            colored: u32::from(maps.colored.is_some()),
+            air_slices: scene.air.map_or(0, |air| air.steps),
+            exposure: scene.exposure.exp2(),
+            pad_0: 0,
+            pad_1: 0,
+            pad_2: 0,
+        };
+        queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+        let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let size = [u64::from(camera.size.x), u64::from(camera.size.y), 1];
+        let float = TextureFormat::Rgba32Float;
+        let radiance = allocator.texture("radiance", float, size, read)?;
+        let lit_count = u64::from(clear.first_setup);
+        let lit_texture = allocator.records("lit_casters", float, lit_count, read)?;
+        let pixel_count = u64::from(camera.size.element_product());
+        let pixels = allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
+        let counters = allocator.storage::<[BatchCounters; 2]>(
+            "picture_counters",
+            parts.len() as u64,
+            BufferUsages::COPY_SRC,
+        )?;
+        let memory_of_band = BandMemory::new(&mut allocator, room.rounds)?;
         let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
         let resources = casters
             .resources()
-            .and(&scratch.resources())
             .and(&maps.resources())
+            .and(&memory_of_band.resources())
             .with("opaques", blocking)
             .with("views", &camera_views)
             .with("picture_params", &params)
-            .with("partials", &partials)
             .with("lights", &clusters.lights)
             .with("clusters", &clusters.lists)
-            .with("surfaces", &surfaces)
-            .with("lit", &lit)
+            .with("radiance", &radiance)
             .with("pixels", &pixels);
-        let kernels = context.kernels;
+        // Of the maps that light comes through.
+        let of_maps = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
         let (air_volume, air) =
-            PreparedAir::new(context.allocator, queue, kernels, clear_features, scene, &resources)?;
-        let resources = resources.with("air", &air_volume);
-        let of_solid = resources.clone().with("pairs", &scratch.pairs[solid.sorted_pairs]);
-        let of_clear = resources.with("pairs", &scratch.pairs[clear.sorted_pairs]);
-        let mut bind_solid =
-            |variant| kernels.make(device, variant, solid_features)?.bind(device, &of_solid);
-        let seen = bind_solid(Variant::ShadeSeen)?;
-        let surface_bindings = bind_solid(Variant::ShadeSurfaces)?;
-        let mut bind_clear =
-            |variant| kernels.make(device, variant, clear_features)?.bind(device, &of_clear);
-        let lit_casters = bind_clear(Variant::ShadeCasters)?;
-        let layers = bind_clear(Variant::ShadeLayers)?;
-        let composite = bind_clear(Variant::ShadeComposite)?;
+            PreparedAir::new(&mut allocator, queue, kernels, of_maps, scene, &resources)?;
+        let to_shade = ToShade {
+            allocator: &mut allocator,
+            queue,
+            kernels,
+            features: ShadeFeatures::new(&solid, &clear, maps, config.count_cost, air.is_some()),
+            solid: &solid,
+            clear: &clear,
+            rounds: room.rounds,
+            lit_casters: &lit_texture,
+        };
+        let shading = Shading::new(to_shade, &parts, &resources.with("air", &air_volume))?;
         Ok(PreparedPicture {
-            scratch,
+            room,
             clusters,
-            surface_texture: surfaces,
-            lit_texture: lit,
+            radiance,
+            lit_texture,
             size: camera.size,
-            tile_count,
             solid,
             clear,
-            solid_features,
-            clear_features,
-            seen,
-            surfaces: surface_bindings,
-            casters: lit_casters,
-            layers,
-            composite,
-            clear_count: clear_plan.footprint_count,
+            shading,
+            part_count: parts.len(),
+            tile_count: tiles.element_product(),
+            counters,
             pixels,
             air,
             memory,
@@ -205,59 +201,62 @@ impl PreparedPicture {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
+        const SIZE: u64 = size_of::<BatchCounters>() as u64;
         self.clusters.record(kernels, encoder, timeline);
-        let tiles = tile_grid(self.tile_count);
-        let dispatches = &self.scratch.dispatches;
-        let segments = Dispatch::Segment.offset();
-        let solid = |variant| kernels.get(variant, self.solid_features);
-        let clear = |variant| kernels.get(variant, self.clear_features);
         if let Some(air) = &self.air {
             air.record(kernels, encoder, timeline);
         }
-        self.record_list(&self.solid, kernels, encoder, timeline);
-        let mut pass = timeline.pass(encoder, "shade");
-        let seen = solid(Variant::ShadeSeen);
-        seen.record_indirect(&mut pass, &self.seen, dispatches, segments);
-        solid(Variant::ShadeSurfaces).record(&mut pass, &self.surfaces, tiles);
-        drop(pass);
-        self.record_list(&self.clear, kernels, encoder, timeline);
-        let mut pass = timeline.pass(encoder, "shade");
-        if self.clear_count > 0 {
-            const ROW: u32 = 32768;
-            let groups = self.clear_count.div_ceil(CASTER_LANES);
-            let grid = [groups.min(ROW), groups.div_ceil(ROW), 1];
-            clear(Variant::ShadeCasters).record(&mut pass, &self.casters, grid);
+        let lists = [&self.solid, &self.clear];
+        for list in lists {
+            list.record_footprints(kernels, encoder, timeline);
         }
-        let layers = clear(Variant::ShadeLayers);
-        layers.record_indirect(&mut pass, &self.layers, dispatches, segments);
-        clear(Variant::ShadeComposite).record(&mut pass, &self.composite, tiles);
+        self.shading.record_casters(kernels, encoder, timeline);
+        for part in 0..self.part_count {
+            for (i, list) in (0..).zip(lists) {
+                list.record_pairs(part, kernels, encoder, timeline);
+                let at = (2 * part as u64 + i) * SIZE;
+                encoder.copy_buffer_to_buffer(&list.list.counters, 0, &self.counters, at, SIZE);
+            }
+            self.shading.record_part(part, kernels, encoder, timeline);
+        }
     }
 
-    fn record_list(
-        &self,
-        list: &List,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        self.scratch.clear(list, encoder);
-        list.record_project(kernels, encoder, timeline);
-        list.record_emit(kernels, encoder, timeline);
-        list.record_tiles(kernels, encoder, timeline);
+    /// What lists counted, part by part: of what is solid, and of what is not. Blocks.
+    fn read_parts(&self, gpu: &Gpu) -> Result<Vec<[ListCounters; 2]>, Error> {
+        gpu.try_read(&self.counters)
     }
 
-    /// Pairs that a list has room for; what is past it is missing from the picture.
-    pub fn pair_capacity(&self) -> u32 {
-        self.scratch.pair_capacity
+    /// Of what is solid and of what is not: sums over the parts. Blocks.
+    pub fn read_counters(&self, gpu: &Gpu) -> Result<[ListCounters; 2], Error> {
+        let mut sums = [ListCounters::default(); 2];
+        for part in self.read_parts(gpu)? {
+            sums[0].add(&part[0]);
+            sums[1].add(&part[1]);
+        }
+        Ok(sums)
     }
 
-    /// Of what is solid and of what is not; blocks.
-    pub fn read_counters(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<[ListCounters; 2], Error> {
-        Ok([self.solid.read_counters(device, queue)?, self.clear.read_counters(device, queue)?])
+    /// What the picture must be prepared for so that nothing is missing; `None` where nothing is.
+    /// `budget`: of pairs. Blocks.
+    pub fn needs(&self, gpu: &Gpu, budget: u32) -> Result<Option<PictureRoom>, Error> {
+        let parts = self.read_parts(gpu)?;
+        let lists = || parts.iter().flatten();
+        let mut room = self.room;
+        // Of the longest tile, at most: all others have two rounds at least.
+        let rounds = lists().map(|counted| {
+            counted.segment_count.saturating_sub(2 * counted.merged_count.saturating_sub(1))
+        });
+        room.rounds = rounds.max().unwrap_or(1).max(self.room.rounds);
+        let needed = lists().map(|counted| counted.pairs_needed).max().unwrap_or(0);
+        let capacity = [&self.solid, &self.clear].map(|list| list.scratch.pair_capacity);
+        let capacity = capacity[0].min(capacity[1]);
+        if needed > capacity && capacity < budget {
+            room.pairs = Some(needed);
+        } else if lists().any(|counted| counted.overflowed > 0) {
+            let more = needed.div_ceil(capacity.max(1)).max(2);
+            room.parts = self.room.parts.saturating_mul(more).min(self.tile_count);
+        }
+        Ok((room != self.room).then_some(room))
     }
 
     /// Blocks.
@@ -275,19 +274,17 @@ impl PreparedPicture {
         self.clusters.read(gpu)
     }
 
-    /// What the camera sees that is solid, row by row: linear light and light depth, 1 for the sky.
-    /// Blocks.
-    pub fn read_surfaces(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
-        let texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.surface_texture)?;
-        let width = self.surface_texture.width() as usize;
-        let rows = texels.chunks_exact(width).take(self.size.y as usize);
-        Ok(rows.flat_map(|row| &row[..self.size.x as usize]).copied().collect())
+    /// The picture before its tone curve, row by row: linear light, and the light depth of what is
+    /// solid, 1 for the sky. Blocks.
+    pub fn read_radiance(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
+        gpu.try_read_texture(&self.radiance)
     }
 
-    /// The light that reaches each particle that is seen and not solid: fp16 bits. Blocks.
-    pub fn read_lit(&self, gpu: &Gpu) -> Result<Vec<[u16; 4]>, Error> {
-        let mut texels: Vec<[u16; 4]> = gpu.try_read_texture(&self.lit_texture)?;
-        texels.truncate(self.clear_count as usize);
+    /// The light that each particle sends to the eye that is seen and not solid, per unit of its
+    /// colour. Blocks.
+    pub fn read_lit(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
+        let mut texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.lit_texture)?;
+        texels.truncate(self.clear.first_setup as usize);
         Ok(texels)
     }
 
@@ -299,18 +296,8 @@ impl PreparedPicture {
 
     /// Blocks.
     pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
-        let words: Vec<[u16; 2]> = gpu.try_read(&self.pixels)?;
-        let count = self.size.element_product() as usize;
-        let pixels = words.chunks_exact(words.len() / count.max(1));
-        let shown = |&[low, high]: &[u16; 2]| {
-            let ([r, g], [b, _]) = (low.to_le_bytes(), high.to_le_bytes());
-            [r, g, b]
-        };
-        let rgb = pixels.clone().map(|pixel| shown(&pixel[0])).collect();
-        let linear = |pixel: &[[u16; 2]]| match *pixel {
-            [_, [r, g], [b, _]] => Some([r, g, b].map(|bits| f16::from_bits(bits).to_f32())),
-            _ => None,
-        };
-        Ok(Picture { size: self.size, rgb, light: pixels.filter_map(linear).collect() })
+        let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
+        let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        Ok(Picture { size: self.size, rgb, light: Vec::new() })
     }
 }

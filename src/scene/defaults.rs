@@ -123,7 +123,7 @@ fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
             0.5 * (b - a).cross(c - a).y.abs()
         })
         .sum();
-    covered >= 0.5 * size.x * size.z
+    covered > 0.0 && covered >= 0.5 * size.x * size.z
 }
 
 /// Turns the light that a file alone gets: over the viewer's left shoulder, so low that the shadow

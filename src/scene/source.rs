@@ -130,7 +130,7 @@ impl<'a> Source<'a> {
     ) -> Result<(), SceneError> {
         let path = format!("{parents}{key}");
         let fault = |value: &Spanned<DeValue<'_>>, help: String| {
-            let message = format!("`{path}` is {} here", kind_of(value.get_ref()));
+            let message = format!("`{path}` is {} here, not a table", kind_of(value.get_ref()));
             Err(self.error(value.span(), message, Some(help)))
         };
         let tables = match value.get_ref() {

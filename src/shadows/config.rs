@@ -32,8 +32,6 @@ pub struct Config {
     /// Whether the picture is what each pixel costs
     /// ([`read_costs`](super::PreparedPicture::read_costs)).
     pub count_cost: bool,
-    /// Whether the picture keeps its linear light too.
-    pub linear: bool,
     /// Whether groups wholly behind an opaque surface are left out, which changes no bit.
     pub hide: bool,
 }
@@ -53,7 +51,6 @@ impl Config {
             colored: false,
             nodes: 0,
             count_cost: false,
-            linear: false,
             hide: true,
         }
     }

@@ -19,6 +19,8 @@ pub(crate) struct Context<'a, 'd> {
     pub scratch: &'a Arc<Scratch>,
     /// The lists are the camera's: all is seen, in order.
     pub camera: bool,
+    /// Tiles of the footprints, where not all of them are binned at a time.
+    pub binned_rects: Option<&'a wgpu::TextureView>,
 }
 
 impl Context<'_, '_> {

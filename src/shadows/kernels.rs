@@ -27,10 +27,13 @@ pub(crate) enum Variant {
     ResolveTiles,
     ResolveOpaque,
     AirScatter,
+    ShadeClip,
     ShadeSeen,
-    ShadeSurfaces,
-    ShadeCasters,
     ShadeLayers,
+    ShadeSurfaces,
+    ShadePanes,
+    ShadeCasters,
+    LightPoints,
     ShadeComposite,
 }
 
@@ -65,10 +68,13 @@ impl Variant {
             Self::ResolveTiles => &resolve::TILES,
             Self::ResolveOpaque => &resolve::OPAQUE,
             Self::AirScatter => &air::SCATTER,
+            Self::ShadeClip => &shade::CLIP,
             Self::ShadeSeen => &shade::SEEN,
-            Self::ShadeSurfaces => &shade::SURFACES,
-            Self::ShadeCasters => &shade::CASTERS_LIT,
             Self::ShadeLayers => &shade::LAYERS,
+            Self::ShadeSurfaces => &shade::SURFACES,
+            Self::ShadePanes => &shade::PANES,
+            Self::ShadeCasters => &shade::CASTERS,
+            Self::LightPoints => &shade::LIGHT_POINTS,
             Self::ShadeComposite => &shade::COMPOSITE,
         }
     }

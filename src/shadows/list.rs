@@ -14,6 +14,7 @@ use crate::{
         curve::CURVE_SEGMENT,
         hits::Features,
         project::grid,
+        shade::ROUND_LENGTH,
         sort::{SortBindings, SortCount},
     },
 };
@@ -101,7 +102,7 @@ impl List {
                 view_count,
                 segment_capacity: scratch.segment_capacity,
                 segment_length: match plan.features {
-                    _ if context.camera => SEGMENT_LENGTH,
+                    _ if context.camera => ROUND_LENGTH,
                     Features { nodes: 1.., .. } => CURVE_SEGMENT,
                     Features { plain: true, .. } => DISC_SEGMENT,
                     _ => SEGMENT_LENGTH,
@@ -131,9 +132,13 @@ impl List {
             .with("bin_params", &params)
             .with("counters", &counters)
             .with("sorted", &keys[depth_sort.as_ref().map_or(0, SortBindings::result)]);
-        let count = kernels.bin_count.bind(device, &resources)?;
+        let binned = match context.binned_rects {
+            Some(rects) => resources.clone().with("rects", rects),
+            None => resources.clone(),
+        };
+        let count = kernels.bin_count.bind(device, &binned)?;
         let scan = kernels.bin_scan.bind(device, &resources)?;
-        let emit = kernels.bin_emit.bind(device, &resources.clone().with("pairs", &pairs[0]))?;
+        let emit = kernels.bin_emit.bind(device, &binned.with("pairs", &pairs[0]))?;
         let scattered = if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources = resources.with("pairs", &pairs[sorted_pairs]);
         let tiles =
@@ -183,8 +188,32 @@ impl List {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) -> bool {
+        self.record_sort(kernels, encoder, timeline)
+            && self.record_pairs(kernels, encoder, timeline)
+    }
+
+    /// Footprints, front to back. False where there is none.
+    pub(crate) fn record_sort(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) -> bool {
         let Some(depth_sort) = &self.depth_sort else { return false };
         kernels.sort.record(&mut timeline.pass(encoder, "sort"), depth_sort);
+        true
+    }
+
+    /// The first steps of bin, after the sort. False where there is no caster.
+    pub(crate) fn record_pairs(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) -> bool {
+        if self.footprint_count == 0 {
+            return false;
+        }
         let mut pass = timeline.pass(encoder, "bin");
         let runs = [self.run_count.div_ceil(bin::LANES), 1, 1];
         kernels.bin_count.record(&mut pass, &self.count, runs);

@@ -111,11 +111,6 @@ impl Pipeline {
         self.config.count_cost = count_cost;
     }
 
-    /// For the next `prepare_picture`.
-    pub fn set_linear(&mut self, linear: bool) {
-        self.config.linear = linear;
-    }
-
     /// For the next `prepare`.
     pub fn set_hide(&mut self, hide: bool) {
         self.config.hide = hide;
@@ -243,6 +238,7 @@ impl Pipeline {
                 casters,
                 scratch: &scratch,
                 camera: false,
+                binned_rects: None,
             };
             batches.push(Batch::new(&mut context, plan, raw)?);
         }

@@ -29,6 +29,8 @@ pub(crate) struct Plan {
     pub cleared: bool,
     /// Of opaque triangles that are in no list.
     pub small_chunks: Vec<Chunk>,
+    /// Of the camera: nothing is summed, and a tile's pairs must fit.
+    pub camera: bool,
 }
 
 /// The casters of one list of a batch, as they are projected.
@@ -153,25 +155,35 @@ impl Plan {
         let features = filtering.features.of_walk(dense, config.queued);
         let features = Features { nodes: config.nodes, ..features };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
-        Self { views, tile_count, lists, small_chunks, kept, cleared: false }
+        Self { views, tile_count, lists, small_chunks, kept, cleared: false, camera: false }
     }
 
+    /// What the camera sees of the classes of `list`, as the first list.
     #[cfg(feature = "picture")]
-    /// Of the picture: what is solid, and all else that is seen.
-    pub(crate) fn of_camera(view: GpuView, tile_count: u32, casters: &CasterSet) -> Self {
+    pub(crate) fn of_camera(
+        view: GpuView,
+        tile_count: u32,
+        casters: &CasterSet,
+        list: &RangeInclusive<Class>,
+    ) -> Self {
         let visible = casters.visible(&view);
-        let list = |list: RangeInclusive<Class>, solid: bool| {
-            let features = casters.span(list.clone()).features;
-            let features = if solid {
-                features.of_views(false, false)
-            } else {
-                Features { plain: false, ..features }
-            };
-            ListPlan::new(&list, features, casters, &[&visible])
+        let features = casters.span(list.clone()).features;
+        let features = if *list == Class::SOLID {
+            features.of_views(false, false)
+        } else {
+            Features { plain: false, ..features }
         };
-        let lists = [list(Class::SOLID, true), list(Class::BLENDED, false)];
-        let small_chunks = Vec::new();
-        Self { views: vec![view], tile_count, lists, small_chunks, kept: false, cleared: false }
+        let seen = ListPlan::new(list, features, casters, &[&visible]);
+        let nothing = ListPlan::new(list, Features::NONE, casters, &[]);
+        Self {
+            views: vec![view],
+            tile_count,
+            lists: [seen, nothing],
+            small_chunks: Vec::new(),
+            kept: false,
+            cleared: false,
+            camera: true,
+        }
     }
 }
 

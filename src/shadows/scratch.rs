@@ -55,6 +55,8 @@ struct Room {
     footprints: u64,
     setups: u64,
     tiles: u64,
+    /// Of batches whose light is summed.
+    summed_tiles: u64,
     /// Of batches with small triangles.
     small_tiles: u64,
     pairs: u32,
@@ -84,6 +86,10 @@ impl Room {
     ) -> Self {
         let lists = || plans.iter().flat_map(|plan| &plan.lists);
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
+        let summed = plans.iter().filter(|plan| !plan.camera);
+        // Those of one tile of the picture fit in any case.
+        let camera = plans.iter().any(|plan| plan.camera);
+        let least = if camera { u32::try_from(footprints).unwrap_or(u32::MAX).max(1) } else { 1 };
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
         // A first guess; a frame that needed more says so, and the next is prepared with it.
         let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
@@ -101,8 +107,9 @@ impl Room {
             footprints,
             setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
             tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
+            summed_tiles: summed.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
-            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(1, limit),
+            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(least.min(limit), limit),
             segment_bytes,
             nodes,
             composed: lists().any(ListPlan::is_composed),
@@ -248,7 +255,7 @@ impl Scratch {
                 none,
             )?,
             composed,
-            sums: Sums::new(allocator, config.tier, tiles * TEXELS)?,
+            sums: Sums::new(allocator, config.tier, room.summed_tiles * TEXELS)?,
             small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
             room,
         })
@@ -269,6 +276,7 @@ impl Scratch {
         need.footprints <= room.footprints
             && need.setups <= room.setups
             && need.tiles <= room.tiles
+            && need.summed_tiles <= room.summed_tiles
             && need.small_tiles <= room.small_tiles
             && need.nodes == room.nodes
             && need.segment_bytes <= room.segment_bytes

@@ -35,6 +35,12 @@ pub struct Features {
     pub nodes: u32,
     /// Kernels of the picture count what each pixel costs; no property of casters.
     pub cost: bool,
+    /// The picture has air; no property of casters.
+    pub air: bool,
+    /// The picture has casters that are not solid.
+    pub layers: bool,
+    /// Of these, some are triangles.
+    pub panes: bool,
 }
 
 impl Features {
@@ -59,6 +65,9 @@ impl Features {
         queued: false,
         nodes: 0,
         cost: false,
+        air: false,
+        layers: false,
+        panes: false,
     };
 
     pub const ALL: Self = Self {
@@ -81,6 +90,9 @@ impl Features {
         queued: false,
         nodes: 0,
         cost: false,
+        air: false,
+        layers: false,
+        panes: false,
     };
 
     /// Whether segments are composed one by one, and nothing is scattered by choice.
@@ -111,6 +123,9 @@ impl Features {
             queued: false,
             nodes: 0,
             cost: false,
+            air: false,
+            layers: false,
+            panes: false,
         }
     }
 
@@ -144,6 +159,9 @@ impl Features {
             ("HAS_OPAQUE", self.opaque),
             ("DENSE", self.dense),
             ("COUNT_COST", self.cost),
+            ("HAS_AIR", self.air),
+            ("HAS_LAYERS", self.layers),
+            ("HAS_PANES", self.panes),
         ];
         let flags = flags.map(|(name, is)| (name, f64::from(u8::from(is))));
         flags.into_iter().chain([("NODES", f64::from(self.nodes))]).collect()

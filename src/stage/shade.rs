@@ -1,20 +1,19 @@
-//! shade: the lit picture. Surfaces and casters get their light through the shadow maps; casters
-//! are laid over the surfaces front to back.
+//! shade: the lit picture, a band of tiles at a time.
 //!
-//! In: the camera's lists, the shadow maps. Out: `pixels`. Tiles with more pairs than one segment
-//! are walked a segment at a time: `seen` and `layers` leave `partials`, which `surfaces` and
-//! `composite` put together in order.
-use super::walk::{ROWS_4, WALK};
+//! In: the camera's lists, the shadow maps. Out: `pixels`. `seen` and `layers` walk the lists;
+//! `surfaces`, `panes` and `casters` write what they met as `points`, `light_points` looks up the
+//! light that these send to the eye, `composite` puts it together.
+use super::walk::{ROWS_1, WALK};
 use crate::{
-    gpu::{Choice, KernelDesc, Tier},
+    gpu::{Choice, Constant, KernelDesc, Tier},
     model::{Light, LightKind, View},
     records::GpuView,
 };
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, UVec3, Vec3};
+use glam::{Mat4, UVec2, UVec3, Vec3};
 
-/// Lights of a picture. A pixel that asks all of them for its surface and for both panes of its four
-/// rows stays below the 65,535 iterations that llvmpipe allows an invocation.
+/// Lights of a picture. A point that asks all of them, nine taps each, stays below the 65,535 iterations
+/// that llvmpipe allows an invocation.
 pub const MAX_LIGHTS: usize = 4096;
 /// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
 pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
@@ -24,26 +23,28 @@ const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);
 /// Texels of a [`GpuView`]. WGSL: `wgsl/records/light.wgsl`.
 pub const VIEW_TEXELS: u32 = 8;
 const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
-/// Invocations of a workgroup of [`CASTERS_LIT`].
-pub const CASTER_LANES: u32 = 64;
+/// Invocations of a workgroup of what takes points or footprints.
+pub const POINT_LANES: u32 = 64;
+/// Texels of a point. WGSL: `wgsl/records/point.wgsl`.
+pub const POINT_TEXELS: u32 = 4;
+/// Texels of a pixel's layers. WGSL: `wgsl/shade/layer.wgsl`.
+pub const LAYER_TEXELS: u32 = 4;
+/// Of 16 bytes, that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
+pub const CARRIED: u32 = 6;
+/// Points of a pixel: what is solid, and two panes.
+pub const PIXEL_POINTS: u32 = 3;
+/// Tiles of a band.
+pub const BAND_TILES: u32 = 256;
+/// Pairs of a tile that one round walks: with the panes that are laid on the way an invocation stays
+/// below the 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
+pub const ROUND_LENGTH: u32 = 16384;
 
-/// The nearest solid caster of four pixels.
-const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
-/// What is laid over four pixels.
-const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
+const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 
 pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
     root: "shade/shade_seen.wgsl",
-    with: &[ROWS_4, SEEN_STATE, WALK],
-    constants: &[],
-    tiers: Tier::ALL,
-};
-
-pub const SURFACES: KernelDesc = KernelDesc {
-    name: "shade_surfaces",
-    root: "shade/shade_surfaces.wgsl",
-    with: &[ROWS_4, SEEN_STATE, WALK],
+    with: &[ROWS_1, Choice::new("state", "state/seen.wgsl"), WALK],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -51,26 +52,60 @@ pub const SURFACES: KernelDesc = KernelDesc {
 pub const LAYERS: KernelDesc = KernelDesc {
     name: "shade_layers",
     root: "shade/shade_layers.wgsl",
-    with: &[ROWS_4, LAYER_STATE, WALK],
+    with: &[ROWS_1, Choice::new("state", "state/layers.wgsl"), WALK],
     constants: &[],
     tiers: Tier::ALL,
 };
 
-pub const COMPOSITE: KernelDesc = KernelDesc {
-    name: "shade_composite",
-    root: "shade/shade_composite.wgsl",
-    with: &[ROWS_4, LAYER_STATE, WALK],
-    constants: &[],
-    tiers: Tier::ALL,
-};
+/// Of a band, a pixel to an invocation.
+const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
+    KernelDesc { name, root, with: &[ROWS_1], constants: &[], tiers: &[Tier::Core] }
+}
 
-pub const CASTERS_LIT: KernelDesc = KernelDesc {
-    name: "shade_casters",
-    root: "shade/shade_casters.wgsl",
-    with: &[],
-    constants: &[("WORKGROUP_SIZE", CASTER_LANES as f64)],
-    tiers: &[Tier::Core],
-};
+pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl");
+pub const PANES: KernelDesc = of_pixels("shade_panes", "shade/shade_panes.wgsl");
+pub const COMPOSITE: KernelDesc = of_pixels("shade_composite", "shade/shade_composite.wgsl");
+
+/// Of points or footprints, one to an invocation.
+const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
+    KernelDesc { name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
+}
+
+pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
+pub const LIGHT_POINTS: KernelDesc = of_points("light_points", "shade/light_points.wgsl");
+pub const CLIP: KernelDesc = of_points("shade_clip", "shade/shade_clip.wgsl");
+
+/// Workgroups for `count` points or footprints.
+pub fn point_grid(count: u32) -> [u32; 3] {
+    const ROW: u32 = 32768;
+    let groups = count.div_ceil(POINT_LANES);
+    [groups.min(ROW), groups.div_ceil(ROW), 1]
+}
+
+/// WGSL: `wgsl/shade/band.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Band {
+    /// In the picture [tiles].
+    pub origin: UVec2,
+    /// [tiles]
+    pub size: UVec2,
+    /// How often its tiles were walked before.
+    pub round: u32,
+    /// That all bands have room for.
+    pub pixel_count: u32,
+}
+crate::gpu_layout!(Band { origin, size, round, pixel_count });
+
+/// WGSL: `wgsl/records/point.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct PointBatch {
+    /// Of `lit`, or the first caster.
+    pub first: u32,
+    pub count: u32,
+}
+crate::gpu_layout!(PointBatch { first, count });
 
 /// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]
@@ -145,7 +180,8 @@ pub struct PictureParams {
     pub ambient: Vec3,
     pub light_count: u32,
     pub background: Vec3,
-    pub footprint_count: u32,
+    /// Footprint of the first pane.
+    pub first_setup: u32,
     /// [m]
     pub bias: f32,
     /// [texels]
@@ -167,17 +203,16 @@ pub struct PictureParams {
     pub air_slices: u32,
     /// Light is shown so much brighter.
     pub exposure: f32,
-    /// Of a pixel: what is shown, and where there are 3, its linear light as half floats.
-    pub pixel_words: u32,
     pub pad_0: u32,
     pub pad_1: u32,
+    pub pad_2: u32,
 }
 crate::gpu_layout!(PictureParams {
     world_from_view,
     ambient,
     light_count,
     background,
-    footprint_count,
+    first_setup,
     bias,
     normal_bias,
     near,
@@ -189,7 +224,7 @@ crate::gpu_layout!(PictureParams {
     colored,
     air_slices,
     exposure,
-    pixel_words,
     pad_0,
-    pad_1
+    pad_1,
+    pad_2
 });

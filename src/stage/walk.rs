@@ -1,6 +1,8 @@
 //! What the kernels choose alike that walk the pairs of a tile or of a segment.
 use crate::gpu::Choice;
 
+/// One texel to an invocation.
+pub(super) const ROWS_1: Choice = Choice::new("rows", "walk/rows_1.wgsl");
 /// Four texels in a column to an invocation.
 pub(super) const ROWS_4: Choice = Choice::new("rows", "walk/rows_4.wgsl");
 /// Eight texels in a column to an invocation.

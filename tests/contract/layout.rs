@@ -11,7 +11,7 @@ use gobo::{
         curve::CURVE_SEGMENT,
         filter::FilterParams,
         project::{Chunk, ProjectParams},
-        shade::{GpuLight, PictureParams},
+        shade::{Band, GpuLight, PictureParams, PointBatch},
         sort::{SERIAL_SCATTER, SortPass},
         variants,
     },
@@ -38,6 +38,8 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<ClusterCounters>,
     struct_agrees::<GpuLight>,
     struct_agrees::<PictureParams>,
+    struct_agrees::<Band>,
+    struct_agrees::<PointBatch>,
 ];
 
 /// Every one is in the list: the sources are searched for `gpu_layout!`.

@@ -8,6 +8,7 @@ use gobo::{
     glam::{Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
     model::{LightKind, Material, Pattern, Transfer, View},
+    picture::PictureRoom,
     scene::Scene,
     shadows::{CasterSet, Config, Pipeline, Prepared},
     view::shadow_views,
@@ -156,7 +157,15 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
     let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
     let maps = &prepared.maps;
     let Gpu { device, queue, .. } = &gpu;
-    let picture = pipeline.prepare_picture(device, queue, &casters, scene, &views, maps, None);
+    let picture = pipeline.prepare_picture(
+        device,
+        queue,
+        &casters,
+        scene,
+        &views,
+        maps,
+        PictureRoom::default(),
+    );
     let picture = picture.unwrap();
     submit_all(&gpu);
     let mut timeline = Timeline::untimed();

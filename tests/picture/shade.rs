@@ -200,7 +200,6 @@ fn assert_same_beside_unseen_discs(scene: &Scene, center: Vec3) {
 
 /// What a ray entered stays entered, however many pairs come before it leaves.
 #[test]
-#[ignore = "fails"]
 fn a_volume_reaches_across_segments() {
     let mut scene = empty(materials());
     let amber = Material {
@@ -219,7 +218,6 @@ fn a_volume_reaches_across_segments() {
 
 /// A pane that reaches far back waits for what is before it, however many pairs come between.
 #[test]
-#[ignore = "fails"]
 fn a_pane_waits_across_segments() {
     let mut scene = empty(materials());
     scene.camera.size = UVec2::new(48, 48);
@@ -235,7 +233,6 @@ fn a_pane_waits_across_segments() {
 
 /// The picture is the same whatever the budget of pairs is, and says that it was too small.
 #[test]
-#[ignore = "fails"]
 fn nothing_is_lost_past_the_pair_budget() {
     let mut scene = stage();
     scene.lights.iter_mut().for_each(|light| light.casts = false);

@@ -128,7 +128,7 @@ fn the_ground_is_lit_wherever_no_shadow_falls() {
         if along.into_iter().all(far_from) {
             lit += 1;
             assert!((light[0] / full - 1.0).abs() < 0.2, "{hit}: {light:?} of {full}");
-        } else if light[0] < 0.5 * full {
+        } else if light[0] < 0.8 * full {
             shadowed += 1;
         }
     }

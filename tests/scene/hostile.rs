@@ -47,7 +47,7 @@ fn unknown_keys_are_named_with_the_right_one() {
     }
     let (line, _, message, help) =
         fault(&format!("{MATERIAL}[[shape]]\nkind = \"box\"\nmaterial = \"n\""));
-    assert_eq!((line, message.as_str()), (5, "no material is named \"n\""));
+    assert_eq!((line, message.as_str()), (5, "no material is named `n`"));
     assert!(help.contains('m'), "{help}");
 }
 

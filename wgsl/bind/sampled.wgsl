@@ -20,6 +20,7 @@
 @group(0) @binding(49) var rows: texture_2d_array<f32>;
 @group(0) @binding(50) var setups: texture_2d<u32>;
 @group(0) @binding(51) var sources: texture_2d_array<f32>;
-@group(0) @binding(52) var surfaces: texture_2d<f32>;
 @group(0) @binding(53) var tiles: texture_2d<u32>;
 @group(0) @binding(54) var triangles: texture_2d<u32>;
+@group(0) @binding(65) var layers: texture_2d<u32>;
+@group(0) @binding(67) var seen_pixels: texture_2d<u32>;

@@ -6,7 +6,9 @@ import package::records::chunk::ProjectParams;
 import package::records::cluster::ClusterParams;
 import package::records::light::PictureParams;
 import package::records::material::{GpuMaterial, MAX_MATERIALS};
+import package::records::point::PointBatch;
 import package::records::view::{GpuView, MAX_VIEWS};
+import package::shade::band::Band;
 import package::soften::window::FilterParams;
 import package::sort::sort::SortPass;
 
@@ -19,3 +21,5 @@ import package::sort::sort::SortPass;
 @group(0) @binding(6) var<uniform> project_params: ProjectParams;
 @group(0) @binding(7) var<uniform> sort_pass: SortPass;
 @group(0) @binding(8) var<uniform> views: array<GpuView, MAX_VIEWS>;
+@group(0) @binding(62) var<uniform> band: Band;
+@group(0) @binding(63) var<uniform> point_batch: PointBatch;

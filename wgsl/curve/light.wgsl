@@ -2,7 +2,7 @@
 
 import package::bind::sampled::curves;
 import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
-import package::features::{NODES, ROLLED};
+import package::features::NODES;
 import package::records::view::GpuView;
 
 var<private> seek_z: f32; // in fixed point
@@ -33,22 +33,8 @@ fn curve_light(view: GpuView, at: vec2<u32>, z: f32) -> vec3<f32> {
     seek_behind = vec3(1.0);
     seek_here = vec3(1.0);
     seek_rest = vec3(1.0);
-    for (var pair = 0u; ROLLED && pair < NODES / 2u; pair += 1u) {
+    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
         seek_pair(view, at, pair);
-    }
-    if !ROLLED {
-        seek_pair(view, at, 0u);
-        seek_pair(view, at, 1u);
-    }
-    if !ROLLED && NODES > 4u {
-        seek_pair(view, at, 2u);
-        seek_pair(view, at, 3u);
-    }
-    if !ROLLED && NODES > 8u {
-        seek_pair(view, at, 4u);
-        seek_pair(view, at, 5u);
-        seek_pair(view, at, 6u);
-        seek_pair(view, at, 7u);
     }
     return seek_rest * seek_here;
 }

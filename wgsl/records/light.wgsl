@@ -31,7 +31,7 @@ struct PictureParams {
     ambient: vec3<f32>,
     light_count: u32,
     background: vec3<f32>,
-    footprint_count: u32,
+    first_setup: u32,  // footprint of the first pane
     bias: f32,        // [m]
     normal_bias: f32, // [texels]
     near: f32,        // of the camera [m]
@@ -43,9 +43,9 @@ struct PictureParams {
     colored: u32,     // 1 where opaque depths are by channel
     air_slices: u32,  // 0: the air is clear
     exposure: f32,    // light is shown so much brighter
-    pixel_words: u32, // of a pixel: 1, or 3 with its linear light
     pad_0: u32,
     pad_1: u32,
+    pad_2: u32,
 }
 
 fn light_record(index: u32) -> GpuLight {
@@ -114,19 +114,24 @@ struct LightList {
     count: u32,
 }
 
-// Of a pixel of the camera, at light depth `depth`. What is outside of every cluster, such as the
-// middle of a particle beside the picture, gets all lights.
-fn cluster_lights(pixel: vec2<f32>, depth: f32) -> LightList {
+// The cluster of a pixel of the camera at light depth `depth`. What is outside of every cluster, such
+// as the middle of a particle beside the picture, gets all lights.
+fn cluster_of(pixel: vec2<f32>, depth: f32) -> u32 {
     let distance = picture_params.near + depth * picture_params.depth_range;
     let doublings = log2(max(distance / picture_params.first_slice, 1.0));
     let beyond = u32(doublings * picture_params.slices_per_doubling) + 1u;
     let slice = min(select(0u, beyond, distance >= picture_params.first_slice), picture_params.cells.z - 1u);
     let cell = vec2<u32>(max(pixel, vec2(0.0))) / picture_params.tile;
     let inside = all(pixel >= vec2(0.0)) && all(cell < picture_params.cells.xy) && depth >= 0.0 && depth <= 1.0;
-    let cluster = select(0u, (slice * picture_params.cells.y + cell.y) * picture_params.cells.x + cell.x, inside);
-    let first = textureLoad(clusters, record_texel(2u * cluster), 0).r;
-    let count = textureLoad(clusters, record_texel(2u * cluster + 1u), 0).r;
-    if !inside || first == ALL_LIGHTS {
+    let cluster = (slice * picture_params.cells.y + cell.y) * picture_params.cells.x + cell.x;
+    return select(ALL_LIGHTS, cluster, inside);
+}
+
+fn cluster_list(cluster: u32) -> LightList {
+    let at = select(2u * cluster, 0u, cluster == ALL_LIGHTS);
+    let first = textureLoad(clusters, record_texel(at), 0).r;
+    let count = textureLoad(clusters, record_texel(at + 1u), 0).r;
+    if cluster == ALL_LIGHTS || first == ALL_LIGHTS {
         return LightList(ALL_LIGHTS, picture_params.light_count);
     }
     return LightList(first, count);

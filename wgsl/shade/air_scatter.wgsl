@@ -2,6 +2,7 @@
 // unit of what it takes from a ray. One invocation per column and slice. CPU twin: src/reference/air.rs.
 // Host: src/stage/air.rs.
 
+import package::bind::sampled::lights;
 import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
 import package::records::air_params::AIR_CELL;
@@ -19,7 +20,9 @@ fn phase(cosine: f32, g: f32) -> f32 {
 // Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
 fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
     var sum = picture_params.ambient;
-    for (var i = 0u; i < picture_params.light_count; i += 1u) {
+    // No uniform alone ends the loop: llvmpipe would compile the kernel again for its value.
+    let count = min(picture_params.light_count, textureDimensions(lights).x);
+    for (var i = 0u; i < count; i += 1u) {
         let light = light_record(i);
         let arriving = incoming(light, point);
         if light.shafts != 0u && any(arriving.color > vec3(0.0)) {

@@ -1,14 +1,14 @@
 // Who receives: set before light is asked for.
 
-import package::records::material::{GpuMaterial, RECEIVES_OPAQUE, RECEIVES_OTHERS};
-import package::records::owner::{owner_tag, stored_tag};
+import package::records::material::{RECEIVES_OPAQUE, RECEIVES_OTHERS};
+import package::records::owner::stored_tag;
 
 var<private> receives: u32;     // RECEIVES_*
 var<private> receiver_tag: u32; // of its object
 
-fn set_receiver(material: GpuMaterial, id: u32) {
-    receives = material.receives;
-    receiver_tag = owner_tag(id);
+fn set_receiver(accepts: u32, tag: u32) {
+    receives = accepts;
+    receiver_tag = tag;
 }
 
 // Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest` as the

@@ -1,20 +1,29 @@
-// shade, composite: what is not solid over what is, and the whole to the screen. One workgroup per
-// tile, four pixels per invocation. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, composite: what is not solid over what is, and the whole to the screen. One invocation per
+// pixel of a band.
+// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::pixels;
-import package::bind::read::partials;
-import package::bind::sampled::{surfaces, tiles};
-import package::bind::uniform::{picture_params, views};
-import package::features::COUNT_COST;
+import package::bind::sampled::{layers, lit, seen_pixels};
+import package::bind::stored::radiance;
+import package::bind::uniform::{band, picture_params, views};
+import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
+import package::records::light::cluster_list;
+import package::records::point::{POINT_NONE, load_point};
 import package::records::record::record_texel;
-import package::records::tile::{interleaved, segment_count, tile_of};
-import package::records::view::TILE_SIZE;
-import package::shade::cost::walked;
-import package::shade::fog::whole;
+import package::shade::air::air_at;
+import package::shade::band::band_pixel;
+import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::{to_srgb, tone_mapped};
-import package::state::layers::{asked_of, color, finish, lay, passed, start};
-import package::walk::lane::{LANES, lane_texel, sum_index};
-import choice::walk::walk;
+import package::walk::lane::LANES;
+
+fn light_of(point: u32) -> vec3<f32> {
+    return textureLoad(lit, record_texel(point), 0).rgb;
+}
+
+fn lights_asked(index: u32) -> u32 {
+    let point = load_point(index);
+    return select(cluster_list(point.cluster).count, 0u, point.kind == POINT_NONE);
+}
 
 @compute @workgroup_size(LANES)
 fn shade_composite(
@@ -22,50 +31,51 @@ fn shade_composite(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let tile_id = interleaved(workgroup, workgroups);
-    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
     let view = views[0];
-    let place = lane_texel(lane);
-    let pixel = tile.place * TILE_SIZE + place;
-    start(view, pixel);
-    whole = true;
-    if tile.merged == 0u {
-        walk(view, tile.first, tile.end);
-        finish(view);
-    } else {
-        let count = segment_count(tile);
-        for (var k = 0u; k < 4u * count; k += 1u) {
-            let i = k % 4u;
-            let partial = partials[sum_index(tile.merged - 1u + k / 4u, place + vec2(0u, i))];
-            walked += select(0u, partial.w & 0xffffu, i == 0u);
-            asked_of[i] += partial.w >> 16u;
-            let middle = unpack2x16float(partial.y);
-            lay(
-                i,
-                vec3(unpack2x16float(partial.x), middle.x),
-                vec3(middle.y, unpack2x16float(partial.z)),
-            );
-        }
-    }
+    let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
     let size = vec2<u32>(view.size);
-    let words = picture_params.pixel_words;
-    for (var i = 0u; i < 4u; i += 1u) {
-        let at = pixel + vec2(0u, i);
-        if all(at < size) {
-            let surface = textureLoad(surfaces, at, 0).rgb;
-            let light = color[i] + passed[i] * surface;
-            let seen = light * picture_params.exposure;
-            var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(seen)), 1.0));
-            if COUNT_COST {
-                let cost = min(vec2(walked, asked_of[i]) + vec2<u32>(surface.rg), vec2(0xffffu));
-                shown = cost.x | (cost.y << 16u);
-            }
-            // Pixels of one word keep the last that is written, without a branch on a uniform.
-            let word = (at.y * size.x + at.x) * words;
-            let half = min(light, vec3(65504.0));
-            pixels[word + min(2u, words - 1u)] = pack2x16float(half.bb);
-            pixels[word + min(1u, words - 1u)] = pack2x16float(half.rg);
-            pixels[word] = shown;
-        }
+    if any(at.pixel >= size) {
+        return;
     }
+    let pixel = vec2<f32>(at.pixel) + 0.5;
+    let seen = textureLoad(seen_pixels, record_texel(at.index), 0);
+    let depth = bitcast<f32>(seen.x);
+    var cost = vec2(seen.w, 0u);
+    var light = light_of(at.index);
+    if HAS_AIR {
+        let before = air_at(pixel, depth);
+        light = light * before.a + before.rgb;
+    }
+    if COUNT_COST {
+        cost.y += lights_asked(at.index);
+    }
+    if HAS_LAYERS {
+        let first = at.index * LAYER_TEXELS;
+        let front = textureLoad(layers, record_texel(first), 0);
+        var color = bitcast<vec3<f32>>(front.xyz);
+        cost.x += front.w;
+        for (var i = 0u; HAS_PANES && i < 2u; i += 1u) {
+            let pane = pane_of(textureLoad(layers, record_texel(first + 2u + i), 0));
+            if pane.depth < NOWHERE {
+                let point = (1u + i) * band.pixel_count + at.index;
+                var shown = pane.passed * light_of(point);
+                if HAS_AIR {
+                    shown *= air_at(pixel, pane.depth).a;
+                }
+                color += shown;
+                if COUNT_COST {
+                    cost.y += lights_asked(point);
+                }
+            }
+        }
+        let passed = textureLoad(layers, record_texel(first + 1u), 0).xyz;
+        light = color + bitcast<vec3<f32>>(passed) * light;
+    }
+    textureStore(radiance, at.pixel, vec4(light, depth));
+    var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(light * picture_params.exposure)), 1.0));
+    if COUNT_COST {
+        cost = min(cost, vec2(0xffffu));
+        shown = cost.x | (cost.y << 16u);
+    }
+    pixels[at.pixel.y * size.x + at.pixel.x] = shown;
 }

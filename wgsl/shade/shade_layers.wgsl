@@ -1,18 +1,61 @@
-// shade, layers: what a segment of a long tile lays over each pixel; one workgroup per segment,
-// four pixels per invocation. Light L behind it becomes colour + passed * L, so that
-// shade_composite composes the segments of a tile in order. CPU twin: src/reference/shade/mod.rs. Host:
-// src/stage/shade.rs.
+// shade, layers: what is laid over each pixel of a band; one workgroup per tile, one invocation per
+// pixel. Light L behind it becomes colour + passed * L. A long tile takes several rounds, each of
+// which goes on where the one before ended.
+// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
-import package::bind::changed::partials;
-import package::bind::read::{dispatches, segments};
-import package::bind::uniform::views;
-import package::records::dispatch::SEGMENT_DISPATCH;
+import package::bind::changed::carried;
+import package::bind::sampled::{seen_pixels, tiles};
+import package::bind::stored::layers;
+import package::bind::uniform::{band, views};
+import package::features::{HAS_TRIANGLES, HAS_VOLUMES};
+import package::records::record::record_texel;
+import package::records::tile::tile_of;
+import package::shade::band::{ROUND_LENGTH, band_pixel};
 import package::shade::cost::walked;
-import package::state::layers::{asked_of, color, finish, passed, start};
-import package::walk::lane::{LANES, lane_texel, sum_index, tile_texel};
+import package::shade::fog::{inside, reached};
+import package::shade::layer::{LAYER_TEXELS, packed_pane, pane_of};
+import package::state::layers::{
+    Waiting, color, far, finish, first_pane, near, passed, second_pane, start,
+};
+import package::walk::lane::LANES;
 import choice::walk::walk;
 
-const BRIGHTEST: f32 = 60000.0; // that 16 bits hold
+const CARRIED: u32 = 6u; // of a pixel
+
+fn go_on(index: u32) {
+    let at = index * CARRIED;
+    let front = carried[at];
+    let behind = carried[at + 1u];
+    color = bitcast<vec3<f32>>(front.xyz);
+    walked = front.w;
+    passed = bitcast<vec3<f32>>(behind.xyz);
+    if HAS_TRIANGLES {
+        let waiting = carried[at + 2u];
+        near = Waiting(bitcast<f32>(waiting.x), waiting.y);
+        far = Waiting(bitcast<f32>(waiting.z), waiting.w);
+        first_pane = pane_of(carried[at + 3u]);
+        second_pane = pane_of(carried[at + 4u]);
+    }
+    if HAS_VOLUMES {
+        let fog = bitcast<vec4<f32>>(carried[at + 5u]);
+        inside = fog.xyz;
+        reached = fog.w;
+    }
+}
+
+fn carry(index: u32) {
+    let at = index * CARRIED;
+    carried[at] = vec4(bitcast<vec3<u32>>(color), walked);
+    carried[at + 1u] = vec4(bitcast<vec3<u32>>(passed), 0u);
+    if HAS_TRIANGLES {
+        carried[at + 2u] = vec4(bitcast<u32>(near.depth), near.setup, bitcast<u32>(far.depth), far.setup);
+        carried[at + 3u] = packed_pane(first_pane);
+        carried[at + 4u] = packed_pane(second_pane);
+    }
+    if HAS_VOLUMES {
+        carried[at + 5u] = bitcast<vec4<u32>>(vec4(inside, reached));
+    }
+}
 
 @compute @workgroup_size(LANES)
 fn shade_layers(
@@ -20,21 +63,31 @@ fn shade_layers(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let index = workgroup.y * workgroups.x + workgroup.x;
-    if index >= dispatches[SEGMENT_DISPATCH].w {
+    let view = views[0];
+    let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
+    let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
+    let first = tile.first + band.round * ROUND_LENGTH;
+    let goes_on = first > tile.first;
+    if goes_on && first >= tile.end {
         return;
     }
-    let segment = segments[index];
-    let view = views[0];
-    let place = lane_texel(lane);
-    start(view, tile_texel(view, segment.tile) + place);
-    walk(view, segment.first, segment.end);
+    let depth = bitcast<f32>(textureLoad(seen_pixels, record_texel(at.index), 0).x);
+    start(view, at.pixel, depth);
+    if goes_on {
+        go_on(at.index);
+    }
+    let end = min(first + ROUND_LENGTH, tile.end);
+    walk(view, first, end);
+    if end < tile.end {
+        carry(at.index);
+        return;
+    }
     finish(view);
-    for (var i = 0u; i < 4u; i += 1u) {
-        let c = min(color[i], vec3(BRIGHTEST));
-        let p = passed[i];
-        let cost = walked | (asked_of[i] << 16u); // both are short of 16 bits
-        let partial = vec4(pack2x16float(c.rg), pack2x16float(vec2(c.b, p.r)), pack2x16float(p.gb), cost);
-        partials[sum_index(index, place + vec2(0u, i))] = partial;
+    let texel = at.index * LAYER_TEXELS;
+    textureStore(layers, record_texel(texel), vec4(bitcast<vec3<u32>>(color), walked));
+    textureStore(layers, record_texel(texel + 1u), vec4(bitcast<vec3<u32>>(passed), 0u));
+    if HAS_TRIANGLES {
+        textureStore(layers, record_texel(texel + 2u), packed_pane(first_pane));
+        textureStore(layers, record_texel(texel + 3u), packed_pane(second_pane));
     }
 }

@@ -1,14 +1,18 @@
-// shade, seen: the nearest solid caster of each pixel of a long tile, one segment at a time; one
-// workgroup per segment, four pixels per invocation. shade_surfaces takes the nearest of them. CPU
-// twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, seen: the nearest solid caster of each pixel of a band; one workgroup per tile, one
+// invocation per pixel. A long tile takes several rounds, each of which goes on where the one
+// before ended: some drivers bound the iterations of an invocation.
+// CPU twin: src/cpu/shade/mod.rs. Host: src/stage/shade.rs.
 
-import package::bind::changed::partials;
-import package::bind::read::{dispatches, segments};
-import package::bind::uniform::views;
-import package::records::dispatch::SEGMENT_DISPATCH;
+import package::bind::changed::carried;
+import package::bind::sampled::tiles;
+import package::bind::stored::seen_pixels;
+import package::bind::uniform::{band, views};
+import package::records::record::record_texel;
+import package::records::tile::tile_of;
+import package::shade::band::{ROUND_LENGTH, band_pixel};
 import package::shade::cost::walked;
 import package::state::seen::{nearest, seen, setup_of, start};
-import package::walk::lane::{LANES, lane_texel, sum_index, tile_texel};
+import package::walk::lane::LANES;
 import choice::walk::walk;
 
 @compute @workgroup_size(LANES)
@@ -17,17 +21,27 @@ fn shade_seen(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let index = workgroup.y * workgroups.x + workgroup.x;
-    if index >= dispatches[SEGMENT_DISPATCH].w {
+    let view = views[0];
+    let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
+    let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
+    let first = tile.first + band.round * ROUND_LENGTH;
+    let goes_on = first > tile.first;
+    if goes_on && first >= tile.end {
         return;
     }
-    let segment = segments[index];
-    let view = views[0];
-    let place = lane_texel(lane);
-    start(view, tile_texel(view, segment.tile) + place);
-    walk(view, segment.first, segment.end);
-    for (var i = 0u; i < 4u; i += 1u) {
-        let partial = vec4(bitcast<u32>(nearest[i]), seen[i], setup_of[i], walked);
-        partials[sum_index(index, place + vec2(0u, i))] = partial;
+    start(at.pixel);
+    if goes_on {
+        let before = carried[at.index];
+        nearest = bitcast<f32>(before.x);
+        seen = before.y;
+        setup_of = before.z;
+        walked = before.w;
+    }
+    let end = min(first + ROUND_LENGTH, tile.end);
+    walk(view, first, end);
+    let found = vec4(bitcast<u32>(nearest), seen, setup_of, walked);
+    textureStore(seen_pixels, record_texel(at.index), found);
+    if end < tile.end {
+        carried[at.index] = found;
     }
 }

@@ -2,13 +2,10 @@
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::picture_params;
-import package::hit::caster_hit::triangle_weights;
-import package::records::light::cluster_lights;
 import package::records::octahedral::from_octahedral;
 import package::records::record::{TRIANGLE_TEXELS, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
-import package::shade::shading::Surface;
 
 // World space, from the camera's light depth.
 fn world_point(view: GpuView, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
@@ -34,22 +31,4 @@ fn face_normal(setup: u32) -> vec3<f32> {
 
 fn toward(to_eye: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     return select(-normal, normal, dot(normal, to_eye) >= 0.0);
-}
-
-// `id` without its bit, `albedo` already textured.
-fn triangle_surface(
-    view: GpuView,
-    pixel: vec2<f32>,
-    depth: f32,
-    id: u32,
-    setup: u32,
-    albedo: vec3<f32>,
-    roughness: f32,
-) -> Surface {
-    let point = world_point(view, pixel, depth);
-    let to_eye = normalize(eye() - point);
-    let normal = toward(to_eye, triangle_normal(id, triangle_weights(setup, pixel).xyz));
-    let face = toward(to_eye, face_normal(setup));
-    let list = cluster_lights(pixel, depth);
-    return Surface(point, normal, face, to_eye, albedo, roughness, 0.0, list);
 }

@@ -36,7 +36,7 @@ pub(crate) fn cascades(
         };
         &views[first..(first + count).min(views.len())]
     });
-    let surfaces = prepared.read_surfaces(gpu)?;
+    let surfaces = prepared.read_radiance(gpu)?;
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let world_from_view = camera.view_from_world.inverse();
     let width = picture.size.x as usize;

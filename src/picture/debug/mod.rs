@@ -43,7 +43,7 @@ pub(crate) fn clusters(
     picture: &Picture,
 ) -> Result<Picture, Error> {
     let lists = prepared.read_clusters(gpu)?;
-    let surfaces = prepared.read_surfaces(gpu)?;
+    let surfaces = prepared.read_radiance(gpu)?;
     let width = picture.size.x as usize;
     let values = surfaces.iter().enumerate().map(|(i, &[.., depth])| {
         let pixel = Vec2::new((i % width) as f32, (i / width) as f32) + 0.5;

@@ -4,29 +4,29 @@ use glam::Vec3;
 /// Panes that wait for what may lie before them.
 const MAX_WAITING: usize = 2;
 
-/// Panes of a segment whose scattered and mirrored light is seen; those behind only filter.
+/// Panes whose scattered and mirrored light is seen; those behind only filter.
 const MAX_LIT: usize = 2;
 
-/// What a pane does to a pixel.
+/// What a pane does to a pixel. `P`: what its light is looked up with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Layer {
+pub(super) struct Layer<P> {
     pub depth: f32,
     /// Light that it emits.
     pub own: Vec3,
-    /// Light that it scatters and mirrors.
-    pub shown: Option<Vec3>,
     pub passed: Vec3,
     pub face: Option<Face>,
+    /// `None` for what only emits.
+    pub pane: Option<P>,
 }
 
 /// A pixel while layers are laid over it: light `L` behind becomes `color + passed * L`.
 #[derive(Clone, Debug)]
-pub(super) struct Pixel {
+pub(super) struct Pixel<P> {
     pub color: Vec3,
     pub passed: Vec3,
-    pub waiting: Vec<Layer>,
-    /// Panes that were shown.
-    pub lit: usize,
+    pub waiting: Vec<Layer<P>>,
+    /// The nearest panes, and what is before them lets pass.
+    pub lit: Vec<(P, Vec3)>,
     pub fog: Fog,
 }
 
@@ -34,13 +34,11 @@ pub(super) struct Pixel {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fog {
     /// Absorption where the ray is [1/m].
-    pub inside: Vec3,
+    inside: Vec3,
     /// Light depth so far.
-    pub reached: f32,
+    reached: f32,
     /// Of the ray, per light depth.
-    pub metres: f32,
-    /// The walk starts at the eye and ends at the surface.
-    pub whole: bool,
+    metres: f32,
 }
 
 /// A face of a volume.
@@ -52,8 +50,9 @@ pub(super) struct Face {
 }
 
 impl Fog {
-    pub(super) const NONE: Self =
-        Self { inside: Vec3::ZERO, reached: 0.0, metres: 0.0, whole: false };
+    pub(super) fn new(metres: f32) -> Self {
+        Self { inside: Vec3::ZERO, reached: 0.0, metres }
+    }
 
     /// What passes from where the ray was to light depth `depth`.
     pub(super) fn to(&mut self, depth: f32) -> Vec3 {
@@ -73,25 +72,28 @@ impl Fog {
             return Vec3::ONE;
         }
         // The eye is inside what was not entered.
-        let way = if self.whole { depth * self.metres } else { 0.0 };
-        (-face.absorption * way).map(f32::exp)
+        (-face.absorption * depth * self.metres).map(f32::exp)
     }
 }
 
-impl Pixel {
-    pub(super) const CLEAR: Self =
-        Self { color: Vec3::ZERO, passed: Vec3::ONE, waiting: Vec::new(), lit: 0, fog: Fog::NONE };
+impl<P: Copy> Pixel<P> {
+    /// `metres`: of the ray, per light depth.
+    pub(super) fn clear(metres: f32) -> Self {
+        let (color, passed) = (Vec3::ZERO, Vec3::ONE);
+        Self { color, passed, waiting: Vec::new(), lit: Vec::new(), fog: Fog::new(metres) }
+    }
 
     pub(super) fn lay(&mut self, own: Vec3, passed: Vec3) {
         self.color += self.passed * own;
         self.passed *= passed;
     }
 
-    fn lay_pane(&mut self, layer: &Layer) {
+    fn lay_pane(&mut self, layer: &Layer<P>) {
         self.passed *= self.fog.to(layer.depth);
-        let shown = layer.shown.filter(|_| self.lit < MAX_LIT);
-        self.lit += usize::from(shown.is_some());
-        self.lay(layer.own + shown.unwrap_or(Vec3::ZERO), layer.passed);
+        if let Some(pane) = layer.pane.filter(|_| self.lit.len() < MAX_LIT) {
+            self.lit.push((pane, self.passed));
+        }
+        self.lay(layer.own, layer.passed);
         if let Some(face) = &layer.face {
             self.passed *= self.fog.cross(face, layer.depth);
         }
@@ -105,7 +107,7 @@ impl Pixel {
         }
     }
 
-    pub(super) fn wait(&mut self, layer: Layer) {
+    pub(super) fn wait(&mut self, layer: Layer<P>) {
         let place = self.waiting.partition_point(|other| other.depth < layer.depth);
         self.waiting.insert(place, layer);
         if self.waiting.len() > MAX_WAITING {

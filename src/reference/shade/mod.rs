@@ -3,16 +3,15 @@
 mod layers;
 
 use super::{
-    accumulate::SEGMENT,
     air::AirVolume,
     bin::{Bins, bin},
     caster_hit::{Hit, Records, Target, metres_per_depth},
     maps::{SceneRecords, ViewCasters, depth_order},
     occlude::is_solid,
     project::ProjectParams,
-    shading::{Gloss, Lighting, Receiver, Surface, to_screen, world_point},
+    shading::{Gloss, Lighting, Point, PointKind, Receiver, to_screen, world_point},
     threads::each,
-    tile::{TEXELS, Tile, TileTexels},
+    tile::{Tile, TileTexels},
 };
 use crate::{
     model::Scene,
@@ -24,7 +23,7 @@ use crate::{
     stage::air::AirParams,
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
-use layers::{Face, Fog, Layer, Pixel};
+use layers::{Face, Layer, Pixel};
 use std::ops::RangeInclusive;
 
 /// What is behind less than this is not seen.
@@ -140,8 +139,20 @@ impl Eye<'_> {
         }
         let caster = &clear.records.casters[caster as usize];
         let material = &clear.records.materials[caster.material() as usize];
-        let receiver = Receiver::new(material, caster.id);
-        self.lighting.light_particle(caster.center, caster.radius, receiver)
+        self.lighting.light(&Point {
+            kind: PointKind::Particle,
+            position: caster.center,
+            face: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            to_eye: Vec3::ZERO,
+            // Not behind itself: the bias is its radius.
+            reach: caster.radius,
+            receiver: Receiver::new(material, caster.id),
+            albedo: Vec3::ONE,
+            roughness: 1.0,
+            gloss: Gloss::SOLID,
+            emission: Vec3::ZERO,
+        })
     }
 
     /// Colour and light depth of the solid casters, or of the sky.
@@ -185,25 +196,32 @@ impl Eye<'_> {
         hit: &Hit,
         pixel: Vec2,
     ) -> Vec3 {
-        let surface = if footprint.caster & TRIANGLE_BIT != 0 {
-            self.triangle(solid, footprint, material, hit, pixel)
-        } else {
-            let caster = &solid.records.casters[footprint.caster as usize];
-            let point = self.point(pixel, hit.depth);
-            let to_eye = (self.position() - point).normalize();
-            // Round, whatever way the disc faces.
-            let aside = (point - caster.center) / caster.radius;
-            let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
-            let normal = (aside + to_eye * out).normalize();
-            let albedo = (caster.color() * material.tint).truncate();
-            let reach = caster.radius;
-            let roughness = material.roughness;
-            let receiver = Receiver::new(material, caster.id);
-            Surface { point, normal, face: normal, to_eye, albedo, roughness, reach, receiver }
-        };
-        self.lighting.shade_solid(&surface) + material.emission
+        if footprint.caster & TRIANGLE_BIT != 0 {
+            return self.lighting.light(&self.triangle(solid, footprint, material, hit, pixel));
+        }
+        let caster = &solid.records.casters[footprint.caster as usize];
+        let position = self.point(pixel, hit.depth);
+        let to_eye = (self.position() - position).normalize();
+        // Round, whatever way the disc faces.
+        let aside = (position - caster.center) / caster.radius;
+        let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
+        let normal = (aside + to_eye * out).normalize();
+        self.lighting.light(&Point {
+            kind: PointKind::Solid,
+            position,
+            face: normal,
+            normal,
+            to_eye,
+            reach: caster.radius,
+            receiver: Receiver::new(material, caster.id),
+            albedo: (caster.color() * material.tint).truncate(),
+            roughness: material.roughness,
+            gloss: Gloss::SOLID,
+            emission: material.emission,
+        })
     }
 
+    /// As a solid one.
     fn triangle(
         &self,
         seen: &Seen<'_>,
@@ -211,25 +229,28 @@ impl Eye<'_> {
         material: &Material,
         hit: &Hit,
         pixel: Vec2,
-    ) -> Surface {
+    ) -> Point {
         let setup = seen.setup(footprint);
-        let point = self.point(pixel, hit.depth);
-        let to_eye = (self.position() - point).normalize();
+        let position = self.point(pixel, hit.depth);
+        let to_eye = (self.position() - position).normalize();
         let record = &seen.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize];
         let weights = setup.hit(pixel).map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
         let [a, b, c] = record.normals.map(from_octahedral);
         let normal = a * weights.x + b * weights.y + c * weights.z;
         let normal = normal / normal.length().max(1e-6);
         let toward = |n: Vec3| if n.dot(to_eye) >= 0.0 { n } else { -n };
-        Surface {
-            point,
-            normal: toward(normal),
+        Point {
+            kind: PointKind::Solid,
+            position,
             face: toward(from_octahedral(setup.normal)),
+            normal: toward(normal),
             to_eye,
-            albedo: seen_color(hit, material),
-            roughness: material.roughness,
             reach: 0.0,
             receiver: Receiver::new(material, record.id),
+            albedo: seen_color(hit, material),
+            roughness: material.roughness,
+            gloss: Gloss::SOLID,
+            emission: material.emission,
         }
     }
 
@@ -242,59 +263,91 @@ impl Eye<'_> {
         tile: &Tile,
         surfaces: &TileTexels<(Vec3, f32)>,
     ) -> TileTexels<Vec3> {
-        let mut pixels = TileTexels::filled(Pixel::CLEAR);
-        let is_whole = clear.bins.tile(index).len() <= SEGMENT;
-        for segment in clear.bins.tile(index).chunks(SEGMENT) {
-            let mut part = TileTexels::filled(Pixel::CLEAR);
+        let mut pixels = TileTexels::filled(Pixel::clear(0.0));
+        for (place, at) in tile.texels() {
+            pixels[place] = Pixel::clear(metres_per_depth(&self.view, at));
+        }
+        for pair in clear.bins.tile(index) {
+            let footprint = &clear.casters.footprints[pair.footprint as usize];
+            let target = Target::new(clear.records(), footprint);
+            let material = target.material;
             for (place, at) in tile.texels() {
-                let metres = metres_per_depth(&self.view, at);
-                part[place].fog = Fog { metres, whole: is_whole, ..Fog::NONE };
-            }
-            for pair in segment {
-                let footprint = &clear.casters.footprints[pair.footprint as usize];
-                let target = Target::new(clear.records(), footprint);
-                let material = target.material;
-                for (place, at) in tile.texels() {
-                    let (_, opaque) = surfaces[place];
-                    let pixel = &mut part[place];
-                    if pixel.passed.max_element() < FAINT {
-                        continue;
-                    }
-                    let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {
-                        continue;
-                    };
-                    if footprint.caster & TRIANGLE_BIT != 0 {
-                        pixel.wait(self.pane(clear, footprint, material, &hit, at));
-                        continue;
-                    }
-                    pixel.lay_waiting(hit.depth);
-                    pixel.passed *= pixel.fog.to(hit.depth);
-                    let adds = material.transfer == Transfer::None;
-                    let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
-                    let own = seen_color(&hit, material) * light + material.emission;
-                    let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
-                    // What is behind is laid over what the air scatters before it as well.
-                    let before = self.air_before(at, hit.depth);
-                    let veil = before.truncate() * (1.0 - passed);
-                    pixel.lay(hit.opacity * own * before.w + veil, passed);
+                let (_, opaque) = surfaces[place];
+                let pixel = &mut pixels[place];
+                if pixel.passed.max_element() < FAINT {
+                    continue;
                 }
-            }
-            for place in 0..TEXELS {
-                part[place].lay_waiting(f32::INFINITY);
-                if is_whole {
-                    let passed = part[place].fog.to(surfaces[place].1);
-                    part[place].passed *= passed;
+                let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {
+                    continue;
+                };
+                if footprint.caster & TRIANGLE_BIT != 0 {
+                    pixel.wait(self.layer(clear, footprint, material, &hit, at));
+                    continue;
                 }
-                pixels[place].lay(part[place].color, part[place].passed);
+                pixel.lay_waiting(hit.depth);
+                pixel.passed *= pixel.fog.to(hit.depth);
+                let adds = material.transfer == Transfer::None;
+                let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
+                let own = seen_color(&hit, material) * light + material.emission;
+                let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
+                // What is behind is laid over what the air scatters before it as well.
+                let before = self.air_before(at, hit.depth);
+                let veil = before.truncate() * (1.0 - passed);
+                pixel.lay(hit.opacity * own * before.w + veil, passed);
             }
         }
         let mut colors = TileTexels::filled(Vec3::ZERO);
-        for place in 0..TEXELS {
-            colors[place] = pixels[place].color + pixels[place].passed * surfaces[place].0;
+        for (place, at) in tile.texels() {
+            let (behind, opaque) = surfaces[place];
+            let pixel = &mut pixels[place];
+            pixel.lay_waiting(f32::INFINITY);
+            pixel.passed *= pixel.fog.to(opaque);
+            let mut color = pixel.color;
+            for ((footprint, material, hit), passed) in &pixel.lit {
+                let point = self.pane(clear, footprint, material, hit, at);
+                let before = self.air_before(at, hit.depth);
+                color += passed * self.lighting.light(&point) * before.w;
+            }
+            colors[place] = color + pixel.passed * behind;
         }
         colors
     }
 
+    /// What a pane does to a pixel but for the light that it scatters and mirrors.
+    fn layer<'s>(
+        &self,
+        clear: &'s Seen<'_>,
+        footprint: &'s Footprint,
+        material: &'s Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
+        let (depth, opacity) = (hit.depth, hit.opacity);
+        let before = self.air_before(pixel, depth);
+        let emitted = opacity * material.emission * before.w;
+        if material.transfer == Transfer::None {
+            let own = emitted + opacity * seen_color(hit, material) * before.w;
+            return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
+        }
+        let setup = clear.setup(footprint);
+        let to_eye = (self.position() - self.point(pixel, depth)).normalize();
+        let mirrored = mirrored_share(material, hit, from_octahedral(setup.normal), to_eye);
+        // What covers has taken its share by its transfer.
+        let covers = material.transfer == Transfer::Over;
+        let scattered = if covers { 0.0 } else { scattered_share(material, opacity) };
+        // What gathers light gathers that of lamps, not what the eye sees behind it.
+        let gathers = material.transfer == Transfer::Gain;
+        let light = if gathers { Vec3::ONE } else { hit.light };
+        let passed = light * ((1.0 - mirrored) * (1.0 - scattered));
+        let face = Face {
+            absorption: clear.records.absorptions[setup.material as usize],
+            leaves: setup.ties & BACK_BIT != 0,
+        };
+        let own = emitted + before.truncate() * (1.0 - passed);
+        Layer { depth, own, passed, face: Some(face), pane: Some((footprint, material, *hit)) }
+    }
+
+    /// What a pane scatters and mirrors.
     fn pane(
         &self,
         clear: &Seen<'_>,
@@ -302,40 +355,35 @@ impl Eye<'_> {
         material: &Material,
         hit: &Hit,
         pixel: Vec2,
-    ) -> Layer {
-        let (depth, opacity) = (hit.depth, hit.opacity);
-        let before = self.air_before(pixel, depth);
-        let emitted = opacity * material.emission * before.w;
-        let albedo = seen_color(hit, material);
-        if material.transfer == Transfer::None {
-            let own = emitted + opacity * albedo * before.w;
-            return Layer { depth, own, shown: None, passed: Vec3::ONE, face: None };
-        }
+    ) -> Point {
         let surface = self.triangle(clear, footprint, material, hit, pixel);
-        // Premultiplied: glass keeps its highlights where it is clear.
-        let polish = opacity.max(material.transmission);
-        let gloss = Gloss { reflectivity: material.reflectivity, polish };
-        let lit = self.lighting.light_sheet(&surface, gloss);
-        // A sheet that is not clear scatters half of what it covers and filters the rest.
-        let covers = material.transfer == Transfer::Over;
-        let share = opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) };
-        let mirrored = gloss.mirrored(surface.face.dot(surface.to_eye).abs());
+        let mirrored = mirrored_share(material, hit, surface.face, surface.to_eye);
         let reflected = (-surface.to_eye).reflect(surface.normal);
-        let shown = share * (1.0 - mirrored) * albedo * lit.diffuse
-            + lit.shine
-            + mirrored * self.lighting.sky(reflected);
-        let behind = (1.0 - mirrored) * if covers { 1.0 } else { 1.0 - share };
-        let setup = clear.setup(footprint);
-        let face = Face {
-            absorption: clear.records.absorptions[setup.material as usize],
-            leaves: setup.ties & BACK_BIT != 0,
-        };
-        // What gathers light gathers that of lamps, not what the eye sees behind it.
-        let gathers = material.transfer == Transfer::Gain;
-        let passed = behind * if gathers { Vec3::ONE } else { hit.light };
-        let own = emitted + before.truncate() * (1.0 - passed);
-        Layer { depth, own, shown: Some(shown * before.w), passed, face: Some(face) }
+        let share = scattered_share(material, hit.opacity) * (1.0 - mirrored);
+        Point {
+            kind: PointKind::Sheet,
+            albedo: share * seen_color(hit, material),
+            gloss: sheet_gloss(material, hit),
+            emission: mirrored * self.lighting.sky(reflected),
+            ..surface
+        }
     }
+}
+
+/// Premultiplied: glass keeps its highlights where it is clear.
+fn sheet_gloss(material: &Material, hit: &Hit) -> Gloss {
+    let polish = hit.opacity.max(material.transmission);
+    Gloss { reflectivity: material.reflectivity, polish }
+}
+
+fn mirrored_share(material: &Material, hit: &Hit, face: Vec3, to_eye: Vec3) -> f32 {
+    sheet_gloss(material, hit).mirrored(face.dot(to_eye).abs())
+}
+
+/// A sheet that is not clear scatters half of what it covers and filters the rest.
+fn scattered_share(material: &Material, opacity: f32) -> f32 {
+    let covers = material.transfer == Transfer::Over;
+    opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) }
 }
 
 /// Colour that scatters; what gathers light scatters all of it.

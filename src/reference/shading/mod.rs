@@ -32,20 +32,39 @@ pub struct Lighting<'a> {
     normal_bias: f32,
 }
 
-/// A point of what the camera sees.
+/// A receiver as data: what is seen makes points, [`Lighting::light`] looks up the light that they send
+/// to the eye.
 #[derive(Clone, Copy, Debug)]
-pub struct Surface {
-    pub point: Vec3,
-    /// Interpolated, on the eye's side.
-    pub normal: Vec3,
-    /// Of the plane, on the eye's side.
+pub struct Point {
+    pub kind: PointKind,
+    /// World space [m].
+    pub position: Vec3,
+    /// Of the plane, unit, on the eye's side; zero for none.
     pub face: Vec3,
+    /// Interpolated, unit, on the eye's side; zero for none.
+    pub normal: Vec3,
+    /// Unit.
     pub to_eye: Vec3,
-    pub albedo: Vec3,
-    pub roughness: f32,
     /// How far what is in the map may lie off the point [m].
     pub reach: f32,
     pub receiver: Receiver,
+    /// What it scatters of the light.
+    pub albedo: Vec3,
+    pub roughness: f32,
+    pub gloss: Gloss,
+    /// Light that it sends by itself.
+    pub emission: Vec3,
+}
+
+/// How a point scatters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointKind {
+    /// What comes from its face's side.
+    Solid,
+    /// What comes from both sides: a thin sheet.
+    Sheet,
+    /// It has no normal.
+    Particle,
 }
 
 /// Who receives light.
@@ -74,19 +93,12 @@ pub struct Gloss {
 }
 
 impl Gloss {
-    const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
+    pub const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
 
     /// `cosine` of the angle between the eye and the normal.
     pub fn mirrored(self, cosine: f32) -> f32 {
         self.reflectivity + (1.0 - self.reflectivity) * self.polish * fresnel(cosine)
     }
-}
-
-/// What a pane scatters and what it mirrors of the lights.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lit {
-    pub diffuse: Vec3,
-    pub shine: Vec3,
 }
 
 impl<'a> Lighting<'a> {
@@ -109,42 +121,34 @@ impl<'a> Lighting<'a> {
         self.background * (1.0 + 0.35 * direction.y)
     }
 
-    fn ambient_light(&self, normal: Vec3) -> Vec3 {
-        self.ambient * (0.85 + 0.15 * normal.y)
+    fn ambient_at(&self, point: &Point) -> Vec3 {
+        match point.kind {
+            PointKind::Particle => self.ambient,
+            PointKind::Solid | PointKind::Sheet => self.ambient * (0.85 + 0.15 * point.normal.y),
+        }
     }
 
-    pub fn shade_solid(&self, surface: &Surface) -> Vec3 {
-        let mut sum = surface.albedo * self.ambient_light(surface.normal);
+    /// The light that a point sends to the eye.
+    pub fn light(&self, point: &Point) -> Vec3 {
+        let bias = self.bias + point.reach;
+        let (mut diffuse, mut shine) = (self.ambient_at(point), Vec3::ZERO);
         for light in &self.lights {
-            let (toward, color) = incoming(light, surface.point);
-            let cosine = surface.normal.dot(toward);
-            if cosine > 0.0 && surface.face.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any() {
-                let bias = self.bias + surface.reach;
-                let passed =
-                    self.shadow(light, surface.point, surface.face, toward, bias, surface.receiver);
-                let shine = highlight(surface, toward, Gloss::SOLID);
-                sum += color * passed * (cosine * (surface.albedo * FRAC_1_PI + shine));
+            let (toward, color) = incoming(light, point.position);
+            let (cosine, side) = (point.normal.dot(toward), point.face.dot(toward));
+            let is_behind = point.kind == PointKind::Solid && !(cosine > 0.0 && side > 0.0);
+            if is_behind || !color.cmpgt(Vec3::ZERO).any() {
+                continue;
+            }
+            // Off itself, on the light's side.
+            let face = if side > 0.0 { point.face } else { -point.face };
+            let through = self.shadow(light, point.position, face, toward, bias, point.receiver);
+            let passed = color * through;
+            diffuse += passed * scattered(point.kind, cosine);
+            if point.kind != PointKind::Particle && cosine > 0.0 {
+                shine += passed * (cosine * highlight(point, toward));
             }
         }
-        sum
-    }
-
-    /// A thin sheet, lit from both sides.
-    pub fn light_sheet(&self, surface: &Surface, gloss: Gloss) -> Lit {
-        let mut lit = Lit { diffuse: self.ambient_light(surface.normal), shine: Vec3::ZERO };
-        for light in &self.lights {
-            let (toward, color) = incoming(light, surface.point);
-            let cosine = surface.normal.dot(toward);
-            let side = if surface.face.dot(toward) > 0.0 { surface.face } else { -surface.face };
-            let passed = color
-                * self.shadow(light, surface.point, side, toward, self.bias, surface.receiver);
-            lit.diffuse += passed * (cosine.abs() * FRAC_1_PI);
-            if cosine > 0.0 {
-                let shine = highlight(surface, toward, gloss);
-                lit.shine += passed * (cosine * shine);
-            }
-        }
-        lit
+        point.emission + point.albedo * diffuse + shine
     }
 
     /// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
@@ -157,18 +161,6 @@ impl<'a> Lighting<'a> {
                     self.shadow(light, point, Vec3::ZERO, toward, self.bias, Receiver::AIR);
                 sum += color * passed * phase(toward.dot(ray), anisotropy);
             }
-        }
-        sum
-    }
-
-    /// A particle of colour 1, by the light at its middle.
-    pub fn light_particle(&self, point: Vec3, radius: f32, receiver: Receiver) -> Vec3 {
-        let mut sum = self.ambient;
-        for light in &self.lights {
-            let (toward, color) = incoming(light, point);
-            let passed =
-                self.shadow(light, point, Vec3::ZERO, toward, self.bias + radius, receiver);
-            sum += color * passed * (0.5 * FRAC_1_PI);
         }
         sum
     }
@@ -193,14 +185,25 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     (-ray, color)
 }
 
+/// Share of the light that a point of albedo 1 sends to the eye.
+fn scattered(kind: PointKind, cosine: f32) -> f32 {
+    match kind {
+        PointKind::Solid => cosine.max(0.0) * FRAC_1_PI,
+        PointKind::Sheet => cosine.abs() * FRAC_1_PI,
+        // Alike in all directions; smoke is thick enough to scatter more than once, so that it is
+        // half as bright as paper that faces the light.
+        PointKind::Particle => 0.5 * FRAC_1_PI,
+    }
+}
+
 /// Schlick 1994, of glass and most that is no metal.
 fn fresnel(cosine: f32) -> f32 {
     0.04 + 0.96 * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
 /// Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.
-fn highlight(surface: &Surface, toward: Vec3, gloss: Gloss) -> f32 {
-    let Surface { normal, to_eye, roughness, .. } = *surface;
+fn highlight(point: &Point, toward: Vec3) -> f32 {
+    let Point { normal, to_eye, roughness, gloss, .. } = *point;
     let middle = (toward + to_eye).normalize();
     let width = (roughness * roughness).max(0.04);
     let exponent = 2.0 / (width * width) - 1.0;

@@ -11,7 +11,7 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
-    picture::PreparedPicture,
+    picture::{PictureRoom, PreparedPicture},
     records::Picture,
     reference::cluster::{Clusters, assign},
     scene::Scene,
@@ -26,7 +26,7 @@ struct Shot {
     lists: Vec<Option<Vec<u32>>>,
     counters: ClusterCounters,
     surfaces: Vec<[u32; 4]>,
-    lit: Vec<[u16; 4]>,
+    lit: Vec<[u32; 4]>,
     picture: Picture,
 }
 
@@ -51,8 +51,15 @@ fn on_device<T>(
     let views = shadow_views(scene);
     let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
     pipeline.set_count_cost(count_cost);
-    let picture =
-        pipeline.prepare_picture(device, queue, &casters, scene, &views, &maps.maps, None)?;
+    let picture = pipeline.prepare_picture(
+        device,
+        queue,
+        &casters,
+        scene,
+        &views,
+        &maps.maps,
+        PictureRoom::default(),
+    )?;
     let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());
     maps.record(pipeline.kernels(), &mut encoder, &mut timeline);
@@ -68,12 +75,12 @@ fn costs(tier: Tier, scene: &Scene) -> Vec<[u16; 2]> {
 
 fn try_shoot(tier: Tier, scene: &Scene) -> Result<Shot, Error> {
     on_device(tier, scene, false, |gpu, picture| {
-        let surfaces = picture.read_surfaces(gpu)?;
+        let surfaces = picture.read_radiance(gpu)?;
         Ok(Shot {
             lists: picture.read_clusters(gpu)?,
             counters: picture.read_cluster_counters(gpu)?,
             surfaces: surfaces.iter().map(|texel| texel.map(f32::to_bits)).collect(),
-            lit: picture.read_lit(gpu)?,
+            lit: picture.read_lit(gpu)?.iter().map(|texel| texel.map(f32::to_bits)).collect(),
             picture: picture.read(gpu)?,
         })
     })

@@ -1,0 +1,87 @@
+//! How a picture is cut: parts of the tiles that are binned at a time, and bands of these that are
+//! shaded at a time, so that what a pixel leaves on the way takes the same memory in any picture.
+use crate::{
+    model::TILE_SIZE,
+    stage::shade::{BAND_TILES, Band},
+};
+use glam::UVec2;
+
+/// Pixels that a band has room for.
+pub(super) const BAND_PIXELS: u32 = BAND_TILES * TILE_SIZE * TILE_SIZE;
+
+/// A rectangle of tiles of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TileRect {
+    pub origin: UVec2,
+    pub size: UVec2,
+}
+
+impl TileRect {
+    pub(super) fn band(&self, round: u32) -> Band {
+        let Self { origin, size } = *self;
+        Band { origin, size, round, pixel_count: BAND_PIXELS }
+    }
+
+    /// One workgroup a tile.
+    pub(super) fn groups(&self) -> [u32; 3] {
+        [self.size.x, self.size.y, 1]
+    }
+
+    /// Rectangles of at most `size` tiles each.
+    fn cut(&self, size: UVec2) -> Vec<Self> {
+        let count = UVec2::new(self.size.x.div_ceil(size.x), self.size.y.div_ceil(size.y));
+        let rect = |i: u32| {
+            let first = UVec2::new(i % count.x, i / count.x) * size;
+            Self { origin: self.origin + first, size: size.min(self.size - first) }
+        };
+        (0..count.element_product()).map(rect).collect()
+    }
+
+    /// At least `count` parts: of whole rows, or of one row each, as long as there are tiles.
+    pub(super) fn parts(&self, count: u32) -> Vec<Self> {
+        let rows = self.size.y.div_ceil(count.max(1)).max(1);
+        let of_row = count.div_ceil(self.size.y);
+        let width = if of_row > 1 { self.size.x.div_ceil(of_row) } else { self.size.x };
+        self.cut(UVec2::new(width.max(1), rows))
+    }
+
+    /// As few bands as have room for their tiles.
+    pub(super) fn bands(&self) -> Vec<Self> {
+        let width = self.size.x.clamp(1, BAND_TILES);
+        self.cut(UVec2::new(width, (BAND_TILES / width).max(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn covered(parts: &[TileRect], whole: UVec2) -> Vec<u32> {
+        let mut tiles = vec![0; whole.element_product() as usize];
+        for part in parts {
+            for y in 0..part.size.y {
+                for x in 0..part.size.x {
+                    let at = part.origin + UVec2::new(x, y);
+                    tiles[(at.y * whole.x + at.x) as usize] += 1;
+                }
+            }
+        }
+        tiles
+    }
+
+    #[test]
+    fn every_tile_is_in_one_part_and_one_band() {
+        for size in [[1, 1], [60, 34], [7, 300], [300, 2], [256, 256]] {
+            let size = UVec2::from_array(size);
+            let whole = TileRect { origin: UVec2::ZERO, size };
+            for count in [1, 2, 3, 34, 100, 5000, u32::MAX] {
+                let parts = whole.parts(count);
+                assert!(parts.len() as u32 >= count.min(size.element_product()), "{size} {count}");
+                let bands: Vec<_> = parts.iter().flat_map(TileRect::bands).collect();
+                assert!(covered(&parts, size).iter().all(|&n| n == 1), "{size} {count}");
+                assert!(covered(&bands, size).iter().all(|&n| n == 1), "{size} {count}");
+                assert!(bands.iter().all(|band| band.size.element_product() <= BAND_TILES));
+            }
+        }
+    }
+}

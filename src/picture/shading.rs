@@ -1,0 +1,284 @@
+//! The shade kernels of a picture, bound: to each band of tiles, and to the particles.
+use super::{
+    bands::{BAND_PIXELS, TileRect},
+    lists::CameraList,
+};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Resources, Timeline},
+    shadows::{
+        Maps,
+        kernels::{Kernels, Variant},
+    },
+    stage::{
+        hits::Features,
+        shade::{CARRIED, LAYER_TEXELS, PIXEL_POINTS, POINT_TEXELS, PointBatch, point_grid},
+    },
+};
+use wgpu::{BindGroup, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+
+/// What the pixels of a band leave on the way.
+#[derive(Debug)]
+pub(super) struct BandMemory {
+    seen: Texture,
+    layers: Texture,
+    points: Texture,
+    lit: Texture,
+    carried: Buffer,
+}
+
+impl BandMemory {
+    pub(super) fn new(allocator: &mut Allocator<'_>, rounds: u32) -> Result<Self, Error> {
+        let storage = TextureUsages::STORAGE_BINDING;
+        let uint = TextureFormat::Rgba32Uint;
+        let pixels = u64::from(BAND_PIXELS);
+        let points = pixels * u64::from(PIXEL_POINTS);
+        let carried = if rounds > 1 { pixels * u64::from(CARRIED) } else { 1 };
+        let none = BufferUsages::empty();
+        Ok(Self {
+            seen: allocator.records("seen", uint, pixels, storage)?,
+            layers: allocator.records("layers", uint, pixels * u64::from(LAYER_TEXELS), storage)?,
+            points: allocator.records("points", uint, points * u64::from(POINT_TEXELS), storage)?,
+            lit: allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?,
+            carried: allocator.storage::<[u32; 4]>("carried", carried, none)?,
+        })
+    }
+
+    pub(super) fn resources(&self) -> Resources<'_> {
+        Resources::new()
+            .with("seen_pixels", &self.seen)
+            .with("layers", &self.layers)
+            .with("points", &self.points)
+            .with("lit", &self.lit)
+            .with("carried", &self.carried)
+    }
+}
+
+/// What each kernel is specialised to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShadeFeatures {
+    solid: Features,
+    layers: Features,
+    surfaces: Features,
+    panes: Features,
+    light: Features,
+    composite: Features,
+}
+
+impl ShadeFeatures {
+    pub(super) fn new(
+        solid: &CameraList,
+        clear: &CameraList,
+        maps: &Maps,
+        cost: bool,
+        air: bool,
+    ) -> Self {
+        let Features { triangles, textures, .. } = solid.features;
+        let has_layers = clear.list.footprint_count > 0;
+        let panes = has_layers && clear.features.triangles;
+        Self {
+            solid: Features { cost, nodes: 0, ..solid.features },
+            layers: Features { cost, air, nodes: 0, ..clear.features },
+            surfaces: Features { triangles, textures, ..Features::NONE },
+            panes: Features {
+                triangles: true,
+                textures: clear.features.textures,
+                ..Features::NONE
+            },
+            light: Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE },
+            composite: Features { cost, air, layers: has_layers, panes, ..Features::NONE },
+        }
+    }
+}
+
+/// A band, bound.
+#[derive(Debug)]
+pub(super) struct ShadedBand {
+    groups: [u32; 3],
+    /// Of each round.
+    seen: Vec<BindGroup>,
+    layers: Vec<BindGroup>,
+    surfaces: BindGroup,
+    panes: Option<BindGroup>,
+    composite: BindGroup,
+}
+
+/// A run of particles, bound.
+#[derive(Debug)]
+struct LitCasters {
+    groups: [u32; 3],
+    points: BindGroup,
+    light: BindGroup,
+}
+
+/// The shade kernels, bound.
+#[derive(Debug)]
+pub(super) struct Shading {
+    features: ShadeFeatures,
+    bands: Vec<Vec<ShadedBand>>,
+    casters: Vec<LitCasters>,
+    light: BindGroup,
+    light_groups: [u32; 3],
+}
+
+/// What [`Shading::new`] binds.
+pub(super) struct ToShade<'a, 'b> {
+    pub allocator: &'a mut Allocator<'b>,
+    pub queue: &'a wgpu::Queue,
+    pub kernels: &'a mut Kernels,
+    pub features: ShadeFeatures,
+    pub solid: &'a CameraList,
+    pub clear: &'a CameraList,
+    pub rounds: u32,
+    /// Light of the particles.
+    pub lit_casters: &'a Texture,
+}
+
+impl ToShade<'_, '_> {
+    fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Buffer {
+        let buffer = self.allocator.uniform::<T>(name);
+        self.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
+        buffer
+    }
+
+    fn bind(
+        &mut self,
+        variant: Variant,
+        features: Features,
+        resources: &Resources<'_>,
+    ) -> Result<BindGroup, Error> {
+        let device = self.allocator.device;
+        Ok(self.kernels.make(device, variant, features)?.bind(device, resources)?)
+    }
+
+    fn band(&mut self, rect: &TileRect, resources: &Resources<'_>) -> Result<ShadedBand, Error> {
+        let features = self.features;
+        let (solid, clear) = (self.solid, self.clear);
+        let of_solid = resources
+            .clone()
+            .and(&solid.scratch.resources())
+            .with("pairs", &solid.scratch.pairs[solid.list.sorted_pairs]);
+        let of_clear = resources
+            .clone()
+            .and(&clear.scratch.resources())
+            .with("pairs", &clear.scratch.pairs[clear.list.sorted_pairs])
+            .with("lit", self.lit_casters);
+        let (mut seen, mut layers) = (Vec::new(), Vec::new());
+        for round in 0..self.rounds {
+            let band = self.uniform("band", &rect.band(round));
+            let of_solid = of_solid.clone().with("band", &band);
+            seen.push(self.bind(Variant::ShadeSeen, features.solid, &of_solid)?);
+            if features.composite.layers {
+                let of_clear = of_clear.clone().with("band", &band);
+                layers.push(self.bind(Variant::ShadeLayers, features.layers, &of_clear)?);
+            }
+        }
+        let band = self.uniform("band", &rect.band(0));
+        let of_solid = of_solid.with("band", &band);
+        let of_clear = of_clear.with("band", &band);
+        let surfaces = self.bind(Variant::ShadeSurfaces, features.surfaces, &of_solid)?;
+        let panes = if features.composite.panes {
+            Some(self.bind(Variant::ShadePanes, features.panes, &of_clear)?)
+        } else {
+            None
+        };
+        let composite = self.bind(Variant::ShadeComposite, features.composite, &of_solid)?;
+        Ok(ShadedBand { groups: rect.groups(), seen, layers, surfaces, panes, composite })
+    }
+
+    /// As many particles at a time as there is room for their points.
+    fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<LitCasters>, Error> {
+        let room = BAND_PIXELS * PIXEL_POINTS;
+        // Triangles follow the particles.
+        let count = self.clear.first_setup;
+        let clear = self.clear;
+        let features = self.features;
+        let mut runs = Vec::new();
+        for first in (0..count).step_by(room as usize) {
+            let batch = PointBatch { first, count: room.min(count - first) };
+            let buffer = self.uniform("point_batch", &batch);
+            let resources = resources
+                .clone()
+                .and(&clear.scratch.resources())
+                .with("lit", self.lit_casters)
+                .with("point_batch", &buffer);
+            runs.push(LitCasters {
+                groups: point_grid(batch.count),
+                points: self.bind(Variant::ShadeCasters, Features::NONE, &resources)?,
+                light: self.bind(Variant::LightPoints, features.light, &resources)?,
+            });
+        }
+        Ok(runs)
+    }
+}
+
+impl Shading {
+    /// `resources`: what all shade kernels share, a band's memory among it.
+    pub(super) fn new(
+        mut to: ToShade<'_, '_>,
+        parts: &[TileRect],
+        resources: &Resources<'_>,
+    ) -> Result<Self, Error> {
+        let features = to.features;
+        let points = if features.composite.panes { PIXEL_POINTS } else { 1 };
+        let batch = PointBatch { first: 0, count: BAND_PIXELS * points };
+        let buffer = to.uniform("point_batch", &batch);
+        let of_band = resources.clone().with("point_batch", &buffer);
+        let light = to.bind(Variant::LightPoints, features.light, &of_band)?;
+        let mut bands = Vec::new();
+        for part in parts {
+            let of_part: Result<Vec<_>, Error> =
+                part.bands().iter().map(|rect| to.band(rect, &of_band)).collect();
+            bands.push(of_part?);
+        }
+        let casters = to.casters(resources)?;
+        Ok(Self { features, bands, casters, light, light_groups: point_grid(batch.count) })
+    }
+
+    /// The light of the particles that are seen and not solid.
+    pub(super) fn record_casters(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let mut pass = timeline.pass(encoder, "shade");
+        for run in &self.casters {
+            let points = kernels.get(Variant::ShadeCasters, Features::NONE);
+            points.record(&mut pass, &run.points, run.groups);
+            let light = kernels.get(Variant::LightPoints, self.features.light);
+            light.record(&mut pass, &run.light, run.groups);
+        }
+    }
+
+    /// The bands of a part, whose pairs have been recorded.
+    pub(super) fn record_part(
+        &self,
+        part: usize,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let features = &self.features;
+        let mut pass = timeline.pass(encoder, "shade");
+        for band in &self.bands[part] {
+            let mut record = |variant, features, bound| {
+                kernels.get(variant, features).record(&mut pass, bound, band.groups);
+            };
+            for round in &band.seen {
+                record(Variant::ShadeSeen, features.solid, round);
+            }
+            record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
+            for round in &band.layers {
+                record(Variant::ShadeLayers, features.layers, round);
+            }
+            if let Some(panes) = &band.panes {
+                record(Variant::ShadePanes, features.panes, panes);
+            }
+            let light = kernels.get(Variant::LightPoints, features.light);
+            light.record(&mut pass, &self.light, self.light_groups);
+            let composite = kernels.get(Variant::ShadeComposite, features.composite);
+            composite.record(&mut pass, &band.composite, band.groups);
+        }
+    }
+}

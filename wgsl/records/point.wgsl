@@ -1,0 +1,74 @@
+// A receiver as data: records of the texture `points`. What is seen writes them, `light_points` looks
+// up the light that they send to the eye. Rust: src/stage/shade.rs.
+
+import package::bind::loaded::points;
+import package::records::octahedral::{from_octahedral, octahedral};
+import package::records::record::record_texel;
+
+const POINT_TEXELS: u32 = 4u;
+
+const POINT_NONE: u32 = 0u;
+const POINT_SOLID: u32 = 1u;    // scatters what comes from its face's side
+const POINT_SHEET: u32 = 2u;    // scatters what comes from both sides
+const POINT_PARTICLE: u32 = 3u; // has no normal
+
+const POLISH_STEPS: f32 = 2047.0;
+
+struct Point {
+    kind: u32,            // POINT_*
+    position: vec3<f32>,  // world space [m]
+    face: vec3<f32>,      // normal of the plane, unit, on the eye's side; zero for none
+    normal: vec3<f32>,    // interpolated, unit, on the eye's side
+    reach: f32,           // how far what is in the maps may lie off the point [m]
+    cluster: u32,         // whose lights may reach it; ALL_LIGHTS for all
+    receives: u32,        // RECEIVES_*
+    tag: u32,             // of its object
+    albedo: vec3<f32>,    // what it scatters of the light
+    roughness: f32,
+    reflectivity: f32,
+    polish: f32,          // 1 of what shines like glass
+    emission: vec3<f32>,  // light that it sends by itself
+}
+
+// Some points that are made and looked up together. Rust: src/stage/shade.rs.
+struct PointBatch {
+    first: u32, // of `lit`, or the first caster
+    count: u32,
+}
+
+fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
+    let polish = u32(saturate(p.polish) * POLISH_STEPS + 0.5);
+    let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
+    return array(
+        vec4(bitcast<vec3<u32>>(p.position), bits),
+        vec4(octahedral(p.face), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
+        vec4(bitcast<vec3<u32>>(p.albedo), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
+        vec4(bitcast<vec3<u32>>(p.emission), 0u),
+    );
+}
+
+fn load_point(index: u32) -> Point {
+    let first = index * POINT_TEXELS;
+    let place = textureLoad(points, record_texel(first));
+    let way = textureLoad(points, record_texel(first + 1u));
+    let look = textureLoad(points, record_texel(first + 2u));
+    let own = textureLoad(points, record_texel(first + 3u));
+    let kind = place.w & 3u;
+    let shine = unpack2x16unorm(look.w);
+    let has_face = kind == POINT_SOLID || kind == POINT_SHEET;
+    return Point(
+        kind,
+        bitcast<vec3<f32>>(place.xyz),
+        select(vec3(0.0), from_octahedral(way.x), has_face),
+        from_octahedral(way.y),
+        bitcast<f32>(way.z),
+        way.w,
+        (place.w >> 3u) & 3u,
+        place.w >> 16u,
+        bitcast<vec3<f32>>(look.xyz),
+        shine.x,
+        shine.y,
+        f32((place.w >> 5u) & 2047u) / POLISH_STEPS,
+        bitcast<vec3<f32>>(own.xyz),
+    );
+}

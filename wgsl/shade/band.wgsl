@@ -1,0 +1,31 @@
+// A part of the picture that is shaded at a time: a rectangle of tiles. Its pixels are records of
+// `seen`, `layers`, `points` and `lit`. Rust: `Band` in src/stage/shade.rs.
+
+import package::bind::uniform::band;
+import package::records::tile::interleaved;
+import package::records::view::TILE_SIZE;
+import package::walk::lane::lane_texel;
+
+struct Band {
+    origin: vec2<u32>, // in the picture [tiles]
+    size: vec2<u32>,   // [tiles]
+    round: u32,        // how often its tiles were walked before
+    pixel_count: u32,  // that all bands have room for
+}
+
+const ROUND_LENGTH: u32 = 16384u; // pairs of a tile that one round walks; Rust: src/stage/shade.rs
+
+// A pixel of the band.
+struct BandPixel {
+    tile: u32,        // in the picture
+    pixel: vec2<u32>, // in the picture
+    index: u32,       // in the band
+}
+
+fn band_pixel(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32, tiles_x: u32) -> BandPixel {
+    let number = interleaved(workgroup, workgroups);
+    let tile = band.origin + vec2(number % band.size.x, number / band.size.x);
+    let place = lane_texel(lane);
+    let index = (number * TILE_SIZE + place.y) * TILE_SIZE + place.x;
+    return BandPixel(tile.y * tiles_x + tile.x, tile * TILE_SIZE + place, index);
+}

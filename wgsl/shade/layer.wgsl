@@ -1,0 +1,24 @@
+// What is laid over a pixel, as records of `layers`: colour and pairs, what passes, two panes.
+
+const LAYER_TEXELS: u32 = 4u;
+
+const NOWHERE: f32 = 4.0; // depth of a place where there is no pane
+
+// A pane whose light is looked up.
+struct Pane {
+    depth: f32,        // NOWHERE for none
+    setup: u32,
+    passed: vec3<f32>, // by what is before it
+}
+
+const NO_PANE: Pane = Pane(NOWHERE, 0u, vec3(0.0));
+
+fn packed_pane(pane: Pane) -> vec4<u32> {
+    let red_green = pack2x16float(pane.passed.rg);
+    return vec4(bitcast<u32>(pane.depth), pane.setup, red_green, pack2x16float(vec2(pane.passed.b, 0.0)));
+}
+
+fn pane_of(bits: vec4<u32>) -> Pane {
+    let passed = vec3(unpack2x16float(bits.z), unpack2x16float(bits.w).x);
+    return Pane(bitcast<f32>(bits.x), bits.y, passed);
+}

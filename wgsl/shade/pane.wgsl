@@ -1,0 +1,28 @@
+// Panes: thin sheets that filter what is behind them, scatter some light and mirror some. CPU twin:
+// src/reference/shade/mod.rs.
+
+import package::hit::caster_hit::Hit;
+import package::records::material::{GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER};
+import package::shade::shading::{Gloss, mirrored};
+import package::shade::surface::face_normal;
+
+// Premultiplied: glass keeps its highlights where it is clear.
+fn sheet_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
+    return Gloss(material.reflectivity, max(hit.opacity, material.transmission));
+}
+
+// A sheet that is not clear scatters half of what it covers and filters the rest. What covers
+// scatters all of that, and its transfer has taken it from what is behind.
+fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
+    let covers = material.transfer == TRANSFER_OVER;
+    return hit.opacity * select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_own), covers);
+}
+
+fn mirrored_share(hit: Hit, material: GpuMaterial, setup: u32, to_eye: vec3<f32>) -> f32 {
+    return mirrored(sheet_gloss(hit, material), abs(dot(face_normal(setup), to_eye)));
+}
+
+// What gathers light scatters all of it.
+fn seen_color(hit: Hit, transfer: u32) -> vec3<f32> {
+    return select(hit.color, min(hit.color * MAX_GAIN, vec3(1.0)), transfer == TRANSFER_GAIN);
+}

@@ -1,0 +1,58 @@
+// What a point scatters, mirrors and emits to the eye. CPU twin: src/cpu/shading/mod.rs.
+
+import package::bind::uniform::picture_params;
+import package::records::light::{cluster_list, listed_light};
+import package::records::point::{
+    POINT_NONE, POINT_SHEET, POINT_SOLID, Point,
+};
+import package::shade::receive::{incoming, shadow};
+import package::shade::receiver::set_receiver;
+import package::shade::shading::{Gloss, PER_PI, highlight};
+import package::shade::surface::eye;
+
+const PER_TWO_PI: f32 = 0.15915494;
+
+// Share of the light from `toward` that a point of albedo 1 sends to the eye.
+fn scattered(point: Point, cosine: f32) -> f32 {
+    switch point.kind {
+        case POINT_SOLID: { return max(cosine, 0.0) * PER_PI; }
+        case POINT_SHEET: { return abs(cosine) * PER_PI; }
+        // Alike in all directions; smoke is thick enough to scatter more than once, so that it is
+        // half as bright as paper that faces the light.
+        default: { return PER_TWO_PI; }
+    }
+}
+
+fn ambient(point: Point) -> vec3<f32> {
+    let upright = point.kind == POINT_SOLID || point.kind == POINT_SHEET;
+    return picture_params.ambient * select(1.0, 0.85 + 0.15 * point.normal.y, upright);
+}
+
+fn point_light(point: Point) -> vec3<f32> {
+    let is_solid = point.kind == POINT_SOLID;
+    let shines = is_solid || point.kind == POINT_SHEET;
+    let gloss = Gloss(point.reflectivity, point.polish);
+    let to_eye = normalize(eye() - point.position);
+    let bias = picture_params.bias + point.reach;
+    let list = cluster_list(point.cluster);
+    let count = select(list.count, 0u, point.kind == POINT_NONE);
+    set_receiver(point.receives, point.tag);
+    var diffuse = ambient(point);
+    var shine = vec3(0.0);
+    for (var i = 0u; i < count; i += 1u) {
+        let light = listed_light(list, i);
+        let arriving = incoming(light, point.position);
+        let cosine = dot(point.normal, arriving.toward);
+        let side = dot(point.face, arriving.toward);
+        let is_behind = is_solid && !(cosine > 0.0 && side > 0.0);
+        if !is_behind && any(arriving.color > vec3(0.0)) {
+            // Off itself, on the light's side.
+            let face = point.face * select(-1.0, 1.0, side > 0.0);
+            let passed = arriving.color * shadow(light, point.position, face, arriving.toward, bias);
+            diffuse += passed * scattered(point, cosine);
+            let lobe = highlight(point.normal, arriving.toward, to_eye, point.roughness, gloss);
+            shine += select(vec3(0.0), passed * (cosine * lobe), shines && cosine > 0.0);
+        }
+    }
+    return point.emission + point.albedo * diffuse + shine;
+}

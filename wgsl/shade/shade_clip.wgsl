@@ -1,0 +1,43 @@
+// shade, clip: the tiles of each footprint that are in a band, where the picture has too many pairs
+// to be binned at a time. One invocation per footprint. Host: src/stage/shade.rs.
+
+import package::bind::loaded::rects;
+import package::bind::stored::clipped_rects;
+import package::bind::uniform::{band, point_batch};
+import package::records::record::record_texel;
+
+override WORKGROUP_SIZE: u32;
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn shade_clip(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+) {
+    let footprint = id.y * workgroups.x * WORKGROUP_SIZE + id.x;
+    if footprint >= point_batch.count {
+        return;
+    }
+    let rect = textureLoad(rects, record_texel(footprint)).rg;
+    let own_first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let own_last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    let first = max(own_first, band.origin);
+    let last = min(own_last, band.origin + band.size - 1u);
+    let has_mask = all(own_last - own_first < vec2(4u));
+    var mask = 0u;
+    if all(first <= last) && (rect.y & 0xffffu) != 0u {
+        mask = 0xffffu;
+        if all(last - first < vec2(4u)) {
+            mask = 0u;
+            for (var y = first.y; y <= last.y; y += 1u) {
+                for (var x = first.x; x <= last.x; x += 1u) {
+                    let own = (y - own_first.y) * 4u + x - own_first.x;
+                    let touches = !has_mask || ((rect.y >> (own & 15u)) & 1u) != 0u;
+                    mask |= select(0u, 1u << ((y - first.y) * 4u + x - first.x), touches);
+                }
+            }
+        }
+    }
+    let corners = first.x | (first.y << 8u) | (last.x << 16u) | (last.y << 24u);
+    let clipped = select(vec2(0u), vec2(corners, mask | (rect.y & 0xffff0000u)), mask != 0u);
+    textureStore(clipped_rects, record_texel(footprint), vec4(clipped, 0u, 0u));
+}

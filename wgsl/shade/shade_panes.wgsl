@@ -1,0 +1,67 @@
+// shade, panes: the two nearest panes of each pixel of a band, as points. One invocation per pixel.
+// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+
+import package::bind::loaded::footprints;
+import package::bind::sampled::layers;
+import package::bind::uniform::{band, materials, picture_params, views};
+import package::hit::caster_hit::{triangle_hit, triangle_weights};
+import package::records::light::cluster_of;
+import package::records::owner::owner_tag;
+import package::records::point::{POINT_SHEET, Point};
+import package::records::record::{FOOTPRINT_TEXELS, TRIANGLE_BIT, record_texel};
+import package::records::setup::setup_texel;
+import package::records::view::GpuView;
+import package::shade::band::band_pixel;
+import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, pane_of};
+import package::shade::pane::{mirrored_share, scattered_share, seen_color, sheet_gloss};
+import package::shade::shading::sky;
+import package::shade::store_point::store_point;
+import package::shade::surface::{eye, face_normal, toward, triangle_normal, world_point};
+import package::walk::lane::LANES;
+
+fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
+    let hit = triangle_hit(pane.setup, pixel);
+    let material = materials[hit.material];
+    let footprint = picture_params.first_setup + pane.setup;
+    let id = textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)).w;
+    let position = world_point(view, pixel, pane.depth);
+    let to_eye = normalize(eye() - position);
+    let weights = triangle_weights(pane.setup, pixel).xyz;
+    let normal = toward(to_eye, triangle_normal(id & ~TRIANGLE_BIT, weights));
+    let gloss = sheet_gloss(hit, material);
+    let mirror = mirrored_share(hit, material, pane.setup, to_eye);
+    let scattered = scattered_share(hit, material, true) * (1.0 - mirror);
+    return Point(
+        POINT_SHEET,
+        position,
+        toward(to_eye, face_normal(pane.setup)),
+        normal,
+        0.0,
+        cluster_of(pixel, pane.depth),
+        material.receives,
+        owner_tag(setup_texel(pane.setup, 6u).w),
+        scattered * seen_color(hit, material.transfer),
+        material.roughness,
+        gloss.reflectivity,
+        gloss.polish,
+        mirror * sky(reflect(-to_eye, normal)),
+    );
+}
+
+@compute @workgroup_size(LANES)
+fn shade_panes(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let view = views[0];
+    let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
+    for (var i = 0u; i < 2u; i += 1u) {
+        let pane = pane_of(textureLoad(layers, record_texel(at.index * LAYER_TEXELS + 2u + i), 0));
+        var point: Point;
+        if pane.depth < NOWHERE {
+            point = of_pane(view, vec2<f32>(at.pixel) + 0.5, pane);
+        }
+        store_point((1u + i) * band.pixel_count + at.index, point);
+    }
+}
