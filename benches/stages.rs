@@ -8,7 +8,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
     glam::{UVec2, Vec3},
     gpu::Gpu,
-    model::{Bounds, Light, LightKind, Material, Particle},
+    model::{Bounds, Casters, Light, LightKind, Material, Particle},
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     reference::{self, Pair, project::ProjectParams},
     shadows::{
@@ -195,8 +195,12 @@ fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
         for count in COUNTS {
             let particles = particles(count, footprint);
             let materials = [Material::default()];
-            let casters = CasterSet::new(device, queue, &particles, &[], &materials, &[])
-                .expect("the casters fit");
+            let casters = CasterSet::new(
+                device,
+                queue,
+                &Casters { particles: &particles, materials: &materials, ..Casters::default() },
+            )
+            .expect("the casters fit");
             let prepared = pipeline
                 .prepare(device, queue, &casters, &[view()], None)
                 .expect("the device has room");

@@ -5,7 +5,7 @@ mod measure;
 use gobo::{
     glam::{Mat4, UVec2},
     gpu::{Gpu, Timeline},
-    model::{Material, Part, Pattern, Projection, Transfer, View},
+    model::{Casters, Material, Part, Pattern, Projection, Transfer, View},
     shadows::{CasterSet, Config, Pipeline},
     wgpu,
 };
@@ -98,7 +98,11 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
     let mut frames = |transfer: Transfer, count: u32| -> Result<_, Box<dyn std::error::Error>> {
         let material = Material { transfer, ..measure::duplicated() };
         let particles = measure::duplicates(count);
-        let casters = CasterSet::new(&gpu.device, &gpu.queue, &particles, &[], &[material], &[])?;
+        let casters = CasterSet::new(
+            &gpu.device,
+            &gpu.queue,
+            &Casters { particles: &particles, materials: &[material], ..Casters::default() },
+        )?;
         let pairs = Some(count.saturating_mul(120).max(1 << 16));
         let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &[view()], pairs)?;
         let frame = |pipeline: &mut Pipeline| -> Result<f64, Box<dyn std::error::Error>> {

@@ -2,11 +2,9 @@
 //!
 //! `cargo run --example embed`
 use gobo::{
+    Bounds, Casters, Gpu, Light, Material, Particle, ShadowSettings, Shadows,
     glam::{Vec3, Vec4},
-    gpu::{Gpu, Timeline},
-    model::{Bounds, Light, LightKind, Material, Particle},
-    shadows::{CasterSet, Config, Pipeline},
-    view::light_views,
+    light_views,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,43 +14,40 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // A row of red discs above the origin.
     let materials = [Material { tint: Vec4::new(1.0, 0.2, 0.1, 0.5), ..Material::default() }];
-    let particles: Vec<Particle> = (0..1000u32)
+    let mut particles: Vec<Particle> = (0..1000_u32)
         .map(|id| Particle {
             center: Vec3::new(id as f32 * 0.002 - 1.0, 1.0, 0.0),
-            radius: 0.1,
-            color: Vec4::ONE,
-            rotation: 0.0,
-            material: 0,
             id,
+            ..Particle::default()
         })
         .collect();
-    let sun = Light {
-        name: "sun".to_owned(),
-        kind: LightKind::Directional { direction: Vec3::NEG_Y },
-        color: Vec3::ONE,
-        intensity: 3.0,
-        near: None,
-        far: None,
-        size: None,
-        casts: true,
-        cascades: None,
-        shadows: Vec::new(),
-        shafts: true,
-    };
-    let bounds = Bounds { min: Vec3::new(-1.2, 0.0, -1.2), max: Vec3::new(1.2, 1.2, 1.2) };
+    let sun = Light { intensity: 3.0, ..Light::directional(Vec3::NEG_Y) };
+    let bounds = Bounds { min: Vec3::new(-1.2, 0.0, -1.2), max: Vec3::new(1.2, 1.5, 1.2) };
     let views = light_views(0, &sun, 512, None, &bounds);
+    let settings = ShadowSettings::default();
 
-    // Once, or when casters change: uploads and allocates.
-    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter))?;
-    let casters = CasterSet::new(device, queue, &particles, &[], &materials, &[])?;
-    let prepared = pipeline.prepare(device, queue, &casters, &views, None)?;
+    let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
+    for frame in 0..3 {
+        // Uploads what has changed, and allocates where something is new.
+        particles[0].center.y += 0.1;
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        let prepared = shadows.prepare(&casters, &views, &settings)?;
 
-    // Every frame: records only; the host submits.
-    let mut encoder = device.create_command_encoder(&Default::default());
-    prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
-    queue.submit([encoder.finish()]);
+        // Records only; the host submits.
+        let mut encoder = device.create_command_encoder(&Default::default());
+        prepared.record(&mut encoder);
+        queue.submit([encoder.finish()]);
 
-    let maps = &prepared.maps;
-    println!("filters {:?}, {} bytes in all", maps.filters.size(), prepared.memory.total());
+        // Waits for the device: a host asks now and then, or not at all.
+        let counters = prepared.counters()?;
+        println!(
+            "frame {frame}: {} pairs, maps of {:?}, {} bytes in all",
+            counters.pairs,
+            prepared.maps().filters.size(),
+            prepared.memory().total()
+        );
+        shadows.grow_from(counters);
+    }
     Ok(())
 }

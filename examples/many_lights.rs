@@ -28,8 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gpu = Gpu::headless()?;
     let (device, queue) = (&gpu.device, &gpu.queue);
     let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter))?;
-    let gobo::scene::Scene { particles, triangles, materials, textures, .. } = &scene;
-    let casters = CasterSet::new(device, queue, particles, triangles, materials, textures)?;
+    let casters = CasterSet::new(device, queue, &scene.casters())?;
     let views = shadow_views(&scene);
     let prepared = pipeline.prepare(device, queue, &casters, &views, None)?;
     let mut encoder = device.create_command_encoder(&Default::default());

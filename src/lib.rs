@@ -1,23 +1,86 @@
 //! Coloured translucent shadows by compute shaders alone.
 //!
-//! Casters (particles, glass, puffs) filter the light of many lights. Every shadow texel knows the
-//! opaque depth, the product of the filters and the nearest translucent depth. The pipeline is a
-//! list of stages; each is a kernel in `wgsl/`, its host side in [`stage`] and its plain twin in
-//! [`reference`].
-pub mod error;
+//! Casters (particles, glass, puffs) filter the light of many lights. Every texel of a shadow map
+//! knows the opaque depth, the product of the filters and the nearest translucent depth, and where
+//! asked the light as a function of depth. There is no raster pass and no blending hardware.
+//!
+//! The library is a guest: a host brings device, queue and encoder. [`Shadows::prepare`] uploads
+//! what has changed and allocates, [`Prepared::record`] only records, and nothing submits or waits
+//! but [`Prepared::counters`]. World space is right-handed with y up, in metres; colours are linear.
+//!
+#![cfg_attr(feature = "device", doc = "```")]
+#![cfg_attr(not(feature = "device"), doc = "```ignore")]
+//! use gobo::glam::{Vec3, Vec4};
+//! use gobo::{Bounds, Casters, Light, Material, Particle, Receiver, ShadowSettings, Shadows};
+//!
+//! # let gpu = gobo::Gpu::headless()?;
+//! # let (device, queue, adapter_info) = (&gpu.device, &gpu.queue, &gpu.adapter);
+//! // Five panes of smoke above each other, under a lamp.
+//! let materials = [Material { tint: Vec4::new(0.6, 0.7, 0.9, 0.4), ..Material::default() }];
+//! let particles: Vec<_> = (0..5_u8)
+//!     .map(|i| Particle { center: Vec3::Y * f32::from(i), radius: 0.5, ..Particle::default() })
+//!     .collect();
+//! let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
+//! let lamp = Light::spot(Vec3::Y * 8.0, Vec3::NEG_Y, 0.6);
+//! let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::new(1.0, 5.0, 1.0) };
+//! let views = gobo::light_views(0, &lamp, 128, None, &bounds);
+//!
+//! let mut shadows = Shadows::new(device, queue, adapter_info)?;
+//! let settings = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..Default::default() };
+//! let prepared = shadows.prepare(&casters, &views, &settings)?;
+//! let mut encoder = device.create_command_encoder(&Default::default());
+//! prepared.record(&mut encoder);
+//! queue.submit([encoder.finish()]);
+//!
+//! let counters = prepared.counters()?;
+//! assert_eq!(counters.visible, 5);
+//! shadows.grow_from(counters);
+//! let maps = prepared.maps(); // textures, and the rectangle of each view in them
+//! assert_eq!(maps.nodes, 8);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What a texel holds and how a receiver reads it is in `docs/pipeline.md`.
+//!
+//! # Features
+//! - `scene`: scene files, glTF, PLY and CSV (module `scene`).
+//! - `picture`: the lit picture of a `Scene` (`Renderer`).
+//! - `device`: opens adapters by itself (`Gpu`).
+//! - `cli`: the program `gobo`; with the others, on by default.
+#![warn(missing_docs)]
+
+#[doc(hidden)]
 pub mod gpu;
 pub mod model;
 #[cfg(feature = "picture")]
+#[doc(hidden)]
 pub mod picture;
+#[doc(hidden)]
 pub mod records;
+#[doc(hidden)]
 pub mod reference;
 #[cfg(feature = "picture")]
 pub mod render;
 #[cfg(feature = "scene")]
 pub mod scene;
+#[doc(hidden)]
 pub mod shadows;
+#[doc(hidden)]
 pub mod stage;
+#[doc(hidden)]
 pub mod view;
 
 pub use glam;
+#[doc(hidden)]
+pub use gpu::error;
+pub use gpu::{Gpu, Memory, Timeline, error::Error};
+pub use model::{
+    Bounds, Camera, Cascades, Casters, Counters, Light, LightKind, Material, Part, Particle,
+    Pattern, Profile, Projection, Receiver, Receives, Scene, Shadow, ShadowSettings, Shape,
+    Texture, Transfer, Triangle, View,
+};
+#[cfg(feature = "picture")]
+pub use render::{Frame, RenderOptions, Renderer};
+pub use shadows::{Maps, Prepared, Shadows};
+pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

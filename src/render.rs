@@ -1,16 +1,17 @@
 //! Scenes to frames, on a GPU or on the CPU.
+#[cfg(feature = "device")]
+use crate::gpu::{Backend, Selection};
 use crate::{
     error::Error,
-    gpu::{Backend, Gpu, Selection, Timeline},
-    model::Scene,
-    model::{Class, Counters, View},
+    gpu::{Gpu, Timeline},
+    model::{Counters, Scene, View},
     picture::{
-        PictureRoom,
+        PictureRoom, PreparedPicture,
         debug::{self, DebugMode},
     },
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
+    shadows::{Config, Maps, Prepared, Shadows},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views},
 };
@@ -19,11 +20,13 @@ use half::f16;
 /// One frame's results and what they cost.
 #[derive(Clone, Debug)]
 pub struct Frame {
+    /// What the camera sees.
     pub picture: Picture,
     /// Those that were asked for.
     pub debug: Vec<(DebugMode, Picture)>,
     /// Empty unless maps were asked for.
     pub maps: Vec<ViewMaps>,
+    /// What the frame counted.
     pub counters: Counters,
     /// Stage and its time [ms], in order.
     pub stages: Vec<(&'static str, f64)>,
@@ -31,11 +34,24 @@ pub struct Frame {
     pub memory: Vec<(&'static str, u64)>,
 }
 
+/// What a frame yields beside the picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RenderOptions<'a> {
+    /// The views' maps, read back.
+    pub maps: bool,
+    /// The maps stay on the device for the next frame, which then renders only the views that see
+    /// a change. The twin renders all views in any case.
+    pub keep: bool,
+    /// The picture's linear light, before exposure and tone curve; that of the twin is there always.
+    pub light: bool,
+    /// What else is shown. The CPU twin has none of it.
+    pub debug: &'a [DebugMode],
+}
+
 /// Renders scenes on one device.
 #[derive(Debug)]
 pub struct Renderer {
     engine: Engine,
-    debug: Vec<DebugMode>,
 }
 
 #[derive(Debug)]
@@ -47,20 +63,16 @@ enum Engine {
 #[derive(Debug)]
 struct GpuEngine {
     gpu: Gpu,
-    pipeline: Pipeline,
+    shadows: Shadows,
     timeline: Timeline,
-    keep: bool,
-    /// Whether pictures keep their linear light.
-    linear: bool,
-    /// Of the frame before, where its maps are kept.
-    kept: Option<(CasterSet, Prepared)>,
 }
 
 impl Renderer {
     /// `adapter`: part of the adapter's name; case does not matter.
+    #[cfg(feature = "device")]
     pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
         if backend == Backend::Cpu {
-            return Ok(Self { engine: Engine::Cpu, debug: Vec::new() });
+            return Ok(Self::on_cpu());
         }
         let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
         Self::on(Gpu::new(&selection)?)
@@ -68,44 +80,27 @@ impl Renderer {
 
     /// On a device that is already open.
     pub fn on(gpu: Gpu) -> Result<Self, Error> {
-        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
+        let config = Config::new(gpu.tier, &gpu.adapter);
+        let shadows = Shadows::with(&gpu.device, &gpu.queue, config)?;
         // A software adapter stamps when it records, not when the work is done.
         let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
             Timeline::stepped(&gpu.device, &gpu.queue)
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        let engine =
-            Engine::Gpu(Box::new(GpuEngine {
-            gpu,
-            pipeline,
-            timeline,
-            keep: false,
-            linear: false,
-            kept: None,
-        }));
-        Ok(Self { engine, debug: Vec::new() })
+        Ok(Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, shadows, timeline })) })
     }
 
-    /// Whether the maps of a frame stay for the next one, which then renders only the views that
-    /// see a change. Off at first; the twin renders all views in any case.
-    pub fn keep_maps(&mut self, keep: bool) {
+    /// Without any device, by the plain twins of the kernels.
+    pub fn on_cpu() -> Self {
+        Self { engine: Engine::Cpu }
+    }
+
+    /// Gives what was kept for the next frame back to the device.
+    pub fn forget(&mut self) {
         if let Engine::Gpu(engine) = &mut self.engine {
-            engine.keep = keep;
-            engine.kept = None;
+            engine.shadows.forget();
         }
-    }
-
-    /// Whether the next pictures keep their linear light too; those of the twin always do.
-    pub fn set_linear(&mut self, linear: bool) {
-        if let Engine::Gpu(engine) = &mut self.engine {
-            engine.linear = linear;
-        }
-    }
-
-    /// What the next frames show beside the picture. The CPU twin has none of it.
-    pub fn set_debug(&mut self, modes: &[DebugMode]) {
-        self.debug = modes.to_vec();
     }
 
     /// What renders, for people.
@@ -119,34 +114,19 @@ impl Renderer {
         }
     }
 
-    /// For tests: whether groups behind opaque surfaces are left out, which changes no bit.
-    pub fn set_hide(&mut self, hide: bool) {
+    /// For tests and measurements: what the next frames are prepared with.
+    #[doc(hidden)]
+    pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
         if let Engine::Gpu(engine) = &mut self.engine {
-            engine.pipeline.set_hide(hide);
+            engine.shadows.configure(change);
         }
     }
 
-    /// For tests: whether soft discs wait in a queue ([`Config::queued`]) where they may, which
-    /// changes no bit.
-    pub fn set_queued(&mut self, queued: bool) {
-        if let Engine::Gpu(engine) = &mut self.engine {
-            engine.pipeline.set_queued(queued);
-        }
-    }
-
-    /// Whether particles of at most 2x2 texels skip sort and bin; what is usual depends on the
-    /// adapter ([`Config::scatter_tiny`]). The CPU twin has one path only.
-    pub fn set_scatter_tiny(&mut self, scatter: bool) {
-        if let Engine::Gpu(engine) = &mut self.engine {
-            engine.pipeline.set_scatter_tiny(scatter);
-        }
-    }
-
-    /// One frame. The views' maps are read back only with `maps`.
-    pub fn render(&mut self, scene: &Scene, maps: bool) -> Result<Frame, Error> {
+    /// One frame.
+    pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         match &mut self.engine {
-            Engine::Gpu(engine) => engine.render(scene, maps, &self.debug),
-            Engine::Cpu => Ok(render_on_cpu(scene, maps)),
+            Engine::Gpu(engine) => engine.render(scene, options),
+            Engine::Cpu => Ok(render_on_cpu(scene, options.maps)),
         }
     }
 }
@@ -169,139 +149,138 @@ fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
     }
 }
 
+/// What a frame's picture and its heat maps are made from.
+struct Lit<'a> {
+    scene: &'a Scene,
+    views: &'a [View],
+    maps: &'a Maps,
+}
+
 impl GpuEngine {
-    fn render(
-        &mut self,
-        scene: &Scene,
-        with_maps: bool,
-        debug: &[DebugMode],
-    ) -> Result<Frame, Error> {
-        let Self { gpu, pipeline, timeline, keep, linear, kept } = self;
-        let (views, shrunk) = fitted_views(scene, &AtlasLimits::of(&gpu.device.limits()));
-        let budget = scene.shadow.pair_budget.min(pair_limit(&gpu.device));
-        pipeline.set_pair_budget(budget);
-        pipeline.set_soften(scene.shadow.soften);
-        pipeline.set_colored(scene.shadow.colored);
-        pipeline.set_nodes(scene.shadow.curve_nodes());
-        let Scene { particles, triangles, materials, textures, .. } = scene;
-        let (casters, mut earlier) = kept.take().unzip();
-        let casters = casters.and_then(|mut casters| {
-            casters.update(&gpu.queue, particles, triangles, materials, textures).then_some(casters)
-        });
-        let casters = match casters {
-            Some(casters) => casters,
-            None => {
-                CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures)?
-            }
+    fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
+        let limits = AtlasLimits::of(&self.gpu.device.limits());
+        let (views, shrunk) = fitted_views(scene, &limits);
+        let (prepared, counted) = self.shade_maps(scene, &views)?;
+        let mut stages = self.timeline.read(&self.gpu.device);
+        let maps = if options.maps {
+            let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
+            read_maps(&self.gpu, prepared.maps(), &views, owners)?
+        } else {
+            Vec::new()
         };
-        let mut pairs = None;
-        let (prepared, opaque, translucent, mut stages) = loop {
-            let (device, queue) = (&gpu.device, &gpu.queue);
-            let mut prepared = match earlier.take() {
-                Some(earlier) => {
-                    pipeline.prepare_again(device, queue, &casters, &views, pairs, earlier)?
-                }
-                None => pipeline.prepare(device, queue, &casters, &views, pairs)?,
-            };
-            submit(gpu, timeline, |encoder, timeline| {
-                prepared.record(pipeline.kernels(), encoder, timeline);
-            });
-            let (opaque, translucent) = prepared.read_counters(&gpu.device, &gpu.queue)?;
-            gpu.check()?;
-            let needed = opaque.pairs_needed.max(translucent.pairs_needed);
-            let room = prepared.pair_capacity();
-            if needed <= room || room >= budget {
-                break (prepared, opaque, translucent, timeline.read(&gpu.device));
-            }
-            pairs = Some(needed);
-            prepared.forget();
-            earlier = Some(prepared);
-        };
-        let maps =
-            if with_maps { read_maps(gpu, &prepared, &views, casters.owners)? } else { Vec::new() };
-        let mut memory = prepared.memory.clone();
-        let mut room = PictureRoom::default();
-        let mut overflowed = 0;
-        let prepared_picture = loop {
-            let picture = pipeline.prepare_picture(
-                &gpu.device,
-                &gpu.queue,
-                &casters,
-                scene,
-                &views,
-                &prepared.maps,
-                room,
-            )?;
-            submit(gpu, timeline, |encoder, timeline| {
-                picture.record(pipeline.kernels(), encoder, timeline);
-            });
-            let Some(needs) = picture.needs(gpu, budget)? else { break picture };
-            // Of the most that the budget allows at a time.
-            if overflowed == 0 && needs.is_in_parts() {
-                let [solid, clear] = picture.read_counters(gpu)?;
-                overflowed = u64::from(solid.overflowed + clear.overflowed);
-            }
-            room = needs;
-        };
-        let of_picture: f64 = timeline.read(&gpu.device).iter().map(|(_, ms)| ms).sum();
+        let lit = Lit { scene, views: &views, maps: prepared.maps() };
+        let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
+        let (shown, room, overflowed) = self.shade_whole_picture(&lit, budget)?;
+        let of_picture: f64 = self.timeline.read(&self.gpu.device).iter().map(|(_, ms)| ms).sum();
         stages.push(("picture", of_picture));
-        for &(name, bytes) in &prepared_picture.memory.0 {
+        let mut memory = prepared.memory().clone();
+        for &(name, bytes) in &shown.memory.0 {
             memory.add(name, bytes);
         }
-        let mut picture = prepared_picture.read(gpu)?;
-        if *linear {
-            let radiance = prepared_picture.read_radiance(gpu)?;
+        let mut picture = shown.read(&self.gpu)?;
+        if options.light {
+            let radiance = shown.read_radiance(&self.gpu)?;
             picture.light = radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         }
-        let clusters = prepared_picture.read_cluster_counters(gpu)?;
-        let mut shown = Vec::new();
-        for &mode in debug {
-            let image = match mode {
-                DebugMode::Clusters => debug::clusters(gpu, &prepared_picture, scene, &picture)?,
-                DebugMode::Cascades => {
-                    debug::cascades(gpu, &prepared_picture, scene, &views, &picture)?
-                }
-                DebugMode::Atlas => debug::atlas(gpu, &prepared.maps, &views)?,
-                DebugMode::Cost => {
-                    pipeline.set_count_cost(true);
-                    let costs = pipeline.prepare_picture(
-                        &gpu.device,
-                        &gpu.queue,
-                        &casters,
-                        scene,
-                        &views,
-                        &prepared.maps,
-                        room,
-                    );
-                    pipeline.set_count_cost(false);
-                    let costs = costs?;
-                    submit(gpu, timeline, |encoder, timeline| {
-                        costs.record(pipeline.kernels(), encoder, timeline);
-                    });
-                    debug::cost(&picture, &costs.read_costs(gpu)?)
-                }
-            };
-            shown.push((mode, image));
+        let clusters = shown.read_cluster_counters(&self.gpu)?;
+        let debug = options
+            .debug
+            .iter()
+            .map(|&mode| Ok((mode, self.shade_debug(mode, &lit, &shown, &picture, room)?)))
+            .collect::<Result<_, Error>>()?;
+        self.gpu.check()?;
+        if !options.keep {
+            self.shadows.forget();
         }
-        gpu.check()?;
-        let of_maps = counters(scene, &opaque, &translucent);
         let counters = Counters {
-            views_rendered: prepared.rendered_count() as u64,
-            views_kept: (prepared.view_count() - prepared.rendered_count()) as u64,
-            culled: prepared.culled_count(),
-            hidden: prepared.hidden_count(),
-            unordered: u64::from(translucent.overflowed)
-                * u64::from(casters.span(Class::FILTERING).features.over),
             shrunk: shrunk as u64,
             cluster_lights: clusters.needed.into(),
             clusters_overflowed: clusters.overflowed.into(),
-            overflowed: of_maps.overflowed + overflowed,
-            ..of_maps
+            overflowed: counted.overflowed + overflowed,
+            skipped: scene.skipped.clone(),
+            ..counted
         };
-        if *keep {
-            *kept = Some((casters, prepared));
+        Ok(Frame { picture, debug, maps, counters, stages, memory: memory.0 })
+    }
+
+    /// Renders the maps until their pairs fit.
+    fn shade_maps(&mut self, scene: &Scene, views: &[View]) -> Result<(Prepared, Counters), Error> {
+        let casters = scene.casters();
+        loop {
+            let prepared = self.shadows.prepare(&casters, views, &scene.shadow)?;
+            submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
+                prepared.record_timed(encoder, timeline);
+            });
+            let counters = prepared.counters()?;
+            self.gpu.check()?;
+            if !self.shadows.grow_from(counters.clone()) {
+                return Ok((prepared, counters));
+            }
         }
-        Ok(Frame { picture, debug: shown, maps, counters, stages, memory: memory.0 })
+    }
+
+    /// The picture once nothing is missing, what it then was prepared for, and how many casters
+    /// did not fit at a time.
+    fn shade_whole_picture(
+        &mut self,
+        lit: &Lit<'_>,
+        budget: u32,
+    ) -> Result<(PreparedPicture, PictureRoom, u64), Error> {
+        let mut room = PictureRoom::default();
+        let mut overflowed = 0;
+        loop {
+            let picture = self.shade_picture(lit, room)?;
+            let Some(needs) = picture.needs(&self.gpu, budget)? else {
+                return Ok((picture, room, overflowed));
+            };
+            // Of the most that the budget allows at a time.
+            if overflowed == 0 && needs.is_in_parts() {
+                let [solid, clear] = picture.read_counters(&self.gpu)?;
+                overflowed = u64::from(solid.overflowed + clear.overflowed);
+            }
+            room = needs;
+        }
+    }
+
+    fn shade_picture(
+        &mut self,
+        lit: &Lit<'_>,
+        room: PictureRoom,
+    ) -> Result<PreparedPicture, Error> {
+        let Self { gpu, shadows, timeline } = self;
+        let &Lit { scene, views, maps } = lit;
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        shadows.with_casters(|pipeline, casters| {
+            let picture =
+                pipeline.prepare_picture(device, queue, casters, scene, views, maps, room)?;
+            submit(gpu, timeline, |encoder, timeline| {
+                picture.record(pipeline.kernels(), encoder, timeline);
+            });
+            Ok(picture)
+        })
+    }
+
+    /// What `mode` shows of a picture.
+    fn shade_debug(
+        &mut self,
+        mode: DebugMode,
+        lit: &Lit<'_>,
+        shown: &PreparedPicture,
+        picture: &Picture,
+        room: PictureRoom,
+    ) -> Result<Picture, Error> {
+        let &Lit { scene, views, maps } = lit;
+        match mode {
+            DebugMode::Clusters => debug::clusters(&self.gpu, shown, scene, picture),
+            DebugMode::Cascades => debug::cascades(&self.gpu, shown, scene, views, picture),
+            DebugMode::Atlas => debug::atlas(&self.gpu, maps, views),
+            DebugMode::Cost => {
+                self.shadows.configure(|config| config.count_cost = true);
+                let costs = self.shade_picture(lit, room);
+                self.shadows.configure(|config| config.count_cost = false);
+                Ok(debug::cost(picture, &costs?.read_costs(&self.gpu)?))
+            }
+        }
     }
 }
 
@@ -318,28 +297,7 @@ fn submit(
     gpu.queue.submit([encoder.finish()]);
 }
 
-fn counters(scene: &Scene, opaque: &ListCounters, translucent: &ListCounters) -> Counters {
-    let sum = |of: fn(&ListCounters) -> u32| u64::from(of(opaque)) + u64::from(of(translucent));
-    Counters {
-        casters: (scene.particles.len() + scene.triangles.len()) as u64,
-        visible: sum(|c| c.visible + c.scattered),
-        pairs: sum(|c| c.pair_count),
-        segments: sum(|c| c.segment_count),
-        scattered: sum(|c| c.scattered + c.overflowed),
-        overflowed: sum(|c| c.overflowed),
-        disordered: sum(|c| c.disordered),
-        skipped: scene.skipped.clone(),
-        ..Counters::default()
-    }
-}
-
-fn read_maps(
-    gpu: &Gpu,
-    prepared: &Prepared,
-    views: &[View],
-    owners: bool,
-) -> Result<Vec<ViewMaps>, Error> {
-    let maps = &prepared.maps;
+fn read_maps(gpu: &Gpu, maps: &Maps, views: &[View], owners: bool) -> Result<Vec<ViewMaps>, Error> {
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;

@@ -14,10 +14,10 @@ use fearless_simd::Level;
 use gobo::{
     glam::UVec2,
     gpu::{Gpu, Timeline},
-    model::Material,
+    model::{Casters, Material},
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     reference::{self, Pair, project::ProjectParams},
-    shadows::{CasterSet, Config, Pipeline, Prepared, cull::order},
+    shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},
     stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
     wgpu,
 };
@@ -130,7 +130,7 @@ fn level() -> Level {
 }
 
 /// The maps that the kernels left.
-fn kernel_map(gpu: &Gpu, prepared: &Prepared) -> Vec<Texel> {
+fn kernel_map(gpu: &Gpu, prepared: &PreparedMaps) -> Vec<Texel> {
     let filters: Vec<[u16; 4]> = gpu.read_texture(&prepared.maps.filters);
     let nearests: Vec<f32> = gpu.read_texture(&prepared.maps.nearests);
     let texel = |(filter, &depth): (&[u16; 4], &f32)| {
@@ -164,8 +164,12 @@ fn compare_accumulate(gpu: &Gpu) {
             .collect();
         let lists = lists(&uploaded);
         let Gpu { device, queue, .. } = gpu;
-        let casters = CasterSet::new(device, queue, &particles, &[], &materials, &[])
-            .expect("the casters fit");
+        let casters = CasterSet::new(
+            device,
+            queue,
+            &Casters { particles: &particles, materials: &materials, ..Casters::default() },
+        )
+        .expect("the casters fit");
         let room = lists.pairs.len() as u32;
         let prepared = pipeline
             .prepare(device, queue, &casters, &[view()], Some(room))

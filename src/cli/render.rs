@@ -4,7 +4,7 @@ use gobo::{
     gpu::Backend,
     model::Counters,
     records::Picture,
-    render::{Frame, Renderer},
+    render::{Frame, RenderOptions, Renderer},
     scene::{self, Scene},
 };
 use image::{DynamicImage, RgbImage};
@@ -40,15 +40,19 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
                        is the ground of the scene file";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let mut options = scene::LoadOptions::default();
-    options.set.clone_from(&arguments.set);
-    options.ground = !arguments.no_ground;
-    let mut scene = scene::load_as(&arguments.scene, &options)?;
+    let mut load = scene::LoadOptions::default();
+    load.set.clone_from(&arguments.set);
+    load.ground = !arguments.no_ground;
+    let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
-    renderer.keep_maps(true);
-    renderer.set_debug(&arguments.debug());
-    renderer.set_linear(arguments.exr);
+    let debug = arguments.debug();
+    let options = RenderOptions {
+        maps: arguments.maps,
+        keep: true,
+        light: arguments.exr,
+        debug: &debug,
+    };
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
@@ -58,7 +62,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
         scene.set_time(f64::from(index) / Scene::FRAME_RATE);
-        let frame = renderer.render(&scene, arguments.maps)?;
+        let frame = renderer.render(&scene, &options)?;
         shrunk = shrunk.max(frame.counters.shrunk);
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
         if arguments.maps {

@@ -140,8 +140,13 @@ pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
     if let Some(format) = STORAGE_FORMATS.iter().find(|format| !is_written(format)) {
         return Some(Error::Lacks(format!("storage textures of {format:?}")));
     }
+    missed_limit(&adapter.limits())
+}
+
+/// The first of WebGPU's limits that these miss.
+pub(crate) fn missed_limit(limits: &Limits) -> Option<Error> {
     let mut missed = None;
-    Limits::default().check_limits_with_fail_fn(&adapter.limits(), true, |limit, need, have| {
+    Limits::default().check_limits_with_fail_fn(limits, true, |limit, need, have| {
         missed = Some(Error::Limit { limit, have, need, remedy: "choose another adapter" });
     });
     missed

@@ -2,6 +2,7 @@
 mod adapter;
 mod allocate;
 mod context;
+pub mod error;
 mod kernel;
 mod link;
 #[cfg(feature = "device")]
@@ -10,6 +11,7 @@ mod resource;
 mod timing;
 mod transfer;
 
+pub(crate) use adapter::missed_limit;
 pub use adapter::{
     Backend, FETCH_FEATURES, NATIVE_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming,
 };

@@ -4,18 +4,23 @@ use glam::Vec3;
 /// An axis-aligned box, world space [m]; empty while `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
+    /// Lowest coordinates [m].
     pub min: Vec3,
+    /// Highest coordinates [m].
     pub max: Vec3,
 }
 
 impl Bounds {
+    /// Around nothing.
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
+    /// Around a sphere as well [m].
     #[must_use]
     pub fn with_sphere(self, center: Vec3, radius: f32) -> Self {
         Self { min: self.min.min(center - radius), max: self.max.max(center + radius) }
     }
 
+    /// Whether nothing is in it.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
@@ -26,6 +31,7 @@ impl Bounds {
         if self.is_empty() { Self::EMPTY.with_sphere(Vec3::ZERO, 1.0) } else { *self }
     }
 
+    /// Its middle [m].
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
@@ -41,6 +47,7 @@ impl Bounds {
         edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
     }
 
+    /// Its eight corners [m].
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             Vec3::new(

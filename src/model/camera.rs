@@ -8,6 +8,7 @@ pub struct Camera {
     pub eye: Vec3,
     /// World space [m].
     pub target: Vec3,
+    /// Upwards in the picture, about; world space.
     pub up: Vec3,
     /// Vertical field of view [radians].
     pub fov_y: f32,

@@ -88,13 +88,17 @@ pub enum Receives {
 /// What the casters of one kind share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
+    /// For people.
     pub name: String,
+    /// What a hit does to the light.
     pub transfer: Transfer,
+    /// Of its particles.
     pub shape: Shape,
+    /// Of its discs.
     pub profile: Profile,
     /// Linear rgba. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
-    /// Index into [`crate::scene::Scene::textures`].
+    /// Index into [`crate::model::Scene::textures`].
     pub texture: Option<u32>,
     /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1.
     pub reflectivity: f32,
@@ -185,10 +189,24 @@ pub struct Particle {
     pub color: Vec4,
     /// Of a quad about the ray from the light [radians].
     pub rotation: f32,
-    /// Index into [`crate::scene::Scene::materials`].
+    /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
     /// Decorrelates dither patterns; unique where the file gives it.
     pub id: u32,
+}
+
+impl Default for Particle {
+    /// White, of a decimetre, at the origin.
+    fn default() -> Self {
+        Self {
+            center: Vec3::ZERO,
+            radius: 0.1,
+            color: Vec4::ONE,
+            rotation: 0.0,
+            material: 0,
+            id: 0,
+        }
+    }
 }
 
 /// A triangle of a mesh, two-sided.
@@ -200,7 +218,7 @@ pub struct Triangle {
     pub normals: [Vec3; 3],
     /// Row 0 of the texture at v = 0.
     pub uvs: [Vec2; 3],
-    /// Index into [`crate::scene::Scene::materials`].
+    /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
     /// Decorrelates dither patterns: one per object.
     pub id: u32,
@@ -209,6 +227,7 @@ pub struct Triangle {
 /// An image that materials sample, bilinear and repeating.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
+    /// For people.
     pub name: String,
     /// [texels]
     pub width: u32,
@@ -216,4 +235,18 @@ pub struct Texture {
     pub height: u32,
     /// `width * height` rgba bytes, rows from the top; rgb is sRGB, alpha is linear.
     pub rgba: Vec<u8>,
+}
+
+/// What casts, in world space. Particles and triangles name their material by its index, and
+/// materials their texture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Casters<'a> {
+    /// Discs, quads and puffs.
+    pub particles: &'a [Particle],
+    /// Of meshes.
+    pub triangles: &'a [Triangle],
+    /// At most 512.
+    pub materials: &'a [Material],
+    /// What materials sample.
+    pub textures: &'a [Texture],
 }

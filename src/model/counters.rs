@@ -40,6 +40,13 @@ pub struct Counters {
     pub unordered: u64,
     /// Maps that are smaller than they should be, for lack of room in the atlas.
     pub shrunk: u64,
+    /// Pairs of the batch that has the most.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    pub pairs_needed: u32,
+    /// Pairs that a batch had room for: casters past that were scattered. `Shadows::grow_from` makes
+    /// room for them.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    pub pair_room: u32,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

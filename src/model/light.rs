@@ -4,12 +4,25 @@ use glam::Vec3;
 /// Where a light is and where it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Parallel rays that travel along `direction` (unit, world space).
-    Directional { direction: Vec3 },
-    /// A cone: `angle` is the whole cone [radians].
-    Spot { position: Vec3, direction: Vec3, angle: f32 },
+    /// Parallel rays.
+    Directional {
+        /// Unit, world space.
+        direction: Vec3,
+    },
+    /// A cone.
+    Spot {
+        /// World space [m].
+        position: Vec3,
+        /// Of travel along the axis: unit, world space.
+        direction: Vec3,
+        /// The whole cone [radians].
+        angle: f32,
+    },
     /// All around.
-    Point { position: Vec3 },
+    Point {
+        /// World space [m].
+        position: Vec3,
+    },
 }
 
 /// Shadow maps of a directional light that follow the camera: fine near it, coarse far from it.
@@ -49,8 +62,9 @@ pub struct Shadow {
     /// From where the shadow is seen: standard maps for a direction or a cone, a cube map for a
     /// point.
     pub kind: LightKind,
-    /// First and last depth of its views [m]; chosen from the bounds when `None`.
+    /// First depth of its views [m]; chosen from the bounds when `None`.
     pub near: Option<f32>,
+    /// Last depth of its views [m]; chosen from the bounds when `None`.
     pub far: Option<f32>,
     /// Of each view's map [texels]; chosen when `None`.
     pub size: Option<u32>,
@@ -58,18 +72,22 @@ pub struct Shadow {
     pub cascades: Option<Cascades>,
 }
 
+/// A light and its shadows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
+    /// For people and file names.
     pub name: String,
+    /// Where it is and where it shines.
     pub kind: LightKind,
     /// Linear rgb.
     pub color: Vec3,
     /// Irradiance of a directional light at normal incidence; intensity of the others, which falls
     /// off with the square of the distance [m].
     pub intensity: f32,
-    /// First and last depth of the shadow views [m]; chosen from the bounds when `None`. The light of
-    /// a spot or a point fades out towards `far`, and has no end when `None`.
+    /// First depth of the shadow views [m]; chosen from the bounds when `None`.
     pub near: Option<f32>,
+    /// Last depth of the shadow views [m]; chosen from the bounds when `None`. The light of a spot or
+    /// a point fades out towards it, and has no end when `None`.
     pub far: Option<f32>,
     /// Of each view's map [texels]; by the light's importance in the picture, up to the scene's,
     /// when `None`.
@@ -78,8 +96,9 @@ pub struct Light {
     pub casts: bool,
     /// Of a directional light; one view that fits the whole scene when `None`.
     pub cascades: Option<Cascades>,
-    /// Further shadows of the same light, at most three; more are not looked at. Of all its shadows the one that lets the least light
-    /// through counts, per channel; outside its maps a further shadow lets all through.
+    /// Further shadows of the same light, at most three; more are not looked at. Of all its shadows
+    /// the one that lets the least light through counts, per channel; outside its maps a further
+    /// shadow lets all through.
     pub shadows: Vec<Shadow>,
     /// Whether the air scatters its light, where the scene has any.
     pub shafts: bool,
@@ -116,6 +135,23 @@ impl Shadow {
 }
 
 impl Light {
+    /// Parallel light that travels along `direction` (world space).
+    pub fn directional(direction: Vec3) -> Self {
+        let direction = direction.try_normalize().unwrap_or(Vec3::NEG_Y);
+        Self { kind: LightKind::Directional { direction }, ..Self::default() }
+    }
+
+    /// A cone around `direction` (world space); `angle` is the whole cone [radians].
+    pub fn spot(position: Vec3, direction: Vec3, angle: f32) -> Self {
+        let direction = direction.try_normalize().unwrap_or(Vec3::NEG_Y);
+        Self { kind: LightKind::Spot { position, direction, angle }, ..Self::default() }
+    }
+
+    /// Light in all directions.
+    pub fn point(position: Vec3) -> Self {
+        Self { kind: LightKind::Point { position }, ..Self::default() }
+    }
+
     /// How far the light reaches [m]; `None` for no end.
     pub fn range(&self) -> Option<f32> {
         match self.kind {

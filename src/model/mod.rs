@@ -14,7 +14,7 @@ pub mod volume;
 pub use bounds::Bounds;
 pub use camera::Camera;
 pub use caster::{
-    MAX_GAIN, Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle,
+    Casters, MAX_GAIN, Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle,
 };
 pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};

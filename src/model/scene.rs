@@ -1,7 +1,7 @@
 //! Everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, ClusterSettings, Light, Material, Particle, ShadowSettings, Skipped,
-    Texture, Triangle,
+    Air, Bounds, Camera, Casters, ClusterSettings, Light, Material, Particle, ShadowSettings,
+    Skipped, Texture, Triangle,
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -10,15 +10,23 @@ use std::sync::Arc;
 /// what was not is in `skipped`.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Of the picture.
     pub camera: Camera,
     /// Of the picture [stops]: light is shown 2 to this power as bright.
     pub exposure: f32,
+    /// Of all its lights.
     pub shadow: ShadowSettings,
+    /// Of the picture.
     pub clusters: ClusterSettings,
+    /// At most 4,096.
     pub lights: Vec<Light>,
+    /// At most 512, named by casters.
     pub materials: Vec<Material>,
+    /// Named by materials.
     pub textures: Vec<Texture>,
+    /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
+    /// Of meshes and shapes.
     pub triangles: Vec<Triangle>,
     /// Light that comes from everywhere: linear rgb.
     pub ambient: Vec3,
@@ -49,6 +57,12 @@ impl Scene {
             .iter()
             .flat_map(|t| t.positions)
             .fold(particles, |b, p| b.with_sphere(p, 0.0))
+    }
+
+    /// What casts and what is seen, as [`crate::shadows::Shadows::prepare`] takes it.
+    pub fn casters(&self) -> Casters<'_> {
+        let Self { particles, triangles, materials, textures, .. } = self;
+        Casters { particles, triangles, materials, textures }
     }
 
     /// Frames of a second of [`Self::set_time`], where frames are numbered.

@@ -17,6 +17,7 @@ pub enum Receiver {
 pub struct ShadowSettings {
     /// Edge of a view's map [texels], 16..=4096.
     pub size: u32,
+    /// How the maps are read.
     pub receiver: Receiver,
     /// Nodes of a transmittance curve (K).
     pub nodes: u32,
@@ -94,7 +95,9 @@ pub struct ClusterSettings {
 }
 
 impl ClusterSettings {
+    /// Most slices.
     pub const MAX_SLICES: u32 = 64;
+    /// Largest budget.
     pub const MAX_BUDGET: u32 = 1 << 24;
 }
 

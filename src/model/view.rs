@@ -4,6 +4,7 @@ use glam::{Mat4, UVec2, Vec3, Vec4};
 /// Edge of a tile [texels]. WGSL: `wgsl/records/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
 
+/// How rays leave a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
     /// Parallel rays along the view axis.
@@ -23,7 +24,14 @@ pub enum Part {
     /// One of several windows, of which the first that holds a point is read: a cascade, or a
     /// further shadow. It fades into the next over `fade` [share of its half edge]; beyond the
     /// last there is no shadow.
-    Window { index: u32, count: u32, fade: f32 },
+    Window {
+        /// Number in its shadow.
+        index: u32,
+        /// Windows of its shadow.
+        count: u32,
+        /// Share of its half edge.
+        fade: f32,
+    },
 }
 
 impl Part {
@@ -45,13 +53,17 @@ pub struct View {
     pub light: Option<usize>,
     /// Unique among the views of a light.
     pub name: &'static str,
+    /// What it is among the views of its shadow.
     pub part: Part,
+    /// How its rays leave it.
     pub projection: Projection,
     /// Of the map [texels].
     pub size: UVec2,
-    /// First and last depth along the view axis [m].
+    /// First depth along the view axis [m].
     pub near: f32,
+    /// Last depth along the view axis [m].
     pub far: f32,
+    /// World space to view space: x right, y up, looking along -z [m].
     pub view_from_world: Mat4,
     /// Texels per metre (orthographic), or per metre at 1 m along the axis (perspective).
     pub scale: f32,

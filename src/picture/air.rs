@@ -3,12 +3,9 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources, Timeline},
     model::Scene,
-    reference::air::columns,
+    records::{AirParams, air_columns},
     shadows::kernels::{Kernels, Variant},
-    stage::{
-        air::{AirParams, GROUP_SIZE},
-        hits::Features,
-    },
+    stage::{air::GROUP_SIZE, hits::Features},
 };
 use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 
@@ -36,7 +33,7 @@ impl PreparedAir {
         let Some(air) = &scene.air else {
             return Ok((allocator.texture("air", Rgba32Float, [1, 1, 1], usage)?, None));
         };
-        let size = columns(scene.camera.size);
+        let size = air_columns(scene.camera.size);
         let extent = [u64::from(size.x), u64::from(size.y), u64::from(air.steps)];
         let sources = allocator.texture("air_sources", Rgba32Float, extent, usage)?;
         let volume = allocator.texture("air", Rgba32Float, extent, usage)?;

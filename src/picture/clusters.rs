@@ -2,14 +2,13 @@
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Resources, Timeline},
-    model::Scene,
-    model::View,
-    records::{GpuView, ROW},
-    shadows::kernels::Kernels,
-    stage::{
-        cluster::{self, ClusterCounters, ClusterParams, Grid, REACH_TEXELS, Reach},
-        shade::{GpuLight, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, VIEW_TEXELS},
+    model::{Scene, View},
+    records::{
+        ALL_LIGHTS, ClusterCounters, ClusterParams, GpuLight, GpuView, Grid, LIGHT_TEXELS,
+        MAX_LIGHTS, MAX_SHADOW_VIEWS, REACH_TEXELS, ROW, Reach, VIEW_TEXELS,
     },
+    shadows::kernels::Kernels,
+    stage::cluster,
 };
 use wgpu::{
     BindGroup, Buffer, BufferUsages, Texture,
@@ -118,8 +117,7 @@ impl Clusters {
         let headers = texels.chunks_exact(2).take(self.grid.cluster_count() as usize);
         let list = |header: &[u32]| {
             let first = header[0] as usize;
-            (header[0] != cluster::ALL_LIGHTS)
-                .then(|| texels[first..first + header[1] as usize].to_vec())
+            (header[0] != ALL_LIGHTS).then(|| texels[first..first + header[1] as usize].to_vec())
         };
         Ok(headers.map(list).collect())
     }

@@ -10,17 +10,12 @@ use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline},
     model::{Class, Scene, View},
-    records::Picture,
+    records::{ClusterCounters, Grid, Picture},
     shadows::{
         CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels, list::ListCounters,
         plan::Plan,
     },
-    stage::{
-        bin::BatchCounters,
-        cluster::{ClusterCounters, Grid},
-        hits::Features,
-        shade::PictureParams,
-    },
+    stage::{bin::BatchCounters, hits::Features, shade::PictureParams},
 };
 use glam::UVec2;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};

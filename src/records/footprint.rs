@@ -15,6 +15,10 @@ pub const DEPTH_BITS: u32 = 16;
 /// Key of what touches no texel: sorts behind everything.
 pub const INVISIBLE: u32 = (1 << DEPTH_BITS) - 1;
 
+/// Pairs of a segment in curve mode. Longer than in the nearest-depth mode, because each leaves a whole
+/// curve; three loop iterations a pair stay below the 65,535 of llvmpipe.
+pub const CURVE_SEGMENT: u32 = 8192;
+
 /// A caster as one view sees it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

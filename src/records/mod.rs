@@ -3,11 +3,14 @@
 //! Casters, footprints and triangles live in rgba32uint or rg32uint textures, [`ROW`] texels wide: element `i` of `n` texels
 //! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
 //! bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
+mod air;
 mod blue;
 mod caster;
+mod cluster;
 mod footprint;
 mod hash;
 mod layout;
+mod light;
 mod maps;
 mod material;
 mod owner;
@@ -15,13 +18,19 @@ mod pack;
 mod triangle;
 mod view;
 
+pub use air::{AIR_CELL, AirParams, air_columns};
 pub use blue::{BLUE_SIZE, blue_ranks};
 pub use caster::{CASTER_TEXELS, Caster};
+pub use cluster::{
+    ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
+};
 pub use footprint::{
-    DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
+    CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
+    TileRect,
 };
 pub use hash::pcg;
 pub use layout::{Field, GpuLayout, size_of_field};
+pub use light::{GpuLight, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, VIEW_TEXELS};
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use owner::{NO_OWNER, owner_tag, stored_tag};

@@ -1,10 +1,7 @@
 //! Twin of `wgsl/shade/air_*.wgsl` and `wgsl/shade/air.wgsl`: light that the air scatters to the eye,
 //! once, as a volume of columns of pixels and slices of depth.
 use super::{shading::Lighting, threads::each};
-use crate::{
-    records::GpuView,
-    stage::air::{AIR_CELL, AirParams},
-};
+use crate::records::{AIR_CELL, AirParams, GpuView, air_columns};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 use std::f32::consts::FRAC_1_PI;
 
@@ -23,11 +20,6 @@ pub fn phase(cosine: f32, g: f32) -> f32 {
     0.25 * FRAC_1_PI * (1.0 - g * g) / (spread * spread.sqrt())
 }
 
-/// Columns of a picture.
-pub fn columns(size: UVec2) -> UVec2 {
-    (size + AIR_CELL - 1) / AIR_CELL
-}
-
 impl AirVolume {
     /// `view`: the camera's.
     pub fn new(
@@ -36,7 +28,7 @@ impl AirVolume {
         lighting: &Lighting<'_>,
         params: &AirParams,
     ) -> Self {
-        let size = columns(view.size.as_uvec2());
+        let size = air_columns(view.size.as_uvec2());
         let column = |i: usize| {
             let cell = UVec2::new(i as u32 % size.x, i as u32 / size.x);
             let pixel = (cell.as_vec2() + 0.5) * AIR_CELL as f32;

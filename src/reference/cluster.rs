@@ -1,5 +1,5 @@
 //! Twin of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
-use crate::stage::cluster::{ClusterCounters, Grid, Reach, UNIT};
+use crate::records::{ClusterCounters, Grid, Reach, UNIT};
 use glam::{IVec3, Vec3};
 
 /// The lists of a grid's clusters.

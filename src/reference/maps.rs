@@ -16,13 +16,13 @@ use super::{
     tile::{TEXELS, Tile, TileTexels},
 };
 use crate::{
-    model::Scene,
-    model::{Class, Counters, Material, Receives, Transfer, View, absorptions, dither::window},
-    records::{
-        Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
-        TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+    model::{
+        Class, Counters, Material, Receives, Scene, Transfer, View, absorptions, dither::window,
     },
-    stage::curve::CURVE_SEGMENT,
+    records::{
+        CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView, INVISIBLE,
+        NO_OWNER, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+    },
 };
 use glam::{UVec2, Vec3};
 

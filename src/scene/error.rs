@@ -8,6 +8,7 @@ use std::{
 /// Why a scene could not be loaded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
 pub enum SceneError {
     #[error("{}: {source}", named(path))]
     Read { path: PathBuf, source: io::Error },

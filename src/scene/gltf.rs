@@ -17,9 +17,13 @@ use std::path::Path;
 /// What one file holds, in world space.
 #[derive(Clone, Debug)]
 pub struct Model {
+    /// Named by the triangles.
     pub materials: Vec<Material>,
+    /// Named by the materials.
     pub textures: Vec<Texture>,
+    /// World space.
     pub triangles: Vec<Triangle>,
+    /// Of KHR_lights_punctual.
     pub lights: Vec<Light>,
     /// The first perspective camera.
     pub camera: Option<Camera>,

@@ -1,8 +1,10 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod defaults;
+#[doc(hidden)]
 pub mod displace;
 mod document;
 mod error;
+#[doc(hidden)]
 pub mod generate;
 mod gltf;
 mod gltf_file;
@@ -17,6 +19,7 @@ mod limits;
 mod load;
 mod loader;
 mod loader_files;
+#[doc(hidden)]
 pub mod noise;
 mod painted;
 mod particles;

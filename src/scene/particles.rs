@@ -12,6 +12,7 @@ use std::path::Path;
 /// What one file holds.
 #[derive(Clone, Debug)]
 pub struct ParticleFile {
+    /// In the order of the file.
     pub particles: Vec<Particle>,
     /// Particles left out, by reason.
     pub skipped: Skipped,

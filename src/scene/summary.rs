@@ -6,10 +6,15 @@ use std::fmt;
 /// Counts of a scene.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Summary {
+    /// Particles.
     pub particles: usize,
+    /// Triangles.
     pub triangles: usize,
+    /// Materials.
     pub materials: usize,
+    /// Textures.
     pub textures: usize,
+    /// Lights.
     pub lights: usize,
     /// Shadow views of all lights.
     pub views: usize,
@@ -20,6 +25,7 @@ pub struct Summary {
 }
 
 impl Scene {
+    /// Counts what the scene holds.
     pub fn summary(&self) -> Summary {
         let bounds = self.bounds();
         Summary {

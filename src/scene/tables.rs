@@ -10,7 +10,7 @@ use crate::{
         Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, Material, ShadowSettings,
         Transfer, dither::MAX_SCALE,
     },
-    stage::cluster::MAX_TILE,
+    records::MAX_TILE,
 };
 use glam::{UVec2, Vec3, Vec4};
 use std::ops::RangeInclusive;

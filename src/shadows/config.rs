@@ -1,8 +1,5 @@
 //! How the pipeline runs on a device.
-use crate::{
-    gpu::Tier,
-    stage::sort::{self, PAIR_LIMIT},
-};
+use crate::{gpu::Tier, model::MAX_PAIRS, stage::sort};
 
 /// How the pipeline runs on a device.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +38,7 @@ impl Config {
         Self {
             tier,
             sort: sort::Shape::of(adapter),
-            pair_budget: PAIR_LIMIT,
+            pair_budget: MAX_PAIRS,
             scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
             rolled: adapter.driver.starts_with("SwiftShader"),
             wide: adapter.subgroup_max_size > 32,

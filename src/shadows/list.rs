@@ -8,10 +8,9 @@ use super::{
 use crate::{
     error::Error,
     gpu::{Kernel, Timeline},
-    records::DEPTH_BITS,
+    records::{CURVE_SEGMENT, DEPTH_BITS},
     stage::{
         bin::{self, BatchCounters, BinParams, DISC_SEGMENT, SEGMENT_LENGTH},
-        curve::CURVE_SEGMENT,
         hits::Features,
         project::grid,
         shade::ROUND_LENGTH,

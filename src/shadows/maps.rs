@@ -12,7 +12,7 @@ use wgpu::{
 };
 
 /// Texture arrays that hold all views' maps.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Maps {
     /// `F`, rgba16float.
     pub filters: wgpu::Texture,

@@ -9,10 +9,10 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources, Tier, view},
     model::TILE_SIZE,
-    records::{FOOTPRINT_TEXELS, SETUP_TEXELS},
+    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
     stage::{
         bin::{self, Dispatch, SEGMENT_LENGTH, Segment},
-        curve::{CURVE_SEGMENT, partial_bytes},
+        curve::partial_bytes,
         sort::{PAIR_FORMAT, pair_limit},
     },
 };

@@ -6,10 +6,6 @@
 use super::walk::{ROWS_4, SUMS};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// Pairs of a segment. Longer than those of the nearest-depth mode, because each leaves a whole
-/// curve; three loop iterations a pair stay below the 65,535 of llvmpipe.
-pub const CURVE_SEGMENT: u32 = 8192;
-
 /// That one segment leaves in `partials` [bytes]. `changes`: its hits may add light, or volumes
 /// absorb. WGSL: `wgsl/curve/partial.wgsl`.
 pub const fn partial_bytes(nodes: u32, changes: bool) -> u64 {

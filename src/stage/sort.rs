@@ -16,6 +16,7 @@
 use crate::{
     error::Error,
     gpu::{Kernel, KernelDesc, KernelError, Resources, Tier},
+    model::MAX_PAIRS,
 };
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -23,8 +24,8 @@ use wgpu::TextureFormat::{R32Uint, Rg32Uint};
 
 /// Pairs in a row of a pair texture.
 pub const PAIR_ROW: u32 = 4096;
-/// The most pairs that a texture of any device holds here.
-pub const PAIR_LIMIT: u32 = PAIR_ROW * 16384;
+// The largest texture of any device here.
+const _: () = assert!(MAX_PAIRS == PAIR_ROW * 16384);
 pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 
 /// A subgroup of llvmpipe; more would only lengthen the tail.
@@ -53,7 +54,7 @@ pub const TOTAL_ROW: u32 = 256;
 
 /// The most pairs that a texture of `device` holds.
 pub fn pair_limit(device: &wgpu::Device) -> u32 {
-    PAIR_LIMIT.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
+    MAX_PAIRS.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
 }
 
 /// Of a texture with room for `capacity` pairs [texels].

@@ -1,6 +1,9 @@
 //! Results beside the picture: curves as arrays, linear light, exposure, no ground.
 use super::commands::{Folder, files, npy};
-use gobo::scene;
+use gobo::{
+    render::{RenderOptions, Renderer},
+    scene,
+};
 use std::fs;
 
 /// Two panes under a sun straight down: red at 3/4 of the light, blue at 1/2, a floor below.
@@ -113,8 +116,8 @@ fn arrays_are_the_curves_that_receivers_read() {
     let (_, values) = npy(&path).unwrap();
     let nodes: Vec<[f32; 5]> = values.chunks(5).map(|node| node.try_into().unwrap()).collect();
     let scene = scene::load(&folder.0.join("scene.toml")).unwrap();
-    let mut twin = gobo::render::Renderer::new(gobo::gpu::Backend::Cpu, None).unwrap();
-    let maps = twin.render(&scene, true).unwrap().maps;
+    let options = RenderOptions { maps: true, ..RenderOptions::default() };
+    let maps = Renderer::on_cpu().render(&scene, &options).unwrap().maps;
     let curve = maps[0].curve.as_ref().unwrap();
     let mut merged = 0;
     for texel in 0..16 * 16 {

@@ -5,7 +5,7 @@ pub(crate) mod scenes;
 
 use gobo::{
     gpu::{Gpu, KernelDesc, Selection, Tier},
-    render::{Frame, Renderer},
+    render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -33,8 +33,9 @@ pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
         Mutex::new(Renderer::on(gpu).unwrap())
     });
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
-    renderer.set_scatter_tiny(scatter);
-    renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
+    renderer.configure(|config| config.scatter_tiny = scatter);
+    let options = RenderOptions { maps: true, ..RenderOptions::default() };
+    renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {

@@ -2,16 +2,16 @@
 use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
-    records::{GpuLayout, GpuMaterial, GpuView},
+    records::{
+        AirParams, CURVE_SEGMENT, ClusterCounters, ClusterParams, GpuLayout, GpuLight, GpuMaterial,
+        GpuView,
+    },
     reference::curve::tile::SLAB_PAIRS,
     stage::{
-        air::AirParams,
         bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment},
-        cluster::{ClusterCounters, ClusterParams},
-        curve::CURVE_SEGMENT,
         filter::FilterParams,
         project::{Chunk, ProjectParams},
-        shade::{Band, GpuLight, PictureParams, PointBatch},
+        shade::{Band, PictureParams, PointBatch},
         sort::{SERIAL_SCATTER, SortPass},
         variants,
     },

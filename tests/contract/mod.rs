@@ -1,6 +1,7 @@
 //! What every kernel, device and recorded frame must keep.
 mod device;
 mod grammar;
+mod layers;
 mod layout;
 mod recording;
 mod shaders;

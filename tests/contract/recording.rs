@@ -10,7 +10,7 @@ use gobo::{
     model::{LightKind, Material, Pattern, Transfer, View},
     picture::PictureRoom,
     scene::Scene,
-    shadows::{CasterSet, Config, Pipeline, Prepared},
+    shadows::{CasterSet, Config, Pipeline, PreparedMaps},
     view::shadow_views,
     wgpu,
 };
@@ -69,15 +69,14 @@ fn mixture(pane: Material) -> Scene {
 }
 
 fn casters(gpu: &Gpu, scene: &Scene) -> CasterSet {
-    let Scene { particles, triangles, materials, textures, .. } = scene;
-    CasterSet::new(&gpu.device, &gpu.queue, particles, triangles, materials, textures).unwrap()
+    CasterSet::new(&gpu.device, &gpu.queue, &scene.casters()).unwrap()
 }
 
 struct Case {
     name: &'static str,
     scene: Scene,
     /// Changes what the pipeline makes.
-    set: fn(&mut Pipeline),
+    set: fn(&mut Config),
 }
 
 /// One for each way through `record`.
@@ -87,19 +86,19 @@ fn cases() -> Vec<Case> {
         pattern: Pattern::Blue,
         ..material(transfer)
     };
-    let case = |name, transfer, set: fn(&mut Pipeline)| {
+    let case = |name, transfer, set: fn(&mut Config)| {
         let scene = mixture(pane(transfer));
         Case { name, scene, set }
     };
     use Transfer::{Dither, Filter, Over};
     vec![
         case("filter", Filter, |_| ()),
-        case("tiny ones through tiles", Filter, |pipeline| pipeline.set_scatter_tiny(false)),
-        case("too small a budget", Filter, |pipeline| pipeline.set_pair_budget(500)),
-        case("curves", Filter, |pipeline| pipeline.set_nodes(8)),
+        case("tiny ones through tiles", Filter, |config| config.scatter_tiny = false),
+        case("too small a budget", Filter, |config| config.pair_budget = 500),
+        case("curves", Filter, |config| config.nodes = 8),
         case("over", Over, |_| ()),
-        case("softened dither", Dither, |pipeline| pipeline.set_soften(true)),
-        case("coloured dither", Dither, |pipeline| pipeline.set_colored(true)),
+        case("softened dither", Dither, |config| config.soften = true),
+        case("coloured dither", Dither, |config| config.colored = true),
     ]
 }
 
@@ -113,7 +112,12 @@ fn open(tier: Tier) -> (Gpu, Pipeline) {
     (gpu, pipeline)
 }
 
-fn prepare(gpu: &Gpu, pipeline: &mut Pipeline, casters: &CasterSet, views: &[View]) -> Prepared {
+fn prepare(
+    gpu: &Gpu,
+    pipeline: &mut Pipeline,
+    casters: &CasterSet,
+    views: &[View],
+) -> PreparedMaps {
     let prepared = pipeline.prepare(&gpu.device, &gpu.queue, casters, views, None).unwrap();
     submit_all(gpu);
     prepared
@@ -123,14 +127,10 @@ fn prepare(gpu: &Gpu, pipeline: &mut Pipeline, casters: &CasterSet, views: &[Vie
 fn a_frame_makes_nothing_on_the_device() {
     for tier in TIERS {
         let (gpu, mut pipeline) = open(tier);
-        let usual = *pipeline.config();
+        let usual = pipeline.config;
         for Case { name, scene, set } in cases() {
-            pipeline.set_pair_budget(usual.pair_budget);
-            pipeline.set_scatter_tiny(usual.scatter_tiny);
-            pipeline.set_nodes(usual.nodes);
-            pipeline.set_soften(usual.soften);
-            pipeline.set_colored(usual.colored);
-            set(&mut pipeline);
+            pipeline.config = usual;
+            set(&mut pipeline.config);
             let casters = casters(&gpu, &scene);
             let prepared = prepare(&gpu, &mut pipeline, &casters, &shadow_views(&scene));
             let mut timeline = Timeline::untimed();
@@ -187,9 +187,8 @@ fn casters_that_stay_are_not_uploaded_again() {
     let mut casters = casters(&gpu, &scene);
     submit_all(&gpu);
     let mut update = |scene: &Scene| {
-        let Scene { particles, triangles, materials, textures, .. } = scene;
         let staged = made(&gpu.device, || {
-            assert!(casters.update(&gpu.queue, particles, triangles, materials, textures));
+            assert!(casters.update(&gpu.queue, &scene.casters()));
         });
         submit_all(&gpu);
         staged

@@ -6,11 +6,13 @@ use crate::common::{
 use gobo::{
     glam::{Mat4, Vec3, Vec4},
     gpu::{Gpu, Selection, Tier, Timeline},
-    model::{Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View},
+    model::{
+        Casters, Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View,
+    },
     records::ViewMaps,
-    render::{Frame, Renderer},
+    render::{Frame, RenderOptions, Renderer},
     scene::Scene,
-    shadows::{CasterSet, Config, Pipeline, Prepared},
+    shadows::{CasterSet, Config, Pipeline, PreparedMaps},
     view::light_views,
 };
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -22,16 +24,17 @@ fn renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
         let mut renderer = Renderer::on(gpu).unwrap();
-        renderer.set_scatter_tiny(true); // as the renderers of `fresh`
+        renderer.configure(|config| config.scatter_tiny = true); // as the renderers of `fresh`
         Mutex::new(renderer)
     });
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
-    renderer.keep_maps(true);
+    renderer.forget();
     renderer
 }
 
 fn rendered(renderer: &mut Renderer, scene: &Scene) -> Frame {
-    renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
+    let options = RenderOptions { maps: true, keep: true, ..RenderOptions::default() };
+    renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// By a renderer that keeps nothing.
@@ -313,48 +316,52 @@ fn what_was_not_recorded_is_still_to_be_rendered() {
     let gpu = crate::common::gpu();
     let (device, queue) = (&gpu.device, &gpu.queue);
     let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter)).unwrap();
-    let Scene { particles, triangles, materials, lights, .. } = scene();
+    let scene = scene();
+    let Scene { particles, lights, .. } = &scene;
+    fn casters<'a>(particles: &'a [Particle], scene: &'a Scene) -> Casters<'a> {
+        Casters { particles, ..scene.casters() }
+    }
     let new_set = |particles: &[Particle]| {
-        CasterSet::new(device, queue, particles, &triangles, &materials, &[]).expect("they fit")
+        CasterSet::new(device, queue, &casters(particles, &scene)).expect("they fit")
     };
-    let mut casters = new_set(&particles);
+    let mut set = new_set(particles);
     let bounds = gobo::model::Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
     let views: Vec<View> = (0..)
-        .zip(&lights)
+        .zip(lights)
         .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds))
         .collect();
-    let again = |pipeline: &mut Pipeline, casters: &CasterSet, earlier: Prepared| {
+    let again = |pipeline: &mut Pipeline, casters: &CasterSet, earlier: PreparedMaps| {
         pipeline.prepare_again(device, queue, casters, &views, None, earlier).expect("it fits")
     };
-    let record = |pipeline: &mut Pipeline, prepared: &Prepared| {
+    let record = |pipeline: &mut Pipeline, prepared: &PreparedMaps| {
         let mut encoder = device.create_command_encoder(&Default::default());
         prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
         queue.submit([encoder.finish()]);
     };
     let pipeline = &mut pipeline;
-    let prepared = pipeline.prepare(device, queue, &casters, &views, None).expect("it fits");
+    let prepared = pipeline.prepare(device, queue, &set, &views, None).expect("it fits");
     assert_eq!((prepared.rendered_count(), prepared.view_count()), (5, 5));
-    let prepared = again(pipeline, &casters, prepared);
+    let prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 5, "it was not recorded");
     record(pipeline, &prepared);
-    let prepared = again(pipeline, &casters, prepared);
+    let prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 0);
     let mut next = particles.clone();
     next[0].center.y += 0.01;
-    assert!(casters.update(queue, &next, &triangles, &materials, &[]));
-    let prepared = again(pipeline, &casters, prepared);
+    assert!(set.update(queue, &casters(&next, &scene)));
+    let prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 1);
     assert!(prepared.culled_count() > 2 * COUNT as u64, "{}", prepared.culled_count());
-    let prepared = again(pipeline, &casters, prepared);
+    let prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 1, "it was not recorded");
     record(pipeline, &prepared);
     record(pipeline, &prepared);
-    let mut prepared = again(pipeline, &casters, prepared);
+    let mut prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 0);
     record(pipeline, &prepared);
     prepared.forget();
-    assert_eq!(again(pipeline, &casters, prepared).rendered_count(), 0, "it rendered nothing");
-    let prepared = pipeline.prepare(device, queue, &casters, &views, None).expect("it fits");
+    assert_eq!(again(pipeline, &set, prepared).rendered_count(), 0, "it rendered nothing");
+    let prepared = pipeline.prepare(device, queue, &set, &views, None).expect("it fits");
     record(pipeline, &prepared);
     let prepared = again(pipeline, &new_set(&next), prepared);
     assert_eq!(prepared.rendered_count(), 5, "another set");

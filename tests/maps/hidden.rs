@@ -8,7 +8,7 @@ use gobo::{
     gpu::{Gpu, Selection},
     model::{Bounds, Light, LightKind, Material, Particle, Receiver, Transfer, Triangle},
     records::GpuView,
-    render::{Frame, Renderer},
+    render::{Frame, RenderOptions, Renderer},
     scene::Scene,
     shadows::cull::{Occluders, Sheets},
     view::light_views,
@@ -211,19 +211,22 @@ fn renderers() -> impl Iterator<Item = Renderer> {
         let selection = Selection { tier: Some(tier), ..Selection::default() };
         let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
         let mut renderer = Renderer::on(gpu).unwrap();
-        renderer.set_scatter_tiny(true);
+        renderer.configure(|config| config.scatter_tiny = true);
         renderer
     })
 }
 
 fn rendered(renderer: &mut Renderer, scene: &Scene, hide: bool) -> Frame {
-    renderer.set_hide(hide);
-    renderer.render(scene, true).unwrap_or_else(|error| panic!("{error}"))
+    renderer.configure(|config| config.hide = hide);
+    let options = RenderOptions { maps: true, keep: true, ..RenderOptions::default() };
+    renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The number hidden; maps and picture must be those without hiding.
 fn hidden(renderer: &mut Renderer, scene: &Scene) -> u64 {
+    renderer.forget();
     let with = rendered(renderer, scene, true);
+    renderer.forget();
     let without = rendered(renderer, scene, false);
     assert_eq!(without.counters.hidden, 0);
     let (few, all) = (&with.counters, &without.counters);
@@ -369,7 +372,6 @@ fn maps_stay_while_only_what_is_hidden_moves() {
     // Keep the bounds, whatever moves.
     let far = Vec3::new(7.0, 5.0, 7.0);
     scene.particles.extend([far, -far].map(|center| particle(center, 0.1, Vec4::ONE)));
-    renderer.keep_maps(true);
     let rendered_views = |renderer: &mut Renderer, scene: &Scene| {
         let frame = rendered(renderer, scene, true);
         (frame.counters.views_rendered, frame)

@@ -9,7 +9,7 @@ use gobo::{
     model::{LightKind, Material, Profile, Shape, Transfer},
     records::ViewMaps,
     reference,
-    render::Renderer,
+    render::{RenderOptions, Renderer},
     scene::Scene,
     stage::bin::tile_grid,
     view::shadow_views,
@@ -154,8 +154,9 @@ fn a_queue_of_discs_changes_no_bit() {
             scene.triangles.push(triangle(corners, 1));
         }
         let mut maps = |queued| {
-            renderer.set_queued(queued);
-            renderer.render(&scene, true).unwrap_or_else(|error| panic!("{error}")).maps
+            renderer.configure(|config| config.queued = queued);
+            let options = RenderOptions { maps: true, ..RenderOptions::default() };
+            renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
         };
         for (a, b) in maps(true).iter().zip(&maps(false)) {
             let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;

@@ -6,14 +6,13 @@ use crate::common::{
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     model::{Air, LightKind, Material, Transfer, View},
-    records::Picture,
+    records::{AirParams, Picture},
     reference::{
         self,
         air::{AirVolume, phase},
         shading::Lighting,
     },
     scene::{self, Scene},
-    stage::air::AirParams,
     view::shadow_views,
 };
 

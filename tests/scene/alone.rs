@@ -1,10 +1,9 @@
 //! A model or particle file that is a scene by itself: its light, its ground, and maps that fit.
 use crate::common::files::Folder;
 use gobo::{
-    gpu::Backend,
     glam::{Mat4, Vec3},
     model::{LightKind, View},
-    render::Renderer,
+    render::{RenderOptions, Renderer},
     scene::{self, LoadOptions, Scene},
     view,
 };
@@ -102,8 +101,7 @@ fn maps_fit_what_casts() {
 fn the_ground_is_lit_wherever_no_shadow_falls() {
     let set = [("camera.size", "[128, 72]"), ("shadow.size", "128"), ("environment.ambient", "[0, 0, 0]")];
     let scene = load("dots.csv", &column(), &set, true);
-    let mut twin = Renderer::new(Backend::Cpu, None).unwrap();
-    let picture = twin.render(&scene, false).unwrap().picture;
+    let picture = Renderer::on_cpu().render(&scene, &RenderOptions::default()).unwrap().picture;
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let world_from_clip = camera.clip_from_world().inverse();
     let ground = scene.triangles[0].positions[0].y;

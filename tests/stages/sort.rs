@@ -1,10 +1,11 @@
 use crate::common::{gpu, parse};
 use gobo::{
     gpu::Gpu,
+    model::MAX_PAIRS,
     reference::{self, Pair},
     stage::sort::{
-        PAIR_FORMAT, PAIR_LIMIT, PAIR_ROW, Shape, Sort, SortCount, TOTAL_ROW, WIDE_BLOCK, digits,
-        pair_limit, pair_texture_size,
+        PAIR_FORMAT, PAIR_ROW, Shape, Sort, SortCount, TOTAL_ROW, WIDE_BLOCK, digits, pair_limit,
+        pair_texture_size,
     },
     stage::variants,
     wgpu,
@@ -179,7 +180,7 @@ fn partitions_of_the_capacity_hold_those_of_any_count() {
         usual.max(count.div_ceil(8192)).next_multiple_of(4)
     };
     let mut last = 0;
-    for count in (0..PAIR_LIMIT).step_by(61).chain([131_072, 131_073, PAIR_LIMIT]) {
+    for count in (0..MAX_PAIRS).step_by(61).chain([131_072, 131_073, MAX_PAIRS]) {
         if count == 131_072 {
             last = 0;
         }

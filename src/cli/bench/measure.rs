@@ -11,8 +11,8 @@ use super::{
 use crate::cli::{failure::Failure, render::as_map};
 use gobo::{
     gpu::{Gpu, Timeline},
-    model::{Particle, View},
-    shadows::{CasterSet, Config, ListCounters, Pipeline, Prepared},
+    model::{Casters, Particle, View},
+    shadows::{CasterSet, Config, ListCounters, Pipeline, PreparedMaps, Room},
     wgpu,
 };
 use half::f16;
@@ -114,21 +114,24 @@ impl Bench {
     pub(super) fn new(gpu: Gpu, runs: u32, pair_budget: Option<u32>) -> Result<Self, Failure> {
         let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
         if let Some(pairs) = pair_budget {
-            pipeline.set_pair_budget(pairs);
+            pipeline.config.pair_budget = pairs;
         }
         Ok(Self { clock: Clock::new(&gpu), gpu, pipeline, runs })
     }
 
     /// K of the curves that the maps hold besides.
     pub(super) fn set_nodes(&mut self, nodes: u32) {
-        self.pipeline.set_nodes(nodes);
+        self.pipeline.config.nodes = nodes;
     }
 
     pub(super) fn run(&mut self, case: Case, with_raster: bool) -> Result<Row, Failure> {
         let (particles, views) = (case.particles(), case.views());
-        let device = &self.gpu.device;
         let materials = [Case::material()];
-        let casters = CasterSet::new(device, &self.gpu.queue, &particles, &[], &materials, &[])?;
+        let casters = self.upload(&Casters {
+            particles: &particles,
+            materials: &materials,
+            ..Casters::default()
+        })?;
         let prepared = self.prepare(&casters, &views)?;
         let maps = self.read(&prepared, &case)?;
         for (light, (map, view)) in maps.iter().zip(&views).enumerate() {
@@ -170,7 +173,7 @@ impl Bench {
     /// Of compute first, then of the opponents, taken in turns.
     pub(super) fn times(
         &mut self,
-        prepared: &Prepared,
+        prepared: &PreparedMaps,
         opponents: &[&dyn Fn(&mut wgpu::CommandEncoder)],
     ) -> Result<Vec<Times>, Failure> {
         let mut times = vec![Vec::new(); 1 + opponents.len()];
@@ -191,7 +194,7 @@ impl Bench {
     pub(super) fn row(
         &mut self,
         case: Case,
-        prepared: &Prepared,
+        prepared: &PreparedMaps,
         compute: Times,
         raster: Option<RasterRow>,
     ) -> Result<Row, Failure> {
@@ -215,37 +218,37 @@ impl Bench {
         })
     }
 
+    pub(super) fn upload(&self, casters: &Casters<'_>) -> Result<CasterSet, Failure> {
+        Ok(CasterSet::new(&self.gpu.device, &self.gpu.queue, casters)?)
+    }
+
     /// With room for all pairs, as far as the budget allows. Has run once.
     pub(super) fn prepare(
         &mut self,
         casters: &CasterSet,
         views: &[View],
-    ) -> Result<Prepared, Failure> {
-        let mut pairs = None;
-        loop {
+    ) -> Result<PreparedMaps, Failure> {
+        let mut room = Room::new(self.pipeline.config.pair_budget);
+        room.until_it_fits(|pairs| {
             let Gpu { device, queue, .. } = &self.gpu;
             let prepared = self.pipeline.prepare(device, queue, casters, views, pairs)?;
             self.compute(&prepared)?;
-            let (opaque, translucent) =
-                prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
+            let Gpu { device, queue, .. } = &self.gpu;
+            let (opaque, translucent) = prepared.read_counters(device, queue)?;
             let needed = opaque.pairs_needed.max(translucent.pairs_needed);
-            let room = prepared.pair_capacity();
-            let full = pairs.is_some();
-            if needed <= room || full {
-                return Ok(prepared);
-            }
-            pairs = Some(needed);
-        }
+            let capacity = prepared.pair_capacity();
+            Ok((prepared, [needed, capacity]))
+        })
     }
 
     /// The whole translucent pass, from casters to maps [ms].
-    fn compute(&mut self, prepared: &Prepared) -> Result<f64, Failure> {
+    fn compute(&mut self, prepared: &PreparedMaps) -> Result<f64, Failure> {
         let kernels = self.pipeline.kernels();
         let mut untimed = Timeline::untimed();
         self.clock.time(&self.gpu, |encoder| prepared.record(kernels, encoder, &mut untimed))
     }
 
-    fn read(&self, prepared: &Prepared, case: &Case) -> Result<Vec<Map>, Failure> {
+    fn read(&self, prepared: &PreparedMaps, case: &Case) -> Result<Vec<Map>, Failure> {
         let maps = &prepared.maps;
         let filters: Vec<[u16; 4]> = self.gpu.try_read_texture(&maps.filters)?;
         let nearests: Vec<f32> = self.gpu.try_read_texture(&maps.nearests)?;
@@ -321,7 +324,7 @@ impl Bench {
     }
 
     /// Of the second of two frames.
-    fn stages(&mut self, prepared: &Prepared) -> Result<Vec<(&'static str, f64)>, Failure> {
+    fn stages(&mut self, prepared: &PreparedMaps) -> Result<Vec<(&'static str, f64)>, Failure> {
         let Gpu { device, queue, .. } = &self.gpu;
         let mut timeline = if self.clock.has_stamps() {
             Timeline::new(device, queue)

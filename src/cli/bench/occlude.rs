@@ -11,10 +11,7 @@ use super::{
     },
 };
 use crate::cli::failure::Failure;
-use gobo::{
-    model::{Material, Transfer},
-    shadows::CasterSet,
-};
+use gobo::model::{Casters, Material, Transfer};
 
 /// Share of the texels whose depth may differ: a rasterizer snaps corners to 1/256 texel, so that
 /// texels so near an edge may go either way. Of an equilateral triangle of bounding side `side`,
@@ -27,8 +24,11 @@ impl Bench {
     pub(super) fn run_occlude(&mut self, case: Case) -> Result<Row, Failure> {
         let (triangles, views) = (case.triangles(), case.views());
         let material = Material { transfer: Transfer::Opaque, ..Material::default() };
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let casters = CasterSet::new(device, queue, &[], &triangles, &[material], &[])?;
+        let casters = self.upload(&Casters {
+            triangles: &triangles,
+            materials: &[material],
+            ..Casters::default()
+        })?;
         let prepared = self.prepare(&casters, &views)?;
         let opaques: Vec<f32> = self.gpu.try_read_texture(&prepared.maps.opaques)?;
         let width = prepared.maps.opaques.width() as usize;

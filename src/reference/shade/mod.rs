@@ -14,13 +14,11 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::Scene,
-    model::{Class, MAX_GAIN, Material, Transfer, View},
+    model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
     records::{
-        BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
+        AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
         from_octahedral,
     },
-    stage::air::AirParams,
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 use layers::{Face, Layer, Pixel};

@@ -7,10 +7,8 @@ pub use tone::to_screen;
 
 use super::air::phase;
 use crate::{
-    model::Scene,
-    model::{Material, Receives, View},
-    records::{GpuView, ViewMaps, owner_tag},
-    stage::shade::GpuLight,
+    model::{Material, Receives, Scene, View},
+    records::{GpuLight, GpuView, ViewMaps, owner_tag},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
 use std::f32::consts::FRAC_1_PI;

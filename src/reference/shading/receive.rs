@@ -2,9 +2,8 @@
 use super::{Lighting, Receiver};
 use crate::{
     model::Receives,
-    records::GpuView,
+    records::{GpuLight, GpuView},
     reference::receive::{MapTexel, light_by_channel, receive, receive_curve},
-    stage::shade::GpuLight,
 };
 use glam::{Vec2, Vec3};
 use std::ops::Range;

@@ -11,7 +11,10 @@ use super::{
     small::{SmallTriangles, copy_depths},
 };
 use crate::{
-    error::Error, gpu::Timeline, model::TILE_SIZE, records::GpuView, stage::curve::CURVE_SEGMENT,
+    error::Error,
+    gpu::Timeline,
+    model::TILE_SIZE,
+    records::{CURVE_SEGMENT, GpuView},
 };
 use bound_list::{BoundList, Readers};
 use std::sync::Arc;

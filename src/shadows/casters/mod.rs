@@ -1,5 +1,7 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
+mod check;
 mod features;
+
 mod update;
 mod upload;
 
@@ -8,12 +10,10 @@ use crate::{
     error::Error,
     gpu::{Allocator, Memory, Resources},
     model::{
-        CLASSES, Class, Material, Particle, Pattern, Texture, Transfer, Triangle, absorptions,
-        by_class, dither::window,
+        CLASSES, Casters, Class, Material, Pattern, Texture, Transfer, absorptions, by_class,
+        dither::window,
     },
-    records::{
-        CASTER_TEXELS, Caster, GpuView, MAX_MATERIALS, TRIANGLE_TEXELS, TriangleRecord, blue_ranks,
-    },
+    records::{CASTER_TEXELS, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks},
     shadows::cull::Occluders,
     stage::hits::Features,
 };
@@ -104,19 +104,9 @@ impl CasterSet {
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        particles: &[Particle],
-        triangles: &[Triangle],
-        materials: &[Material],
-        textures: &[Texture],
+        casters: &Casters<'_>,
     ) -> Result<Self, Error> {
-        if materials.len() > MAX_MATERIALS {
-            return Err(Error::Limit {
-                limit: "materials of a scene",
-                have: MAX_MATERIALS as u64,
-                need: materials.len() as u64,
-                remedy: "merge materials that are alike",
-            });
-        }
+        let &Casters { particles, triangles, materials, textures } = casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
@@ -219,6 +209,11 @@ impl CasterSet {
         // cleared has other bits, which nobody reads, than one that nothing filters.
         let filters = nodes == 0 && !self.owners;
         self.groups.hide(visible, view, occluders, filters)
+    }
+
+    /// Whether some filter depends on the order of its casters.
+    pub(super) fn is_ordered(&self) -> bool {
+        self.span(Class::FILTERING).features.over
     }
 
     /// When occluders last changed.

@@ -6,7 +6,9 @@ use super::{
     upload::{material_records, upload_image, upload_parts},
 };
 use crate::{
-    model::{CLASSES, Class, Material, Particle, Texture, Triangle, absorptions, dither::window},
+    model::{
+        CLASSES, Casters, Class, Material, Particle, Texture, Triangle, absorptions, dither::window,
+    },
     records::{CASTER_TEXELS, Caster, TRIANGLE_TEXELS, TriangleRecord},
     shadows::groups::{Members, now},
 };
@@ -17,14 +19,8 @@ impl CasterSet {
     /// and a new set must be made: with another number of casters, materials or textures, other
     /// sizes of textures, casters of another class, or particles that have drifted so far apart
     /// that other neighbours should be together.
-    pub fn update(
-        &mut self,
-        queue: &wgpu::Queue,
-        particles: &[Particle],
-        triangles: &[Triangle],
-        materials: &[Material],
-        textures: &[Texture],
-    ) -> bool {
+    pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
+        let &Casters { particles, triangles, materials, textures } = casters;
         if !self.is_laid_out_as(particles, triangles, materials, textures) {
             return false;
         }

@@ -12,11 +12,10 @@ use gobo::{
     gpu::{Gpu, Selection, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
     picture::{PictureRoom, PreparedPicture},
-    records::Picture,
+    records::{ClusterCounters, Grid, Picture, Reach},
     reference::cluster::{Clusters, assign},
     scene::Scene,
     shadows::{CasterSet, Config, Pipeline},
-    stage::cluster::{ClusterCounters, Grid, Reach},
     view::shadow_views,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -46,11 +45,10 @@ fn on_device<T>(
     });
     let mut pipeline = pipeline.lock().unwrap_or_else(PoisonError::into_inner);
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let Scene { particles, triangles, materials, textures, .. } = scene;
-    let casters = CasterSet::new(device, queue, particles, triangles, materials, textures)?;
+    let casters = CasterSet::new(device, queue, &scene.casters())?;
     let views = shadow_views(scene);
     let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
-    pipeline.set_count_cost(count_cost);
+    pipeline.config.count_cost = count_cost;
     let picture = pipeline.prepare_picture(
         device,
         queue,

@@ -4,9 +4,9 @@ use crate::common::scenes::Chance;
 use gobo::{
     glam::{DVec3, Vec2, Vec3},
     model::{Light, LightKind},
+    records::Reach,
     reference::cluster::assign,
     scene::Scene,
-    stage::cluster::Reach,
 };
 
 /// In 64 bits, from the definitions of range and cone.

@@ -10,7 +10,7 @@ use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 
 /// Both passes, bound for each batch of views.
 #[derive(Debug)]
-pub(super) struct Filter {
+pub(super) struct Soften {
     /// What the maps are before.
     pub raw: Maps,
     pub window: u32,
@@ -26,7 +26,7 @@ struct Pass {
     groups: [u32; 3],
 }
 
-impl Filter {
+impl Soften {
     /// And the maps that it fills from `raw`; `window` as in [`crate::model::dither::window`].
     pub(super) fn new(
         allocator: &mut Allocator<'_>,

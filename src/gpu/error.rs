@@ -18,6 +18,10 @@ pub enum Error {
     Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
     #[error(transparent)]
     Kernel(#[from] crate::gpu::KernelError),
+    #[error("{what} {index} cannot be used: {problem}")]
+    Invalid { what: &'static str, index: usize, problem: &'static str },
+    #[error("a later `prepare` has taken these maps over; use what it returned")]
+    Superseded,
     #[error("the device refused a command: {0}")]
     Refused(String),
     #[error("the device has no memory left: {0}; use a smaller shadow size")]

@@ -1,13 +1,17 @@
-//! Maps that stay as they are but change their places: those of an atlas that was packed anew.
-use super::{filter::Filter, maps::Maps};
-use crate::{gpu::Memory, model::View, view::atlas::MapPlace};
+//! Copies cached maps to their new rectangles, where the atlas was packed anew.
+use crate::{
+    gpu::Memory,
+    model::View,
+    shadows::{maps::Maps, soften::Soften},
+    view::atlas::MapPlace,
+};
 use glam::UVec2;
 
-/// Where kept maps are until they are recorded.
+/// Cached maps in their old rectangles, and where they go.
 #[derive(Debug)]
-pub(super) struct Moved {
+pub(in crate::shadows) struct Relocation {
     maps: Maps,
-    /// As in [`Filter`].
+    /// As in [`Soften`].
     raw: Option<Maps>,
     moves: Vec<Move>,
 }
@@ -20,11 +24,11 @@ struct Move {
     size: UVec2,
 }
 
-impl Moved {
+impl Relocation {
     /// The views `kept` of `old` to their places in `maps`. `None` where there are none.
-    pub(super) fn new(
+    pub(in crate::shadows) fn new(
         old: Maps,
-        old_filter: Option<Filter>,
+        old_soften: Option<Soften>,
         kept: impl Iterator<Item = usize>,
         views: &[View],
         maps: &Maps,
@@ -36,11 +40,11 @@ impl Moved {
                 size: views[index].size,
             })
             .collect();
-        let raw = old_filter.map(|filter| filter.raw);
+        let raw = old_soften.map(|soften| soften.raw);
         (!moves.is_empty()).then_some(Self { maps: old, raw, moves })
     }
 
-    pub(super) fn count(&self, memory: &mut Memory) {
+    pub(in crate::shadows) fn count(&self, memory: &mut Memory) {
         for texture in self.raw.iter().chain([&self.maps]).flat_map(Maps::textures) {
             let size = texture.size();
             let texels =
@@ -50,13 +54,13 @@ impl Moved {
         }
     }
 
-    pub(super) fn record(
+    pub(in crate::shadows) fn record(
         &self,
         maps: &Maps,
-        filter: Option<&Filter>,
+        soften: Option<&Soften>,
         encoder: &mut wgpu::CommandEncoder,
     ) {
-        let raw = self.raw.as_ref().zip(filter.map(|filter| &filter.raw));
+        let raw = self.raw.as_ref().zip(soften.map(|soften| &soften.raw));
         for (old, new) in [(&self.maps, maps)].into_iter().chain(raw) {
             for (old, new) in old.textures().into_iter().zip(new.textures()) {
                 for &Move { from, to, size } in &self.moves {

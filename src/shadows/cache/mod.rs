@@ -1,4 +1,9 @@
-//! Which views must be rendered again: those whose inputs have changed.
+//! Maps kept from frame to frame: a view is rendered again where what its map is made from has
+//! changed.
+mod relocation;
+
+pub(super) use relocation::Relocation;
+
 use super::casters::CasterSet;
 use crate::{model::View, shadows::cull::Occluders};
 use std::sync::{
@@ -8,8 +13,8 @@ use std::sync::{
 
 /// What each view's map was made from.
 #[derive(Debug, Default)]
-pub(super) struct Bake {
-    views: Vec<Baked>,
+pub(super) struct MapCache {
+    views: Vec<CachedView>,
     /// [`CasterSet`]'s.
     set: u64,
     /// Views that are ready to be rendered, or were rendered last, in order.
@@ -20,7 +25,7 @@ pub(super) struct Bake {
 }
 
 #[derive(Debug)]
-struct Baked {
+struct CachedView {
     view: View,
     /// Indices of the groups that it may see.
     groups: Vec<u32>,
@@ -31,8 +36,8 @@ struct Baked {
     at: u64,
 }
 
-impl Bake {
-    /// What follows `earlier`, or an empty bake. A view is pending where its own numbers, its
+impl MapCache {
+    /// What follows `earlier`, or an empty cache. A view is pending where its own numbers, its
     /// groups or something within a group changed: an opaque caster and one that filters alike,
     /// before a move or after it. The view's matrix is compared, not its camera: what a camera's
     /// move leaves as it is stays.
@@ -76,7 +81,7 @@ impl Bake {
             if !is_kept {
                 pending.push(index);
             }
-            Baked { view: view.clone(), groups, occluders, hidden, at: casters.changed_at() }
+            CachedView { view: view.clone(), groups, occluders, hidden, at: casters.changed_at() }
         });
         let views = views.collect();
         Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }
@@ -84,7 +89,7 @@ impl Bake {
 
     /// Whether maps of these views have the same places.
     pub(super) fn fits(&self, views: &[View]) -> bool {
-        self.views.iter().map(|baked| baked.view.size).eq(views.iter().map(|view| view.size))
+        self.views.iter().map(|cached| cached.view.size).eq(views.iter().map(|view| view.size))
     }
 
     /// Views whose maps stay.

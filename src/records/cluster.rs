@@ -1,0 +1,227 @@
+//! How a frustum is cut for its lights, and what of it each light reaches.
+use crate::model::{ClusterSettings, Light, LightKind, View};
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec3, Vec2, Vec3};
+
+/// Words of bits, one for 32 lights of a cluster: 8 MiB. With it, no invocation comes near the
+/// 65,535 iterations that llvmpipe allows.
+const MAX_WORDS: u32 = 1 << 21;
+/// Largest edge of a cluster [pixels].
+pub const MAX_TILE: u32 = 256;
+/// What the header of a cluster says whose list did not fit. WGSL: `wgsl/records/cluster.wgsl`.
+pub const ALL_LIGHTS: u32 = u32::MAX;
+
+/// WGSL: `wgsl/records/cluster.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct ClusterParams {
+    pub cells: UVec3,
+    pub cluster_count: u32,
+    pub light_count: u32,
+    /// Words of bits of a cluster.
+    pub word_count: u32,
+    /// Lights that all lists together have room for.
+    pub capacity: u32,
+    pub pad: u32,
+}
+crate::gpu_layout!(ClusterParams { cells, cluster_count, light_count, word_count, capacity, pad });
+
+/// WGSL: `wgsl/records/cluster.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct ClusterCounters {
+    /// (cluster, light) that there are.
+    pub needed: u32,
+    /// Clusters whose list did not fit: they are shaded with all lights.
+    pub overflowed: u32,
+    /// Lights of the cluster that has the most.
+    pub longest: u32,
+    pub pad: u32,
+}
+crate::gpu_layout!(ClusterCounters { needed, overflowed, longest, pad });
+
+/// How the frustum is cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// In x, y and depth.
+    pub cells: UVec3,
+    /// Edge of a cluster [pixels].
+    pub tile: u32,
+    /// Where the first slice ends [m].
+    pub first_slice: f32,
+    pub slices_per_doubling: f32,
+    /// Of the camera [m].
+    pub near: f32,
+    /// From the camera's near to its far plane [m].
+    pub depth_range: f32,
+    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths [m]. Wider
+    /// than the cells by what rounding may move a point.
+    pub bounds: Vec<[f32; 2]>,
+}
+
+/// How much wider cells are [pixels].
+const PIXEL_MARGIN: f32 = 1.0 / 64.0;
+/// How much wider slices are, relative to the depth: the error of a logarithm is far smaller.
+const DEPTH_MARGIN: f32 = 1e-4;
+
+impl Grid {
+    /// Coarser than the settings where the bits of `light_count` lights would take too much room.
+    pub fn new(settings: &ClusterSettings, camera: &View, light_count: usize) -> Self {
+        let words = word_count(light_count);
+        let mut tile = settings.tile.clamp(16, MAX_TILE);
+        let mut slices = settings.slices.clamp(1, ClusterSettings::MAX_SLICES);
+        let cells = |tile: u32, slices: u32| {
+            UVec3::new(camera.size.x.div_ceil(tile), camera.size.y.div_ceil(tile), slices)
+        };
+        let words_of = |cells: UVec3| u64::from(cells.element_product()) * u64::from(words);
+        while words_of(cells(tile, slices)) > u64::from(MAX_WORDS)
+            && (tile < MAX_TILE || slices > 1)
+        {
+            if tile < MAX_TILE {
+                tile = (tile * 2).min(MAX_TILE);
+            } else {
+                slices /= 2;
+            }
+        }
+        let cells = cells(tile, slices);
+        let (near, far) = (camera.near, camera.far);
+        let wanted = settings.near.unwrap_or(far * 0.01);
+        let first_slice = wanted.max(near).min(far * 0.99);
+        let slices_per_doubling = (slices - 1) as f32 / (far / first_slice).log2();
+        let half = camera.size.as_vec2() * 0.5;
+        let slope = |pixel: f32, half: f32| (pixel - half) / camera.scale;
+        let mut bounds = Vec::new();
+        for (count, half) in [(cells.x, half.x), (cells.y, half.y)] {
+            bounds.extend((0..count).map(|i| {
+                let low = (i * tile) as f32 - PIXEL_MARGIN;
+                [slope(low, half), slope(low + tile as f32 + 2.0 * PIXEL_MARGIN, half)]
+            }));
+        }
+        let end = |slice: u32| {
+            if slice + 1 == slices {
+                far
+            } else {
+                first_slice * (slice as f32 / slices_per_doubling).exp2()
+            }
+        };
+        bounds.extend((0..slices).map(|slice| {
+            let low = if slice == 0 { near } else { end(slice - 1) };
+            [low * (1.0 - DEPTH_MARGIN), end(slice) * (1.0 + DEPTH_MARGIN)]
+        }));
+        let depth_range = far - near;
+        Self { cells, tile, first_slice, slices_per_doubling, near, depth_range, bounds }
+    }
+
+    pub fn cluster_count(&self) -> u32 {
+        self.cells.element_product()
+    }
+
+    /// Low and high corner of a cluster: x to the right, y down, z along the view axis [m].
+    pub fn cluster_box(&self, cluster: u32) -> (Vec3, Vec3) {
+        let UVec3 { x: width, y: height, .. } = self.cells;
+        let (x, y, z) = (cluster % width, cluster / width % height, cluster / (width * height));
+        let [x, y, [near, far]] =
+            [x, width + y, width + height + z].map(|i| self.bounds[i as usize]);
+        let low = |[low, _]: [f32; 2]| (low * near).min(low * far);
+        let high = |[_, high]: [f32; 2]| (high * near).max(high * far);
+        (Vec3::new(low(x), low(y), near), Vec3::new(high(x), high(y), far))
+    }
+
+    /// The cluster of a pixel at light depth `depth`; `None` beside the picture and outside of the
+    /// planes.
+    pub fn cluster(&self, pixel: Vec2, depth: f32) -> Option<u32> {
+        let distance = self.near + depth * self.depth_range;
+        let doublings = (distance / self.first_slice).max(1.0).log2();
+        let beyond = (doublings * self.slices_per_doubling) as u32 + 1;
+        let slice = if distance >= self.first_slice { beyond } else { 0 }.min(self.cells.z - 1);
+        let cell = pixel.max(Vec2::ZERO).as_uvec2() / self.tile;
+        let inside = pixel.cmpge(Vec2::ZERO).all()
+            && cell.cmplt(self.cells.truncate()).all()
+            && (0.0..=1.0).contains(&depth);
+        inside.then(|| (slice * self.cells.y + cell.y) * self.cells.x + cell.x)
+    }
+
+    /// Lights that the lists need room for at most; the settings bound it.
+    pub fn capacity(&self, settings: &ClusterSettings, light_count: usize) -> u32 {
+        let most = u64::from(self.cluster_count()) * light_count as u64;
+        most.min(u64::from(settings.budget)) as u32
+    }
+
+    pub fn params(&self, settings: &ClusterSettings, light_count: usize) -> ClusterParams {
+        ClusterParams {
+            cells: self.cells,
+            cluster_count: self.cluster_count(),
+            light_count: light_count as u32,
+            word_count: word_count(light_count),
+            capacity: self.capacity(settings, light_count),
+            pad: 0,
+        }
+    }
+}
+
+fn word_count(light_count: usize) -> u32 {
+    (light_count as u32).div_ceil(32).max(1)
+}
+
+/// Planes around the cone of a spot.
+pub const PLANES: usize = 6;
+/// Steps of a radius, and of a normal, in integers. Squares and products stay in 32 bits.
+pub const UNIT: f32 = 8192.0;
+
+/// Where a light's light may be: a sphere, and for a spot the planes around its cone.
+/// 4 texels; WGSL: `wgsl/records/cluster.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Reach {
+    /// x to the right, y down, z along the view axis [m].
+    pub center: Vec3,
+    /// One over the radius [1/m]; 0: everywhere.
+    pub per_radius: f32,
+    /// Normals, outwards, and how far off the centre they begin, all in units of `1 / UNIT`.
+    pub planes: [[i16; 4]; PLANES],
+}
+
+/// Texels of a [`Reach`].
+pub const REACH_TEXELS: u32 = 4;
+const _: () = assert!(size_of::<Reach>() == REACH_TEXELS as usize * 16);
+
+impl Reach {
+    pub fn new(light: &Light, camera: &View) -> Self {
+        let everywhere = Self { center: Vec3::ZERO, per_radius: 0.0, planes: [[0; 4]; PLANES] };
+        let (position, cone) = match light.kind {
+            LightKind::Directional { .. } => return everywhere,
+            LightKind::Spot { position, direction, angle } => (position, Some((direction, angle))),
+            LightKind::Point { position } => (position, None),
+        };
+        let down = Vec3::new(1.0, -1.0, -1.0);
+        let center = camera.view_from_world.transform_point3(position) * down;
+        let corner = (camera.size.as_vec2() * 0.5 / camera.scale).extend(1.0) * camera.far;
+        // Points and lights come from world space by a few operations in 32 bits.
+        let eye = camera.position().abs().max_element() + position.abs().max_element();
+        let margin = 1e-5 * (eye + corner.length());
+        let farthest = center.length() + corner.length();
+        let radius = light.range().map_or(farthest, |range| range.min(farthest)) + margin;
+        if !(center.is_finite() && radius.is_finite() && radius > 0.0) {
+            return everywhere;
+        }
+        let mut planes = [[0; 4]; PLANES];
+        if let Some((direction, angle)) = cone {
+            let axis = camera.view_from_world.transform_vector3(direction) * down;
+            // The cosine that the shading compares has an error, which is a large angle near 0.
+            let cosine = ((angle * 0.5).cos() - 2e-6).clamp(0.0, 1.0);
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let right = axis.any_orthonormal_vector();
+            let up = axis.cross(right);
+            // Half a unit of each of the normal's three coordinates, over the unit cube; and what
+            // the margin is, of a radius.
+            let slack = (2.0 + UNIT * margin / radius).min(32767.0).ceil();
+            for (k, plane) in planes.iter_mut().enumerate() {
+                let turn = k as f32 * (std::f32::consts::TAU / PLANES as f32);
+                let side = right * turn.cos() + up * turn.sin();
+                let normal = ((side * cosine - axis * sine) * UNIT).round();
+                *plane = [normal.x, normal.y, normal.z, slack].map(|v| v as i16);
+            }
+        }
+        Self { center, per_radius: 1.0 / radius, planes }
+    }
+}

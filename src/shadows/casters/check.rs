@@ -1,0 +1,57 @@
+//! What a host hands over is checked before it is used.
+use crate::{
+    error::Error,
+    model::{Casters, Particle, Triangle},
+    records::MAX_MATERIALS,
+};
+
+impl Casters<'_> {
+    /// Whether all indices are in range and all positions finite.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let Self { particles, triangles, materials, textures } = self;
+        if materials.len() > MAX_MATERIALS {
+            return Err(Error::Limit {
+                limit: "materials of a scene",
+                have: MAX_MATERIALS as u64,
+                need: materials.len() as u64,
+                remedy: "merge materials that are alike",
+            });
+        }
+        let known = |material: u32| (material as usize) < materials.len();
+        let no_material = "its material is not among the materials";
+        find("particle", particles, |particle| match particle {
+            Particle { material, .. } if !known(*material) => Some(no_material),
+            Particle { center, .. } if !center.is_finite() => Some("its centre must be finite"),
+            Particle { radius, .. } if !(*radius > 0.0 && radius.is_finite()) => {
+                Some("its radius must be above 0 and finite")
+            }
+            _ => None,
+        })?;
+        find("triangle", triangles, |triangle| match triangle {
+            Triangle { material, .. } if !known(*material) => Some(no_material),
+            Triangle { positions, .. } if !positions.iter().all(|p| p.is_finite()) => {
+                Some("its corners must be finite")
+            }
+            _ => None,
+        })?;
+        find("material", materials, |material| {
+            let unknown = material.texture.is_some_and(|index| index as usize >= textures.len());
+            unknown.then_some("its texture is not among the textures")
+        })?;
+        find("texture", textures, |texture| {
+            let size = u64::from(texture.width) * u64::from(texture.height) * 4;
+            (size == 0 || texture.rgba.len() as u64 != size)
+                .then_some("it must have width times height times 4 bytes, and some")
+        })
+    }
+}
+
+/// The first of `items` that has a problem, as an error.
+fn find<T>(
+    what: &'static str,
+    items: &[T],
+    problem: impl Fn(&T) -> Option<&'static str>,
+) -> Result<(), Error> {
+    let found = items.iter().enumerate().find_map(|(index, item)| Some((index, problem(item)?)));
+    found.map_or(Ok(()), |(index, problem)| Err(Error::Invalid { what, index, problem }))
+}

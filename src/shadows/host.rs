@@ -1,0 +1,245 @@
+//! The library's face: a host's casters and views in, maps to be recorded out.
+use super::{CasterSet, Config, ListCounters, Maps, Pipeline, PreparedMaps, Room};
+use crate::{
+    error::Error,
+    gpu::{Memory, NATIVE_FEATURES, Tier, Timeline},
+    model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
+    stage::sort::pair_limit,
+};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Shadow maps on one device. Keeps its kernels, and the casters and maps of the last frame, so
+/// that the next uploads and renders what has changed only.
+#[derive(Debug)]
+pub struct Shadows {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    engine: Arc<Mutex<Engine>>,
+    room: Room,
+}
+
+/// What [`Shadows`] and the last [`Prepared`] share.
+#[derive(Debug)]
+struct Engine {
+    pipeline: Pipeline,
+    casters: Option<CasterSet>,
+    maps: Option<PreparedMaps>,
+    /// Of the frame that `maps` are of.
+    frame: u64,
+}
+
+/// The maps of a frame, ready to be recorded any number of times, until a later
+/// [`Shadows::prepare`] takes them over.
+#[derive(Debug)]
+pub struct Prepared {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    engine: Arc<Mutex<Engine>>,
+    frame: u64,
+    caster_count: u64,
+    /// Whether some filter depends on the order of its casters.
+    ordered: bool,
+    maps: Maps,
+    memory: Memory,
+}
+
+fn lock(engine: &Mutex<Engine>) -> MutexGuard<'_, Engine> {
+    engine.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Shadows {
+    /// On a host's device, of which it keeps handles. It runs on the native tier where the device
+    /// was opened with subgroups and texture atomics, else on WebGPU's own limits and features.
+    ///
+    /// # Errors
+    /// Where the device has less than WebGPU's limits, or refuses a kernel.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        adapter: &wgpu::AdapterInfo,
+    ) -> Result<Self, Error> {
+        let native = device.features().contains(NATIVE_FEATURES);
+        let tier = if native { Tier::Native } else { Tier::Core };
+        Self::with(device, queue, Config::new(tier, adapter))
+    }
+
+    /// With a configuration of its own: for tests and measurements.
+    #[doc(hidden)]
+    pub fn with(device: &wgpu::Device, queue: &wgpu::Queue, config: Config) -> Result<Self, Error> {
+        crate::gpu::missed_limit(&device.limits()).map_or(Ok(()), Err)?;
+        let pipeline = Pipeline::new(device, config)?;
+        let engine = Engine { pipeline, casters: None, maps: None, frame: 0 };
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            engine: Arc::new(Mutex::new(engine)),
+            room: Room::new(MAX_PAIRS),
+        })
+    }
+
+    /// Uploads what has changed of `casters` and allocates the maps of `views`. Maps of the frame
+    /// before stay where nothing has changed that they see; the others are rendered when the
+    /// [`Prepared`] is recorded. Earlier ones are void from here on.
+    ///
+    /// # Errors
+    /// Where a caster or view is not as its fields say it must be, or the device has no room.
+    pub fn prepare(
+        &mut self,
+        casters: &Casters<'_>,
+        views: &[View],
+        settings: &ShadowSettings,
+    ) -> Result<Prepared, Error> {
+        casters.check()?;
+        check(views, settings)?;
+        let Self { device, queue, room, .. } = self;
+        room.budget = settings.pair_budget.min(pair_limit(device));
+        let mut engine = lock(&self.engine);
+        let Engine { pipeline, casters: set, maps, frame } = &mut *engine;
+        pipeline.config = Config {
+            pair_budget: room.budget,
+            soften: settings.soften,
+            colored: settings.colored,
+            nodes: settings.curve_nodes(),
+            ..pipeline.config
+        };
+        let kept = set.take().and_then(|mut set| set.update(queue, casters).then_some(set));
+        let new = match kept {
+            Some(kept) => kept,
+            None => CasterSet::new(device, queue, casters)?,
+        };
+        let new = set.insert(new);
+        let prepared = match maps.take() {
+            Some(earlier) => {
+                pipeline.prepare_again(device, queue, new, views, room.pairs, earlier)?
+            }
+            None => pipeline.prepare(device, queue, new, views, room.pairs)?,
+        };
+        *frame += 1;
+        let prepared = maps.insert(prepared);
+        Ok(Prepared {
+            device: device.clone(),
+            queue: queue.clone(),
+            engine: Arc::clone(&self.engine),
+            frame: *frame,
+            caster_count: (casters.particles.len() + casters.triangles.len()) as u64,
+            ordered: new.is_ordered(),
+            maps: prepared.maps.clone(),
+            memory: prepared.memory.clone(),
+        })
+    }
+
+    /// Takes over how many pairs a frame needed. Whether it grew: then some casters took the
+    /// slower scatter path for lack of room, and the next [`Self::prepare`] has room for them.
+    #[expect(clippy::needless_pass_by_value, reason = "what was counted is used up")]
+    pub fn grow_from(&mut self, counters: Counters) -> bool {
+        let grows = self.room.grow(counters.pairs_needed, counters.pair_room);
+        if let Some(maps) = lock(&self.engine).maps.as_mut().filter(|_| grows) {
+            maps.forget();
+        }
+        grows
+    }
+
+    /// Gives the casters and maps of the last frame back to the device.
+    pub fn forget(&mut self) {
+        let mut engine = lock(&self.engine);
+        (engine.casters, engine.maps) = (None, None);
+        engine.frame += 1;
+        self.room.pairs = None;
+    }
+
+    /// What the next frames are prepared with, as far as [`ShadowSettings`] do not say it: for
+    /// tests and measurements.
+    #[doc(hidden)]
+    pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
+        change(&mut lock(&self.engine).pipeline.config);
+    }
+
+    /// The pipeline and the casters of the last frame.
+    #[cfg(feature = "picture")]
+    pub(crate) fn with_casters<T>(
+        &mut self,
+        act: impl FnOnce(&mut Pipeline, &CasterSet) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let mut engine = lock(&self.engine);
+        let Engine { pipeline, casters, .. } = &mut *engine;
+        act(pipeline, casters.as_ref().ok_or(Error::Superseded)?)
+    }
+}
+
+impl Prepared {
+    /// Records every stage of every view whose maps must be rendered. Makes nothing and submits
+    /// nothing; records nothing where a later [`Shadows::prepare`] has taken the maps over.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.record_timed(encoder, &mut Timeline::untimed());
+    }
+
+    /// As [`Self::record`], with time stamps around each stage.
+    pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        let engine = lock(&self.engine);
+        if let Ok(maps) = self.current(&engine) {
+            maps.record(engine.pipeline.kernels(), encoder, timeline);
+        }
+    }
+
+    fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {
+        engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
+    }
+
+    /// What the last recorded frame counted, once it was submitted. Waits for the device.
+    ///
+    /// # Errors
+    /// Where a later [`Shadows::prepare`] has taken the maps over, or the device is lost.
+    pub fn counters(&self) -> Result<Counters, Error> {
+        let engine = lock(&self.engine);
+        let maps = self.current(&engine)?;
+        let (opaque, translucent) = maps.read_counters(&self.device, &self.queue)?;
+        let sum =
+            |of: fn(&ListCounters) -> u32| u64::from(of(&opaque)) + u64::from(of(&translucent));
+        Ok(Counters {
+            casters: self.caster_count,
+            views_rendered: maps.rendered_count() as u64,
+            views_kept: (maps.view_count() - maps.rendered_count()) as u64,
+            culled: maps.culled_count(),
+            hidden: maps.hidden_count(),
+            visible: sum(|c| c.visible + c.scattered),
+            pairs: sum(|c| c.pair_count),
+            segments: sum(|c| c.segment_count),
+            scattered: sum(|c| c.scattered + c.overflowed),
+            overflowed: sum(|c| c.overflowed),
+            disordered: sum(|c| c.disordered),
+            unordered: u64::from(translucent.overflowed) * u64::from(self.ordered),
+            pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
+            pair_room: maps.pair_capacity(),
+            ..Counters::default()
+        })
+    }
+
+    /// The textures that the maps of all views are in, and where in them each is.
+    pub fn maps(&self) -> &Maps {
+        &self.maps
+    }
+
+    /// Bytes by buffer and texture.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+}
+
+fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
+    let invalid = |index, problem| Err(Error::Invalid { what: "view", index, problem });
+    for (index, view) in views.iter().enumerate() {
+        let sizes = MIN_MAP_SIZE..=MAX_MAP_SIZE;
+        if !(sizes.contains(&view.size.x) && sizes.contains(&view.size.y)) {
+            return invalid(index, "its map's size must be 16 to 4096 texels");
+        }
+        let finite = view.view_from_world.is_finite() && view.far.is_finite();
+        if !finite || !(view.near >= 0.0 && view.near < view.far) {
+            return invalid(index, "its planes must be finite, the near one before the far one");
+        }
+    }
+    if !matches!(settings.curve_nodes(), 0 | 4 | 8 | 16) {
+        let problem = "a curve has 4, 8 or 16 nodes";
+        return Err(Error::Invalid { what: "setting", index: 0, problem });
+    }
+    Ok(())
+}

@@ -1,0 +1,279 @@
+//! The stages of one device, and what they prepare for a frame.
+use super::{
+    CasterSet, Config, Kernels, Maps, PreparedMaps,
+    batch::Batch,
+    cache::{MapCache, Relocation},
+    context::Context,
+    plan::{self, LISTS, PendingView, Plan},
+    scratch::Scratch,
+    soften::Soften,
+};
+use crate::{
+    error::Error,
+    gpu::{Allocator, FETCH_FEATURES, Memory, Tier},
+    model::View,
+};
+use std::sync::Arc;
+
+/// Kernels of one device; makes the specialised ones when a scene first needs them.
+#[derive(Debug)]
+pub struct Pipeline {
+    pub(crate) kernels: Kernels,
+    /// Holds for what is prepared from here on. Tier and what the adapter is stay as they were.
+    pub config: Config,
+    may_queue: bool,
+}
+
+/// Maps of some views, and what fills and softens them.
+#[derive(Debug)]
+pub(super) struct MapSet {
+    pub maps: Maps,
+    pub soften: Option<Soften>,
+    pub memory: Memory,
+}
+
+/// What one frame asks for.
+#[derive(Clone, Copy)]
+struct Request<'a> {
+    device: &'a wgpu::Device,
+    queue: &'a wgpu::Queue,
+    casters: &'a CasterSet,
+    views: &'a [View],
+    /// Pairs that the largest batch is thought to have.
+    pairs: Option<u32>,
+    /// Of the dither patterns that are softened; 0 where none are [texels].
+    window: u32,
+    gain: bool,
+    colored: bool,
+}
+
+/// What of an earlier frame is used again.
+#[derive(Default)]
+struct Reuse {
+    /// Where every map keeps its rectangle.
+    maps: Option<MapSet>,
+    /// Where the atlas is packed anew.
+    relocated: Option<MapSet>,
+    scratch: Option<(Arc<Scratch>, Memory)>,
+    cache: MapCache,
+}
+
+impl Pipeline {
+    pub fn new(device: &wgpu::Device, config: Config) -> Result<Self, Error> {
+        let features = device.features().contains(FETCH_FEATURES);
+        let may_queue = config.queued && config.tier == Tier::Native && features;
+        let config = Config { queued: may_queue, ..config };
+        Ok(Self { kernels: Kernels::new(device, config)?, config, may_queue })
+    }
+
+    pub fn kernels(&self) -> &Kernels {
+        &self.kernels
+    }
+
+    /// Allocates the maps of `views` and what the frame needs on the way. `pairs` is how many
+    /// pairs the largest batch is thought to have; the budget bounds it.
+    pub fn prepare(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+    ) -> Result<PreparedMaps, Error> {
+        self.prepare_from(&self.request(device, queue, casters, views, pairs), None)
+    }
+
+    /// As [`Self::prepare`], with the maps of an earlier frame: only those views are recorded
+    /// whose own numbers, visible groups or something within these have changed since it was
+    /// recorded; the texels of all others stay. A view that is rendered has the same bits as in a
+    /// whole frame of the same [`CasterSet`], unless pairs go past the budget. Where the number of
+    /// views or a map's size differs, the maps that stay are copied to their new places.
+    pub fn prepare_again(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+        earlier: PreparedMaps,
+    ) -> Result<PreparedMaps, Error> {
+        self.prepare_from(&self.request(device, queue, casters, views, pairs), Some(earlier))
+    }
+
+    fn request<'a>(
+        &self,
+        device: &'a wgpu::Device,
+        queue: &'a wgpu::Queue,
+        casters: &'a CasterSet,
+        views: &'a [View],
+        pairs: Option<u32>,
+    ) -> Request<'a> {
+        Request {
+            device,
+            queue,
+            casters,
+            views,
+            pairs,
+            window: if self.config.soften { casters.dither_window } else { 0 },
+            gain: casters.span(LISTS[1].clone()).features.gain,
+            colored: self.config.colored && casters.dither_window > 0,
+        }
+    }
+
+    fn prepare_from(
+        &mut self,
+        request: &Request<'_>,
+        earlier: Option<PreparedMaps>,
+    ) -> Result<PreparedMaps, Error> {
+        self.config.queued &= self.may_queue;
+        let nodes = self.config.nodes;
+        let &Request { device, queue, casters, views, .. } = request;
+        let earlier = earlier.filter(|earlier| self.can_follow(request, earlier));
+        let reuse = earlier.map_or_else(Reuse::default, |earlier| Reuse::of(earlier, views));
+        let kept = reuse.maps.is_some();
+        let set = match reuse.maps {
+            Some(set) => set,
+            None => MapSet::new(request, nodes)?,
+        };
+        let MapSet { maps, mut soften, memory: maps_memory } = set;
+        let maps = Maps { gain: request.gain, ..maps };
+        let cache = MapCache::after(reuse.cache, casters, views, self.config.hide.then_some(nodes));
+        let relocation = reuse
+            .relocated
+            .and_then(|old| Relocation::new(old.maps, old.soften, cache.kept(), views, &maps));
+
+        let pending: Vec<_> = cache
+            .pending
+            .iter()
+            .map(|&index| PendingView {
+                view: &views[index],
+                place: maps.places[index],
+                groups: cache.groups(index),
+            })
+            .collect();
+        let mut plans = plan::batches(&pending, casters, &self.config, kept)?;
+        let culled = culled_count(casters, pending.len(), &plans);
+        let (scratch, scratch_memory) = self.scratch(request, reuse.scratch, &plans)?;
+        let mut memory = casters.memory.clone();
+        for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
+            memory.add(name, bytes);
+        }
+        if let Some(relocation) = &relocation {
+            relocation.count(&mut memory);
+        }
+        let raw = soften.as_ref().map_or(&maps, |soften| &soften.raw);
+        if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
+            raw.fill_clear(queue);
+            plans.iter_mut().for_each(|plan| plan.cleared = true);
+        }
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let batches = self.bind_batches(request, &mut allocator, &plans, &scratch, raw)?;
+        if let Some(soften) = &mut soften {
+            soften.bind(&mut allocator, queue, &self.kernels, &plans, &maps)?;
+        }
+        Ok(PreparedMaps {
+            maps,
+            batches,
+            soften,
+            scratch,
+            cache,
+            relocation,
+            culled,
+            maps_memory,
+            scratch_memory,
+            memory,
+        })
+    }
+
+    /// Whether maps of `earlier` may stay.
+    fn can_follow(&self, request: &Request<'_>, earlier: &PreparedMaps) -> bool {
+        let nodes = self.config.nodes;
+        let window = earlier.soften.as_ref().map_or(0, |soften| soften.window);
+        // Curves stay in their places only, and all are written alike.
+        let same_curves =
+            nodes == 0 || (earlier.maps.gain == request.gain && earlier.cache.fits(request.views));
+        // Channels are rendered anew each time.
+        !request.colored
+            && !earlier.is_colored()
+            && window == request.window
+            && earlier.maps.nodes == nodes
+            && same_curves
+    }
+
+    /// What batches write on the way: an earlier frame's where it has room.
+    fn scratch(
+        &self,
+        request: &Request<'_>,
+        earlier: Option<(Arc<Scratch>, Memory)>,
+        plans: &[Plan],
+    ) -> Result<(Arc<Scratch>, Memory), Error> {
+        let &Request { device, queue, pairs, .. } = request;
+        let nodes = self.config.nodes;
+        let usable =
+            earlier.filter(|(scratch, _)| scratch.fits(device, &self.config, plans, pairs, nodes));
+        if let Some(usable) = usable {
+            return Ok(usable);
+        }
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let scratch = Scratch::new(&mut allocator, queue, &self.config, plans, pairs, nodes)?;
+        Ok((Arc::new(scratch), memory))
+    }
+
+    fn bind_batches(
+        &mut self,
+        request: &Request<'_>,
+        allocator: &mut Allocator<'_>,
+        plans: &[Plan],
+        scratch: &Arc<Scratch>,
+        raw: &Maps,
+    ) -> Result<Vec<Batch>, Error> {
+        let mut batches = Vec::with_capacity(plans.len());
+        for plan in plans {
+            let mut context = Context {
+                allocator,
+                queue: request.queue,
+                kernels: &mut self.kernels,
+                config: &self.config,
+                casters: request.casters,
+                scratch,
+                camera: false,
+                binned_rects: None,
+            };
+            batches.push(Batch::new(&mut context, plan, raw)?);
+        }
+        Ok(batches)
+    }
+}
+
+/// (caster, pending view) that no list has.
+fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
+    let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
+    let listed: u64 = plans.iter().map(Plan::caster_count).sum();
+    (all * view_count) as u64 - listed
+}
+
+impl MapSet {
+    fn new(request: &Request<'_>, nodes: u32) -> Result<Self, Error> {
+        let &Request { device, queue, views, window, colored, .. } = request;
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let maps = Maps::new(&mut allocator, queue, views, nodes, colored)?;
+        if window == 0 {
+            return Ok(Self { maps, soften: None, memory });
+        }
+        let (maps, soften) = Soften::new(&mut allocator, queue, maps, window)?;
+        Ok(Self { maps, soften: Some(soften), memory })
+    }
+}
+
+impl Reuse {
+    fn of(earlier: PreparedMaps, views: &[View]) -> Self {
+        let PreparedMaps { maps, soften, maps_memory, cache, scratch, scratch_memory, .. } =
+            earlier;
+        let set = MapSet { maps, soften, memory: maps_memory };
+        let (maps, relocated) =
+            if cache.fits(views) { (Some(set), None) } else { (None, Some(set)) };
+        Self { maps, relocated, scratch: Some((scratch, scratch_memory)), cache }
+    }
+}

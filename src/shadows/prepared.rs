@@ -1,0 +1,100 @@
+//! Maps of a frame, ready to be recorded.
+use super::{
+    Kernels, ListCounters, Maps,
+    batch::Batch,
+    cache::{MapCache, Relocation},
+    scratch::Scratch,
+    soften::Soften,
+};
+use crate::{
+    error::Error,
+    gpu::{Memory, Timeline},
+};
+use std::sync::Arc;
+
+/// A scene's maps on the GPU and all it takes to fill them.
+#[derive(Debug)]
+pub struct PreparedMaps {
+    pub maps: Maps,
+    pub(super) batches: Vec<Batch>,
+    pub(super) soften: Option<Soften>,
+    pub(super) scratch: Arc<Scratch>,
+    pub(super) cache: MapCache,
+    pub(super) relocation: Option<Relocation>,
+    pub(super) culled: u64,
+    pub(super) maps_memory: Memory,
+    pub(super) scratch_memory: Memory,
+    /// Bytes by buffer and texture.
+    pub memory: Memory,
+}
+
+impl PreparedMaps {
+    pub(super) fn is_colored(&self) -> bool {
+        self.soften.as_ref().map_or(&self.maps, |soften| &soften.raw).colored.is_some()
+    }
+
+    /// Pairs that a batch has room for.
+    pub fn pair_capacity(&self) -> u32 {
+        self.scratch.pair_capacity
+    }
+
+    /// Views that [`Self::record`] renders; the others are as they were.
+    pub fn rendered_count(&self) -> usize {
+        self.cache.pending.len()
+    }
+
+    pub fn view_count(&self) -> usize {
+        self.cache.view_count()
+    }
+
+    /// (caster, view) that are not even projected: their groups are outside the view or wholly
+    /// behind an opaque surface.
+    pub fn culled_count(&self) -> u64 {
+        self.culled
+    }
+
+    /// Of those, the ones behind an opaque surface.
+    pub fn hidden_count(&self) -> u64 {
+        self.cache.hidden_count()
+    }
+
+    /// Has the next [`Pipeline::prepare_again`] render again what this one does, as when pairs
+    /// did not fit.
+    pub fn forget(&mut self) {
+        self.cache.forget();
+    }
+
+    /// Records every stage of every view that must be rendered.
+    pub fn record(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        if let Some(relocation) = &self.relocation {
+            relocation.record(&self.maps, self.soften.as_ref(), encoder);
+        }
+        for batch in &self.batches {
+            batch.record(kernels, encoder, timeline);
+        }
+        if let Some(soften) = &self.soften {
+            soften.record(kernels, encoder, timeline);
+        }
+        self.cache.mark_recorded();
+    }
+
+    /// What the last frame counted; blocks. `(opaque, translucent)`, summed over the batches.
+    pub fn read_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<(ListCounters, ListCounters), Error> {
+        let mut sums = (ListCounters::default(), ListCounters::default());
+        for batch in &self.batches {
+            let (opaque, translucent) = batch.read_counters(device, queue)?;
+            sums.0.add(&opaque);
+            sums.1.add(&translucent);
+        }
+        Ok(sums)
+    }
+}
