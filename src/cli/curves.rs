@@ -10,7 +10,7 @@ const UNUSED: f32 = 2.0;
 /// Depths whose light a preview takes the mean of.
 const STEPS: usize = 16;
 
-/// All nodes of all texels: of each texel those in use first, from near to far; the others have the
+/// All nodes of all texels: of each texel those in use first, in their order; the others have the
 /// light behind the last one.
 pub(super) fn values(curve: &CurveMap) -> impl ExactSizeIterator<Item = f32> {
     let mut values = Vec::with_capacity(curve.packed.len() * FIELDS);

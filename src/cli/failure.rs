@@ -40,7 +40,8 @@ impl Failure {
                 let margin = " ".repeat(number.len());
                 let before = " ".repeat(marked.start);
                 let mark = "^".repeat(marked.len().max(1));
-                text += &format!(" {margin} |\n {number} | {excerpt}\n {margin} | {before}{mark}\n");
+                text +=
+                    &format!(" {margin} |\n {number} | {excerpt}\n {margin} | {before}{mark}\n");
             }
             if let Some(help) = error.help() {
                 text += &format!("  help: {help}\n");
@@ -61,9 +62,7 @@ impl Failure {
                 | Error::Unusable(_)
                 | Error::Device { .. }
                 | Error::Limit { .. },
-            ) => {
-                Some("--backend cpu renders without a GPU")
-            }
+            ) => Some("--backend cpu renders without a GPU"),
             Self::Gpu(Error::Memory(_)) => {
                 Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
             }
@@ -77,7 +76,12 @@ impl Failure {
         match self {
             Self::Scene(SceneError::Memory { .. }) => 1,
             Self::Scene(_) | Self::Usage(_) => 2,
-            Self::Gpu(Error::Adapter { .. } | Error::Unusable(_) | Error::Device { .. } | Error::Limit { .. }) => 3,
+            Self::Gpu(
+                Error::Adapter { .. }
+                | Error::Unusable(_)
+                | Error::Device { .. }
+                | Error::Limit { .. },
+            ) => 3,
             Self::Gpu(_) | Self::File { .. } | Self::Wrong(_) | Self::Output(_) => 1,
         }
     }

@@ -101,7 +101,8 @@ impl Unique {
             return name.to_owned();
         };
         let numbered = |number: u32| format!("{name}_{number}");
-        let is_free = |number: &u32| !self.taken.contains_key(&numbered(*number).to_ascii_lowercase());
+        let is_free =
+            |number: &u32| !self.taken.contains_key(&numbered(*number).to_ascii_lowercase());
         let number = (last + 1..).find(is_free).unwrap_or(u32::MAX);
         self.taken.insert(key, number);
         self.taken.insert(numbered(number).to_ascii_lowercase(), 1);

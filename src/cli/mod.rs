@@ -15,9 +15,9 @@ mod render;
 mod translate;
 
 pub(crate) use arguments::Arguments;
-pub(crate) use files::Quiet;
 use arguments::Command;
 use failure::Failure;
+pub(crate) use files::Quiet;
 
 pub(crate) fn run(command: Command) -> Result<(), Failure> {
     match command {

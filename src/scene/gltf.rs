@@ -57,11 +57,7 @@ const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 const PICTURE_HEIGHT: f32 = 540.0;
 
 /// World space = `transform` * glTF space; material and texture indices start at 0.
-pub(super) fn load(
-    path: &Path,
-    transform: Mat4,
-    earlier: &Earlier,
-) -> Result<Model, SceneError> {
+pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Model, SceneError> {
     let file = File::open(path)?;
     let too_many = |(message, help): (String, &str)| file.invalid(message, help);
     let mut materials = Materials::new(&file, earlier);
@@ -147,9 +143,7 @@ fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError
     if counts.any(|other| other != count) {
         return Err(damaged("their attributes differ in count"));
     }
-    Limit::Nodes
-        .grown(0, count as u64)
-        .map_err(|(message, help)| file.invalid(message, help))?;
+    Limit::Nodes.grown(0, count as u64).map_err(|(message, help)| file.invalid(message, help))?;
     let place = |i: usize| {
         let translation = translation.map_or(Vec3::ZERO, |t| Vec3::from_array(t.floats(i)));
         let turn = rotation.map_or(Quat::IDENTITY, |r| Quat::from_array(r.floats(i)));

@@ -96,9 +96,9 @@ impl File {
 
     /// What follows `data:`.
     fn decode(&self, rest: &str) -> Result<Vec<u8>, SceneError> {
-        let bad = |problem: String| self.invalid(format!("data URI: {problem}"), "encode it in base64");
-        let (head, data) =
-            rest.split_once(',').ok_or_else(|| bad("it has no comma".to_owned()))?;
+        let bad =
+            |problem: String| self.invalid(format!("data URI: {problem}"), "encode it in base64");
+        let (head, data) = rest.split_once(',').ok_or_else(|| bad("it has no comma".to_owned()))?;
         let is_base64 =
             head.rsplit(';').next().is_some_and(|last| last.eq_ignore_ascii_case("base64"));
         if !is_base64 {

@@ -55,7 +55,8 @@ fn check_version(root: &Value) -> Result<(), Fault> {
         let (major, minor) = version.split_once('.')?;
         Some((major.parse::<u32>().ok()?, minor.parse::<u32>().ok()?))
     };
-    let least = word("minVersion").unwrap_or(if version.starts_with("2.") { "2.0" } else { version });
+    let least =
+        word("minVersion").unwrap_or(if version.starts_with("2.") { "2.0" } else { version });
     match number(least) {
         Some((2, 0)) => Ok(()),
         _ => Err((format!("needs glTF {}", quoted(least)), "export it as glTF 2.0")),
@@ -134,7 +135,8 @@ pub(super) struct Instancing {
 /// For each node; empty where no node has instances.
 pub(super) fn instancing(root: &Value) -> Vec<Option<Instancing>> {
     let of_node = |node: &Value| {
-        let attributes = node.get("extensions")?.get("EXT_mesh_gpu_instancing")?.get("attributes")?;
+        let attributes =
+            node.get("extensions")?.get("EXT_mesh_gpu_instancing")?.get("attributes")?;
         let accessor = |name| attributes.get(name)?.as_u64().map(|index| index as usize);
         Some(Instancing {
             translation: accessor("TRANSLATION"),

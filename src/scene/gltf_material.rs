@@ -6,7 +6,7 @@
 //! it: there each face takes the square root of `attenuationColor^(thickness /
 //! attenuationDistance)` as well. Thickness is in the mesh's own units, so the node's scale goes
 //! into that material.
-use super::{SceneError, gltf_file::File, gltf::Earlier, gltf_texture::Textures, limits::Limit};
+use super::{SceneError, gltf::Earlier, gltf_file::File, gltf_texture::Textures, limits::Limit};
 use crate::model::{Material, Skipped, Texture, Transfer};
 use ::gltf::material::{AlphaMode, Volume};
 use glam::{Mat4, Vec2, Vec3};

@@ -170,8 +170,7 @@ impl Meshes {
         primitive: &gltf::Primitive<'_>,
     ) -> Result<Option<Items<'f>>, SceneError> {
         let Some(accessor) = primitive.indices() else { return Ok(None) };
-        let is_whole =
-            matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
+        let is_whole = matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
         if !is_whole || accessor.dimensions() != Dimensions::Scalar {
             let message = format!("accessor {} holds no indices", accessor.index());
             return Err(file.invalid(message, "export the file again"));
@@ -188,8 +187,8 @@ fn triangle(
     uses: &Uses,
     id: u32,
 ) -> Result<Triangle, &'static str> {
-    let positions = corner
-        .map(|i| world.transform_point3(Vec3::from_array(vertices.positions.floats(i))));
+    let positions =
+        corner.map(|i| world.transform_point3(Vec3::from_array(vertices.positions.floats(i))));
     let uvs = vertices.uvs.map_or([Vec2::ZERO; 3], |uvs| {
         corner.map(|i| uses.transform_uv(Vec2::from_array(uvs.floats(i))))
     });

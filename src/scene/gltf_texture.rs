@@ -1,7 +1,5 @@
 //! glTF images as the textures that casters sample: base colour, with transmission multiplied in.
-use super::{
-    SceneError, gltf_file::File, images, limits::Limit, particles::linear_from_srgb,
-};
+use super::{SceneError, gltf_file::File, images, limits::Limit, particles::linear_from_srgb};
 use crate::model::Texture;
 use image::{RgbaImage, imageops::FilterType};
 use std::collections::HashMap;

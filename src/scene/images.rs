@@ -11,10 +11,8 @@ pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaIm
     let help = || format!("use a PNG, JPEG or WebP of at most {most} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let decoder = reader
-        .map_err(|error| bad(&error))?
-        .into_decoder()
-        .map_err(|error| bad(&error))?;
+    let decoder =
+        reader.map_err(|error| bad(&error))?.into_decoder().map_err(|error| bad(&error))?;
     let (width, height) = decoder.dimensions();
     if width > most || height > most {
         return Err((format!("the image has {width} x {height} texels"), help()));

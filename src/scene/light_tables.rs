@@ -185,6 +185,8 @@ fn cascades<T>(
         count,
         lambda: check.share("lambda", lambda.unwrap_or(usual.lambda))?,
         fade: check.number("fade", fade.unwrap_or(usual.fade), is_half, "from 0 to 0.5")?,
-        range: range.map(|v| check.number("range", v, most, "a distance of 1e-3 to 1e7 m")).transpose()?,
+        range: range
+            .map(|v| check.number("range", v, most, "a distance of 1e-3 to 1e7 m"))
+            .transpose()?,
     }))
 }

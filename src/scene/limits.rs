@@ -7,6 +7,7 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
+    /// Of files and tables together, as all of these.
     Lights,
     /// A uniform array on every device.
     Materials,
@@ -14,13 +15,16 @@ pub enum Limit {
     Textures,
     /// Of all textures [texels]: 1 GiB.
     Texels,
+    /// Read or generated.
     Particles,
+    /// Of shapes and meshes, flat ones too.
     Triangles,
     /// Nodes of a glTF file, instances and primitives of each counted.
     Nodes,
 }
 
 impl Limit {
+    /// Each once.
     pub const ALL: [Self; 7] = [
         Self::Lights,
         Self::Materials,
@@ -31,9 +35,10 @@ impl Limit {
         Self::Nodes,
     ];
 
+    /// So many fit.
     pub const fn most(self) -> u64 {
         match self {
-            Self::Lights => crate::stage::shade::MAX_LIGHTS as u64,
+            Self::Lights => crate::records::MAX_LIGHTS as u64,
             Self::Materials => crate::records::MAX_MATERIALS as u64,
             Self::Textures => 256,
             Self::Texels => 1 << 28,
@@ -43,6 +48,7 @@ impl Limit {
         }
     }
 
+    /// What is counted, as messages and `docs/scene.md` call it.
     pub const fn noun(self) -> &'static str {
         match self {
             Self::Lights => "lights",
@@ -62,7 +68,9 @@ impl Limit {
             Self::Textures => "share textures, or paint several into one",
             Self::Texels => "make the textures smaller",
             Self::Particles => "use fewer and larger particles",
-            Self::Triangles => "simplify the meshes, use them less often, or lower a sphere's level",
+            Self::Triangles => {
+                "simplify the meshes, use them less often, or lower a sphere's level"
+            }
             Self::Nodes => "join meshes, or use them less often",
         }
     }

@@ -82,8 +82,12 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     if scene.lights.is_empty() {
         scene.lights.push(defaults::sun());
     }
-    let is_aimed = set.iter().any(|(key, _)| key.starts_with("light.") && key.ends_with(".direction"));
-    if is_alone && (adds_sun || document.light.is_empty() && scene.lights[0] == defaults::sun()) && !is_aimed {
+    let is_aimed =
+        set.iter().any(|(key, _)| key.starts_with("light.") && key.ends_with(".direction"));
+    if is_alone
+        && (adds_sun || document.light.is_empty() && scene.lights[0] == defaults::sun())
+        && !is_aimed
+    {
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
     Ok(scene)

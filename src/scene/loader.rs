@@ -188,8 +188,8 @@ impl<'a> Loader<'a> {
         }
         let mut known: Vec<&str> = self.names.keys().map(String::as_str).collect();
         known.sort_unstable();
-        let help = nearest(name, known)
-            .unwrap_or_else(|| "add a [[material]] with this name".to_owned());
+        let help =
+            nearest(name, known).unwrap_or_else(|| "add a [[material]] with this name".to_owned());
         let message = format!("no material is named {}", quoted(name));
         Err(self.error(span, "material", &message, &help))
     }

@@ -84,7 +84,8 @@ impl Columns {
     fn note(&self) -> Option<String> {
         const NAMED: usize = 12;
         let (named, more) = self.unread.split_at(self.unread.len().min(NAMED));
-        let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+        let more =
+            if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
         let columns = if self.unread.len() == 1 { "column" } else { "columns" };
         (!named.is_empty()).then(|| format!("not read: {columns} {}{more}", named.join(", ")))
     }

@@ -107,11 +107,7 @@ impl<'a> Body<'a> {
 
     /// The rows of an element, value by value: `put` gets the property's number and its value, 0 for
     /// a list.
-    fn row(
-        &mut self,
-        element: &Element,
-        mut put: impl FnMut(usize, f64),
-    ) -> Result<(), Problem> {
+    fn row(&mut self, element: &Element, mut put: impl FnMut(usize, f64)) -> Result<(), Problem> {
         if self.encoding != Encoding::Ascii {
             for (i, property) in element.properties.iter().enumerate() {
                 put(i, self.binary_value(property.kind)?);

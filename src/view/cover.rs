@@ -26,9 +26,14 @@ impl<'a> Cover<'a> {
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| casts(p.material));
         let casters = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
-        let corners = scene.triangles.iter().filter(|t| casts(t.material)).flat_map(|t| t.positions);
+        let corners =
+            scene.triangles.iter().filter(|t| casts(t.material)).flat_map(|t| t.positions);
         let casters = corners.fold(casters, |b, p| b.with_sphere(p, 0.0));
-        if casters.is_empty() { Self::of_box(all) } else { Self { all, casters, scene: Some(scene) } }
+        if casters.is_empty() {
+            Self::of_box(all)
+        } else {
+            Self { all, casters, scene: Some(scene) }
+        }
     }
 
     /// The least z that a receiver has within a window of the view: a rectangle in its x and y.

@@ -20,10 +20,14 @@ fn a_full_or_closed_standard_error_changes_no_status() {
     // Warns, for a name that has to change.
     let warns = ["render", "scene.toml", "-o", "o", "--maps", "--set", "shadow.size=16"];
     let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    for (arguments, status) in
-        [(&["check", "bad.toml"][..], 2), (&["render", "bad.toml"], 2), (&["paint"], 2), (&warns, 0)]
-    {
-        let all: Vec<_> = arguments.iter().chain(if status == 0 { &QUICK[..] } else { &[] }).collect();
+    for (arguments, status) in [
+        (&["check", "bad.toml"][..], 2),
+        (&["render", "bad.toml"], 2),
+        (&["paint"], 2),
+        (&warns, 0),
+    ] {
+        let all: Vec<_> =
+            arguments.iter().chain(if status == 0 { &QUICK[..] } else { &[] }).collect();
         let found = gobo(&folder).args(&all).stderr(full()).status().unwrap().code();
         assert_eq!(found, Some(status), "{arguments:?} with a full standard error");
         let shell = format!("exec \"$0\" \"$@\" 2>&-");
@@ -178,5 +182,24 @@ fn notes_reach_standard_error() {
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{stderr}");
         assert_eq!(stderr.matches("mass").count(), 1, "{stderr}");
+    }
+}
+
+/// What an adapter is asked for is what core kernels write, no less and no more.
+#[test]
+fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
+    use gobo::gpu::{BindingKind, STORAGE_FORMATS, Tier};
+    let mut written = Vec::new();
+    for desc in gobo::stage::KERNELS {
+        let Ok(linked) = desc.link(Tier::Core) else { continue };
+        for binding in linked.bindings().unwrap() {
+            if let BindingKind::StorageTexture { format, .. } = binding.kind {
+                assert!(STORAGE_FORMATS.contains(&format), "{}: {format:?}", binding.name);
+                written.push(format);
+            }
+        }
+    }
+    for format in STORAGE_FORMATS {
+        assert!(written.contains(&format), "no kernel writes {format:?}");
     }
 }

@@ -2,8 +2,8 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, Light, LightKind, Material, Part, Particle, Projection,
-        ShadowSettings, Transfer, Triangle, View,
+        Camera, Light, LightKind, Material, Part, Particle, Projection, ShadowSettings, Transfer,
+        Triangle, View,
     },
     scene::Scene,
 };

@@ -64,7 +64,8 @@ fn the_shadow_falls_into_view_beside_what_casts_it() {
 fn the_ground_reaches_the_horizon() {
     let scene = load("dots.csv", &column(), &[], true);
     let ground = scene.triangles.iter().flat_map(|t| t.positions);
-    let (min, max) = ground.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
+    let (min, max) =
+        ground.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
     let eye = scene.camera.eye;
     for step in 0..64 {
         let (sin, cos) = (step as f32 / 64.0 * std::f32::consts::TAU).sin_cos();
@@ -99,7 +100,11 @@ fn maps_fit_what_casts() {
 /// Near and far, beside the map and at its border the ground has the same light; in the shadow less.
 #[test]
 fn the_ground_is_lit_wherever_no_shadow_falls() {
-    let set = [("camera.size", "[128, 72]"), ("shadow.size", "128"), ("environment.ambient", "[0, 0, 0]")];
+    let set = [
+        ("camera.size", "[128, 72]"),
+        ("shadow.size", "128"),
+        ("environment.ambient", "[0, 0, 0]"),
+    ];
     let scene = load("dots.csv", &column(), &set, true);
     let picture = Renderer::on_cpu().render(&scene, &RenderOptions::default()).unwrap().picture;
     let camera = View::from_camera(&scene.camera, &scene.bounds());
@@ -158,7 +163,8 @@ fn model(boxes: &[[Vec3; 2]], camera: Option<Vec3>) -> String {
         None => (String::new(), String::new()),
         Some(eye) => (
             format!(r#",{{"camera":0,"translation":[{},{},{}]}}"#, eye.x, eye.y, eye.z),
-            r#""cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],"#.to_owned(),
+            r#""cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],"#
+                .to_owned(),
         ),
     };
     let names = if camera.is_some() { "0,1" } else { "0" };

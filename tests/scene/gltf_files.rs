@@ -57,7 +57,9 @@ fn what_leaves_the_folder_is_refused_unread() {
         assert!(message.contains("folder") || uri.is_empty(), "{uri}: {message}");
         assert!(help.is_some(), "{uri}");
     }
-    for uri in ["deep/corners.bin", "./deep/corners.bin", "deep/%63orners.bin", "deep/../deep/corners.bin"] {
+    for uri in
+        ["deep/corners.bin", "./deep/corners.bin", "deep/%63orners.bin", "deep/../deep/corners.bin"]
+    {
         std::fs::write(&path, document(uri, "")).unwrap();
         let model = load_model(&path, Mat4::IDENTITY).unwrap_or_else(|e| panic!("{uri}: {e}"));
         assert_eq!(model.triangles.len(), 1, "{uri}");
@@ -69,7 +71,8 @@ fn valid_files_are_read() {
     for extras in [r#""text""#, "5", "[1]", "true", "null", r#"{"a": 1}"#] {
         let model = read(&document("corners.bin", &format!(r#""extras": {extras},"#))).unwrap();
         assert_eq!(model.triangles.len(), 1, "{extras}");
-        let inner = document("corners.bin", "").replace(r#"{"mesh": 0}"#, &format!(r#"{{"mesh": 0, "extras": {extras}}}"#));
+        let inner = document("corners.bin", "")
+            .replace(r#"{"mesh": 0}"#, &format!(r#"{{"mesh": 0, "extras": {extras}}}"#));
         assert_eq!(read(&inner).unwrap().triangles.len(), 1, "{extras}");
     }
     let empty = read(r#"{"asset": {"version": "2.0"}, "scenes": [{}]}"#).unwrap();
@@ -155,7 +158,10 @@ fn instances_are_placed() {
     // Instances are objects of their own.
     let ids: Vec<_> = model.triangles.iter().map(|t| t.id).collect();
     assert!(ids[0] != ids[1] && ids[1] != ids[2], "{ids:?}");
-    let short = text.replace(r#""byteOffset": 120, "componentType": 5126, "count": 3"#, r#""byteOffset": 120, "componentType": 5126, "count": 2"#);
+    let short = text.replace(
+        r#""byteOffset": 120, "componentType": 5126, "count": 3"#,
+        r#""byteOffset": 120, "componentType": 5126, "count": 2"#,
+    );
     assert_ne!(short, text);
     assert!(load(&folder, &short).unwrap_err().to_string().contains("instanc"));
     let wrong = text.replace("\"ROTATION\": 2", "\"ROTATION\": 77");
@@ -224,7 +230,11 @@ fn textures_without_an_image_are_white() {
     .replace(r#""POSITION": 0}"#, r#""POSITION": 0}, "material": 0"#);
     let model = read(&text).unwrap();
     assert_eq!(model.textures[0].rgba, [255; 4]);
-    assert!(model.notes.iter().any(|note| note.contains("KHR_texture_basisu")), "{:?}", model.notes);
+    assert!(
+        model.notes.iter().any(|note| note.contains("KHR_texture_basisu")),
+        "{:?}",
+        model.notes
+    );
 }
 
 #[test]
@@ -239,10 +249,18 @@ fn images_are_shared_by_what_looks_alike() {
         &format!(
             r#""materials": [{}], "textures": [{{"source": 0}}, {{"source": 0, "sampler": 0}}],
             "samplers": [{{}}], "images": [{{"uri": "dots.png"}}],"#,
-            [material, &material.replace(": 0}", ": 1}"), &material.replace("{\"pbr", "{\"alphaMode\": \"BLEND\", \"pbr")].join(",")
+            [
+                material,
+                &material.replace(": 0}", ": 1}"),
+                &material.replace("{\"pbr", "{\"alphaMode\": \"BLEND\", \"pbr")
+            ]
+            .join(",")
         ),
     )
-    .replace(r#"{"attributes": {"POSITION": 0}}"#, &(0..3).map(primitive).collect::<Vec<_>>().join(","));
+    .replace(
+        r#"{"attributes": {"POSITION": 0}}"#,
+        &(0..3).map(primitive).collect::<Vec<_>>().join(","),
+    );
     let model = load(&folder, &text).unwrap();
     assert_eq!((model.materials.len(), model.textures.len()), (3, 1));
     assert!(Path::new(&model.textures[0].name).is_relative());

@@ -23,7 +23,8 @@ const LAMP: &str = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\n";
 
 #[test]
 fn the_table_that_is_too_much_is_named() {
-    let dust = "[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = 9000000 }\n";
+    let dust =
+        "[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = 9000000 }\n";
     let (line, message) = refused(&format!("{MATERIAL}{dust}{dust}"));
     assert_eq!(line, 8, "{message}");
     assert!(message.contains("18000000") && message.contains("16000000"), "{message}");
@@ -36,11 +37,11 @@ fn the_table_that_is_too_much_is_named() {
 
     let materials: String = (0..513).map(|i| format!("[[material]]\nname = \"m{i}\"\n")).collect();
     let (line, message) = refused(&materials);
-    assert_eq!(line, 1 + 512 * 2, "{message}");
+    assert_eq!(line, 2 + 512 * 2, "{message}");
     assert!(message.contains("513") && message.contains("512"), "{message}");
 
     let (line, message) = refused(&LAMP.repeat(4097));
-    assert_eq!(line, 1 + 4096 * 3, "{message}");
+    assert_eq!(line, 2 + 4096 * 3, "{message}");
     assert!(message.contains("4097") && message.contains("4096"), "{message}");
     assert_eq!(read(&LAMP.repeat(4096)).unwrap().lights.len(), 4096);
 }

@@ -80,7 +80,11 @@ fn headers_are_faulted_by_line_in_plain_words() {
         ("ply\nformat ascii 1.0\nelement vertex 1\nproperty quaternion q\n", 4, "quaternion"),
         ("ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int q\n", 4, "list"),
         ("ply\nformat ascii 1.0\nelement vertex 1\nelement vertex 1\n", 4, "second"),
-        ("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty int x\n", 5, "second"),
+        (
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty int x\n",
+            5,
+            "second",
+        ),
         ("ply\nformat ascii 1.0\nelment vertex 1\n", 3, "elment"),
         ("obj\nformat ascii 1.0\n", 1, "ply"),
     ] {
@@ -130,9 +134,11 @@ fn lines_may_end_as_on_any_system() {
         assert_eq!(found, want, "{end:?}");
     }
     // The first byte of a binary body may look like the end of a line.
-    let mut binary =
-        format!("ply\rformat binary_little_endian 1.0\relement vertex 1\r{}end_header\r", XYZ.replace('\n', "\r"))
-            .into_bytes();
+    let mut binary = format!(
+        "ply\rformat binary_little_endian 1.0\relement vertex 1\r{}end_header\r",
+        XYZ.replace('\n', "\r")
+    )
+    .into_bytes();
     let x = f32::from_bits(0x3f00_000a);
     binary.extend([x, 2., 3.].map(f32::to_le_bytes).concat());
     assert_eq!(load(&binary).unwrap().particles[0].center.x, x);
