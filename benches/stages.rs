@@ -15,7 +15,10 @@ use gobo::{
         CasterSet, Config, Pipeline,
         cull::{Frustum, GroupTree, order, widened},
     },
-    stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
+    stage::{
+        profile::Profile,
+        sort::{PAIR_FORMAT, Sort, SortCount, pair_texture_size},
+    },
     view::light_views,
 };
 use std::{hint::black_box, time::Duration};
@@ -157,7 +160,8 @@ fn cpu_cull(criterion: &mut Criterion) {
 fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
-    let sort = Sort::new(&gpu.device, Shape::of(&gpu.adapter)).expect("the kernels are made");
+    let sort =
+        Sort::new(&gpu.device, Profile::of(&gpu.adapter).shape).expect("the kernels are made");
     for count in COUNTS {
         let textures = ["unsorted", "pairs", "sorted_pairs"]
             .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));

@@ -18,7 +18,10 @@ use gobo::{
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     reference::{self, Pair, project::ProjectParams},
     shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},
-    stage::sort::{PAIR_FORMAT, Shape, Sort, SortCount, pair_texture_size},
+    stage::{
+        profile::Profile,
+        sort::{PAIR_FORMAT, Sort, SortCount, pair_texture_size},
+    },
     wgpu,
 };
 use half::f16;
@@ -213,7 +216,7 @@ fn compare_sort(gpu: &Gpu) {
     let Gpu { device, queue, .. } = gpu;
     // Of both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
-    let sort = Sort::new(device, Shape::of(&gpu.adapter)).expect("the kernels are made");
+    let sort = Sort::new(device, Profile::of(&gpu.adapter).shape).expect("the kernels are made");
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);
     for (count, bits) in SORTS {
         let keys = pairs(count).into_iter();

@@ -99,7 +99,7 @@ pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
             Tier::Native => stems.of(&format!("{}_native", desc.name)),
         };
         let linked = desc.link(tier).map_err(Error::from)?;
-        let kernel = Kernel::new(desc.name, linked.wgsl.clone(), desc.constants)
+        let kernel = Kernel::new(desc.entry, linked.wgsl.clone(), desc.constants)
             .map_err(|reason| Failure::Wrong(format!("{stem}: {reason}")))?;
         let mut slots = HashMap::new();
         let outcome = match translate(&kernel, target) {

@@ -214,19 +214,22 @@ impl Linked {
         Some((item.file, item.line + line - self.lines[at]))
     }
 
-    /// An error of a compiler, whose places `wgsl:line:column` become those of `wgsl/`.
-    pub fn located(&self, error: &str) -> String {
-        let mut parts = error.split("wgsl:");
-        let mut text = parts.next().unwrap_or_default().to_owned();
-        for part in parts {
-            let digits = part.len() - part.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-            let place = part[..digits].parse().ok().and_then(|line| self.locate(line));
-            match place {
-                Some((file, line)) => text += &format!("wgsl/{file}:{line}{}", &part[digits..]),
-                None => text += &format!("wgsl:{part}"),
+    /// An error of a compiler, whose places in the kernel's source become those of `wgsl/`. wgpu
+    /// calls the source `wgsl` or by its `label`.
+    pub fn located(&self, error: &str, label: &str) -> String {
+        ["wgsl:", &format!("{label}:")].iter().fold(error.to_owned(), |error, mark| {
+            let mut parts = error.split(mark);
+            let mut text = parts.next().unwrap_or_default().to_owned();
+            for part in parts {
+                let rest = part.trim_start_matches(|c: char| c.is_ascii_digit());
+                let line = part[..part.len() - rest.len()].parse().ok();
+                text += &match line.and_then(|line| self.locate(line)) {
+                    Some((file, line)) => format!("wgsl/{file}:{line}{rest}"),
+                    None => format!("{mark}{part}"),
+                };
             }
-        }
-        text
+            text
+        })
     }
 }
 
@@ -329,9 +332,14 @@ mod tests {
             assert_eq!(source.lines().nth(at - 1), Some(text), "{file}:{at}");
         }
         let line = 1 + linked.wgsl.lines().position(|line| line.contains("go(size")).unwrap();
-        let error = format!("error: no\n  ┌─ wgsl:{line}:5\n");
-        assert_eq!(linked.located(&error), "error: no\n  ┌─ wgsl/a/root.wgsl:14:5\n");
-        assert_eq!(linked.located("wgsl:x wgsl:"), "wgsl:x wgsl:");
+        for name in ["wgsl", "root"] {
+            let error = linked.located(&format!("no\n  ┌─ {name}:{line}:5\n"), "root");
+            assert_eq!(error, "no\n  ┌─ wgsl/a/root.wgsl:14:5\n");
+        }
+        assert_eq!(
+            linked.located("wgsl:x wgsl:, 'root': root:", "root"),
+            "wgsl:x wgsl:, 'root': root:"
+        );
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub use layout::{Field, GpuLayout, size_of_field};
 pub use light::{GpuLight, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, VIEW_TEXELS};
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
-pub use owner::{NO_OWNER, owner_tag, stored_tag};
+pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub(crate) use pack::{from_octahedral, octahedral};
 pub use triangle::{BACK_BIT, SETUP_TEXELS, TRIANGLE_TEXELS, TriangleRecord, TriangleSetup};
 pub use view::{GpuView, MAX_VIEWS};

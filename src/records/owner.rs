@@ -3,7 +3,7 @@
 
 /// Of a texel without a translucent hit, or of one that was scattered.
 pub const NO_OWNER: u16 = 0;
-const DEPTH_TAG_BITS: u32 = 5;
+pub const DEPTH_TAG_BITS: u32 = 5;
 
 /// 16 bits of an object's id, never 0.
 pub fn owner_tag(id: u32) -> u16 {

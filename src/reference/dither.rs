@@ -12,7 +12,7 @@ use glam::{IVec2, UVec2, Vec2};
 
 /// Cells along an edge of the blocks whose patterns are drawn anew for casters that share the
 /// lowest bits of their ids.
-const BLOCK_BITS: u32 = 4;
+pub const BLOCK_BITS: u32 = 4;
 
 /// Where a caster is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,10 +25,12 @@ pub struct Place {
     pub step: Vec2,
 }
 
+/// How far off the world's origin a pattern lies still [texels].
+pub const FARTHEST: f32 = 524_288.0;
+
 /// The pattern's cell at a texel of a view's map. Of a parallel light the pattern lies still in
 /// the world when the view moves by whole texels.
 pub fn cell(view: &GpuView, scale: u32, texel: Vec2) -> UVec2 {
-    const FARTHEST: f32 = 524_288.0;
     let origin = view.view_from_world.w_axis * view.scale;
     let anchor =
         Vec2::new(origin.x, -origin.y).clamp(Vec2::splat(-FARTHEST), Vec2::splat(FARTHEST));

@@ -23,5 +23,5 @@ pub mod tile;
 
 pub use maps::render_maps;
 pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
-pub use shade::render_picture;
+pub use shade::{FAINT, render_picture};
 pub use sort::{Pair, sort};

@@ -1,24 +1,16 @@
 //! How the pipeline runs on a device.
-use crate::{gpu::Tier, model::MAX_PAIRS, stage::sort};
+use crate::{gpu::Tier, model::MAX_PAIRS, stage::profile::Profile};
 
 /// How the pipeline runs on a device.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
     pub tier: Tier,
-    pub sort: sort::Shape,
+    pub profile: Profile,
     /// Pairs that one batch may hold; what does not fit takes the scatter path.
     pub pair_budget: u32,
-    /// Whether particles of at most 2x2 texels skip sort and bin. Off on software adapters, whose
-    /// atomics cost more than their sort.
+    /// As the profile says, or a test.
     pub scatter_tiny: bool,
-    /// Whether kernels do in loops what is otherwise written out. On SwiftShader, whose compiler
-    /// takes a minute for a kernel otherwise and a second so.
-    pub rolled: bool,
-    /// Whether subgroups may have more than 32 lanes.
-    pub wide: bool,
-    /// Whether soft discs wait in a queue of eight, one for each lane of a subgroup; changes no bit.
-    /// On software adapters with such subgroups, on the native tier, of a device that has
-    /// [`FETCH_FEATURES`](crate::gpu::FETCH_FEATURES).
+    /// As the profile says, or a test.
     pub queued: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
@@ -35,15 +27,13 @@ pub struct Config {
 
 impl Config {
     pub fn new(tier: Tier, adapter: &wgpu::AdapterInfo) -> Self {
+        let profile = Profile::of(adapter);
         Self {
             tier,
-            sort: sort::Shape::of(adapter),
+            profile,
             pair_budget: MAX_PAIRS,
-            scatter_tiny: adapter.device_type != wgpu::DeviceType::Cpu,
-            rolled: adapter.driver.starts_with("SwiftShader"),
-            wide: adapter.subgroup_max_size > 32,
-            queued: adapter.device_type == wgpu::DeviceType::Cpu
-                && [adapter.subgroup_min_size, adapter.subgroup_max_size] == [8, 8],
+            scatter_tiny: profile.scatter_tiny,
+            queued: profile.queued,
             soften: false,
             colored: false,
             nodes: 0,

@@ -1,10 +1,10 @@
 //! Pipelines of one device, by kernel and by what the batch holds.
 use super::Config;
 use crate::{
-    gpu::{Constant, Kernel, KernelDesc, KernelError, Tier},
+    gpu::{Kernel, KernelDesc, KernelError, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, occlude, project,
-        resolve, shade, sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, occlude,
+        profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
 use std::collections::{HashMap, hash_map::Entry};
@@ -47,8 +47,8 @@ impl Variant {
             Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
             Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
             Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
-            Self::AccumulateTiles if features.queued => &accumulate::DISC_QUEUE_TILES,
-            Self::AccumulateSegments if features.queued => &accumulate::DISC_QUEUE_SEGMENTS,
+            Self::AccumulateTiles if features.queued => &llvmpipe::DISC_QUEUE_TILES,
+            Self::AccumulateSegments if features.queued => &llvmpipe::DISC_QUEUE_SEGMENTS,
             Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
             Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
             Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,
@@ -101,23 +101,25 @@ pub struct Kernels {
     pub(crate) filter_columns: Kernel,
     pub(crate) colored_rows: Kernel,
     pub(crate) colored_columns: Kernel,
-    /// Constants that the pipeline's configuration sets.
-    own: [Constant; 2],
+    pub(crate) profile: Profile,
     variants: HashMap<(Variant, Features), Kernel>,
 }
 
 impl Kernels {
     pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
-        let kernel = |desc| Kernel::new(device, desc, config.tier, &[]);
+        let Profile { shape, .. } = config.profile;
+        let kernel = |desc| Kernel::new(device, desc, config.tier, &[], &[]);
+        let bin_kernel =
+            |desc| Kernel::new(device, desc, config.tier, &[], &[bin::workgroup_size(shape)]);
         Ok(Self {
             tier: config.tier,
             project_particles: kernel(&project::PARTICLES)?,
             project_triangles: kernel(&project::TRIANGLES)?,
             occlude_small: kernel(&occlude::SMALL)?,
-            sort: Sort::new(device, config.sort)?,
-            bin_count: kernel(&bin::COUNT)?,
+            sort: Sort::new(device, shape)?,
+            bin_count: bin_kernel(&bin::COUNT)?,
             bin_scan: kernel(&bin::SCAN)?,
-            bin_emit: kernel(&bin::EMIT)?,
+            bin_emit: bin_kernel(&bin::EMIT)?,
             bin_tiles: kernel(&bin::TILES)?,
             air_sum: kernel(&air::SUM)?,
             cluster_count: kernel(&cluster::COUNT)?,
@@ -127,8 +129,7 @@ impl Kernels {
             filter_columns: kernel(&filter::COLUMNS)?,
             colored_rows: kernel(&colored::ROWS)?,
             colored_columns: kernel(&colored::COLUMNS)?,
-            own: [("ROLLED", config.rolled), ("WIDE", config.wide)]
-                .map(|(name, is)| (name, f64::from(u8::from(is)))),
+            profile: config.profile,
             variants: HashMap::new(),
         })
     }
@@ -144,9 +145,15 @@ impl Kernels {
             Entry::Occupied(made) => Ok(made.into_mut()),
             Entry::Vacant(place) => {
                 let mut constants = features.constants();
-                constants.extend(self.own);
+                constants.extend(self.profile.constants());
                 let desc = variant.desc(features);
-                Ok(place.insert(Kernel::new(device, desc, self.tier, &constants)?))
+                Ok(place.insert(Kernel::new(
+                    device,
+                    desc,
+                    self.tier,
+                    self.profile.choices(),
+                    &constants,
+                )?))
             }
         }
     }

@@ -88,7 +88,7 @@ impl List {
             mapped_at_creation: false,
         });
         let curved = plan.features.nodes > 0 && !context.camera;
-        let run_length = bin::run_length(plan.footprint_count);
+        let run_length = bin::run_length(context.config.profile.shape, plan.footprint_count);
         let run_count = plan.footprint_count.div_ceil(run_length);
         let params = context.uniform(
             "bin_params",
@@ -214,7 +214,7 @@ impl List {
             return false;
         }
         let mut pass = timeline.pass(encoder, "bin");
-        let runs = [self.run_count.div_ceil(bin::LANES), 1, 1];
+        let runs = [self.run_count.div_ceil(bin::lanes(kernels.profile.shape)), 1, 1];
         kernels.bin_count.record(&mut pass, &self.count, runs);
         kernels.bin_scan.record(&mut pass, &self.scan, [1, 1, 1]);
         kernels.bin_emit.record(&mut pass, &self.emit, runs);

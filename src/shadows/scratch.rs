@@ -237,7 +237,11 @@ impl Scratch {
                 none,
             )?,
             segment_capacity,
-            run_offsets: allocator.storage::<u32>("run_offsets", bin::MAX_RUNS, none)?,
+            run_offsets: allocator.storage::<u32>(
+                "run_offsets",
+                bin::max_runs(config.profile.shape),
+                none,
+            )?,
             overflow: allocator.storage::<u32>("overflow", footprints, none)?,
             dispatches: allocator.storage::<[u32; 4]>(
                 "dispatches",

@@ -11,6 +11,7 @@ pub const GROUP_SIZE: u32 = 8;
 
 pub const SCATTER: KernelDesc = KernelDesc {
     name: "air_scatter",
+    entry: "air_scatter",
     root: "shade/air_scatter.wgsl",
     with: &[],
     constants: &[],
@@ -19,6 +20,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
 
 pub const SUM: KernelDesc = KernelDesc {
     name: "air_sum",
+    entry: "air_sum",
     root: "shade/air_sum.wgsl",
     with: &[],
     constants: &[],

@@ -4,7 +4,8 @@
 //! pairs in sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and
 //! cuts long tiles into segments. What does not fit is listed in `overflow` for the scatter path.
 //! `dispatches` are the workgroups of what only the GPU knows.
-use crate::gpu::{KernelDesc, Tier};
+use super::sort::Shape;
+use crate::gpu::{Constant, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
@@ -16,21 +17,25 @@ pub const SEGMENT_LENGTH: u32 = 2048;
 pub const DISC_SEGMENT: u32 = 8192;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
-/// Invocations of the other steps' workgroups: a subgroup of llvmpipe.
-pub const LANES: u32 = 8;
+/// Invocations of the other steps' workgroups, on software adapters: a subgroup of llvmpipe.
+const SERIAL_LANES: u32 = 8;
+/// The same on GPUs.
+const WIDE_LANES: u32 = 64;
 /// Of `tiles`.
 pub const TILE_LANES: u32 = 64;
 
 pub const COUNT: KernelDesc = KernelDesc {
     name: "bin_count",
+    entry: "bin_count",
     root: "bin/bin_count.wgsl",
     with: &[],
-    constants: &[("WORKGROUP_SIZE", LANES as f64)],
+    constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
     tiers: &[Tier::Core],
 };
 
 pub const SCAN: KernelDesc = KernelDesc {
     name: "bin_scan",
+    entry: "bin_scan",
     root: "bin/bin_scan.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
@@ -39,14 +44,16 @@ pub const SCAN: KernelDesc = KernelDesc {
 
 pub const EMIT: KernelDesc = KernelDesc {
     name: "bin_emit",
+    entry: "bin_emit",
     root: "bin/bin_emit.wgsl",
     with: &[],
-    constants: &[("WORKGROUP_SIZE", LANES as f64)],
+    constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
     tiers: &[Tier::Core],
 };
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "bin_tiles",
+    entry: "bin_tiles",
     root: "bin/bin_tiles.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
@@ -133,14 +140,38 @@ pub struct Segment {
 }
 crate::gpu_layout!(Segment { tile, first, end, view });
 
+/// Invocations of a workgroup of `count` and `emit`.
+pub fn lanes(shape: Shape) -> u32 {
+    match shape {
+        Shape::Serial => SERIAL_LANES,
+        Shape::Wide => WIDE_LANES,
+    }
+}
+
+/// What [`COUNT`] and [`EMIT`] are made with.
+pub fn workgroup_size(shape: Shape) -> Constant {
+    ("WORKGROUP_SIZE", f64::from(lanes(shape)))
+}
+
+/// Runs that share the footprints of a list: on software adapters few and long, on GPUs enough to
+/// keep all lanes busy.
+fn usual_runs(shape: Shape) -> u32 {
+    match shape {
+        Shape::Serial => 2048,
+        Shape::Wide => 65536,
+    }
+}
+
 /// Runs that a list has at most.
-pub const MAX_RUNS: u64 = 4096;
-/// Footprints of a run, so that about `RUNS` invocations share the work.
-pub fn run_length(footprint_count: u32) -> u32 {
-    const RUNS: u32 = 2048;
+pub fn max_runs(shape: Shape) -> u64 {
+    2 * u64::from(usual_runs(shape))
+}
+
+/// Footprints of a run.
+pub fn run_length(shape: Shape, footprint_count: u32) -> u32 {
     // With its pairs (`RUN_PAIRS` in WGSL) a run stays below llvmpipe's 65,535 iterations.
     const MAX_RUN: u32 = 16000;
-    footprint_count.div_ceil(RUNS).clamp(1, MAX_RUN)
+    footprint_count.div_ceil(usual_runs(shape)).clamp(1, MAX_RUN)
 }
 
 /// Workgroups for exactly `count` tiles: the fewest rows that every adapter allows. A multiple of

@@ -19,6 +19,7 @@ pub const LANES: u32 = 64;
 const SCAN_LANES: u32 = 256;
 pub const COUNT: KernelDesc = KernelDesc {
     name: "cluster_count",
+    entry: "cluster_count",
     root: "cluster/cluster_count.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
@@ -27,6 +28,7 @@ pub const COUNT: KernelDesc = KernelDesc {
 
 pub const SCAN: KernelDesc = KernelDesc {
     name: "cluster_scan",
+    entry: "cluster_scan",
     root: "cluster/cluster_scan.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
@@ -35,6 +37,7 @@ pub const SCAN: KernelDesc = KernelDesc {
 
 pub const EMIT: KernelDesc = KernelDesc {
     name: "cluster_emit",
+    entry: "cluster_emit",
     root: "cluster/cluster_emit.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],

@@ -4,45 +4,51 @@
 //!
 //! In: as of `occlude`. Out: `colored`, the opaque depths by channel; `opaques`, the last of the
 //! three, behind which no light is left. Softened: maps without `colored`.
-use super::walk::{ROWS_4, SUMS, WALK};
+use super::walk::{CANDIDATE, IN_ORDER, SUMS, WALK};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 const COLORED: Choice = Choice::new("state", "state/colored.wgsl");
+const COLORED_DEPTHS: Choice = Choice::new("store", "state/colored.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "colored_tiles",
-    root: "driver/colored_tiles.wgsl",
-    with: &[ROWS_4, COLORED, WALK],
+    entry: "walk_tile",
+    root: "driver/tile.wgsl",
+    with: &[IN_ORDER, COLORED, COLORED_DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "colored_segments",
-    root: "driver/colored_segments.wgsl",
-    with: &[ROWS_4, COLORED, WALK, SUMS],
+    entry: "walk_segment",
+    root: "driver/segment.wgsl",
+    with: &[COLORED, COLORED_DEPTHS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const OVERFLOW: KernelDesc = KernelDesc {
     name: "colored_overflow",
-    root: "driver/colored_overflow.wgsl",
-    with: &[SUMS],
+    entry: "scatter_overflow",
+    root: "driver/overflow.wgsl",
+    with: &[COLORED_DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
     name: "colored_resolve",
-    root: "driver/colored_resolve.wgsl",
-    with: &[ROWS_4, SUMS],
+    entry: "resolve_tile",
+    root: "driver/resolve.wgsl",
+    with: &[COLORED, COLORED_DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const ROWS: KernelDesc = KernelDesc {
     name: "colored_rows",
+    entry: "colored_rows",
     root: "soften/colored_rows.wgsl",
     with: &[],
     constants: &[],
@@ -51,6 +57,7 @@ pub const ROWS: KernelDesc = KernelDesc {
 
 pub const COLUMNS: KernelDesc = KernelDesc {
     name: "colored_columns",
+    entry: "colored_columns",
     root: "soften/colored_columns.wgsl",
     with: &[],
     constants: &[],

@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose
 //! pairs did not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles leave
 //! `partials`, which `resolve_curve` puts together in order.
-use super::walk::{ROWS_4, SUMS};
+use super::walk::{IN_ORDER, SUMS};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// That one segment leaves in `partials` [bytes]. `changes`: its hits may add light, or volumes
@@ -19,48 +19,57 @@ const PAIRS: Choice =
 const WALK: Choice = Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slabs_subgroup.wgsl");
 const DISC_WALK: Choice =
     Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slab_discs_subgroup.wgsl");
+const CURVES: Choice = Choice::new("state", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Of soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
 /// Of the tiles whose segments have curves of their own.
-const RESOLVED: Choice = Choice::new("visit", "driver/resolve_curve.wgsl");
+const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
+const TILE: Choice = Choice::new("store", "curve/tile.wgsl");
+const SEGMENT: Choice = Choice::new("store", "curve/segment.wgsl");
+const RESOLVED: Choice = Choice::new("store", "curve/resolve.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_tiles",
-    root: "driver/accumulate_curve_tiles.wgsl",
-    with: &[ROWS_4, PAIRS, WALK, HITS, SUMS],
+    entry: "walk_tile",
+    root: "driver/tile.wgsl",
+    with: &[IN_ORDER, CURVES, HITS, TILE, PAIRS, WALK, SUMS],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
-    root: "driver/accumulate_curve_segments.wgsl",
-    with: &[ROWS_4, PAIRS, WALK, HITS],
+    entry: "walk_segment",
+    root: "driver/segment.wgsl",
+    with: &[CURVES, HITS, SEGMENT, PAIRS, WALK],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_tiles",
-    root: "driver/accumulate_curve_tiles.wgsl",
-    with: &[ROWS_4, PAIRS, DISC_WALK, DISCS, SUMS],
+    entry: "walk_tile",
+    root: "driver/tile.wgsl",
+    with: &[IN_ORDER, CURVES, DISCS, TILE, PAIRS, DISC_WALK, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
-    root: "driver/accumulate_curve_segments.wgsl",
-    with: &[ROWS_4, PAIRS, DISC_WALK, DISCS],
+    entry: "walk_segment",
+    root: "driver/segment.wgsl",
+    with: &[CURVES, DISCS, SEGMENT, PAIRS, DISC_WALK],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
     name: "resolve_curve",
-    root: "driver/resolve_curve.wgsl",
-    with: &[ROWS_4, RESOLVED, SUMS],
+    entry: "resolve_tile",
+    root: "driver/resolve.wgsl",
+    with: &[CURVES, NODES, RESOLVED, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };

@@ -10,6 +10,7 @@ pub const GROUP_SIZE: u32 = 8;
 
 pub const ROWS: KernelDesc = KernelDesc {
     name: "filter_rows",
+    entry: "filter_rows",
     root: "soften/filter_rows.wgsl",
     with: &[],
     constants: &[],
@@ -18,6 +19,7 @@ pub const ROWS: KernelDesc = KernelDesc {
 
 pub const COLUMNS: KernelDesc = KernelDesc {
     name: "filter_columns",
+    entry: "filter_columns",
     root: "soften/filter_columns.wgsl",
     with: &[],
     constants: &[],

@@ -10,7 +10,9 @@ pub mod colored;
 pub mod curve;
 pub mod filter;
 pub mod hits;
+pub mod llvmpipe;
 pub mod occlude;
+pub mod profile;
 pub mod project;
 pub mod resolve;
 pub mod shade;
@@ -62,8 +64,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &accumulate::ORDERED,
     &accumulate::DISC_TILES,
     &accumulate::DISC_SEGMENTS,
-    &accumulate::DISC_QUEUE_TILES,
-    &accumulate::DISC_QUEUE_SEGMENTS,
+    &llvmpipe::DISC_QUEUE_TILES,
+    &llvmpipe::DISC_QUEUE_SEGMENTS,
     &resolve::TILES,
     &resolve::ORDERED,
     &resolve::OPAQUE,

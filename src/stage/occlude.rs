@@ -4,21 +4,22 @@
 //! finishes; nearness sums of the others.
 use super::{
     project::CHUNK_SIZE,
-    walk::{ROWS_4, ROWS_8, SUMS, WALK},
+    walk::{CANDIDATE, IN_ORDER, SUMS, WALK},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-const DEPTH: Choice = Choice::new("state", "state/depth.wgsl");
+pub(super) const DEPTH: Choice = Choice::new("state", "state/depth.wgsl");
 /// Of opaque triangles only.
 const TRIANGLES: Choice = Choice::new("state", "state/triangles.wgsl");
-const TRIANGLE_WALK: Choice =
-    Choice::by_tier("walk", "walk/triangles_uniform.wgsl", "walk/triangles_subgroup.wgsl");
+const TRIANGLE_CANDIDATE: Choice = Choice::new("candidate", "state/triangles.wgsl");
+pub(super) const DEPTHS: Choice = Choice::new("store", "state/depths.wgsl");
 
 /// Opaque triangles of a few texels go straight to `small_depths`, one element per texel of the
 /// batch: views follow each other, row by row.
 pub const SMALL: KernelDesc = KernelDesc {
     name: "occlude_small",
-    root: "driver/occlude_small.wgsl",
+    entry: "occlude_small",
+    root: "driver/small.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     tiers: &[Tier::Core],
@@ -26,8 +27,9 @@ pub const SMALL: KernelDesc = KernelDesc {
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
-    root: "driver/occlude_tiles.wgsl",
-    with: &[ROWS_4, DEPTH, WALK],
+    entry: "walk_tile",
+    root: "driver/tile.wgsl",
+    with: &[IN_ORDER, DEPTH, DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -35,24 +37,27 @@ pub const TILES: KernelDesc = KernelDesc {
 /// Of opaque triangles only.
 pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
-    root: "driver/occlude_tiles.wgsl",
-    with: &[ROWS_8, TRIANGLES, TRIANGLE_WALK],
+    entry: "walk_tile",
+    root: "driver/tile.wgsl",
+    with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "occlude_segments",
-    root: "driver/occlude_segments.wgsl",
-    with: &[ROWS_4, DEPTH, WALK, SUMS],
+    entry: "walk_segment",
+    root: "driver/segment.wgsl",
+    with: &[DEPTH, DEPTHS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const OVERFLOW: KernelDesc = KernelDesc {
     name: "occlude_overflow",
-    root: "driver/occlude_overflow.wgsl",
-    with: &[SUMS],
+    entry: "scatter_overflow",
+    root: "driver/overflow.wgsl",
+    with: &[DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

@@ -10,6 +10,7 @@ pub const CHUNK_SIZE: u32 = 256;
 
 pub const PARTICLES: KernelDesc = KernelDesc {
     name: "project_particles",
+    entry: "project_particles",
     root: "project/project_particles.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
@@ -18,6 +19,7 @@ pub const PARTICLES: KernelDesc = KernelDesc {
 
 pub const TRIANGLES: KernelDesc = KernelDesc {
     name: "project_triangles",
+    entry: "project_triangles",
     root: "project/project_triangles.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],

@@ -1,12 +1,17 @@
 //! resolve: sums to filter, nearest and opaque depth, for the tiles that several workgroups or the
 //! scatter path added to.
-use super::walk::{ROWS_4, SUMS};
+use super::{
+    accumulate::{FILTER, MAPS, ORDERED_MAPS},
+    occlude::{DEPTH, DEPTHS},
+    walk::SUMS,
+};
 use crate::gpu::{KernelDesc, Tier};
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "resolve_tiles",
-    root: "driver/resolve_tiles.wgsl",
-    with: &[ROWS_4, SUMS],
+    entry: "resolve_tile",
+    root: "driver/resolve.wgsl",
+    with: &[FILTER, MAPS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -14,16 +19,18 @@ pub const TILES: KernelDesc = KernelDesc {
 /// In place of [`TILES`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
     name: "resolve_ordered",
-    root: "driver/resolve_ordered.wgsl",
-    with: &[ROWS_4, SUMS],
+    entry: "resolve_tile",
+    root: "driver/resolve.wgsl",
+    with: &[FILTER, ORDERED_MAPS, SUMS],
     constants: &[("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
 };
 
 pub const OPAQUE: KernelDesc = KernelDesc {
     name: "resolve_opaque",
-    root: "driver/resolve_opaque.wgsl",
-    with: &[ROWS_4, SUMS],
+    entry: "resolve_tile",
+    root: "driver/resolve.wgsl",
+    with: &[DEPTH, DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

@@ -3,7 +3,7 @@
 //! In: the camera's lists, the shadow maps. Out: `pixels`. `seen` and `layers` walk the lists;
 //! `surfaces`, `panes` and `casters` write what they met as `points`, `light_points` looks up the
 //! light that these send to the eye, `composite` puts it together.
-use super::walk::{ROWS_1, WALK};
+use super::walk::{CANDIDATE, IN_ORDER, WALK};
 use crate::gpu::{Choice, Constant, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, UVec3, Vec3};
@@ -26,25 +26,39 @@ pub const ROUND_LENGTH: u32 = 16384;
 
 const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 
+/// What is laid over a pixel.
+const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
+/// The nearest solid caster of a pixel.
+const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
+
 pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
+    entry: "shade_seen",
     root: "shade/shade_seen.wgsl",
-    with: &[ROWS_1, Choice::new("state", "state/seen.wgsl"), WALK],
+    with: &[IN_ORDER, SEEN_STATE, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 pub const LAYERS: KernelDesc = KernelDesc {
     name: "shade_layers",
+    entry: "shade_layers",
     root: "shade/shade_layers.wgsl",
-    with: &[ROWS_1, Choice::new("state", "state/layers.wgsl"), WALK],
+    with: &[IN_ORDER, LAYER_STATE, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
 
 /// Of a band, a pixel to an invocation.
 const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { name, root, with: &[ROWS_1], constants: &[], tiers: &[Tier::Core] }
+    KernelDesc {
+        name,
+        entry: name,
+        root,
+        with: &[IN_ORDER, SEEN_STATE],
+        constants: &[],
+        tiers: &[Tier::Core],
+    }
 }
 
 pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl");
@@ -53,7 +67,7 @@ pub const COMPOSITE: KernelDesc = of_pixels("shade_composite", "shade/shade_comp
 
 /// Of points or footprints, one to an invocation.
 const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
+    KernelDesc { name, entry: name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
 }
 
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");

@@ -79,6 +79,7 @@ crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     name: "sort_serial_count",
+    entry: "sort_serial_count",
     root: "sort/sort_serial_count.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -87,6 +88,7 @@ pub const SERIAL_COUNT: KernelDesc = KernelDesc {
 
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     name: "sort_serial_scan",
+    entry: "sort_serial_scan",
     root: "sort/sort_serial_scan.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -95,6 +97,7 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
 
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
+    entry: "sort_serial_scatter",
     root: "sort/sort_serial_scatter.wgsl",
     with: &[],
     constants: SERIAL_CONSTANTS,
@@ -103,6 +106,7 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
 
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     name: "sort_wide_count",
+    entry: "sort_wide_count",
     root: "sort/sort_wide_count.wgsl",
     with: &[],
     constants: &[],
@@ -111,6 +115,7 @@ pub const WIDE_COUNT: KernelDesc = KernelDesc {
 
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
+    entry: "sort_wide_scan",
     root: "sort/sort_wide_scan.wgsl",
     with: &[],
     constants: &[],
@@ -119,6 +124,7 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
 
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
+    entry: "sort_wide_scatter",
     root: "sort/sort_wide_scatter.wgsl",
     with: &[],
     constants: &[],
@@ -136,10 +142,6 @@ pub enum Shape {
 }
 
 impl Shape {
-    pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
-        if adapter.device_type == wgpu::DeviceType::Cpu { Self::Serial } else { Self::Wide }
-    }
-
     /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
         match self {
@@ -175,7 +177,7 @@ impl Sort {
             Shape::Serial => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
             Shape::Wide => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
         }
-        .map(|desc| Kernel::new(device, desc, Tier::Core, &[]));
+        .map(|desc| Kernel::new(device, desc, Tier::Core, &[], &[]));
         let [count, scan, scatter] = kernels;
         Ok(Self { shape, count: count?, scan: scan?, scatter: scatter? })
     }

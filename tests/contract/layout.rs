@@ -3,12 +3,10 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
     records::{
-        AirParams, CURVE_SEGMENT, ClusterCounters, ClusterParams, GpuLayout, GpuLight, GpuMaterial,
-        GpuView,
+        AirParams, ClusterCounters, ClusterParams, GpuLayout, GpuLight, GpuMaterial, GpuView,
     },
-    reference::curve::tile::SLAB_PAIRS,
     stage::{
-        bin::{BatchCounters, BinParams, SEGMENT_LENGTH, Segment},
+        bin::{BatchCounters, BinParams, Segment},
         filter::FilterParams,
         project::{Chunk, ProjectParams},
         shade::{Band, PictureParams, PointBatch},
@@ -240,21 +238,5 @@ fn disagreements_are_noticed() {
     ];
     for edits in binding_edits {
         assert!(bindings_agree(&linked, &edited(edits)).is_err(), "{edits:?}");
-    }
-}
-
-/// Lengths that kernels and hosts cut pairs by.
-#[test]
-fn segments_are_as_long_in_the_kernels() {
-    let sources = [
-        (include_str!("../../wgsl/records/tile.wgsl"), "SEGMENT_LENGTH", SEGMENT_LENGTH),
-        (include_str!("../../wgsl/curve/node.wgsl"), "CURVE_SEGMENT", CURVE_SEGMENT),
-        (include_str!("../../wgsl/curve/gather.wgsl"), "SLAB_PAIRS", SLAB_PAIRS as u32),
-    ];
-    for (source, name, value) in sources {
-        assert!(
-            source.contains(&format!("const {name}: u32 = {value}u;")),
-            "{name} is not {value}"
-        );
     }
 }

@@ -3,5 +3,6 @@ mod device;
 mod grammar;
 mod layers;
 mod layout;
+mod mirrors;
 mod recording;
 mod shaders;

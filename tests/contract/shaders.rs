@@ -32,7 +32,7 @@ fn kernels_are_valid_on_their_tier() {
         };
         is_valid(&module, capabilities).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         let entry_points: Vec<_> = module.entry_points.iter().map(|e| e.name.as_str()).collect();
-        assert_eq!(entry_points, [desc.name]);
+        assert_eq!(entry_points, [desc.entry]);
         let overrides: Vec<_> =
             module.overrides.iter().map(|(_, o)| o.name.as_deref().unwrap()).collect();
         for (name, _) in desc.constants {
@@ -78,7 +78,7 @@ fn every_entry_point_is_a_kernel() {
         .filter(|item| item.text.contains("@compute"))
         .map(|item| (item.file, item.name))
         .collect();
-    let kernels: HashSet<_> = KERNELS.iter().map(|desc| (desc.root, desc.name)).collect();
+    let kernels: HashSet<_> = KERNELS.iter().map(|desc| (desc.root, desc.entry)).collect();
     assert_eq!(entries, kernels);
 }
 
@@ -155,27 +155,32 @@ fn errors_name_their_file() {
         wgsl_files().into_iter().find(|(path, _)| path == SERIAL_SCATTER.root).unwrap();
     let line = 1 + source.lines().position(|l| l.contains("places[digit];")).unwrap();
     let place = format!("wgsl/{}:{line}:", SERIAL_SCATTER.root);
-    assert!(linked.located(&error).contains(&place), "{}", linked.located(&error));
+    assert!(
+        linked.located(&error, SERIAL_SCATTER.name).contains(&place),
+        "{}",
+        linked.located(&error, SERIAL_SCATTER.name)
+    );
 }
 
 /// Where a device refuses a kernel, the error is a value that says where.
 #[test]
 fn a_refused_kernel_names_file_and_line() {
-    // The only other `ordered` takes arguments.
+    // That `ordered` takes arguments; `add_node` gives none.
     const WRONG: &[Choice] = &[
-        Choice::new("rows", "walk/rows_4.wgsl"),
+        Choice::new("state", "curve/gather.wgsl"),
+        Choice::new("store", "curve/resolve.wgsl"),
         Choice::new("sums", "sums/buffers.wgsl"),
         Choice::new("visit", "hit/dither.wgsl"),
     ];
     let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };
     let gpu = gpu();
-    let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[]).unwrap_err().to_string();
+    let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[], &[]).unwrap_err().to_string();
     let (_, list) = wgsl_files().into_iter().find(|(path, _)| path == "curve/list.wgsl").unwrap();
-    let line = 1 + list.lines().position(|line| line.contains("if ordered()")).unwrap();
+    let line = 1 + list.lines().position(|line| line.starts_with("fn add_node(")).unwrap();
     assert!(error.contains(&format!("wgsl/curve/list.wgsl:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
-    let unchosen = KernelDesc { with: &WRONG[..2], ..curve::RESOLVE };
-    let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[]).unwrap_err();
+    let unchosen = KernelDesc { with: &WRONG[..3], ..curve::RESOLVE };
+    let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[], &[]).unwrap_err();
     assert!(matches!(error, KernelError::Link(_)), "{error}");
     assert!(error.to_string().contains("does not choose `visit`"), "{error}");
 }
@@ -184,7 +189,7 @@ fn a_refused_kernel_names_file_and_line() {
 #[test]
 fn wrong_resources_are_errors() {
     let gpu = gpu();
-    let kernel = Kernel::new(&gpu.device, &bin::SCAN, Tier::Core, &[]).unwrap();
+    let kernel = Kernel::new(&gpu.device, &bin::SCAN, Tier::Core, &[], &[]).unwrap();
     let buffer = |usage| gpu.upload("buffer", &[0_u32; 16], usage);
     let (uniform, storage) = (buffer(BufferUsages::UNIFORM), buffer(BufferUsages::STORAGE));
     let texture = gpu.texture_array("texture", [1, 1, 1], wgpu::TextureFormat::R32Uint);

@@ -1,11 +1,19 @@
 //! From depth order to tiles.
+use crate::common::{gpu, scenes::flat_view};
 use gobo::{
     glam::UVec2,
-    records::{GpuView, TileRect},
-    reference::bin::{TilePair, bin},
+    gpu::{Gpu, Kernel, Resources, Tier},
+    records::{GpuView, MAX_VIEWS, TileRect},
+    reference::{
+        Pair,
+        bin::{TilePair, bin},
+    },
+    stage::{
+        bin::{self, BatchCounters, BinParams},
+        sort::{PAIR_FORMAT, Shape, pair_texture_size},
+    },
+    wgpu::{self, BufferUsages},
 };
-
-use crate::common::scenes::flat_view;
 
 fn rect(x0: u32, y0: u32, x1: u32, y1: u32, view: u32) -> TileRect {
     let mut mask = 0;
@@ -48,4 +56,121 @@ fn a_scattered_caster_has_no_tiles() {
     let corner = rect(255, 255, 255, 255, 0);
     assert!(!corner.is_scattered() && corner.tiles().eq([(255, 255)]));
     assert!(!TileRect::EMPTY.is_scattered());
+}
+
+/// Of pairs and of what is listed, before a kernel has written them.
+const POISON: u32 = 0xdead_beef;
+
+/// Footprints of up to 3x3 tiles of either view, some without a tile.
+fn scattered_rects(count: u32) -> Vec<TileRect> {
+    (0..count)
+        .map(|i| {
+            let bits = i.wrapping_mul(0x9e37_79b9) >> 8;
+            let (x, y, wide, high) = (bits & 1, bits >> 1 & 1, bits >> 2 & 3, bits >> 4 & 3);
+            if bits % 7 == 0 {
+                return TileRect::EMPTY;
+            }
+            rect(x, y, x + wide.min(2), y + high.min(2), bits >> 6 & 1)
+        })
+        .collect()
+}
+
+/// What `count`, `scan` and `emit` leave: pairs, what overflowed, and the counters.
+fn emitted(
+    gpu: &Gpu,
+    shape: Shape,
+    sorted: &[u32],
+    rects: &[TileRect],
+    pair_capacity: u32,
+) -> (Vec<Pair>, Vec<u32>, BatchCounters) {
+    let kernel =
+        |desc, constants: &[_]| Kernel::new(&gpu.device, desc, Tier::Core, &[], constants).unwrap();
+    let size = [bin::workgroup_size(shape)];
+    let [count, scan, emit] =
+        [kernel(&bin::COUNT, &size), kernel(&bin::SCAN, &[]), kernel(&bin::EMIT, &size)];
+    let footprint_count = sorted.len() as u32;
+    let run_length = bin::run_length(shape, footprint_count);
+    let run_count = footprint_count.div_ceil(run_length);
+    assert!(u64::from(run_count) <= bin::max_runs(shape));
+    let params = BinParams {
+        footprint_count,
+        run_length,
+        run_count,
+        pair_capacity,
+        tile_count: 32,
+        view_count: 2,
+        segment_capacity: 1,
+        segment_length: 1,
+    };
+    let mut all_views = views().to_vec();
+    all_views.resize(MAX_VIEWS, views()[0]);
+    let records = |texels: &[Pair]| {
+        let size = pair_texture_size(texels.len() as u32);
+        let texture = gpu.texture("records", size, PAIR_FORMAT);
+        let mut all = texels.to_vec();
+        all.resize((size[0] * size[1]) as usize, Pair { key: POISON, value: POISON });
+        gpu.write_texture(&texture, &all);
+        texture
+    };
+    let keys: Vec<_> = sorted.iter().map(|&value| Pair { key: 0, value }).collect();
+    let corners: Vec<_> =
+        rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
+    let (keys, corners) = (records(&keys), records(&corners));
+    let pairs = records(&vec![Pair { key: POISON, value: POISON }; pair_capacity as usize]);
+    let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+    let params = gpu.upload("bin_params", &[params], BufferUsages::UNIFORM);
+    let view_buffer = gpu.upload("views", &all_views, BufferUsages::UNIFORM);
+    let runs = gpu.upload("run_offsets", &vec![POISON; run_count as usize], storage);
+    let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
+    let dispatches = gpu.upload("dispatches", &[0_u32; 12], storage);
+    let overflow = gpu.upload("overflow", &vec![POISON; rects.len()], storage);
+    let resources = Resources::new()
+        .with("bin_params", &params)
+        .with("views", &view_buffer)
+        .with("sorted", &keys)
+        .with("rects", &corners)
+        .with("run_offsets", &runs)
+        .with("counters", &counters)
+        .with("dispatches", &dispatches)
+        .with("overflow", &overflow)
+        .with("pairs", &pairs);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    let groups = [run_count.div_ceil(bin::lanes(shape)), 1, 1];
+    for (kernel, groups) in [(&count, groups), (&scan, [1; 3]), (&emit, groups)] {
+        let bindings = kernel.bind(&gpu.device, &resources).unwrap();
+        kernel.record(&mut pass, &bindings, groups);
+    }
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    (gpu.read_texture(&pairs), gpu.read(&overflow), gpu.read::<BatchCounters>(&counters)[0])
+}
+
+/// The kernels' pairs and overflow on both shapes, on counts that leave lanes and runs unfilled.
+#[test]
+fn both_shapes_emit_what_the_twin_emits() {
+    let gpu = gpu();
+    for (count, capacity) in [(1, 64), (7, 64), (700, 1 << 12), (70_001, 1 << 19), (5000, 9000)] {
+        let rects = scattered_rects(count);
+        let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
+        let sorted: Vec<_> = (0..count).rev().filter(visible).collect();
+        let bins = bin(&sorted, &rects, &views(), 32, capacity);
+        for shape in [Shape::Serial, Shape::Wide] {
+            let (pairs, mut overflow, counters) = emitted(&gpu, shape, &sorted, &rects, capacity);
+            let name = format!("{count} footprints, {shape:?}");
+            // Stable by tile: what the sort that follows makes of them.
+            let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
+            found.sort_by_key(|pair| pair.key);
+            let twin = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
+            assert!(found.iter().copied().eq(twin), "{name}");
+            let poison = Pair { key: POISON, value: POISON };
+            assert!(pairs[bins.pairs.len()..].iter().all(|&pair| pair == poison), "{name}");
+            overflow.truncate(counters.overflowed as usize);
+            overflow.sort_unstable();
+            let mut expected = bins.overflowed.clone();
+            expected.sort_unstable();
+            assert_eq!(overflow, expected, "{name}");
+            assert_eq!(counters.visible as usize, sorted.len(), "{name}");
+        }
+    }
 }

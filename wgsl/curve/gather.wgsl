@@ -10,6 +10,8 @@ import package::records::view::GpuView;
 import package::sums::sums::VISIBLE_OPACITY;
 import choice::visit::{blocked, slabbed};
 
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+
 const SLAB_PAIRS: u32 = 128u;
 const TRACE: f32 = 0.0000152587890625; // opacity below it has no place of its own: 2^-16
 

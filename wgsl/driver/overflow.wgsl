@@ -1,6 +1,7 @@
-// Footprints whose pairs did not fit: a workgroup takes one of them and a slice of its tiles. The
-// kernel has `add(view, place, look, tile_place, in_tile)`, which is called for every texel of the
-// view that the footprint may touch.
+// Driver: footprints whose pairs did not fit, straight to the sums. One workgroup per footprint and
+// slice of its tiles (the 65,536 tiles of a large map are more than llvmpipe lets one invocation
+// walk), one invocation per texel of a tile. The store has `add`, which is called for every texel of
+// the view that the footprint may touch. Host: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, overflow};
 import package::bind::sampled::{footprints, rects};
@@ -8,11 +9,16 @@ import package::bind::uniform::views;
 import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::view::TILE_SIZE;
-import choice::root::add;
+import choice::store::add;
 
 const OVERFLOW_LANES: u32 = 256u; // one per texel of a tile
 
-fn walk_overflow(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32) {
+@compute @workgroup_size(OVERFLOW_LANES)
+fn scatter_overflow(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
     let slot = workgroup.y * workgroups.x + workgroup.x;
     if slot >= dispatches[OVERFLOW_DISPATCH].w {
         return;

@@ -10,7 +10,7 @@ import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
 import package::walk::disc_lanes::broadcast_disc;
-import choice::rows::ROWS;
+import choice::state::ROWS;
 
 // Tiles have many discs.
 override DENSE: bool = true;

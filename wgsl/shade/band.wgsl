@@ -2,7 +2,7 @@
 // `seen`, `layers`, `points` and `lit`. Rust: `Band` in src/stage/shade.rs.
 
 import package::bind::uniform::band;
-import package::records::tile::interleaved;
+import choice::order::tile_number;
 import package::records::view::TILE_SIZE;
 import package::walk::lane::lane_texel;
 
@@ -23,7 +23,7 @@ struct BandPixel {
 }
 
 fn band_pixel(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32, tiles_x: u32) -> BandPixel {
-    let number = interleaved(workgroup, workgroups);
+    let number = tile_number(workgroup, workgroups);
     let tile = band.origin + vec2(number % band.size.x, number / band.size.x);
     let place = lane_texel(lane);
     let index = (number * TILE_SIZE + place.y) * TILE_SIZE + place.x;

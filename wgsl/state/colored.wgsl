@@ -1,11 +1,20 @@
 // The state of four texels while the nearest opaque surface of each channel is sought. CPU twin:
 // src/reference/colored.rs.
 
+import package::bind::changed::scattered_tiles;
+import package::bind::stored::{colored, opaques};
 import package::features::ROLLED;
 import package::hit::blocks::stored_depth;
-import package::hit::blocks_colored::blocked_channels;
+import package::hit::blocks_colored::{blocked_channels, last_depth, nearnesses};
 import package::hit::caster_hit::caster_hit;
-import package::records::view::GpuView;
+import package::hit::small::small_depth;
+import package::records::tile::{Segment, Tile};
+import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::sums::{depth_to_nearness, nearness_to_depth};
+import package::walk::lane::sum_index;
+import choice::sums::{clear_sums, load_sums, raise_channels};
+
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
 
 var<private> corner: vec2<f32>; // first of the four texels, in the view's map
 var<private> nearest: array<vec3<f32>, 4>;
@@ -41,4 +50,50 @@ fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
 fn settled(front: f32) -> bool {
     let last = max(max(nearest[0], nearest[1]), max(nearest[2], nearest[3]));
     return all(last <= vec3(front));
+}
+
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {}
+
+fn store_tile(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < 4u; i += 1u) {
+        let at = texel + vec2(0u, i);
+        let depths = min(nearest[i], vec3(small_depth(view, at)));
+        textureStore(opaques, view.origin + at, view.layer, vec4(last_depth(depths)));
+        textureStore(colored, view.origin + at, view.layer, vec4(depths, 1.0));
+    }
+}
+
+fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+    for (var i = 0u; i < 4u; i += 1u) {
+        if any(nearest[i] < vec3(1.0)) {
+            raise_channels(sum_index(segment.tile, place + vec2(0u, i)), nearnesses(nearest[i]));
+        }
+    }
+}
+
+fn add(view: GpuView, place: vec4<u32>, look: vec4<u32>, tile_place: vec2<u32>, in_tile: vec2<u32>) {
+    let middle = vec2<f32>(tile_place * TILE_SIZE + in_tile) + 0.5;
+    let hit = caster_hit(view, place, look, middle, 1.0);
+    let blocked = blocked_channels(view, place, look, middle, hit);
+    if any(blocked) {
+        let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
+        let value = depth_to_nearness(stored_depth(hit));
+        raise_channels(sum_index(tile, in_tile), select(vec3(0u), vec3(value), blocked));
+        scattered_tiles[tile] = 1u;
+    }
+}
+
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+    for (var i = 0u; i < 4u; i += 1u) {
+        let sum = sum_index(tile_id, place + vec2(0u, i));
+        let at = tile.place * TILE_SIZE + place + vec2(0u, i);
+        let sums = load_sums(sum);
+        let added =
+            vec3(nearness_to_depth(sums.r), nearness_to_depth(sums.g), nearness_to_depth(sums.b));
+        let depths = min(added, vec3(small_depth(view, at)));
+        let last = max(max(depths.r, depths.g), depths.b);
+        textureStore(opaques, view.origin + at, view.layer, vec4(last));
+        textureStore(colored, view.origin + at, view.layer, vec4(depths, 1.0));
+        clear_sums(sum);
+    }
 }

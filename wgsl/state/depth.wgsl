@@ -6,6 +6,8 @@ import package::hit::blocks::{blocks, stored_depth};
 import package::hit::caster_hit::caster_hit;
 import package::records::view::GpuView;
 
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+
 var<private> corner: vec2<f32>; // first of the four texels, in the view's map
 var<private> nearest: vec4<f32>;
 

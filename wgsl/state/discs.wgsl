@@ -3,10 +3,12 @@
 
 import package::bind::sampled::opaques;
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, rest_profile};
+import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_disc, rest_profile};
 import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY};
+
+const ROWS: u32 = 8u; // texels that an invocation holds, in a column
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> x: f32;            // texel centres
@@ -75,6 +77,10 @@ fn visit_disc(view: GpuView, disc: Disc) {
     multiply(disc, met[1].profile, 1u);
     seek_nearest(disc, met[0], 0u);
     seek_nearest(disc, met[1], 1u);
+}
+
+fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+    visit_disc(view, prepare_disc(view, place, look));
 }
 
 // As `visit_disc`, of a disc behind what is nearest.

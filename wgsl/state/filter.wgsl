@@ -11,6 +11,8 @@ import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
 
+const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
 var<private> added: array<vec3<f32>, 4>;    // by `over`

@@ -18,6 +18,8 @@ import package::shade::layer::{NOWHERE, NO_PANE, Pane};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color};
 import package::shade::surface::{eye, world_point};
 
+const ROWS: u32 = 1u; // pixels that an invocation holds
+
 const FAINT: f32 = 0.0009765625; // what is behind less than this is not seen: 1/1024
 
 // A pane that waits.

@@ -5,6 +5,8 @@ import package::hit::solid::is_solid;
 import package::records::view::GpuView;
 import package::shade::cost::count_pair;
 
+const ROWS: u32 = 1u; // pixels that an invocation holds
+
 var<private> corner: vec2<f32>; // of the pixel
 var<private> nearest: f32;
 var<private> seen: u32;         // caster

@@ -4,6 +4,8 @@
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
+const ROWS: u32 = 8u; // texels that an invocation holds, in a column
+
 struct Sheet {
     edges: array<vec4<f32>, 3>,
     weights: vec3<f32>,
@@ -68,4 +70,49 @@ fn nearest_texel(i: u32) -> f32 {
 // Nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     return all(nearest[0] <= vec4(front)) && all(nearest[1] <= vec4(front));
+}
+
+fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+    visit_sheet(load_sheet(look.x));
+}
+
+struct Candidate {
+    sheet: Sheet,
+    box: vec3<f32>, // centre and half edge
+}
+
+fn candidate(footprint: u32, place: vec4<u32>, look: vec4<u32>) -> Candidate {
+    return Candidate(load_sheet(look.x), bitcast<vec3<f32>>(place.xyz));
+}
+
+const EDGE_SLACK: f32 = 0.001; // [texels], for rounding
+
+// Whether an edge has some of the block lo..hi on its inner side.
+fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let far = select(lo, hi, vec2((edge.w < 0.0), (edge.z > 0.0)));
+    let slack = EDGE_SLACK * (abs(edge.z) + abs(edge.w));
+    return edge.z * (far.y - edge.y) - edge.w * (far.x - edge.x) >= -slack;
+}
+
+// Whether the triangle may touch texel centres in the box lo..hi.
+fn touches(view: GpuView, own: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let outside = abs(own.box.xy - clamp(own.box.xy, lo, hi));
+    return max(outside.x, outside.y) <= own.box.z && edge_touches(own.sheet.edges[0], lo, hi)
+        && edge_touches(own.sheet.edges[1], lo, hi) && edge_touches(own.sheet.edges[2], lo, hi);
+}
+
+// What another lane holds.
+fn visit_lane(view: GpuView, own: Candidate, lane: u32) {
+    visit_sheet(broadcast_sheet(own.sheet, lane));
+}
+
+fn broadcast_sheet(sheet: Sheet, j: u32) -> Sheet {
+    var other: Sheet;
+    for (var i = 0u; i < 3u; i += 1u) {
+        other.edges[i] = subgroupShuffle(sheet.edges[i], j);
+    }
+    other.weights = subgroupShuffle(sheet.weights, j);
+    other.ties = subgroupShuffle(sheet.ties, j);
+    other.depths = subgroupShuffle(sheet.depths, j);
+    return other;
 }

@@ -10,7 +10,7 @@ import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
 import package::walk::disc_lanes::{broadcast_disc, first_lane, has_lanes, without_first};
-import choice::rows::ROWS;
+import choice::state::ROWS;
 
 struct Stretch {
     disc: Disc,

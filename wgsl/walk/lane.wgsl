@@ -3,7 +3,7 @@
 // for itself, and its loads and stores are runs of a row.
 
 import package::records::view::{GpuView, TILE_SIZE};
-import choice::rows::ROWS;
+import choice::state::ROWS;
 
 const LANES: u32 = 256u / ROWS;
 

@@ -14,7 +14,7 @@ import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::walk::disc_lanes::{broadcast_disc, first_lane, has_lanes, without_first};
 import choice::pairs::pair_footprint;
-import choice::root::open_rest;
+import choice::store::open_rest;
 
 var<private> base: u32; // next pair
 var<private> slab_first: u32;

@@ -10,7 +10,7 @@ import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
-import choice::root::open_rest;
+import choice::store::open_rest;
 import choice::visit::{count_hits, slabbed, visit};
 
 fn walk(view: GpuView, first: u32, end: u32) {

@@ -1,13 +1,14 @@
 // Walks a tile's pairs front to back, a subgroup at a time: every lane fetches one footprint and
-// tests it against the subgroup's block of texels; those that touch it are visited by all lanes.
-// The kernel says what to do in `visit` and when to stop in `settled`.
+// tests it against the subgroup's block of texels; those that touch it are visited by all lanes. A
+// candidate says how a lane tests and shares its own, the state what to do in `visit` and when to
+// stop in `settled`.
 
 import package::bind::loaded::{footprints, pairs};
-import package::hit::reach::{front_depth, touches_box};
+import package::hit::reach::front_depth;
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::view::GpuView;
-import choice::rows::ROWS;
-import choice::state::{corner, settled, visit};
+import choice::candidate::{candidate, touches, visit_lane};
+import choice::state::{ROWS, corner, settled};
 
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
@@ -25,8 +26,8 @@ fn walk(view: GpuView, first: u32, end: u32) {
         let at = footprint * FOOTPRINT_TEXELS;
         let place = textureLoad(footprints, record_texel(at));
         let look = textureLoad(footprints, record_texel(at + 1u));
-        let touches = base + lane < end && touches_box(view, place, look, lo, hi);
-        let ballot = subgroupBallot(touches);
+        let own = candidate(footprint, place, look);
+        let ballot = subgroupBallot(base + lane < end && touches(view, own, lo, hi));
         var low = ballot.x;
         var high = ballot.y;
         while (low | high) != 0u {
@@ -38,14 +39,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
                 j = 32u + firstTrailingBit(high);
                 high &= high - 1u;
             }
-            let visited = subgroupShuffle(footprint, j);
-            let first_texel = visited * FOOTPRINT_TEXELS;
-            visit(
-                view,
-                visited,
-                textureLoad(footprints, record_texel(first_texel)),
-                textureLoad(footprints, record_texel(first_texel + 1u)),
-            );
+            visit_lane(view, own, j);
         }
         // What follows is no nearer than this stretch's first pair.
         if subgroupAll(settled(subgroupShuffle(front_depth(look), 0u))) {

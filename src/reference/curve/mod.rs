@@ -28,14 +28,14 @@ use half::f16;
 /// The most nodes that a curve may have.
 pub const MAX_NODES: usize = 16;
 /// Depths are in fixed point: how many steps there are from the near plane to the far one.
-const DEPTHS: f32 = 65535.0;
+pub const DEPTHS: f32 = 65535.0;
 /// [`BLACK`] as a kernel keeps it.
-const DARK: u16 = 64;
+pub const DARK: u16 = 64;
 /// Steps of a stored channel, and of the square root of a ramp's length.
-const LEVELS: f32 = 4095.0;
+pub const LEVELS: f32 = 4095.0;
 /// Of a curve that may brighten: octaves from the darkest to the brightest, and the darkest.
 const OCTAVES: f32 = 20.0;
-const DARKEST_LOG: f32 = -10.0;
+pub const DARKEST_LOG: f32 = -10.0;
 
 /// What a kernel keeps of a node while it walks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -91,7 +91,7 @@ impl Affine {
 }
 
 /// Of 1 minus a colour that is added: below it, light from white does not tell the scale.
-const LEAST_REST: f32 = 1.0 / 16.0;
+pub const LEAST_REST: f32 = 1.0 / 16.0;
 
 /// The curve of one texel while its hits come in.
 #[derive(Clone, Debug)]

@@ -25,7 +25,7 @@ use layers::{Face, Layer, Pixel};
 use std::ops::RangeInclusive;
 
 /// What is behind less than this is not seen.
-const FAINT: f32 = 1.0 / 1024.0;
+pub const FAINT: f32 = 1.0 / 1024.0;
 /// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());

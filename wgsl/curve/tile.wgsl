@@ -1,15 +1,12 @@
-// accumulate, curve tiles: curves, filter and nearest depth of every tile that one workgroup
-// finishes. One workgroup per tile, a column of texels per invocation. CPU twin:
-// src/reference/curve/tile.rs. Host: src/stage/curve.rs.
+// Store: the curves, filter and nearest depth of a tile that one workgroup finishes. CPU twin:
+// src/reference/curve/tile.rs.
 
 import package::bind::changed::counters;
 import package::bind::read::scattered_tiles;
-import package::bind::sampled::tiles;
 import package::bind::stored::{curves, filters, nearests};
-import package::bind::uniform::views;
 import package::curve::gather::{
-    join_ramp, light_texel, nearest, nearest_seen, open_added, open_end, open_light, open_start,
-    start, total_light,
+    ROWS, join_ramp, light_texel, nearest, nearest_seen, open_added, open_end, open_light,
+    open_start, total_light,
 };
 import package::curve::light4::scaled;
 import package::curve::list::{disordered, last_end};
@@ -18,16 +15,17 @@ import package::curve::overflow::{is_light, nothing_overflowed, overflowed, rest
 import package::curve::stored::{packed_pair, packed_row};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, NODES};
-import package::records::record::record_texel;
-import package::records::tile::{interleaved, tile_of};
-import package::records::view::{GpuView, TILE_SIZE};
+import package::records::view::GpuView;
 import package::sums::sums::blackened;
-import package::walk::lane::{LANES, lane_texel, sum_index};
-import choice::rows::ROWS;
-import choice::walk::walk;
+import package::walk::lane::sum_index;
 
 var<private> own_tile: u32;
 var<private> first_sum: u32;
+
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {
+    own_tile = tile_id;
+    first_sum = sum_index(tile_id, place);
+}
 
 // What comes behind all pairs: volumes that hold the light, then what had no room, of few tiles.
 fn open_rest(view: GpuView, step: u32) {
@@ -52,24 +50,7 @@ fn open_rest(view: GpuView, step: u32) {
     nearest = min(nearest, rest.depth);
 }
 
-@compute @workgroup_size(LANES)
-fn accumulate_curve_tiles(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let tile_id = interleaved(workgroup, workgroups);
-    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
-    if tile.merged != 0u {
-        return;
-    }
-    let view = views[tile.view];
-    let place = lane_texel(lane);
-    let texel = tile.place * TILE_SIZE + place;
-    own_tile = tile_id;
-    first_sum = sum_index(tile_id, place);
-    start(view, texel);
-    walk(view, tile.first, tile.end);
+fn store_tile(view: GpuView, texel: vec2<u32>) {
     nearest = nearest_seen();
     let all = total_light();
     let at = view.origin + texel;

@@ -1,18 +1,17 @@
-// occlude, segments: adds one segment of a long tile to the nearest opaque depths. One workgroup
-// per segment, four texels per invocation; atomics, because segments of a tile run side by side.
-// CPU twin: src/reference/occlude.rs. Host: src/stage/occlude.rs.
+// Driver: one segment of a long tile. One workgroup per segment, a column of texels per invocation.
+// A state says what a texel gathers, a store where it goes: to the tile's sums by atomics, because
+// segments of a tile run side by side, or to a place of the segment's own. Host: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;
 import package::records::dispatch::SEGMENT_DISPATCH;
-import package::state::depth::{nearest, start};
-import package::sums::sums::depth_to_nearness;
-import package::walk::lane::{LANES, lane_texel, sum_index, tile_texel};
-import choice::sums::raise_nearness;
+import package::walk::lane::{LANES, lane_texel, tile_texel};
+import choice::state::start;
+import choice::store::store_segment;
 import choice::walk::walk;
 
 @compute @workgroup_size(LANES)
-fn occlude_segments(
+fn walk_segment(
     @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
@@ -26,9 +25,5 @@ fn occlude_segments(
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);
-    for (var i = 0u; i < 4u; i += 1u) {
-        if nearest[i] < 1.0 {
-            raise_nearness(sum_index(segment.tile, place + vec2(0u, i)), depth_to_nearness(nearest[i]));
-        }
-    }
+    store_segment(segment, index, place);
 }

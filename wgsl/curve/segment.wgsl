@@ -1,39 +1,20 @@
-// accumulate, curve segments: the curves of one segment of a long tile. One workgroup per segment,
-// a column of texels per invocation. resolve_curve puts a tile's segments together in order. CPU
-// twin: src/reference/curve/tile.rs. Host: src/stage/curve.rs.
+// Store: the curves of one segment of a long tile; `resolve` puts a tile's segments together in
+// order. CPU twin: src/reference/curve/tile.rs.
 
 import package::bind::changed::{counters, partials};
-import package::bind::read::{dispatches, segments};
-import package::bind::uniform::views;
-import package::curve::gather::{light_texel, nearest, scale, start, total_light};
+import package::curve::gather::{ROWS, light_texel, nearest, scale, total_light};
 import package::curve::list::disordered;
 import package::curve::partial::{first_node, partial_size};
 import package::curve::stored::{packed_pair, packed_row};
-import package::curve::volumes::{crossed, density, last_face, surface_scale, surface_light};
+import package::curve::volumes::{crossed, density, last_face, surface_light, surface_scale};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
-import package::records::dispatch::SEGMENT_DISPATCH;
+import package::records::tile::Segment;
 import package::records::view::{GpuView, TILE_SIZE};
-import package::walk::lane::{LANES, lane_texel, sum_index, tile_texel};
-import choice::rows::ROWS;
-import choice::walk::walk;
+import package::walk::lane::sum_index;
 
 fn open_rest(view: GpuView, step: u32) {}
 
-@compute @workgroup_size(LANES)
-fn accumulate_curve_segments(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup.y * workgroups.x + workgroup.x;
-    if index >= dispatches[SEGMENT_DISPATCH].w {
-        return;
-    }
-    let segment = segments[index];
-    let view = views[segment.view];
-    let place = lane_texel(lane);
-    start(view, tile_texel(view, segment.tile) + place);
-    walk(view, segment.first, segment.end);
+fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     let at = sum_index(index, place) * partial_size();
     let all = total_light();
     for (var i = 0u; i < ROWS; i += 1u) {
@@ -46,17 +27,17 @@ fn accumulate_curve_segments(
         store_change(at, 2u);
         store_change(at, 3u);
     }
-    store_pair(at, 0u);
-    store_pair(at, 1u);
+    leave_pair(at, 0u);
+    leave_pair(at, 1u);
     if NODES > 4u {
-        store_pair(at, 2u);
-        store_pair(at, 3u);
+        leave_pair(at, 2u);
+        leave_pair(at, 3u);
     }
     if NODES > 8u {
-        store_pair(at, 4u);
-        store_pair(at, 5u);
-        store_pair(at, 6u);
-        store_pair(at, 7u);
+        leave_pair(at, 4u);
+        leave_pair(at, 5u);
+        leave_pair(at, 6u);
+        leave_pair(at, 7u);
     }
     if disordered > 0u {
         atomicAdd(&counters.disordered, disordered);
@@ -72,7 +53,7 @@ fn store_change(first: u32, i: u32) {
     partials[at + 4u] = bitcast<vec4<u32>>(crossed[i]);
 }
 
-fn store_pair(at: u32, pair: u32) {
+fn leave_pair(at: u32, pair: u32) {
     let nodes = packed_pair(pair);
     let row = TILE_SIZE * partial_size();
     partials[at + first_node() + pair] = packed_row(nodes, 0u);

@@ -1,31 +1,26 @@
-// resolve, curve: curves, filter and nearest depth of the tiles that have several segments: their
-// curves after each other. One workgroup per tile, four texels per invocation. CPU twin:
-// src/reference/curve/tile.rs. Host: src/stage/curve.rs.
+// Store: curves, filter and nearest depth of the tiles that have several segments: their curves
+// after each other. CPU twin: src/reference/curve/tile.rs.
 
-import package::bind::read::{dispatches, merged_tiles, partials};
-import package::bind::sampled::tiles;
-import package::bind::stored::{curves, filters, nearests};
-import package::bind::uniform::views;
+import package::bind::read::partials;
+import package::bind::stored::{filters, nearests};
 import package::curve::light4::{
     Light4, black4, fixed, light4, plus, quotient, scaled, selected, white4,
 };
 import package::curve::list::{adding, clear_list, insert, last_end};
-import package::curve::node::{CURVE_SEGMENT, DARKEST_LOG, DEPTHS, LEVELS, OCTAVES, curve_layer};
+import package::curve::node::{CURVE_SEGMENT, DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
 import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::partial::{first_node, partial_size};
-import package::curve::stored::{packed_pair, packed_row};
+import package::curve::tile::store_pair;
 import package::curve::volumes::{
     Ramp4, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
     rest_steps, surface_light,
 };
 import package::features::{HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
-import package::records::dispatch::MERGED_DISPATCH;
-import package::records::record::record_texel;
-import package::records::tile::tile_of;
+import package::records::tile::Tile;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
-import package::walk::lane::{LANES, lane_texel, sum_index};
-import choice::rows::ROWS;
+import package::walk::lane::sum_index;
+import choice::state::ROWS;
 
 fn ordered() -> bool {
     return false;
@@ -115,20 +110,7 @@ fn scale_shares(light: Light4, part: f32) -> Light4 {
     );
 }
 
-@compute @workgroup_size(LANES)
-fn resolve_curve(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let slot = workgroup.y * workgroups.x + workgroup.x;
-    if slot >= dispatches[MERGED_DISPATCH].w {
-        return;
-    }
-    let tile_id = merged_tiles[slot];
-    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
-    let view = views[tile.view];
-    let place = lane_texel(lane);
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
     let at = view.origin + tile.place * TILE_SIZE + place;
     let count = (tile.end - tile.first + CURVE_SEGMENT - 1u) / CURVE_SEGMENT;
     clear_list();
@@ -237,13 +219,4 @@ fn resolve_curve(
         store_pair(view, at, 6u);
         store_pair(view, at, 7u);
     }
-}
-
-fn store_pair(view: GpuView, at: vec2<u32>, pair: u32) {
-    let nodes = packed_pair(pair);
-    let layer = curve_layer(view.layer, pair);
-    textureStore(curves, at, layer, packed_row(nodes, 0u));
-    textureStore(curves, at + vec2(0u, 1u), layer, packed_row(nodes, 1u));
-    textureStore(curves, at + vec2(0u, 2u), layer, packed_row(nodes, 2u));
-    textureStore(curves, at + vec2(0u, 3u), layer, packed_row(nodes, 3u));
 }

@@ -1,0 +1,205 @@
+//! Numbers that Rust and WGSL share are the same, and every number of the WGSL is known: it has a
+//! mirror, or it is the kernels' own.
+use gobo::{
+    gpu::Library,
+    model::{MAX_GAIN, Pattern, Profile, Receives, Shape, TILE_SIZE, Transfer},
+    records::{
+        AIR_CELL, ALL_LIGHTS, BACK_BIT, BLUE_SIZE, CURVE_SEGMENT, DEPTH_TAG_BITS, FOOTPRINT_TEXELS,
+        INVISIBLE, LIGHT_TEXELS, MAX_MATERIALS, MAX_VIEWS, MIN_RADIUS, NO_OWNER, NO_TEXTURE,
+        REACH_TEXELS, ROW, SETUP_TEXELS, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
+    },
+    reference::{
+        FAINT, accumulate, curve,
+        curve::tile::{ROUNDING, SLAB_PAIRS, TRACE},
+        dither::{BLOCK_BITS, FARTHEST},
+        project::{MIN_COSINE, SLACK},
+        resolve::BLACK,
+    },
+    stage::{
+        bin::{Dispatch, SEGMENT_LENGTH},
+        shade,
+        sort::{PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
+    },
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Value in Rust, by its name in WGSL.
+fn mirrors() -> BTreeMap<&'static str, f64> {
+    let whole = [
+        ("AIR_CELL", AIR_CELL),
+        ("ALL_LIGHTS", ALL_LIGHTS),
+        ("BACK_BIT", BACK_BIT),
+        ("BLOCK_BITS", BLOCK_BITS),
+        ("BLUE_SIZE", BLUE_SIZE),
+        ("CARRIED", shade::CARRIED),
+        ("CURVE_SEGMENT", CURVE_SEGMENT),
+        ("DARK", u32::from(curve::DARK)),
+        ("DEPTH_TAG_BITS", DEPTH_TAG_BITS),
+        ("DEPTH_TAG_MASK", (1 << DEPTH_TAG_BITS) - 1),
+        ("FOOTPRINT_TEXELS", FOOTPRINT_TEXELS),
+        ("INVISIBLE", INVISIBLE),
+        ("LAYER_TEXELS", shade::LAYER_TEXELS),
+        ("LIGHT_TEXELS", LIGHT_TEXELS),
+        ("MAX_MATERIALS", MAX_MATERIALS as u32),
+        ("MAX_VIEWS", MAX_VIEWS as u32),
+        ("MERGED_DISPATCH", Dispatch::Merged as u32),
+        ("NO_OWNER", u32::from(NO_OWNER)),
+        ("NO_TEXTURE", NO_TEXTURE),
+        ("OVERFLOW_DISPATCH", Dispatch::Overflow as u32),
+        ("PAIR_ROW", PAIR_ROW),
+        ("PATTERN_BAYER16", Pattern::Bayer16 as u32),
+        ("PATTERN_BAYER2", Pattern::Bayer2 as u32),
+        ("PATTERN_BAYER4", Pattern::Bayer4 as u32),
+        ("PATTERN_BAYER8", Pattern::Bayer8 as u32),
+        ("PATTERN_BLUE", Pattern::Blue as u32),
+        ("PATTERN_CHECKERBOARD", Pattern::Checkerboard as u32),
+        ("PATTERN_HASHED", Pattern::Hashed as u32),
+        ("PATTERN_IGN", Pattern::Ign as u32),
+        ("POINT_TEXELS", shade::POINT_TEXELS),
+        ("PROFILE_FLAT", Profile::Flat as u32),
+        ("PROFILE_SOFT", Profile::Soft as u32),
+        ("REACH_TEXELS", REACH_TEXELS),
+        ("RECEIVES_CURVE", Receives::Curve as u32),
+        ("RECEIVES_NEAREST", Receives::Nearest as u32),
+        ("RECEIVES_OPAQUE", Receives::Opaque as u32),
+        ("RECEIVES_OTHERS", Receives::Others as u32),
+        ("ROUND_LENGTH", shade::ROUND_LENGTH),
+        ("ROW", ROW),
+        ("SATURATED", accumulate::SATURATED as u32),
+        ("SEGMENT_DISPATCH", Dispatch::Segment as u32),
+        ("SEGMENT_LENGTH", SEGMENT_LENGTH),
+        ("SETUP_TEXELS", SETUP_TEXELS),
+        ("SHAPE_DISC", Shape::Disc as u32),
+        ("SHAPE_PUFF", Shape::Puff as u32),
+        ("SHAPE_QUAD", Shape::Quad as u32),
+        ("SLAB_PAIRS", SLAB_PAIRS as u32),
+        ("TILE_SIZE", TILE_SIZE),
+        ("TOTAL_ROW", TOTAL_ROW),
+        ("TRANSFER_CUTOUT", Transfer::Cutout as u32),
+        ("TRANSFER_DITHER", Transfer::Dither as u32),
+        ("TRANSFER_FILTER", Transfer::Filter as u32),
+        ("TRANSFER_GAIN", Transfer::Gain as u32),
+        ("TRANSFER_NONE", Transfer::None as u32),
+        ("TRANSFER_OPAQUE", Transfer::Opaque as u32),
+        ("TRANSFER_OVER", Transfer::Over as u32),
+        ("TRANSFER_SMOKE", Transfer::Smoke as u32),
+        ("TRANSFER_STAIN", Transfer::Stain as u32),
+        ("TRIANGLE_BIT", TRIANGLE_BIT),
+        ("TRIANGLE_TEXELS", TRIANGLE_TEXELS),
+        ("VIEW_TEXELS", VIEW_TEXELS),
+    ];
+    let real = [
+        ("BLACK", BLACK),
+        ("DARKEST_LOG", curve::DARKEST_LOG),
+        ("DEPTHS", curve::DEPTHS),
+        ("FAINT", FAINT),
+        ("FARTHEST", FARTHEST),
+        ("FIXED_ONE", accumulate::FIXED_ONE),
+        ("LEAST_REST", curve::LEAST_REST),
+        ("LEVELS", curve::LEVELS),
+        ("MAX_GAIN", MAX_GAIN),
+        ("MAX_TAU", accumulate::MAX_TAU),
+        ("MIN_COSINE", MIN_COSINE),
+        ("MIN_RADIUS", MIN_RADIUS),
+        ("ROUNDING", ROUNDING),
+        ("SLACK", SLACK),
+        ("TRACE", TRACE),
+        ("UNIT", UNIT),
+        ("VISIBLE_OPACITY", accumulate::VISIBLE_OPACITY),
+    ];
+    let whole = whole.into_iter().map(|(name, value)| (name, f64::from(value)));
+    whole.chain(real.into_iter().map(|(name, value)| (name, f64::from(value)))).collect()
+}
+
+/// Numbers that Rust does not know.
+const KERNELS_OWN: &[&str] = &[
+    "BRIGHTEST",
+    "CHANGES",
+    "CHANGE_WORDS",
+    "EDGE_SLACK",
+    "EMPTY_COLORED",
+    "EMPTY_RUN",
+    "LANES",
+    "LEAST_DISTANCE",
+    "LEAST_TAU",
+    "LIGHT_DIRECTIONAL",
+    "LIGHT_POINT",
+    "LIGHT_SPOT",
+    "MAX_X",
+    "MISS",
+    "NOWHERE",
+    "NO_LAYER",
+    "OCTAVES",
+    "ONE_BITS",
+    "OVERFLOW_LANES",
+    "OVERFLOW_SLICES",
+    "PARTIAL_TEXELS",
+    "PART_FACE",
+    "PART_WHOLE",
+    "PART_WINDOW",
+    "PER_FOUR_PI",
+    "PER_PI",
+    "PER_TWO_PI",
+    "POINT_NONE",
+    "POINT_PARTICLE",
+    "POINT_SHEET",
+    "POINT_SOLID",
+    "POLISH_STEPS",
+    "QUEUE",
+    "ROUNDS",
+    "ROWS",
+    "RUN",
+    "RUN_PAIRS",
+    "SCATTERED",
+    "SEEKS",
+    "SPAN_SLACK",
+    "SQRT_2",
+    "STEP",
+    "WARP_COUNT",
+    "WARP_SIZE",
+    "WORKGROUP_SIZE",
+];
+
+/// `const NAME: u32 = 0xffu;` or `f32`, as the kernels round it.
+fn value(declaration: &str) -> Option<f64> {
+    let (_, value) = declaration.split_once('=')?;
+    let value = value.split(';').next()?.trim();
+    let digits = value.trim_end_matches('u');
+    match digits.strip_prefix("0x") {
+        Some(hex) => u32::from_str_radix(hex, 16).ok().map(f64::from),
+        None if value.ends_with('u') => digits.parse::<u32>().ok().map(f64::from),
+        None => digits.parse::<f32>().ok().map(f64::from),
+    }
+}
+
+#[test]
+fn numbers_of_both_sides_are_the_same() {
+    let mirrors = mirrors();
+    let mut seen = BTreeSet::new();
+    let items = Library::embedded().unwrap().items();
+    for item in items.filter(|item| item.keyword == "const") {
+        let place = format!("wgsl/{}:{} {}", item.file, item.line, item.name);
+        // Blocks of the sort are as long as the product of two of the kernels' own.
+        if item.name == "BLOCK" {
+            assert_eq!(WIDE_BLOCK, 256 * 16);
+        } else if let Some(&mirror) = mirrors.get(item.name) {
+            assert_eq!(value(item.text), Some(mirror), "{place}");
+        } else {
+            assert!(KERNELS_OWN.contains(&item.name), "{place}: what is it in Rust?");
+        }
+        seen.insert(item.name);
+    }
+    let known = mirrors.keys().copied().chain(KERNELS_OWN.iter().copied());
+    let stale: Vec<_> = known.filter(|name| !seen.contains(name)).collect();
+    assert_eq!(stale, [""; 0], "in no file");
+}
+
+/// The check can fail, and does on the slightest difference.
+#[test]
+fn values_are_read_as_kernels_round_them() {
+    assert_eq!(value("// Not 3.\nconst A: u32 = 0xffu; // = 2"), Some(255.0));
+    assert_eq!(value("const A: u32 = 12u;"), Some(12.0));
+    assert_eq!(value("const A: f32 = 0.1;"), Some(f64::from(0.1_f32)));
+    assert_ne!(value("const A: f32 = 0.1000001;"), value("const A: f32 = 0.1;"));
+    assert_eq!(value("const A: u32 = B * C;"), None);
+}

@@ -1,0 +1,27 @@
+// Driver: the tiles that several workgroups or the scatter path added to. One workgroup per tile, a
+// column of texels per invocation; the store makes maps of the sums and leaves these zero. Host:
+// src/stage/mod.rs.
+
+import package::bind::read::{dispatches, merged_tiles};
+import package::bind::sampled::tiles;
+import package::bind::uniform::views;
+import package::records::dispatch::MERGED_DISPATCH;
+import package::records::record::record_texel;
+import package::records::tile::tile_of;
+import package::walk::lane::{LANES, lane_texel};
+import choice::store::resolve;
+
+@compute @workgroup_size(LANES)
+fn resolve_tile(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let slot = workgroup.y * workgroups.x + workgroup.x;
+    if slot >= dispatches[MERGED_DISPATCH].w {
+        return;
+    }
+    let tile_id = merged_tiles[slot];
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
+    resolve(views[tile.view], tile, tile_id, lane_texel(lane));
+}

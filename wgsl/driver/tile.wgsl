@@ -1,0 +1,34 @@
+// Driver: every tile that one workgroup finishes. One workgroup per tile, a column of texels per
+// invocation, no atomics. A state says what a texel gathers, a store where it goes. Host:
+// src/stage/mod.rs.
+
+import package::bind::sampled::tiles;
+import package::bind::uniform::views;
+import package::records::record::record_texel;
+import package::records::tile::tile_of;
+import package::records::view::TILE_SIZE;
+import package::walk::lane::{LANES, lane_texel};
+import choice::order::tile_number;
+import choice::state::start;
+import choice::store::{before_tile, store_tile};
+import choice::walk::walk;
+
+@compute @workgroup_size(LANES)
+fn walk_tile(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let tile_id = tile_number(workgroup, workgroups);
+    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
+    if tile.merged != 0u {
+        return;
+    }
+    let view = views[tile.view];
+    let place = lane_texel(lane);
+    let texel = tile.place * TILE_SIZE + place;
+    before_tile(view, texel, tile_id, place);
+    start(view, texel);
+    walk(view, tile.first, tile.end);
+    store_tile(view, texel);
+}

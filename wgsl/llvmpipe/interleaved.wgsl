@@ -1,0 +1,16 @@
+// Which tile a workgroup takes, where a driver gives each of two cores one half of the dispatch: runs
+// of neighbours go to them in turns. (Runs, because stores that follow each other in memory are many
+// times faster.)
+
+const RUN: u32 = 64u; // tiles
+
+fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
+    let i = workgroup.y * workgroups.x + workgroup.x;
+    let count = workgroups.x * workgroups.y;
+    let half_count = count / 2u;
+    let second = i >= half_count;
+    let place = select(i, i - half_count, second);
+    let whole = count / (2u * RUN) * RUN; // of each half, in whole runs
+    let run = 2u * (place - place % RUN) + place % RUN + select(0u, RUN, second);
+    return select(select(i + whole, i, second), run, place < whole);
+}

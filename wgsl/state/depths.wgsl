@@ -1,0 +1,52 @@
+// Store: opaque depth. Of a tile straight to the map, of segments and of what did not fit to sums,
+// which become the map later. CPU twin: src/reference/occlude.rs, src/reference/resolve.rs.
+
+import package::bind::changed::scattered_tiles;
+import package::bind::stored::opaques;
+import package::hit::blocks::{blocks, stored_depth};
+import package::hit::caster_hit::caster_hit;
+import package::hit::small::small_depth;
+import package::records::tile::{Segment, Tile};
+import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::sums::{depth_to_nearness, nearness_to_depth};
+import package::walk::lane::sum_index;
+import choice::state::{ROWS, nearest_texel};
+import choice::sums::{clear_sums, load_nearness, raise_nearness};
+
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {}
+
+fn store_tile(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let at = texel + vec2(0u, i);
+        let depth = min(nearest_texel(i), small_depth(view, at));
+        textureStore(opaques, view.origin + at, view.layer, vec4(depth));
+    }
+}
+
+fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+    for (var i = 0u; i < 4u; i += 1u) {
+        if nearest_texel(i) < 1.0 {
+            raise_nearness(sum_index(segment.tile, place + vec2(0u, i)), depth_to_nearness(nearest_texel(i)));
+        }
+    }
+}
+
+fn add(view: GpuView, place: vec4<u32>, look: vec4<u32>, tile_place: vec2<u32>, in_tile: vec2<u32>) {
+    let middle = vec2<f32>(tile_place * TILE_SIZE + in_tile) + 0.5;
+    let hit = caster_hit(view, place, look, middle, 1.0);
+    if blocks(view, place, look, middle, hit) {
+        let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
+        raise_nearness(sum_index(tile, in_tile), depth_to_nearness(stored_depth(hit)));
+        scattered_tiles[tile] = 1u;
+    }
+}
+
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+    for (var i = 0u; i < 4u; i += 1u) {
+        let sum = sum_index(tile_id, place + vec2(0u, i));
+        let at = tile.place * TILE_SIZE + place + vec2(0u, i);
+        let depth = min(nearness_to_depth(load_nearness(sum)), small_depth(view, at));
+        textureStore(opaques, view.origin + at, view.layer, vec4(depth));
+        clear_sums(sum);
+    }
+}

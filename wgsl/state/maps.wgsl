@@ -1,0 +1,78 @@
+// Store: filter and nearest depth. Of a tile straight to the maps, of segments and of what did not
+// fit to sums, which become maps later. CPU twin: src/reference/accumulate.rs,
+// src/reference/resolve.rs.
+
+import package::bind::stored::{filters, nearests};
+import package::features::HAS_OWNERS;
+import package::records::owner::{tagged_alpha, tagged_depth};
+import package::records::tile::{Segment, Tile};
+import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::merge::merge;
+import package::sums::scatter::scatter;
+import package::sums::sums::{
+    FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
+};
+import package::walk::lane::sum_index;
+import choice::maps::{plain_alpha, store_map};
+import choice::state::{ROWS, nearest_texel, owner_texel, passed_texel};
+import choice::sums::{clear_sums, load_nearness, load_sums, raise_nearness};
+
+var<private> alpha_of_none: f32;
+
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {
+    alpha_of_none = plain_alpha(view.origin + texel, view.layer);
+}
+
+fn store_tile(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let at = view.origin + texel + vec2(0u, i);
+        var nearest_depth = nearest_texel(i);
+        var alpha = alpha_of_none;
+        if HAS_OWNERS {
+            alpha = tagged_alpha(owner_texel(i));
+            nearest_depth = tagged_depth(nearest_depth, owner_texel(i));
+        }
+        store_map(at, view.layer, vec4(blackened(passed_texel(i)), alpha), nearest_depth);
+    }
+}
+
+fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+    // A copy: what a loop indexes is memory, and what the walk changes should be registers.
+    var own: array<vec4<f32>, 8>;
+    own[0] = own_texel(0u);
+    own[1] = own_texel(1u);
+    own[2] = own_texel(2u);
+    own[3] = own_texel(3u);
+    if ROWS > 4u {
+        own[4] = own_texel(4u);
+        own[5] = own_texel(5u);
+        own[6] = own_texel(6u);
+        own[7] = own_texel(7u);
+    }
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let sum = sum_index(segment.tile, place + vec2(0u, i));
+        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(own[i].rgb) * FIXED_ONE))));
+        if own[i].a < 1.0 {
+            raise_nearness(sum, depth_to_nearness(own[i].a));
+        }
+    }
+}
+
+// Light that passed, and the nearest depth.
+fn own_texel(i: u32) -> vec4<f32> {
+    return vec4(passed_texel(i), nearest_texel(i));
+}
+
+fn add(view: GpuView, place: vec4<u32>, look: vec4<u32>, tile_place: vec2<u32>, in_tile: vec2<u32>) {
+    scatter(view, place, look, tile_place * TILE_SIZE + in_tile);
+}
+
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+    for (var i = 0u; i < 4u; i += 1u) {
+        let sum = sum_index(tile_id, place + vec2(0u, i));
+        let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);
+        textureStore(filters, at, view.layer, vec4(blackened(light(load_sums(sum))), 1.0));
+        textureStore(nearests, at, view.layer, vec4(nearness_to_depth(load_nearness(sum))));
+        clear_sums(sum);
+    }
+}

@@ -1,0 +1,105 @@
+// Store: filter and nearest depth where the order counts. A segment of a long tile leaves what it
+// does to the light of its texels; a tile's segments are composed front to back, then what was
+// scattered. A tile's only segment is a plain factor of what was scattered there, and goes to the
+// sums; so does what `partials` has no room for, which takes more scattered tiles than the pair
+// budget has segments. CPU twin: src/reference/accumulate.rs, src/reference/resolve.rs.
+
+import package::bind::changed::partials;
+import package::bind::sampled::tiles;
+import package::bind::stored::{filters, nearests};
+import package::features::{HAS_GAIN, HAS_OWNERS, HAS_VOLUMES};
+import package::records::owner::{NO_OWNER, tagged_alpha, tagged_depth};
+import package::records::record::record_texel;
+import package::records::tile::{Segment, Tile, segment_count, tile_of};
+import package::records::view::{GpuView, TILE_SIZE};
+import package::state::filter::{ROWS, added, crossed, nearest, nearest_texel, owner, passed};
+import package::sums::merge::merge;
+import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_room, unpack_pair};
+import package::sums::sums::{
+    FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
+};
+import package::walk::lane::sum_index;
+import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};
+
+fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+    let composed = index < partial_room(arrayLength(&partials)) && segment_count(tile_of(textureLoad(tiles, record_texel(segment.tile), 0))) > 1u;
+    for (var i = 0u; i < ROWS; i += 1u) {
+        if composed {
+            let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
+            partials[at] = pack_partial(Partial(passed[i], added[i], nearest[i], vec3(0), 0, NO_OWNER));
+            if HAS_VOLUMES || HAS_OWNERS {
+                let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
+                let tau = bitcast<vec3<u32>>(crossed[i].xyz);
+                partials[at + 1u] = vec4(tau, leaves | (owner[i] << 16u));
+            }
+        } else {
+            let sum = sum_index(segment.tile, place + vec2(0u, i));
+            let tau = vec3<i32>(round(to_tau(passed[i] + added[i]) * FIXED_ONE));
+            if HAS_VOLUMES {
+                add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
+            } else {
+                merge(sum, bitcast<vec3<u32>>(tau));
+            }
+            if nearest_texel(i) < 1.0 {
+                raise_nearness(sum, depth_to_nearness(nearest_texel(i)));
+            }
+        }
+    }
+}
+
+fn load_partial(texel: u32) -> Partial {
+    let bits = partials[texel * PARTIAL_TEXELS];
+    var signed = vec4(0);
+    if HAS_VOLUMES || HAS_OWNERS {
+        signed = bitcast<vec4<i32>>(partials[texel * PARTIAL_TEXELS + 1u]);
+    }
+    let middle = unpack_pair(bits.y);
+    return Partial(
+        vec3(unpack_pair(bits.x), middle.x),
+        vec3(middle.y, unpack_pair(bits.z)),
+        bitcast<f32>(bits.w),
+        signed.xyz,
+        (signed.w << 16u) >> 16u,
+        bitcast<u32>(signed.w) >> 16u,
+    );
+}
+
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+    let room = partial_room(arrayLength(&partials));
+    let first = tile.merged - 1u;
+    let count = segment_count(tile);
+    let composed = select(0u, min(count, max(room, first) - first), count > 1u);
+    for (var i = 0u; i < 4u; i += 1u) {
+        let sum = sum_index(tile_id, place + vec2(0u, i));
+        var passed = vec3(1.0);
+        var tau = vec3(0);
+        var leaves = 0;
+        var owner = NO_OWNER;
+        var nearest = nearness_to_depth(load_nearness(sum));
+        for (var k = 0u; k < composed; k += 1u) {
+            let partial = load_partial(sum_index(first + k, place + vec2(0u, i)));
+            passed = passed * partial.scale + partial.added;
+            owner = select(owner, partial.owner, partial.nearest < nearest);
+            nearest = min(nearest, partial.nearest);
+            tau += partial.tau;
+            leaves += partial.leaves;
+        }
+        if leaves > 0 {
+            nearest = 0.0; // the light is inside
+        }
+        tau += bitcast<vec3<i32>>(load_sums(sum));
+        if !HAS_GAIN {
+            tau = max(tau, vec3(0)); // a body that is not closed would brighten
+        }
+        passed *= light(bitcast<vec3<u32>>(tau));
+        let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);
+        var alpha = 1.0;
+        if HAS_OWNERS {
+            alpha = tagged_alpha(owner);
+            nearest = tagged_depth(nearest, owner);
+        }
+        textureStore(filters, at, view.layer, vec4(blackened(passed), alpha));
+        textureStore(nearests, at, view.layer, vec4(nearest));
+        clear_sums(sum);
+    }
+}

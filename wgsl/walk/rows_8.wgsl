@@ -1,3 +1,0 @@
-//
-
-const ROWS: u32 = 8u; // texels that an invocation holds, in a column
