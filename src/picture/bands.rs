@@ -39,10 +39,9 @@ impl TileRect {
 
     /// At least `count` parts: of whole rows, or of one row each, as long as there are tiles.
     pub(super) fn parts(&self, count: u32) -> Vec<Self> {
-        let rows = self.size.y.div_ceil(count.max(1)).max(1);
-        let of_row = count.div_ceil(self.size.y);
-        let width = if of_row > 1 { self.size.x.div_ceil(of_row) } else { self.size.x };
-        self.cut(UVec2::new(width.max(1), rows))
+        let rows = self.size.y / count.max(1);
+        let width = self.size.x / count.div_ceil(self.size.y.max(1)).max(1);
+        self.cut(UVec2::new(width.max(1), rows.max(1)))
     }
 
     /// As few bands as have room for their tiles.
