@@ -66,6 +66,8 @@ pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Mo
     let mut camera = None;
     let mut skipped = Skipped::new();
     let mut uses = 0;
+    // All are counted before the first is made.
+    let mut draws = Vec::new();
     let mut seen = vec![false; file.document.nodes().len()];
     let mut waiting: Vec<(gltf::Node<'_>, Mat4)> =
         roots(&file.document).into_iter().rev().map(|node| (node, transform)).collect();
@@ -82,7 +84,8 @@ pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Mo
             for place in instances(&file, &node)? {
                 for primitive in mesh.primitives() {
                     uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
-                    meshes.add(&file, &mut materials, &primitive, world * place)?;
+                    meshes.promise(&file, &primitive)?;
+                    draws.push((primitive, world * place));
                 }
             }
         }
@@ -106,6 +109,9 @@ pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Mo
         }
         let children: Vec<_> = node.children().map(|child| (child, world)).collect();
         waiting.extend(children.into_iter().rev());
+    }
+    for (primitive, world) in draws {
+        meshes.add(&file, &mut materials, &primitive, world)?;
     }
     let (materials, textures, ignored) = materials.finish();
     for (reason, count) in meshes.skipped.into_iter().chain(ignored) {

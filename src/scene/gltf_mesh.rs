@@ -42,6 +42,18 @@ impl Meshes {
         Self { promised: earlier, ..Self::default() }
     }
 
+    /// Counts what [`Self::add`] will make of a primitive, before any of it is made.
+    pub(super) fn promise(
+        &mut self,
+        file: &File,
+        primitive: &gltf::Primitive<'_>,
+    ) -> Result<(), SceneError> {
+        self.promised = Limit::Triangles
+            .grown(self.promised, triangle_count(primitive) as u64)
+            .map_err(|(message, help)| file.invalid(message, help))?;
+        Ok(())
+    }
+
     pub(super) fn add(
         &mut self,
         file: &File,
@@ -63,14 +75,7 @@ impl Meshes {
         let uses = materials.add(&primitive.material(), world)?;
         let vertices = self.vertices(file, primitive, &uses)?;
         let indices = self.indices(file, primitive)?;
-        let corners = indices.map_or(vertices.positions.count, |indices| indices.count);
-        let count = match primitive.mode() {
-            Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
-            _ => corners / 3,
-        };
-        self.promised = Limit::Triangles
-            .grown(self.promised, count as u64)
-            .map_err(|(message, help)| file.invalid(message, help))?;
+        let count = triangle_count(primitive);
         let first = self.triangles.len();
         limits::reserve(&mut self.triangles, count, "triangles", &file.path)?;
         let normal_from_local = cofactors(Mat3::from_mat4(world));
@@ -176,6 +181,17 @@ impl Meshes {
             return Err(file.invalid(message, "export the file again"));
         }
         self.items(file, &accessor).map(Some)
+    }
+}
+
+/// As the file promises, flat ones too.
+fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
+    let positions = || primitive.get(&Semantic::Positions);
+    let corners = primitive.indices().or_else(positions).map_or(0, |accessor| accessor.count());
+    match primitive.mode() {
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
+        Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
+        Mode::Triangles => corners / 3,
     }
 }
 

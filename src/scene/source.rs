@@ -109,8 +109,15 @@ impl<'a> Source<'a> {
     }
 
     fn explain(&self, error: &Error) -> SceneError {
-        let (message, help) = explained(error.message());
-        self.error(error.span().unwrap_or(0..0), message, Some(help))
+        let span = error.span().unwrap_or(0..0);
+        let (message, help) = match self.text.get(span.clone()) {
+            Some(key) if error.message().starts_with("duplicate key") => {
+                let help = "remove one of them, or write [[...]] where there are several of a kind";
+                (format!("the key {} is there twice", quoted(key)), help.to_owned())
+            }
+            _ => explained(error.message()),
+        };
+        self.error(span, message, Some(help))
     }
 
     /// Whether tables stand where tables should: the reader would take lists for them too, by the
