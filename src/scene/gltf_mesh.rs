@@ -48,6 +48,9 @@ impl Meshes {
         file: &File,
         primitive: &gltf::Primitive<'_>,
     ) -> Result<(), SceneError> {
+        if let Some(corners) = corners(primitive) {
+            self.items(file, &corners)?;
+        }
         self.promised = Limit::Triangles
             .grown(self.promised, triangle_count(primitive) as u64)
             .map_err(|(message, help)| file.invalid(message, help))?;
@@ -184,10 +187,14 @@ impl Meshes {
     }
 }
 
+/// An item of it for each corner, of triangles, strips and fans.
+fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
+    primitive.indices().or_else(|| primitive.get(&Semantic::Positions))
+}
+
 /// As the file promises, flat ones too.
 fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
-    let positions = || primitive.get(&Semantic::Positions);
-    let corners = primitive.indices().or_else(positions).map_or(0, |accessor| accessor.count());
+    let corners = corners(primitive).map_or(0, |accessor| accessor.count());
     match primitive.mode() {
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
         Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
