@@ -14,12 +14,12 @@ mod transfer;
 
 pub(crate) use adapter::missed_limit;
 pub use adapter::{
-    Backend, FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES, Selection, TierChoice,
-    shortcoming,
+    Backend, FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES, STORAGE_FORMATS, Selection,
+    TierChoice, shortcoming,
 };
 pub use allocate::{Allocator, Memory, array_view, view};
 pub use cache::KernelCache;
-pub use context::Gpu;
+pub use context::{Gpu, unusable_adapter};
 pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
 pub use link::{Item, Library, LinkError, Linked, words};
 #[cfg(feature = "device")]

@@ -183,6 +183,7 @@ fn a_move_renders_only_the_views_that_see_it() {
 
 /// Random changes, each frame held against one that keeps nothing.
 #[test]
+#[ignore = "minutes of compiling kernels: make test-all"]
 fn kept_frames_equal_fresh_ones() {
     let mut chance = Chance::new(1);
     let mut scene = scene();
