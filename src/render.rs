@@ -42,6 +42,8 @@ pub struct RenderOptions<'a> {
     /// The maps stay on the device for the next frame, which then renders only the views that see
     /// a change. The twin renders all views in any case.
     pub keep: bool,
+    /// The picture's linear light, before exposure and tone curve; that of the twin is there always.
+    pub light: bool,
     /// What else is shown. The CPU twin has none of it.
     pub debug: &'a [DebugMode],
 }
@@ -175,7 +177,11 @@ impl GpuEngine {
         for &(name, bytes) in &shown.memory.0 {
             memory.add(name, bytes);
         }
-        let picture = shown.read(&self.gpu)?;
+        let mut picture = shown.read(&self.gpu)?;
+        if options.light {
+            let radiance = shown.read_radiance(&self.gpu)?;
+            picture.light = radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        }
         let clusters = shown.read_cluster_counters(&self.gpu)?;
         let debug = options
             .debug

@@ -3,5 +3,7 @@ use super::{failure::Failure, files};
 use std::path::Path;
 
 pub(crate) fn run(path: &Path) -> Result<(), Failure> {
-    files::print(&gobo::scene::load(path)?.summary().to_string())
+    let scene = gobo::scene::load(path)?;
+    files::warn(&scene.notes);
+    files::print(&scene.summary().to_string())
 }

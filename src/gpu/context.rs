@@ -31,3 +31,8 @@ impl Gpu {
         failure.map_or(Ok(()), Err)
     }
 }
+
+/// An adapter and what it lacks, as [`Error::Unusable`] lists them.
+pub fn unusable_adapter(info: &wgpu::AdapterInfo, lack: &Error) -> String {
+    format!("{} ({}): {lack}", info.name, info.backend)
+}

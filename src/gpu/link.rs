@@ -90,7 +90,7 @@ impl Library {
         let mut next = 0;
         while let Some(&(file, name)) = reached.get(next) {
             next += 1;
-            let item = self.item(file, name, LinkError { file, line: 1, reason: String::new() })?;
+            let item = self.item(file, name, (file, 1))?;
             for word in words(item.text).map(|(_, word)| word) {
                 let Some(found) = self.find(item.file, word, root, choices)? else { continue };
                 if !files.contains(&found.file) {
@@ -140,20 +140,20 @@ impl Library {
             }
             _ => return Err(fail(format!("`{module}` is neither of package:: nor of choice::"))),
         };
-        self.item(target, word, fail(String::new())).map(Some)
+        self.item(target, word, (file, line)).map(Some)
     }
 
-    /// `from`: who asks.
+    /// `from`: file and line that ask for it.
     fn item(
         &self,
-        file: &'static str,
+        target: &'static str,
         name: &'static str,
-        from: LinkError,
+        (file, line): (&'static str, usize),
     ) -> Result<&Item, LinkError> {
-        let items = self.0.get(file).map(|file| &file.items);
-        items
-            .and_then(|items| items.iter().find(|item| item.name == name))
-            .ok_or_else(|| LinkError { reason: format!("`{name}` is not in wgsl/{file}"), ..from })
+        let items = self.0.get(target).map(|file| &file.items);
+        items.and_then(|items| items.iter().find(|item| item.name == name)).ok_or_else(|| {
+            LinkError { file, line, reason: format!("`{name}` is not in wgsl/{target}") }
+        })
     }
 
     /// Every declaration of every file.

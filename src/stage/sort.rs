@@ -236,7 +236,7 @@ impl Sort {
             let digit_count = 1 << digit.len();
             let pass = SortPass { shift: digit.start, digit_count, capacity, count_index: index };
             let pass = upload(device, "sort_pass", &[pass], wgpu::BufferUsages::UNIFORM);
-            let [from, to] = if at % 2 == 0 { pairs } else { [pairs[1], pairs[0]] };
+            let [from, to] = if at.is_multiple_of(2) { pairs } else { [pairs[1], pairs[0]] };
             let resources = Resources::new()
                 .with("sort_pass", &pass)
                 .with("counts", counts)
