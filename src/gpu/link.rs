@@ -140,24 +140,19 @@ impl Library {
             }
             _ => return Err(fail(format!("`{module}` is neither of package:: nor of choice::"))),
         };
-        let asker = fail(String::new());
-        self.item(target, word, (asker.file, asker.line)).map(Some)
+        self.item(target, word, (file, line)).map(Some)
     }
 
-    /// `asker`: file and line that ask for it.
+    /// `from`: file and line that ask for it.
     fn item(
         &self,
-        file: &'static str,
+        target: &'static str,
         name: &'static str,
-        asker: (&'static str, usize),
+        (file, line): (&'static str, usize),
     ) -> Result<&Item, LinkError> {
-        let items = self.0.get(file).map(|file| &file.items);
+        let items = self.0.get(target).map(|file| &file.items);
         items.and_then(|items| items.iter().find(|item| item.name == name)).ok_or_else(|| {
-            LinkError {
-                file: asker.0,
-                line: asker.1,
-                reason: format!("`{name}` is not in wgsl/{file}"),
-            }
+            LinkError { file, line, reason: format!("`{name}` is not in wgsl/{target}") }
         })
     }
 
