@@ -79,7 +79,7 @@ impl Renderer {
     /// On a device that is already open.
     pub fn on(gpu: Gpu) -> Result<Self, Error> {
         let config = Config::new(gpu.tier, &gpu.adapter);
-        let shadows = Shadows::with(&gpu.device, &gpu.queue, config)?;
+        let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
         // A software adapter stamps when it records, not when the work is done.
         let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
             Timeline::stepped(&gpu.device, &gpu.queue)

@@ -1,6 +1,7 @@
 //! Devices and kernels as data.
 mod adapter;
 mod allocate;
+mod cache;
 mod context;
 pub mod error;
 mod kernel;
@@ -14,6 +15,7 @@ mod transfer;
 pub(crate) use adapter::missed_limit;
 pub use adapter::{Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, shortcoming};
 pub use allocate::{Allocator, Memory, array_view, view};
+pub use cache::KernelCache;
 pub use context::Gpu;
 pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
 pub use link::{Item, Library, LinkError, Linked, words};

@@ -1,6 +1,6 @@
 //! Opens a device, for hosts that have none: the program, tests and benches.
 use super::{
-    Gpu,
+    Gpu, KernelCache,
     adapter::{Backend, Selection, TierChoice, shortcoming},
 };
 use crate::error::Error;
@@ -68,6 +68,7 @@ impl Gpu {
         Ok(Self {
             device,
             queue,
+            kernels: KernelCache::default(),
             adapter: info,
             tier: choice.tier,
             tier_reason: choice.reason,

@@ -1,7 +1,7 @@
 //! Pipelines of one device, by kernel and by what the batch holds.
 use super::Config;
 use crate::{
-    gpu::{Constant, Kernel, KernelDesc, KernelError, Resources, Tier},
+    gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
         accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, occlude,
         profile::Profile, project, resolve, shade, sort::Sort,
@@ -89,6 +89,7 @@ pub(crate) struct OnDemand {
     desc: &'static KernelDesc,
     tier: Tier,
     constants: Vec<Constant>,
+    cache: KernelCache,
     made: OnceLock<Kernel>,
 }
 
@@ -102,7 +103,8 @@ impl OnDemand {
         let kernel = match self.made.get() {
             Some(kernel) => kernel,
             None => {
-                let kernel = Kernel::new(device, self.desc, self.tier, &[], &self.constants)?;
+                let kernel =
+                    self.cache.kernel(device, self.desc, self.tier, &[], &self.constants)?;
                 self.made.get_or_init(|| kernel)
             }
         };
@@ -122,7 +124,7 @@ impl OnDemand {
     }
 }
 
-/// Made when a scene first needs them, and once.
+/// Of a device's kernels, those that a pipeline uses; each from when a scene first needs it.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
@@ -145,15 +147,21 @@ pub struct Kernels {
     pub(crate) colored_columns: OnDemand,
     pub(crate) profile: Profile,
     variants: HashMap<(Variant, Features), Kernel>,
+    cache: KernelCache,
 }
 
 impl Kernels {
-    pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        config: Config,
+        cache: KernelCache,
+    ) -> Result<Self, KernelError> {
         let Profile { shape, .. } = config.profile;
         let make = |desc, constants| OnDemand {
             desc,
             tier: config.tier,
             constants,
+            cache: cache.clone(),
             made: OnceLock::new(),
         };
         let kernel = |desc| make(desc, Vec::new());
@@ -163,7 +171,7 @@ impl Kernels {
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
             occlude_small: kernel(&occlude::SMALL),
-            sort: Sort::new(device, shape)?,
+            sort: Sort::sharing(device, shape, &cache)?,
             bin_count: bin_kernel(&bin::COUNT),
             bin_scan: kernel(&bin::SCAN),
             bin_emit: bin_kernel(&bin::EMIT),
@@ -178,6 +186,7 @@ impl Kernels {
             colored_columns: kernel(&colored::COLUMNS),
             profile: config.profile,
             variants: HashMap::new(),
+            cache,
         })
     }
 
@@ -194,7 +203,7 @@ impl Kernels {
                 let mut constants = features.constants();
                 constants.extend(self.profile.constants());
                 let desc = variant.desc(features);
-                Ok(place.insert(Kernel::new(
+                Ok(place.insert(self.cache.kernel(
                     device,
                     desc,
                     self.tier,

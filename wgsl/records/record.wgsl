@@ -11,3 +11,9 @@ const TRIANGLE_BIT: u32 = 0x80000000u;
 const FOOTPRINT_TEXELS: u32 = 2u;
 
 const TRIANGLE_TEXELS: u32 = 5u;
+
+// A count of a uniform buffer, at most a texture's texels. lavapipe compiles a kernel anew for every
+// uniform buffer that alone decides how often a loop runs (tests/contract/uniform_branches.rs).
+fn bounded(count: u32, size: vec2<u32>) -> u32 {
+    return min(count, size.x * size.y);
+}

@@ -1,12 +1,13 @@
 // The state of four texels while their casters are multiplied up, front to back, in registers. CPU
 // twin: src/reference/accumulate.rs.
 
-import package::bind::sampled::{casters, opaques};
+import package::bind::sampled::opaques;
 import package::features::{HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::caster_hit;
 import package::hit::crossing::{added_light, crossing};
+import package::records::caster::particle_object;
 import package::records::owner::{NO_OWNER, owner_tag};
-import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::record::TRIANGLE_BIT;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
@@ -55,7 +56,7 @@ fn owner_of(look: vec4<u32>) -> u32 {
     if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
         return owner_tag(setup_texel(look.x, 6u).w);
     }
-    return owner_tag(textureLoad(casters, record_texel(2u * look.w + 1u), 0).w);
+    return owner_tag(particle_object(look.w));
 }
 
 fn owner_texel(i: u32) -> u32 {
