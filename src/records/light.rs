@@ -16,6 +16,11 @@ const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);
 pub const VIEW_TEXELS: u32 = 8;
 const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 
+/// Numbers of [`LightKind`] in [`GpuLight::kind`].
+pub const LIGHT_DIRECTIONAL: u32 = 0;
+pub const LIGHT_SPOT: u32 = 1;
+pub const LIGHT_POINT: u32 = 2;
+
 /// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -61,9 +66,11 @@ impl GpuLight {
     pub fn new(light: &Light, index: usize, views: &[View]) -> Self {
         let own = |view: &View| view.light == Some(index);
         let (kind, position, direction, angle) = match light.kind {
-            LightKind::Directional { direction } => (0, Vec3::ZERO, direction, 0.0),
-            LightKind::Spot { position, direction, angle } => (1, position, direction, angle),
-            LightKind::Point { position } => (2, position, Vec3::NEG_Y, 0.0),
+            LightKind::Directional { direction } => (LIGHT_DIRECTIONAL, Vec3::ZERO, direction, 0.0),
+            LightKind::Spot { position, direction, angle } => {
+                (LIGHT_SPOT, position, direction, angle)
+            }
+            LightKind::Point { position } => (LIGHT_POINT, position, Vec3::NEG_Y, 0.0),
         };
         Self {
             position,

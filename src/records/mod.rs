@@ -30,13 +30,16 @@ pub use footprint::{
 };
 pub use hash::pcg;
 pub use layout::{Field, GpuLayout, size_of_field};
-pub use light::{GpuLight, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, VIEW_TEXELS};
+pub use light::{
+    GpuLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS,
+    MAX_SHADOW_VIEWS, VIEW_TEXELS,
+};
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub(crate) use pack::{from_octahedral, octahedral};
 pub use triangle::{BACK_BIT, SETUP_TEXELS, TRIANGLE_TEXELS, TriangleRecord, TriangleSetup};
-pub use view::{GpuView, MAX_VIEWS};
+pub use view::{GpuView, MAX_VIEWS, PART_FACE, PART_WHOLE, PART_WINDOW};
 
 /// Texels in a row of a record texture.
 pub const ROW: u32 = 4096;

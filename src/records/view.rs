@@ -6,6 +6,11 @@ use glam::{Mat4, UVec2, Vec2};
 /// Views of a batch: the length of the uniform array.
 pub const MAX_VIEWS: usize = 64;
 
+/// Numbers of [`Part`] in [`GpuView::part`].
+pub const PART_WHOLE: u32 = 0;
+pub const PART_FACE: u32 = 1;
+pub const PART_WINDOW: u32 = 2;
+
 /// What kernels read of a [`View`]. WGSL: `wgsl/records/view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -30,7 +35,7 @@ pub struct GpuView {
     pub layer: u32,
     /// Index of the light; `u32::MAX` for the picture's camera.
     pub light: u32,
-    /// [`Part`]: 0 whole, 1 face, 2 window.
+    /// [`PART_WHOLE`], [`PART_FACE`] or [`PART_WINDOW`].
     pub part: u32,
     /// Number in its shadow: the cascade, the face.
     pub part_index: u32,
@@ -61,9 +66,9 @@ impl View {
     pub fn to_gpu(&self, first_tile: u32, origin: UVec2, layer: u32) -> GpuView {
         let (part_index, part_count) = self.part.place();
         let (part, fade) = match self.part {
-            Part::Whole => (0, 0.0),
-            Part::Face(_) => (1, 0.0),
-            Part::Window { fade, .. } => (2, fade * 0.5 * self.size.min_element() as f32),
+            Part::Whole => (PART_WHOLE, 0.0),
+            Part::Face(_) => (PART_FACE, 0.0),
+            Part::Window { fade, .. } => (PART_WINDOW, fade * 0.5 * self.size.min_element() as f32),
         };
         GpuView {
             view_from_world: self.view_from_world,

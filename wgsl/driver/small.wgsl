@@ -8,6 +8,7 @@ import package::bind::loaded::triangles;
 import package::bind::read::chunks;
 import package::bind::uniform::{project_params, views};
 import package::hit::triangle_edges::{edge_line, owns_edge};
+import package::records::opaque_depth::opaque_bits;
 import package::records::record::{TRIANGLE_TEXELS, record_texel};
 import package::records::view::TILE_SIZE;
 
@@ -92,8 +93,7 @@ fn occlude_small(
         let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & owned)) && x <= span.y;
         if inside && depth >= 0.0 && depth <= 1.0 {
             let texel = first_texel + u32(y) * row_texels + u32(x);
-            // The last bit is that of dithered surfaces.
-            atomicMin(&small_depths[texel], bitcast<u32>(depth) & ~1u);
+            atomicMin(&small_depths[texel], opaque_bits(depth, false));
         }
         x += 1.0;
         let next = x > span.y;

@@ -1,14 +1,15 @@
 // Whether an opaque material's hit blocks the light at a texel. CPU twin: src/reference/occlude.rs.
 
-import package::bind::sampled::casters;
 import package::bind::uniform::materials;
 import package::features::{HAS_DITHER, HAS_PARTICLES, HAS_TRIANGLES};
 import package::hit::caster_hit::{Hit, edge};
 import package::hit::dither::{PATTERN_HASHED, cell_threshold, hashed_threshold, pattern_cell};
 import package::hit::hit::{facing, facing_hit};
 import package::hit::solid::is_solid;
+import package::records::caster::{caster_rotation, particle_object};
 import package::records::material::TRANSFER_DITHER;
-import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::opaque_depth::opaque_bits;
+import package::records::record::TRIANGLE_BIT;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
@@ -37,8 +38,8 @@ fn threshold(
     if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
         own = triangle_own(look.x, texel);
     } else if HAS_PARTICLES {
-        let rotation = f32(textureLoad(casters, record_texel(2u * look.w + 1u), 0).z >> 16u);
-        let plane = facing(view, bitcast<vec4<f32>>(place), rotation * (6.2831853 / 65536.0));
+        let rotation = caster_rotation(look.w);
+        let plane = facing(view, bitcast<vec4<f32>>(place), rotation);
         let x = max(abs(plane.frame_x.x), abs(plane.frame_x.y));
         let y = max(abs(plane.frame_y.x), abs(plane.frame_y.y));
         own = vec4(facing_hit(plane, view, texel).xy, x, y);
@@ -50,7 +51,7 @@ fn caster_id(look: vec4<u32>) -> u32 {
     if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
         return setup_texel(look.x, 6u).w;
     }
-    return textureLoad(casters, record_texel(2u * look.w + 1u), 0).w;
+    return particle_object(look.w);
 }
 
 // Weights of two corners, and how far they move from a texel to the next.
@@ -74,10 +75,8 @@ fn edge_step(setup: u32, i: u32) -> vec2<f32> {
     return vec2(-line.w, line.z);
 }
 
-// The last bit of an opaque depth tells a dithered surface from a whole one: `filter` fills holes
-// of the former only.
+// As a map stores it.
 fn stored_depth(hit: Hit) -> f32 {
-    let bits = bitcast<u32>(hit.depth) & ~1u;
     let dithered = HAS_DITHER && materials[hit.material].transfer == TRANSFER_DITHER;
-    return bitcast<f32>(select(bits, bits | 1u, dithered));
+    return bitcast<f32>(opaque_bits(hit.depth, dithered));
 }

@@ -1,13 +1,14 @@
 // What a ray meets of any caster: opacity, light that passes, depth. CPU twin:
 // src/reference/caster_hit.rs.
 
-import package::bind::sampled::{casters, images};
+import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES};
 import package::hit::hit::{absorption, coverage, facing, facing_hit, transmittance};
 import package::hit::texture::sample_texture;
+import package::records::caster::{caster_look, look_rotation};
 import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_PUFF, TRANSFER_GAIN};
-import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT, record_texel};
+import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::setup::setup_texel;
 import package::records::view::{GpuView, is_beside};
 import package::sums::faint::{tau_absorbed, whole_tau};
@@ -38,10 +39,10 @@ fn caster_hit(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>
 }
 
 fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
-    let own = textureLoad(casters, record_texel(2u * look.w + 1u), 0);
+    let own = caster_look(look.w);
     let material_id = own.z & 0xffffu;
     let material = materials[material_id];
-    let rotation = f32(own.z >> 16u) * (6.2831853 / 65536.0);
+    let rotation = look_rotation(own);
     let plane = facing(view, place, rotation);
     let met = facing_hit(plane, view, texel);
     var color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);

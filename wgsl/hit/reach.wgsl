@@ -2,7 +2,7 @@
 
 import package::features::{HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
 import package::records::record::TRIANGLE_BIT;
-import package::records::tile_rect::{INVISIBLE, SLACK};
+import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, is_beside};
 
 // Whether a footprint may touch texel centres in the box lo..hi.
@@ -29,9 +29,4 @@ fn touches_box(view: GpuView, place: vec4<u32>, look: vec4<u32>, lo: vec2<f32>, 
     }
     reach += SLACK;
     return dot(outside, outside) <= reach * reach;
-}
-
-// The depth that no later footprint of the same tile is in front of.
-fn front_depth(look: vec4<u32>) -> f32 {
-    return f32(look.z >> 16u) / f32(INVISIBLE - 1u);
 }

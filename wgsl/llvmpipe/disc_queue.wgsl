@@ -5,8 +5,8 @@
 
 import package::bind::loaded::{footprints, pairs};
 import package::hit::disc::{Disc, prepare_disc, touches};
+import package::records::footprint::{footprint_key, key_depth};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
-import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
 import package::walk::disc_lanes::broadcast_disc;
@@ -96,7 +96,7 @@ fn prepare(view: GpuView, footprint: u32, waits: bool) -> Prepared {
     var disc = prepare_disc(view, place_of(footprint), look);
     disc.slope *= select(0.0, 1.0, waits);
     disc.absorbed *= select(0.0, 1.0, waits);
-    return Prepared(disc, f32(subgroupShuffle(look.z, QUEUE - 1u) >> 16u) / f32(INVISIBLE - 1u));
+    return Prepared(disc, key_depth(subgroupShuffle(footprint_key(look), QUEUE - 1u)));
 }
 
 fn without_eight(old: Queue) -> Queue {

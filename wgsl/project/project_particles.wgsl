@@ -5,6 +5,7 @@ import package::bind::read::chunks;
 import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects};
 import package::bind::uniform::{materials, project_params, views};
+import package::records::caster::look_material;
 import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
@@ -61,7 +62,7 @@ fn project_particles(
     let view = views[chunk.view];
     let place = textureLoad(casters, record_texel(2u * caster_id), 0);
     let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
-    let material = materials[look.z & 0xffffu];
+    let material = materials[look_material(look)];
     let caster_radius = bitcast<f32>(place.w);
 
     let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(place.xyz), 1.0)).xyz;

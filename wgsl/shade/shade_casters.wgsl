@@ -5,6 +5,7 @@
 import package::bind::loaded::{footprints, rects};
 import package::bind::sampled::casters;
 import package::bind::uniform::{materials, point_batch};
+import package::records::caster::look_material;
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_NONE, POINT_PARTICLE, Point};
@@ -36,7 +37,7 @@ fn shade_casters(
     // Not behind itself: the bias is its radius.
     point.reach = place.w;
     point.cluster = cluster_of(seen.xy, seen.w);
-    point.receives = materials[look.z & 0xffffu].receives;
+    point.receives = materials[look_material(look)].receives;
     point.tag = owner_tag(look.w);
     point.albedo = vec3(1.0);
     store_point(index, point);

@@ -7,6 +7,7 @@ import package::bind::uniform::{materials, views};
 import package::features::{HAS_TEXTURES, HAS_TRIANGLES};
 import package::hit::caster_hit::{triangle_uv, triangle_weights};
 import package::hit::texture::sample_texture;
+import package::records::caster::look_material;
 import package::records::light::cluster_of;
 import package::records::material::NO_TEXTURE;
 import package::records::owner::owner_tag;
@@ -58,7 +59,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
 fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
     let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
-    let material = materials[look.z & 0xffffu];
+    let material = materials[look_material(look)];
     let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     let position = world_point(view, pixel, depth);
     // Round, whatever way the disc faces.

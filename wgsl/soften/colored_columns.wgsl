@@ -4,7 +4,8 @@
 import package::bind::sampled::{filters, nearests, opaques, rows};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};
 import package::bind::uniform::{filter_params, views};
-import package::soften::window::{is_dithered, window_weight};
+import package::records::opaque_depth::is_dithered;
+import package::soften::window::window_weight;
 import package::soften::window_colored::{ColoredRun, EMPTY_COLORED, add_colored};
 
 @compute @workgroup_size(8, 8)

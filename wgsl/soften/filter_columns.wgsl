@@ -4,7 +4,8 @@
 import package::bind::sampled::{filters, nearests, opaques, rows};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};
 import package::bind::uniform::{filter_params, views};
-import package::soften::window::{EMPTY_RUN, add_run, is_dithered, window_weight};
+import package::records::opaque_depth::is_dithered;
+import package::soften::window::{EMPTY_RUN, add_run, window_weight};
 
 @compute @workgroup_size(8, 8)
 fn filter_columns(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -4,7 +4,8 @@
 import package::bind::sampled::opaques;
 import package::bind::stored::rows;
 import package::bind::uniform::{filter_params, views};
-import package::soften::window::{EMPTY_RUN, add_run, is_dithered, window_weight};
+import package::records::opaque_depth::is_dithered;
+import package::soften::window::{EMPTY_RUN, add_run, window_weight};
 
 @compute @workgroup_size(8, 8)
 fn filter_rows(@builtin(global_invocation_id) id: vec3<u32>) {

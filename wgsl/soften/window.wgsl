@@ -26,7 +26,3 @@ fn window_weight(i: i32, radius: i32) -> f32 {
     let whole = 0.5 / f32(radius);
     return select(whole, 0.5 * whole, abs(i) == radius);
 }
-
-fn is_dithered(depth: f32) -> bool {
-    return (bitcast<u32>(depth) & 1u) == 1u;
-}

@@ -1,6 +1,6 @@
 // What a run of texels says of dithered surfaces by channel. CPU twin: src/reference/colored.rs, `Run`.
 
-import package::soften::window::is_dithered;
+import package::records::opaque_depth::is_dithered;
 
 struct ColoredRun {
     blocked: vec3<f32>, // share of the window

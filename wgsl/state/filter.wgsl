@@ -2,7 +2,7 @@
 // twin: src/reference/accumulate.rs.
 
 import package::bind::changed::counters;
-import package::bind::sampled::{casters, opaques};
+import package::bind::sampled::opaques;
 import package::curve::light4::{Light4, black4, plus, scaled, white4};
 import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
@@ -11,8 +11,9 @@ import package::hit::hit_order::{
     Hit4, WAITING, clear_order, hits_of, late_hits, next_waiting, pass_on,
 };
 import package::hit::key_depths::{front_depths, start_keys};
+import package::records::caster::particle_object;
 import package::records::owner::{NO_OWNER, owner_tag};
-import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::record::TRIANGLE_BIT;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::sums::faint::keep3;
@@ -131,7 +132,7 @@ fn owner_of(look: vec4<u32>) -> u32 {
     if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
         return owner_tag(setup_texel(look.x, 6u).w);
     }
-    return owner_tag(textureLoad(casters, record_texel(2u * look.w + 1u), 0).w);
+    return owner_tag(particle_object(look.w));
 }
 
 fn owner_texel(i: u32) -> u32 {

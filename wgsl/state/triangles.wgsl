@@ -1,6 +1,7 @@
 // Eight texels in a column of an invocation, and opaque triangles that lower their depth: what most
 // ground and walls are made of, with all else compiled away. CPU twin: src/reference/occlude.rs.
 
+import package::records::opaque_depth::whole_depths;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
@@ -57,8 +58,7 @@ fn visit_rows(sheet: Sheet, i: u32) {
     let weighted = sheet.weights * sheet.depths;
     let sum = a * sheet.weights.x + b * sheet.weights.y + c * sheet.weights.z;
     let depth = (a * weighted.x + b * weighted.y + c * weighted.z) / sum;
-    // The last bit is that of dithered surfaces.
-    let stored = bitcast<vec4<f32>>(bitcast<vec4<u32>>(depth) & vec4(~1u));
+    let stored = whole_depths(depth);
     let counts = inside & (sum > vec4(0.0)) & (depth >= vec4(0.0)) & (depth <= vec4(1.0));
     nearest[i] = select(nearest[i], min(nearest[i], stored), counts);
 }

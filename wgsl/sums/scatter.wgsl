@@ -2,12 +2,13 @@
 // src/reference/accumulate.rs.
 
 import package::bind::changed::scattered_tiles;
-import package::bind::sampled::{casters, opaques};
+import package::bind::sampled::opaques;
 import package::features::{HAS_OVER, HAS_VOLUMES};
 import package::hit::caster_hit::caster_hit;
 import package::hit::crossing::{added_light, crossing};
 import package::hit::hash::unit_float;
-import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::caster::particle_object;
+import package::records::record::TRIANGLE_BIT;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::faint::absorbed_tau;
 import package::sums::merge::merge;
@@ -39,9 +40,8 @@ fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
         return;
     }
     // Rounded up or down in turns, so that a million equal casters don't add up their rounding.
-    let own = textureLoad(casters, record_texel(2u * (look.w & ~TRIANGLE_BIT) + 1u), 0).w;
-    let seed = select(own, look.w, (look.w & TRIANGLE_BIT) != 0u) ;
-    let chance = spread(seed);
+    let own = particle_object(look.w & ~TRIANGLE_BIT);
+    let chance = spread(select(own, look.w, (look.w & TRIANGLE_BIT) != 0u));
     var own_tau = absorbed_tau(hit.absorbed);
     if HAS_OVER {
         // Out of order: as if it were the only caster.

@@ -5,8 +5,8 @@
 
 import package::bind::loaded::{footprints, pairs};
 import package::hit::disc::{Disc, prepare_disc, touches};
+import package::records::footprint::{footprint_key, key_depth};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
-import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
 import package::walk::disc_lanes::{broadcast_disc, first_lane, has_lanes, without_first};
@@ -22,7 +22,7 @@ fn fetch(view: GpuView, pair: u32, end: u32, size: u32, lo: vec2<f32>, hi: vec2<
     let at = textureLoad(pairs, record_texel(min(pair, end - 1u))).g * FOOTPRINT_TEXELS;
     let place = textureLoad(footprints, record_texel(at));
     let look = textureLoad(footprints, record_texel(at + 1u));
-    let front = f32(subgroupShuffle(look.z, size - 1u) >> 16u) / f32(INVISIBLE - 1u);
+    let front = key_depth(subgroupShuffle(footprint_key(look), size - 1u));
     let touched = subgroupBallot(pair < end && touches(view, place, lo, hi));
     return Stretch(prepare_disc(view, place, look), touched.xy, front);
 }

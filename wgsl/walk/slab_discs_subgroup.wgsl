@@ -7,8 +7,10 @@ import package::curve::gather::{
     SLAB_PAIRS, append_single, corner, few, flush, hit_count, is_single, most_few, nearest,
     settled, slab_count,
 };
+import package::curve::pair_key::pair_key;
 import package::curve::visit_discs::{count_disc, visit_disc};
 import package::hit::disc::{Disc, prepare_disc, touches};
+import package::records::footprint::{footprint_key, key_depth};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
@@ -36,7 +38,7 @@ fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> St
     let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
     let place = textureLoad(footprints, record_texel(at));
     let look = textureLoad(footprints, record_texel(at + 1u));
-    let key = look.z >> 16u;
+    let key = footprint_key(look);
     let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= slab_reach;
     let in_slab = subgroupBallot(slab);
     let touching = subgroupBallot(slab && touches(view, place, lo, hi));
@@ -109,14 +111,4 @@ fn next_stretch(stretch: Stretch, size: u32) -> bool {
     let whole = stretch.count < size;
     slab_key = select(slab_key, key, whole);
     return whole;
-}
-
-// No later pair of the tile is in front of it.
-fn key_depth(key: u32) -> f32 {
-    return f32(key) / f32(INVISIBLE - 1u);
-}
-
-fn pair_key(pair: u32) -> u32 {
-    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
-    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
 }

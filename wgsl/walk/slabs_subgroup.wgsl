@@ -4,10 +4,11 @@
 
 import package::bind::loaded::footprints;
 import package::curve::gather::{SLAB_PAIRS, corner, flush, settled, slab_count};
+import package::curve::pair_key::pair_key;
 import package::curve::volumes::rest_steps;
 import package::hit::reach::touches_box;
+import package::records::footprint::{footprint_key, key_depth};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
-import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
 import choice::store::open_rest;
@@ -43,7 +44,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             let footprint = pair_footprint(pair);
             let at = footprint * FOOTPRINT_TEXELS;
             let look = textureLoad(footprints, record_texel(at + 1u));
-            key = look.z >> 16u;
+            key = footprint_key(look);
             let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= reach;
             let touches = slab && touches_box(view, textureLoad(footprints, record_texel(at)), look, lo, hi);
             let in_slab = subgroupBallot(slab);
@@ -80,7 +81,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             if rests == waiting_steps() + rest_steps() {
                 break;
             }
-            if base >= end || subgroupAll(settled(f32(key) / f32(INVISIBLE - 1u))) {
+            if base >= end || subgroupAll(settled(key_depth(key))) {
                 base = end;
                 if rests < waiting_steps() {
                     join_waiting();
@@ -91,9 +92,4 @@ fn walk(view: GpuView, first: u32, end: u32) {
             }
         }
     }
-}
-
-fn pair_key(pair: u32) -> u32 {
-    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
-    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
 }

@@ -5,9 +5,10 @@ import package::bind::loaded::footprints;
 import package::curve::gather::{
     SLAB_PAIRS, few, flush, hit_count, most_few, nearest, settled, slab_count,
 };
+import package::curve::pair_key::pair_key;
 import package::curve::volumes::rest_steps;
+import package::records::footprint::{footprint_key, front_depth, key_depth};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
-import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
 import choice::store::open_rest;
@@ -20,7 +21,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         let at = pair_footprint(base) * FOOTPRINT_TEXELS;
         let look = textureLoad(footprints, record_texel(at + 1u));
         count_hits(view, textureLoad(footprints, record_texel(at)), look);
-        front = f32(look.z >> 16u) / f32(INVISIBLE - 1u);
+        front = front_depth(look);
         base += 1u;
     }
     few = hit_count <= most_few();
@@ -39,7 +40,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         while base < end {
             let at = pair_footprint(base) * FOOTPRINT_TEXELS;
             let look = textureLoad(footprints, record_texel(at + 1u));
-            key = look.z >> 16u;
+            key = footprint_key(look);
             if base - slab_first >= SLAB_PAIRS || key - slab_key > reach {
                 break;
             }
@@ -56,7 +57,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             if rests == waiting_steps() + rest_steps() {
                 break;
             }
-            if base >= end || settled(f32(key) / f32(INVISIBLE - 1u)) {
+            if base >= end || settled(key_depth(key)) {
                 base = end;
                 if rests < waiting_steps() {
                     join_waiting();
@@ -67,9 +68,4 @@ fn walk(view: GpuView, first: u32, end: u32) {
             }
         }
     }
-}
-
-fn pair_key(pair: u32) -> u32 {
-    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
-    return textureLoad(footprints, record_texel(at + 1u)).z >> 16u;
 }

@@ -4,7 +4,7 @@
 // stop in `settled`.
 
 import package::bind::loaded::{footprints, pairs};
-import package::hit::reach::front_depth;
+import package::records::footprint::front_depth;
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::view::GpuView;
 import choice::candidate::{candidate, touches, visit_lane};

@@ -2,7 +2,7 @@
 // subgroups. The kernel says what to do in `visit` and when to stop in `settled`.
 
 import package::bind::loaded::{footprints, pairs};
-import package::hit::reach::front_depth;
+import package::records::footprint::front_depth;
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::view::GpuView;
 import choice::state::{settled, visit};

@@ -8,14 +8,11 @@ pub use tone::to_screen;
 use super::air::phase;
 use crate::{
     model::{Material, Receives, Scene, View},
-    records::{GpuLight, GpuView, ViewMaps, owner_tag},
+    records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, ViewMaps, owner_tag},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
 use std::f32::consts::FRAC_1_PI;
 
-/// Numbers of [`GpuLight::kind`].
-const DIRECTIONAL: u32 = 0;
-const SPOT: u32 = 1;
 /// What lights the picture.
 #[derive(Clone, Debug)]
 pub struct Lighting<'a> {
@@ -166,7 +163,7 @@ impl<'a> Lighting<'a> {
 
 /// The way to the light, and the irradiance of what faces it, before shadows.
 fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
-    if light.kind == DIRECTIONAL {
+    if light.kind == LIGHT_DIRECTIONAL {
         return (-light.direction, light.color);
     }
     let away = point - light.position;
@@ -175,7 +172,7 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     let part = square * light.per_range2;
     let window = (1.0 - part * part).max(0.0);
     let mut color = light.color / square * (window * window);
-    if light.kind == SPOT {
+    if light.kind == LIGHT_SPOT {
         let (outer, inner) = (light.cone_outer, light.cone_inner);
         let t = ((ray.dot(light.direction) - outer) / (inner - outer)).clamp(0.0, 1.0);
         color *= t * t * (3.0 - 2.0 * t);

@@ -2,15 +2,11 @@
 use super::{Lighting, Receiver};
 use crate::{
     model::Receives,
-    records::{GpuLight, GpuView},
+    records::{GpuLight, GpuView, PART_FACE, PART_WINDOW},
     reference::receive::{MapTexel, light_by_channel, receive, receive_curve},
 };
 use glam::{Vec2, Vec3};
 use std::ops::Range;
-
-/// Numbers of [`GpuView::part`].
-const PART_FACE: u32 = 1;
-const PART_WINDOW: u32 = 2;
 
 impl Lighting<'_> {
     fn receive_texel(

@@ -1,0 +1,18 @@
+// Opaque depths as maps store them: the last bit tells a dithered surface from a whole one, because
+// softening fills holes of the former only. CPU twin: src/reference/occlude.rs.
+
+const DITHERED_BIT: u32 = 1u;
+
+fn is_dithered(depth: f32) -> bool {
+    return (bitcast<u32>(depth) & DITHERED_BIT) == DITHERED_BIT;
+}
+
+fn opaque_bits(depth: f32, dithered: bool) -> u32 {
+    let bits = bitcast<u32>(depth) & ~DITHERED_BIT;
+    return select(bits, bits | DITHERED_BIT, dithered);
+}
+
+// Of whole surfaces.
+fn whole_depths(depths: vec4<f32>) -> vec4<f32> {
+    return bitcast<vec4<f32>>(bitcast<vec4<u32>>(depths) & vec4(~DITHERED_BIT));
+}
