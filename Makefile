@@ -9,7 +9,8 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo features test test-swiftshader bench results native tables quality setup
+.PHONY: demo features test test-all test-swiftshader soak doc deny bench results native tables quality \
+	setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -23,9 +24,29 @@ demo: setup
 test: setup
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test
 
+# And the long sweeps, which `make test` leaves out.
+test-all: test
+	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- --ignored
+
 # The kernels against their twins on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
 	sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
+
+# Memory over 2,000 frames of one run: fails where it grows.
+soak: setup
+	cargo build --release --quiet
+	sh tools/soak.sh
+
+# The library's pages, without a warning.
+doc:
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --lib --quiet
+
+# Licences, sources and, as far as they can be read, advisories of what we depend on: deny.toml.
+# `cargo install --locked cargo-deny` where it is missing.
+deny:
+	cargo deny --all-features check licenses bans sources
+	cargo deny --all-features check advisories || \
+		echo "deny: the advisories above, or their database cannot be read here" >&2
 
 # Shadow maps beside the raster pipeline: a quick table, and a page with plots.
 bench: setup

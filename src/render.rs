@@ -42,6 +42,8 @@ pub struct RenderOptions<'a> {
     /// The maps stay on the device for the next frame, which then renders only the views that see
     /// a change. The twin renders all views in any case.
     pub keep: bool,
+    /// The picture's linear light, before exposure and tone curve; that of the twin is there always.
+    pub light: bool,
     /// What else is shown. The CPU twin has none of it.
     pub debug: &'a [DebugMode],
 }
@@ -79,7 +81,7 @@ impl Renderer {
     /// On a device that is already open.
     pub fn on(gpu: Gpu) -> Result<Self, Error> {
         let config = Config::new(gpu.tier, &gpu.adapter);
-        let shadows = Shadows::with(&gpu.device, &gpu.queue, config)?;
+        let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
         // A software adapter stamps when it records, not when the work is done.
         let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
             Timeline::stepped(&gpu.device, &gpu.queue)
@@ -175,7 +177,11 @@ impl GpuEngine {
         for &(name, bytes) in &shown.memory.0 {
             memory.add(name, bytes);
         }
-        let picture = shown.read(&self.gpu)?;
+        let mut picture = shown.read(&self.gpu)?;
+        if options.light {
+            let radiance = shown.read_radiance(&self.gpu)?;
+            picture.light = radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        }
         let clusters = shown.read_cluster_counters(&self.gpu)?;
         let debug = options
             .debug

@@ -51,7 +51,7 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "A..B", conflicts_with = "frame")]
     frames: Option<Frames>,
     /// One frame
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..i64::from(u32::MAX)))]
     frame: Option<u32>,
     /// Of those frames, only each i with i mod N = I
     #[arg(long, value_name = "I/N")]
@@ -65,6 +65,12 @@ pub(crate) struct RenderArguments {
     /// Write the shadow maps too
     #[arg(long)]
     pub(crate) maps: bool,
+    /// Write the linear light too, before exposure and tone curve, as OpenEXR
+    #[arg(long)]
+    pub(crate) exr: bool,
+    /// A model or particle file by itself gets no floor
+    #[arg(long)]
+    pub(crate) no_ground: bool,
     /// Also draw, beside the picture, what it is made of
     #[arg(long, value_name = "MODE")]
     pub(crate) debug: Vec<DebugName>,

@@ -7,5 +7,6 @@ pub(crate) fn run(path: &Path) -> Result<(), Failure> {
     if let Some(warning) = scene.rounding_warning() {
         tracing::warn!("{warning}");
     }
+    files::warn(&scene.notes);
     files::print(&scene.summary().to_string())
 }

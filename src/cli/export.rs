@@ -91,12 +91,12 @@ enum Kind {
 
 pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
     files::create_dir(out)?;
-    let (mut stems, mut kernels) = (Vec::new(), Vec::new());
+    let (mut stems, mut kernels) = (files::Unique::default(), Vec::new());
     for (desc, tier) in variants() {
         // The variants of a kernel share its name.
         let stem = match tier {
-            Tier::Core => files::unique(desc.name, &stems),
-            Tier::Native => files::unique(&format!("{}_native", desc.name), &stems),
+            Tier::Core => stems.of(desc.name),
+            Tier::Native => stems.of(&format!("{}_native", desc.name)),
         };
         let linked = desc.link(tier).map_err(Error::from)?;
         let kernel = Kernel::new(desc.entry, linked.wgsl.clone(), desc.constants)
@@ -132,7 +132,6 @@ pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
             bindings: bindings.iter().map(|it| binding_entry(it, &kernel, &slots)).collect(),
             constants: kernel.constants,
         });
-        stems.push(stem);
     }
     let manifest =
         Manifest { gobo: env!("CARGO_PKG_VERSION"), language: target.version(), kernels };

@@ -1,7 +1,9 @@
 //! Why a command ended early, and its exit status.
 use gobo::scene::SceneError;
-use miette::Diagnostic as _;
-use std::path::{Path, PathBuf};
+use std::{
+    io::Write as _,
+    path::{Path, PathBuf},
+};
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -25,18 +27,27 @@ impl Failure {
         Self::File { path: path.to_owned(), source }
     }
 
-    /// On stderr; of a scene file with the lines around the place and what to do.
-    pub(crate) fn print(self) {
-        eprintln!("gobo: {self}");
+    /// On stderr; of a scene file with the line around the place and what to do. Where stderr is full
+    /// or closed, there is nobody to tell.
+    pub(crate) fn print(&self) {
+        let mut text = format!("gobo: {}\n", harmless(&self.to_string()));
         if let Some(remedy) = self.remedy() {
-            eprintln!("  help: {remedy}");
+            text += &format!("  help: {remedy}\n");
         }
-        let Self::Scene(error) = self else { return };
-        match (&error, error.help().map(|help| help.to_string())) {
-            (SceneError::Document { .. }, _) => eprintln!("{:?}", miette::Report::new(error)),
-            (_, Some(help)) => eprintln!("  help: {help}"),
-            (_, None) => {}
+        if let Self::Scene(error) = self {
+            if let SceneError::Document { line, excerpt, marked, .. } = error {
+                let number = line.to_string();
+                let margin = " ".repeat(number.len());
+                let before = " ".repeat(marked.start);
+                let mark = "^".repeat(marked.len().max(1));
+                text +=
+                    &format!(" {margin} |\n {number} | {excerpt}\n {margin} | {before}{mark}\n");
+            }
+            if let Some(help) = error.help() {
+                text += &format!("  help: {help}\n");
+            }
         }
+        let _ = std::io::stderr().lock().write_all(text.as_bytes());
     }
 
     /// What the command line can do about it.
@@ -46,9 +57,12 @@ impl Failure {
             Self::Gpu(Error::Adapter { found, .. }) if !found.is_empty() => {
                 Some("`gobo info` lists the adapters; --backend cpu renders without one")
             }
-            Self::Gpu(Error::Adapter { .. } | Error::Device { .. } | Error::Limit { .. }) => {
-                Some("--backend cpu renders without a GPU")
-            }
+            Self::Gpu(
+                Error::Adapter { .. }
+                | Error::Unusable(_)
+                | Error::Device { .. }
+                | Error::Limit { .. },
+            ) => Some("--backend cpu renders without a GPU"),
             Self::Gpu(Error::Memory(_)) => {
                 Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
             }
@@ -60,9 +74,28 @@ impl Failure {
     pub(crate) fn status(&self) -> u8 {
         use gobo::error::Error;
         match self {
+            Self::Scene(SceneError::Memory { .. }) => 1,
             Self::Scene(_) | Self::Usage(_) => 2,
-            Self::Gpu(Error::Adapter { .. } | Error::Device { .. } | Error::Limit { .. }) => 3,
+            Self::Gpu(
+                Error::Adapter { .. }
+                | Error::Unusable(_)
+                | Error::Device { .. }
+                | Error::Limit { .. },
+            ) => 3,
             Self::Gpu(_) | Self::File { .. } | Self::Wrong(_) | Self::Output(_) => 1,
         }
     }
+}
+
+/// What a path or a name may hold does nothing to a terminal.
+pub(crate) fn harmless(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() && c != '\n' {
+            shown.extend(c.escape_unicode());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
 }

@@ -1,6 +1,7 @@
-//! Files that are written whole or not at all, and standard output that may be closed.
-use super::failure::Failure;
+//! Files that are written whole or not at all, and streams that may be closed.
+use super::failure::{Failure, harmless};
 use std::{
+    collections::HashMap,
     ffi::OsString,
     fs,
     io::{self, Write as _},
@@ -13,15 +14,66 @@ pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}.tmp", std::process::id()));
     let temporary = path.with_file_name(name);
-    fs::write(&temporary, contents).and_then(|()| fs::rename(&temporary, path)).map_err(|source| {
+    let written = || {
+        let mut file = fs::File::create(&temporary)?;
+        // So that no other run takes it for what a killed one left; not all file systems have locks.
+        let _ = file.lock();
+        file.write_all(contents)?;
+        fs::rename(&temporary, path)
+    };
+    written().map_err(|source| {
         // What is left of it is of no use; that it may not exist is fine.
         let _ = fs::remove_file(&temporary);
         Failure::file(path, source)
     })
 }
 
+/// The folder, without what a run that was killed left in it.
 pub(crate) fn create_dir(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|source| Failure::file(path, source))
+    fs::create_dir_all(path).map_err(|source| Failure::file(path, source))?;
+    // What cannot be listed or removed is no fault of this run.
+    for entry in fs::read_dir(path).into_iter().flatten().flatten() {
+        let stray = entry.path();
+        let is_ours = entry.file_name().to_str().is_some_and(is_temporary);
+        if is_ours && entry.file_type().is_ok_and(|kind| kind.is_file()) && is_abandoned(&stray) {
+            let _ = fs::remove_file(stray);
+        }
+    }
+    Ok(())
+}
+
+/// `.NAME.PROCESS.tmp`
+fn is_temporary(name: &str) -> bool {
+    let inner = name.strip_prefix('.').and_then(|rest| rest.strip_suffix(".tmp"));
+    let process = inner.and_then(|inner| inner.rsplit_once('.')).map(|(_, process)| process);
+    process.is_some_and(|p| !p.is_empty() && p.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+/// Whoever writes a file holds its lock, and loses it when killed.
+fn is_abandoned(path: &Path) -> bool {
+    fs::File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+}
+
+/// On standard error, a line each.
+pub(crate) fn warn(notes: &[String]) {
+    for note in notes {
+        tracing::warn!("{}", harmless(note));
+    }
+}
+
+/// Standard error that may be full or closed: then there is nobody to tell.
+#[derive(Debug)]
+pub(crate) struct Quiet;
+
+impl io::Write for Quiet {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let _ = io::stderr().lock().write_all(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// One result on standard output.
@@ -33,12 +85,27 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// `name`, or `name` with a number where it is in `taken`; no case is told apart, as on many file
-/// systems.
-pub(crate) fn unique(name: &str, taken: &[String]) -> String {
-    let is_free = |name: &String| !taken.iter().any(|other| other.eq_ignore_ascii_case(name));
-    std::iter::once(name.to_owned())
-        .chain((2..).map(|number| format!("{name}_{number}")))
-        .find(is_free)
-        .expect("numbers do not end")
+/// Names of files that are all different, however many are alike.
+#[derive(Debug, Default)]
+pub(crate) struct Unique {
+    /// In lower case, as many file systems tell no case apart; the last number that each was given.
+    taken: HashMap<String, u32>,
+}
+
+impl Unique {
+    /// `name`, or `name` with a number where it is taken.
+    pub(crate) fn of(&mut self, name: &str) -> String {
+        let key = name.to_ascii_lowercase();
+        let Some(&last) = self.taken.get(&key) else {
+            self.taken.insert(key, 1);
+            return name.to_owned();
+        };
+        let numbered = |number: u32| format!("{name}_{number}");
+        let is_free =
+            |number: &u32| !self.taken.contains_key(&numbered(*number).to_ascii_lowercase());
+        let number = (last + 1..).find(is_free).unwrap_or(u32::MAX);
+        self.taken.insert(key, number);
+        self.taken.insert(numbered(number).to_ascii_lowercase(), 1);
+        numbered(number)
+    }
 }

@@ -2,7 +2,7 @@
 use super::{failure::Failure, files};
 use gobo::{
     error::Error,
-    gpu::{Selection, Tier, TierChoice, all_adapters, shortcoming},
+    gpu::{Selection, Tier, TierChoice, all_adapters, shortcoming, unusable_adapter},
     wgpu,
 };
 use serde::Serialize;
@@ -34,7 +34,12 @@ struct AdapterEntry {
 }
 
 pub(crate) fn run(json: bool) -> Result<(), Failure> {
-    let mut adapters: Vec<_> = all_adapters().iter().map(describe).collect();
+    let found = all_adapters();
+    let lacking: Vec<_> = found
+        .iter()
+        .filter_map(|adapter| Some(unusable_adapter(&adapter.get_info(), &shortcoming(adapter)?)))
+        .collect();
+    let mut adapters: Vec<_> = found.iter().map(describe).collect();
     if let Some(first) = adapters.first_mut().filter(|first| first.unusable.is_none()) {
         first.chosen = true;
     }
@@ -47,8 +52,10 @@ pub(crate) fn run(json: bool) -> Result<(), Failure> {
     if report.adapters.iter().any(|adapter| adapter.chosen) {
         return Ok(());
     }
-    let found = report.adapters.into_iter().map(|adapter| adapter.name).collect();
-    Err(Error::Adapter { wanted: None, found }.into())
+    if lacking.is_empty() {
+        return Err(Error::Adapter { wanted: None, found: Vec::new() }.into());
+    }
+    Err(Error::Unusable(lacking).into())
 }
 
 fn describe(adapter: &wgpu::Adapter) -> AdapterEntry {

@@ -1,5 +1,5 @@
 //! The maps of a frame as files: arrays, previews and a description of the views.
-use super::{failure::Failure, files, npy};
+use super::{curves, failure::Failure, files, npy};
 use glam::Mat4;
 use gobo::{
     glam,
@@ -18,6 +18,9 @@ struct ViewEntry<'a> {
     kind: &'static str,
     /// Width and height [texels].
     size: [u32; 2],
+    /// Of its curve, where it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nodes: Option<usize>,
     /// [m]
     near: f32,
     /// [m]
@@ -38,15 +41,17 @@ struct ViewEntry<'a> {
 /// reported.
 pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
     let mut names = Vec::with_capacity(lights.len());
+    let mut unique = files::Unique::default();
     for (index, light) in lights.iter().enumerate() {
         let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
         let mut name: String = light.name.chars().take(64).map(safe).collect();
         if name.is_empty() {
             name = format!("light{index}");
         }
-        let name = files::unique(&name, &names);
+        let name = unique.of(&name);
         if !light.name.is_empty() && name != light.name {
-            tracing::warn!("the maps of light {:?} are named {name:?}", light.name);
+            let shown: String = light.name.chars().take(64).collect();
+            tracing::warn!("the maps of light {shown:?} are named {name:?}");
         }
         names.push(name);
     }
@@ -62,7 +67,7 @@ pub(crate) fn write(
 ) -> Result<(), Failure> {
     files::create_dir(dir)?;
     let mut entries = Vec::with_capacity(maps.len());
-    for ViewMaps { view, filter, nearest, opaque, colored, .. } in maps {
+    for ViewMaps { view, filter, nearest, opaque, colored, curve, .. } in maps {
         let Some(light) = view.light.filter(|&light| light < lights.len()) else { continue };
         let [width, height] = view.size.to_array();
         let (rows, columns) = (height as usize, width as usize);
@@ -81,7 +86,14 @@ pub(crate) fn write(
             let array = npy::encode(&[rows, columns, 3], colored.as_flattened().iter().copied());
             save("colored", &array, filter_preview(width, height, colored))?;
         }
-        entries.push(describe(view, &lights[light], &names[light]));
+        if let Some(curve) = curve {
+            let shape = [rows, columns, curve.nodes, curves::FIELDS];
+            save("curve", &npy::encode(&shape, curves::values(curve)), {
+                filter_preview(width, height, &curves::preview(curve))
+            })?;
+        }
+        let nodes = curve.as_ref().map(|curve| curve.nodes);
+        entries.push(ViewEntry { nodes, ..describe(view, &lights[light], &names[light]) });
     }
     let json = serde_json::to_string_pretty(&entries).expect("plain data is JSON");
     files::write(&dir.join("views.json"), json.as_bytes())
@@ -100,6 +112,7 @@ fn describe<'a>(view: &'a View, light: &Light, name: &'a str) -> ViewEntry<'a> {
         view: view.name,
         kind,
         size: view.size.to_array(),
+        nodes: None,
         near: view.near,
         far: view.far,
         position: position.map(|p| p.to_array()),

@@ -3,7 +3,9 @@
 mod arguments;
 mod bench;
 mod check;
+mod curves;
 mod export;
+mod exr;
 mod failure;
 mod files;
 mod info;
@@ -15,6 +17,7 @@ mod translate;
 pub(crate) use arguments::Arguments;
 use arguments::Command;
 use failure::Failure;
+pub(crate) use files::Quiet;
 
 pub(crate) fn run(command: Command) -> Result<(), Failure> {
     match command {

@@ -1,5 +1,5 @@
 //! `gobo render`: frames, maps, and what they cost.
-use super::{arguments::RenderArguments, failure::Failure, files, maps};
+use super::{arguments::RenderArguments, exr, failure::Failure, files, maps};
 use gobo::{
     gpu::Backend,
     model::Counters,
@@ -16,7 +16,7 @@ use std::path::Path;
 #[derive(Serialize)]
 struct Report<'a> {
     frame: u32,
-    picture: &'a Path,
+    picture: std::borrow::Cow<'a, str>,
     #[serde(flatten)]
     counters: &'a Counters,
     /// Stage and its time [ms].
@@ -34,10 +34,21 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         let message = "--debug needs an adapter: leave --backend cpu out";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
+    let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    if arguments.no_ground && is_scene_file {
+        let message = "--no-ground is for models and particle files: remove it, or the shape that \
+                       is the ground of the scene file";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let mut load = scene::LoadOptions::default();
+    load.set.clone_from(&arguments.set);
+    load.ground = !arguments.no_ground;
+    let mut scene = scene::load_as(&arguments.scene, &load)?;
+    files::warn(&scene.notes);
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     let debug = arguments.debug();
-    let options = RenderOptions { maps: arguments.maps, keep: true, debug: &debug };
+    let options =
+        RenderOptions { maps: arguments.maps, keep: true, light: arguments.exr, debug: &debug };
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
@@ -57,6 +68,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         for (mode, image) in &frame.debug {
             let path = arguments.out.join(format!("frame_{index:04}.{}.png", mode.name()));
             files::write(&path, &maps::png(&image_of(image)))?;
+        }
+        if arguments.exr {
+            let path = arguments.out.join(format!("frame_{index:04}.exr"));
+            files::write(&path, &exr::encode(&path, &frame.picture)?)?;
         }
         // Last, so that a picture says that its frame is complete.
         files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
@@ -99,7 +114,7 @@ fn image_of(picture: &Picture) -> DynamicImage {
 fn json(index: u32, picture: &Path, frame: &Frame) -> String {
     let report = Report {
         frame: index,
-        picture,
+        picture: picture.to_string_lossy(),
         counters: &frame.counters,
         stages: &frame.stages,
         bytes: &frame.memory,
@@ -131,7 +146,7 @@ mod tests {
     #[test]
     fn a_report_has_every_figure() {
         let frame = Frame {
-            picture: Picture { size: glam::UVec2::ONE, rgb: vec![[0; 3]] },
+            picture: Picture { size: glam::UVec2::ONE, rgb: vec![[0; 3]], light: Vec::new() },
             debug: Vec::new(),
             maps: Vec::new(),
             counters: Counters { pairs: 7, skipped: [("radius", 2)].into(), ..Default::default() },

@@ -1,7 +1,7 @@
 //! Which adapter is used, and on which tier.
 use super::kernel::Tier;
 use crate::error::Error;
-use wgpu::{DeviceType, Features, Limits};
+use wgpu::{DeviceType, Features, Limits, TextureFormat, TextureUsages};
 
 /// The interface to the hardware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,7 +77,7 @@ impl TierChoice {
 }
 
 fn fetch_features(adapter: &wgpu::Adapter) -> Features {
-    let format = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba16Float);
+    let format = adapter.get_texture_format_features(TextureFormat::Rgba16Float);
     let reads = format.flags.contains(wgpu::TextureFormatFeatureFlags::STORAGE_READ_WRITE);
     match adapter.get_info().device_type {
         DeviceType::Cpu if reads => FETCH_FEATURES,
@@ -116,8 +116,30 @@ fn raised(adapter: &Limits) -> Limits {
     limits
 }
 
-/// Why an adapter cannot run even the core tier: the first of WebGPU's limits that it misses.
+/// What core kernels write: WebGPU grants it everywhere, GL does not.
+pub const STORAGE_FORMATS: [TextureFormat; 6] = [
+    TextureFormat::R32Float,
+    TextureFormat::R32Uint,
+    TextureFormat::Rg32Uint,
+    TextureFormat::Rgba16Float,
+    TextureFormat::Rgba32Float,
+    TextureFormat::Rgba32Uint,
+];
+
+/// Why an adapter cannot run even the core tier: no compute shaders, a format that they cannot write
+/// or the first of WebGPU's limits that it misses.
 pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
+    let flags = adapter.get_downlevel_capabilities().flags;
+    if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
+        return Some(Error::Lacks("compute shaders".to_owned()));
+    }
+    let is_written = |format: &TextureFormat| {
+        let usages = adapter.get_texture_format_features(*format).allowed_usages;
+        usages.contains(TextureUsages::STORAGE_BINDING)
+    };
+    if let Some(format) = STORAGE_FORMATS.iter().find(|format| !is_written(format)) {
+        return Some(Error::Lacks(format!("storage textures of {format:?}")));
+    }
     missed_limit(&adapter.limits())
 }
 

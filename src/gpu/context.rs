@@ -1,13 +1,15 @@
 //! A device with what is known of it.
-use super::kernel::Tier;
+use super::{cache::KernelCache, kernel::Tier};
 use crate::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// An open device, and what is known of it.
-#[derive(Debug)]
+/// An open device, and what is known of it. A clone is the same device, with the same kernels.
+#[derive(Clone, Debug)]
 pub struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
+    /// Those that are made.
+    pub kernels: KernelCache,
     pub adapter: wgpu::AdapterInfo,
     pub tier: Tier,
     /// Why this tier: `native: SUBGROUP, TEXTURE_ATOMIC`.
@@ -28,4 +30,9 @@ impl Gpu {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
         failure.map_or(Ok(()), Err)
     }
+}
+
+/// An adapter and what it lacks, as [`Error::Unusable`] lists them.
+pub fn unusable_adapter(info: &wgpu::AdapterInfo, lack: &Error) -> String {
+    format!("{} ({}): {lack}", info.name, info.backend)
 }

@@ -6,6 +6,12 @@
 pub enum Error {
     #[error("no usable GPU adapter{}{}: {}", named(.wanted), listed(.found), remedy(.found))]
     Adapter { wanted: Option<String>, found: Vec<String> },
+    /// Each with what it lacks.
+    #[error("no usable GPU adapter: {}; {}", .0.join("; "), remedy(&[]))]
+    Unusable(Vec<String>),
+    /// An adapter that the kernels cannot run on.
+    #[error("it lacks {0}")]
+    Lacks(String),
     #[error("the adapter {adapter} gave no device: {source}")]
     Device { adapter: String, source: wgpu::RequestDeviceError },
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]

@@ -1,6 +1,7 @@
 //! Devices and kernels as data.
 mod adapter;
 mod allocate;
+mod cache;
 mod context;
 pub mod error;
 mod kernel;
@@ -12,9 +13,12 @@ mod timing;
 mod transfer;
 
 pub(crate) use adapter::missed_limit;
-pub use adapter::{Backend, FETCH_FEATURES, NATIVE_FEATURES, Selection, TierChoice, shortcoming};
+pub use adapter::{
+    Backend, FETCH_FEATURES, NATIVE_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming,
+};
 pub use allocate::{Allocator, Memory, array_view, view};
-pub use context::Gpu;
+pub use cache::KernelCache;
+pub use context::{Gpu, unusable_adapter};
 pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
 pub use link::{Item, Library, LinkError, Linked, words};
 #[cfg(feature = "device")]

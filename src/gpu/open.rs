@@ -1,7 +1,8 @@
 //! Opens a device, for hosts that have none: the program, tests and benches.
 use super::{
-    Gpu,
+    Gpu, KernelCache,
     adapter::{Backend, Selection, TierChoice, shortcoming},
+    context::unusable_adapter,
 };
 use crate::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,14 +17,22 @@ impl Gpu {
     /// Opens the first adapter that fits and gives a device.
     pub fn new(selection: &Selection) -> Result<Self, Error> {
         let mut refused = None;
+        let mut unusable = Vec::new();
         for adapter in adapters(selection) {
-            match shortcoming(&adapter).map_or_else(|| Self::open(&adapter, selection), Err) {
+            if let Some(lack) = shortcoming(&adapter) {
+                unusable.push(unusable_adapter(&adapter.get_info(), &lack));
+                continue;
+            }
+            match Self::open(&adapter, selection) {
                 Ok(gpu) => return Ok(gpu),
                 Err(error) => {
                     tracing::warn!("{}: {error}", adapter.get_info().name);
                     refused.get_or_insert(error);
                 }
             }
+        }
+        if !unusable.is_empty() {
+            refused.get_or_insert(Error::Unusable(unusable));
         }
         Err(refused.unwrap_or_else(|| {
             let wanted = selection.adapter.clone();
@@ -68,6 +77,7 @@ impl Gpu {
         Ok(Self {
             device,
             queue,
+            kernels: KernelCache::default(),
             adapter: info,
             tier: choice.tier,
             tier_reason: choice.reason,

@@ -12,6 +12,8 @@ use std::sync::Arc;
 pub struct Scene {
     /// Of the picture.
     pub camera: Camera,
+    /// Of the picture [stops]: light is shown 2 to this power as bright.
+    pub exposure: f32,
     /// Of all its lights.
     pub shadow: ShadowSettings,
     /// Of the picture.
@@ -36,6 +38,8 @@ pub struct Scene {
     pub motions: Vec<Arc<dyn Motion>>,
     /// Inputs left out, by reason.
     pub skipped: Skipped,
+    /// What its files hold and nobody reads, a sentence each.
+    pub notes: Vec<String>,
 }
 
 /// A part of a scene that follows the time.
@@ -107,6 +111,7 @@ impl Default for Scene {
     fn default() -> Self {
         Self {
             camera: Camera::default(),
+            exposure: 0.0,
             shadow: ShadowSettings::default(),
             clusters: ClusterSettings::default(),
             lights: Vec::new(),
@@ -119,6 +124,7 @@ impl Default for Scene {
             air: None,
             motions: Vec::new(),
             skipped: Skipped::new(),
+            notes: Vec::new(),
         }
     }
 }

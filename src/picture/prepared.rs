@@ -122,6 +122,10 @@ impl Pipeline {
             slices_per_doubling: grid.slices_per_doubling,
             colored: u32::from(maps.colored.is_some()),
             air_slices: scene.air.map_or(0, |air| air.steps),
+            exposure: scene.exposure.exp2(),
+            pad_0: 0,
+            pad_1: 0,
+            pad_2: 0,
         };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
         let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
@@ -289,6 +293,6 @@ impl PreparedPicture {
     pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
         let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
         let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-        Ok(Picture { size: self.size, rgb })
+        Ok(Picture { size: self.size, rgb, light: Vec::new() })
     }
 }

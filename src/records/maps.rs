@@ -27,6 +27,8 @@ pub struct Picture {
     pub size: UVec2,
     /// sRGB, rows from the top.
     pub rgb: Vec<[u8; 3]>,
+    /// Linear light before exposure and tone curve; empty of what is no picture of a scene.
+    pub light: Vec<[f32; 3]>,
 }
 
 /// A node of a map: start (16 bits), square root of the length (12), red, green, blue (12 each).

@@ -1,5 +1,5 @@
 //! What a scene has where its file says nothing.
-use super::{Bounds, Camera, Scene, document::KindOfShape, shapes};
+use super::{Bounds, Camera, Scene, document::KindOfShape, particles::FARTHEST, shapes};
 use crate::model::{Light, LightKind, Material, Transfer};
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
@@ -70,22 +70,68 @@ pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
     camera.target + Vec3::new(0.55, 0.45, 0.8).normalize() * distance
 }
 
-/// A light-grey floor just under what a bare model or particle file holds, to receive its shadow.
-pub(super) fn add_ground(scene: &mut Scene) {
+/// How far the ground reaches [of the size of what stands on it]: the camera sees its edge less
+/// than a degree below the horizon.
+const GROUND: f32 = 100.0;
+
+/// A light-grey floor just under what a bare model or particle file holds, to receive its shadow;
+/// none where it would hide the model from its own camera, or the model has a floor. It casts
+/// nothing, so that shadow maps fit what stands on it.
+pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
     let bounds = scene.bounds();
-    if bounds.is_empty() {
+    if bounds.is_empty() || has_floor(scene, &bounds) {
         return;
     }
     let extent = (bounds.max - bounds.min).max_element().max(1e-3);
     let center = bounds.center();
     let place = Vec3::new(center.x, bounds.min.y - extent * 1e-3, center.z);
-    let transform = Mat4::from_translation(place) * Mat4::from_scale(Vec3::splat(extent * 3.0));
+    let is_inside = |eye: Vec3| eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
+    if camera.is_some_and(|camera| camera.eye.y <= place.y || is_inside(camera.eye)) {
+        return;
+    }
+    // Corners stay where a scene may have them.
+    let room = FARTHEST - place.abs().max_element();
+    let edge = (extent * 2.0 * GROUND).min(2.0 * room).max(extent);
+    let transform = Mat4::from_translation(place) * Mat4::from_scale(Vec3::splat(edge));
     let material = scene.materials.len() as u32;
     scene.materials.push(Material {
         name: "ground".to_owned(),
         transfer: Transfer::Opaque,
         tint: Vec4::new(0.72, 0.72, 0.70, 1.0),
+        casts: false,
         ..Material::default()
     });
     scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));
+}
+
+/// Whether what is solid and faces up, in the lowest twentieth, covers half of what is above it: a
+/// room, or a model on a base. Flat things have none: all of them is low.
+fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
+    let size = bounds.max - bounds.min;
+    if size.y < 0.1 * size.max_element() {
+        return false;
+    }
+    let low = bounds.min.y + 0.05 * size.y;
+    let covered: f32 = scene
+        .triangles
+        .iter()
+        .filter(|t| scene.materials[t.material as usize].transfer.is_opaque())
+        .filter(|t| t.positions.iter().all(|p| p.y <= low))
+        .filter(|t| t.normals.iter().map(|n| n.y).sum::<f32>() > 2.7)
+        .map(|t| {
+            let [a, b, c] = t.positions;
+            0.5 * (b - a).cross(c - a).y.abs()
+        })
+        .sum();
+    covered > 0.0 && covered >= 0.5 * size.x * size.z
+}
+
+/// Turns the light that a file alone gets: over the viewer's left shoulder, so low that the shadow
+/// falls into view, beside what casts it.
+pub(super) fn aim_sun(light: &mut Light, camera: &Camera) {
+    let forward = camera.target - camera.eye;
+    let flat = Vec3::new(forward.x, 0.0, forward.z).try_normalize().unwrap_or(Vec3::NEG_Z);
+    let right = flat.cross(Vec3::Y);
+    let direction = (right * 0.85 + flat * 0.3 - Vec3::Y).normalize();
+    light.kind = LightKind::Directional { direction };
 }

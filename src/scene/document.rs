@@ -67,6 +67,8 @@ pub(super) struct CameraTable {
     /// [pixels]
     #[serde(default, deserialize_with = "exactly")]
     pub size: Option<[u32; 2]>,
+    /// [stops]
+    pub exposure: Option<f32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -104,9 +104,6 @@ impl Chance {
 }
 
 impl Generate {
-    /// Most particles that a scene file may ask for.
-    pub const MAX_COUNT: u32 = 16_000_000;
-
     pub fn count(&self) -> u32 {
         match *self {
             Self::Smoke { count, .. } | Self::Dust { count, .. } | Self::Cloud { count, .. } => {
@@ -135,26 +132,25 @@ impl Generate {
     }
 
     /// The particles, with ids from `first_id`.
-    pub fn particles(&self, material: u32, first_id: u32) -> Vec<Particle> {
+    pub fn particles(&self, material: u32, first_id: u32) -> impl Iterator<Item = Particle> {
+        let generate = *self;
         let mut chance = match *self {
             Self::Smoke { seed, .. } | Self::Dust { seed, .. } | Self::Cloud { seed, .. } => {
                 Chance::new(seed)
             }
         };
-        (0..self.count())
-            .map(|i| {
-                let (center, radius, alpha) = self.one(&mut chance);
-                let shade = chance.within(0.85, 1.0);
-                Particle {
-                    center,
-                    radius,
-                    color: Vec4::new(shade, shade, shade, alpha),
-                    rotation: chance.within(0.0, std::f32::consts::TAU),
-                    material,
-                    id: first_id.wrapping_add(i),
-                }
-            })
-            .collect()
+        (0..self.count()).map(move |i| {
+            let (center, radius, alpha) = generate.one(&mut chance);
+            let shade = chance.within(0.85, 1.0);
+            Particle {
+                center,
+                radius,
+                color: Vec4::new(shade, shade, shade, alpha),
+                rotation: chance.within(0.0, std::f32::consts::TAU),
+                material,
+                id: first_id.wrapping_add(i),
+            }
+        })
     }
 
     /// Centre, radius and alpha.

@@ -2,10 +2,16 @@
 //!
 //! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones
 //! are taken as they are, as exporters write both.
-use super::{Camera, SceneError, gltf_file::File, gltf_material::Materials, gltf_mesh::Meshes};
+use super::{
+    Camera, SceneError, gltf_file::File, gltf_json::Instancing, gltf_material::Materials,
+    gltf_mesh::Meshes, limits::Limit,
+};
 use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
-use ::gltf::khr_lights_punctual::Kind;
-use glam::{Mat4, UVec2, Vec3};
+use ::gltf::{
+    accessor::{DataType, Dimensions},
+    khr_lights_punctual::Kind,
+};
+use glam::{Mat4, Quat, UVec2, Vec3};
 use std::path::Path;
 
 /// What one file holds, in world space.
@@ -23,6 +29,18 @@ pub struct Model {
     pub camera: Option<Camera>,
     /// Triangles left out and features ignored, by reason.
     pub skipped: Skipped,
+    /// What the file uses and nobody reads, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// What a scene has before a file is read into it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Earlier {
+    pub(super) materials: usize,
+    pub(super) textures: usize,
+    pub(super) texels: u64,
+    pub(super) triangles: usize,
+    pub(super) lights: usize,
 }
 
 /// Intensities above this are photometric.
@@ -39,13 +57,17 @@ const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 const PICTURE_HEIGHT: f32 = 540.0;
 
 /// World space = `transform` * glTF space; material and texture indices start at 0.
-pub(super) fn load(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
+pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Model, SceneError> {
     let file = File::open(path)?;
-    let mut materials = Materials::new(&file);
-    let mut meshes = Meshes::default();
+    let too_many = |(message, help): (String, &str)| file.invalid(message, help);
+    let mut materials = Materials::new(&file, earlier);
+    let mut meshes = Meshes::new(earlier.triangles as u64);
     let mut lights = Vec::new();
     let mut camera = None;
     let mut skipped = Skipped::new();
+    let mut uses = 0;
+    // All are counted before the first is made.
+    let mut draws = Vec::new();
     let mut seen = vec![false; file.document.nodes().len()];
     let mut waiting: Vec<(gltf::Node<'_>, Mat4)> =
         roots(&file.document).into_iter().rev().map(|node| (node, transform)).collect();
@@ -59,13 +81,21 @@ pub(super) fn load(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
             if node.skin().is_some() {
                 *skipped.entry("skins ignored").or_default() += 1;
             }
-            for primitive in mesh.primitives() {
-                meshes.add(&file, &mut materials, &primitive, world)?;
+            for place in instances(&file, &node)? {
+                for primitive in mesh.primitives() {
+                    uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
+                    meshes.promise(&file, &primitive)?;
+                    draws.push((primitive, world * place));
+                }
             }
         }
         if let Some(source) = node.light() {
             match light(&source, world, lights.len()) {
-                Some(light) => lights.push(light),
+                Some(light) => {
+                    let count = (earlier.lights + lights.len()) as u64;
+                    Limit::Lights.grown(count, 1).map_err(too_many)?;
+                    lights.push(light);
+                }
                 None => *skipped.entry("light not valid").or_default() += 1,
             }
         }
@@ -80,11 +110,54 @@ pub(super) fn load(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
         let children: Vec<_> = node.children().map(|child| (child, world)).collect();
         waiting.extend(children.into_iter().rev());
     }
+    for (primitive, world) in draws {
+        meshes.add(&file, &mut materials, &primitive, world)?;
+    }
     let (materials, textures, ignored) = materials.finish();
     for (reason, count) in meshes.skipped.into_iter().chain(ignored) {
         *skipped.entry(reason).or_default() += count;
     }
-    Ok(Model { materials, textures, triangles: meshes.triangles, lights, camera, skipped })
+    let notes = file.notes;
+    Ok(Model { materials, textures, triangles: meshes.triangles, lights, camera, skipped, notes })
+}
+
+/// Where a node's mesh is drawn, in the node's space (`EXT_mesh_gpu_instancing`).
+fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
+    let Some(instancing) = file.instancing(node.index()) else { return Ok(vec![Mat4::IDENTITY]) };
+    let Instancing { translation, rotation, scale } = instancing;
+    let damaged = |problem: &str| {
+        let message = format!("instances of node {}: {problem}", node.index());
+        file.invalid(message, "export the file again")
+    };
+    let items = |index: Option<usize>, dimensions: Dimensions, whole: bool| {
+        let Some(index) = index else { return Ok(None) };
+        let accessor = file.document.accessors().nth(index);
+        let accessor = accessor.ok_or_else(|| damaged("there is no such accessor"))?;
+        let is_float = accessor.data_type() == DataType::F32;
+        let is_short = matches!(accessor.data_type(), DataType::I8 | DataType::I16);
+        if accessor.dimensions() != dimensions || !(is_float || whole && is_short) {
+            return Err(damaged("an accessor has the wrong type"));
+        }
+        file.check(&accessor, accessor.size())?;
+        file.items(&accessor).map(Some)
+    };
+    let translation = items(translation, Dimensions::Vec3, false)?;
+    let rotation = items(rotation, Dimensions::Vec4, true)?;
+    let scale = items(scale, Dimensions::Vec3, false)?;
+    let mut counts = [&translation, &rotation, &scale].into_iter().flatten().map(|i| i.count);
+    let Some(count) = counts.next() else { return Ok(vec![Mat4::IDENTITY]) };
+    if counts.any(|other| other != count) {
+        return Err(damaged("their attributes differ in count"));
+    }
+    Limit::Nodes.grown(0, count as u64).map_err(|(message, help)| file.invalid(message, help))?;
+    let place = |i: usize| {
+        let translation = translation.map_or(Vec3::ZERO, |t| Vec3::from_array(t.floats(i)));
+        let turn = rotation.map_or(Quat::IDENTITY, |r| Quat::from_array(r.floats(i)));
+        let scale = scale.map_or(Vec3::ONE, |s| Vec3::from_array(s.floats(i)));
+        let turn = if turn.length_squared() > 0.0 { turn.normalize() } else { Quat::IDENTITY };
+        Mat4::from_scale_rotation_translation(scale, turn, translation)
+    };
+    Ok((0..count).map(place).collect())
 }
 
 /// Of the default scene, else of the first, else of the whole document.

@@ -1,69 +1,63 @@
 //! A glTF document and its bytes, checked before anything is read through them: the crate's readers
-//! trust offsets, counts and percent signs.
-use super::SceneError;
+//! trust offsets, counts and indices.
+use super::{
+    SceneError,
+    error::quoted,
+    gltf_json::{self, Instancing},
+    read,
+};
 use ::gltf::{
+    Document,
     accessor::sparse::IndexType,
     buffer,
     json::{self, camera::Type as CameraType, validation::Checked},
 };
-use std::path::{Path, PathBuf};
-
-/// Extensions that a file may require.
-const EXTENSIONS: [&str; 7] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_volume",
-    "KHR_texture_transform",
-];
+use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
+use std::path::{Component, Path, PathBuf};
 
 #[derive(Debug)]
 pub(super) struct File {
     pub(super) path: PathBuf,
-    pub(super) document: gltf::Document,
+    pub(super) document: Document,
     buffers: Vec<Vec<u8>>,
+    instancing: Vec<Option<Instancing>>,
+    /// What the file uses and nobody reads, a sentence each.
+    pub(super) notes: Vec<String>,
 }
 
 impl File {
     pub(super) fn open(path: &Path) -> Result<Self, SceneError> {
-        let invalid = |message: String, help: &str| SceneError::invalid(path, message, help);
-        let damaged = |error: gltf::Error| {
-            let message = format!("not a valid glTF 2.0 file: {error}");
-            invalid(message, "check it with a glTF validator, or export it again")
+        let invalid =
+            |(message, help): (String, &'static str)| SceneError::invalid(path, message, help);
+        let bytes = read::bytes(path)?;
+        let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
+        let (value, ignored) = gltf_json::parse(text).map_err(invalid)?;
+        let instancing = gltf_json::instancing(&value);
+        let damaged = |error: &dyn std::fmt::Display| {
+            let help = "check it with a glTF validator, or export it again";
+            invalid((format!("not a valid glTF 2.0 file: {error}"), help))
         };
-        let bytes = read(path)?;
-        if let Some(length) = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8)) {
-            // The crate subtracts the header's size unchecked.
-            if u32::from_le_bytes([length[0], length[1], length[2], length[3]]) < 12 {
-                let message = "the header promises fewer bytes than it has itself".to_owned();
-                return Err(invalid(message, "the file is damaged: export it again"));
-            }
-        }
-        let file = gltf::Gltf::from_slice_without_validation(&bytes).map_err(damaged)?;
-        let (mut root, mut blob) = (file.document.into_json(), file.blob);
-        for name in &root.extensions_required {
-            if !EXTENSIONS.contains(&name.as_str()) {
-                let help = "export without compression or optional extensions";
-                return Err(invalid(format!("requires {name}, which gobo does not read"), help));
-            }
-        }
-        check_json(&root).map_err(|message| invalid(message, "export the file again"))?;
-        // The crate reads volumes, but its validation refuses files that require them.
-        root.extensions_required.retain(|name| name != "KHR_materials_volume");
-        let document = gltf::Document::from_json(root).map_err(damaged)?;
-        let mut file = Self { path: path.to_owned(), document, buffers: Vec::new() };
+        let root: json::Root = serde_json::from_value(value).map_err(|error| damaged(&error))?;
+        check_json(&root).map_err(|message| invalid((message, "export the file again")))?;
+        let document = Document::from_json(root).map_err(|error| damaged(&error))?;
+        let notes = if ignored.is_empty() {
+            Vec::new()
+        } else {
+            let names: Vec<String> = ignored.iter().map(|name| quoted(name)).collect();
+            vec![format!("{}: extensions not read: {}", path.display(), names.join(", "))]
+        };
+        let mut file =
+            Self { path: path.to_owned(), document, buffers: Vec::new(), instancing, notes };
         let mut buffers = Vec::new();
         for buffer in file.document.buffers() {
             let (index, length) = (buffer.index(), buffer.length());
             let data = match buffer.source() {
-                buffer::Source::Bin => blob.take().unwrap_or_default(),
+                buffer::Source::Bin => blob.take().unwrap_or_default().to_vec(),
                 buffer::Source::Uri(uri) => file.read_uri(uri)?,
             };
             if data.len() < length {
                 let message = format!("buffer {index} has {} bytes, not {length}", data.len());
-                return Err(invalid(message, "the file is cut off: export it again"));
+                return Err(invalid((message, "the file is cut off: export it again")));
             }
             buffers.push(data);
         }
@@ -71,24 +65,46 @@ impl File {
         Ok(file)
     }
 
-    pub(super) fn invalid(&self, message: impl Into<String>, help: &str) -> SceneError {
+    pub(super) fn invalid(&self, message: impl AsRef<str>, help: &str) -> SceneError {
         SceneError::invalid(&self.path, message, help)
     }
 
-    /// A data URI, or a file beside this one.
+    /// Of a node with instances.
+    pub(super) fn instancing(&self, node: usize) -> Option<Instancing> {
+        self.instancing.get(node).copied().flatten()
+    }
+
+    /// A data URI, or a file in this one's folder or below.
     pub(super) fn read_uri(&self, uri: &str) -> Result<Vec<u8>, SceneError> {
-        if uri.starts_with("data:") {
-            return buffer::Data::from_source(buffer::Source::Uri(uri), None)
-                .map(|data| data.0)
-                .map_err(|error| {
-                    self.invalid(format!("data URI: {error}"), "encode it in base64")
-                });
+        let scheme = uri.split(':').next().unwrap_or_default();
+        if scheme.len() < uri.len() && scheme.eq_ignore_ascii_case("data") {
+            return self.decode(&uri[scheme.len() + 1..]);
         }
+        let beside = |message: String| {
+            let help = "put the file into the folder of this one and name it relative to it";
+            Err(self.invalid(message, help))
+        };
         if uri.contains(':') {
-            let help = "put the file beside this one and name it relative to it";
-            return Err(self.invalid(format!("cannot open `{uri}`"), help));
+            return beside(format!("cannot open {}", quoted(uri)));
         }
-        read(&self.path.with_file_name("").join(percent_decode(uri)))
+        let name = percent_decode(uri);
+        if leaves_folder(Path::new(&name)) || name.contains('\\') {
+            return beside(format!("{} leaves the folder of the file", quoted(uri)));
+        }
+        read::bytes(&self.path.with_file_name("").join(name))
+    }
+
+    /// What follows `data:`.
+    fn decode(&self, rest: &str) -> Result<Vec<u8>, SceneError> {
+        let bad =
+            |problem: String| self.invalid(format!("data URI: {problem}"), "encode it in base64");
+        let (head, data) = rest.split_once(',').ok_or_else(|| bad("it has no comma".to_owned()))?;
+        let is_base64 =
+            head.rsplit(';').next().is_some_and(|last| last.eq_ignore_ascii_case("base64"));
+        if !is_base64 {
+            return Err(bad("it is not in base64".to_owned()));
+        }
+        BASE64.decode(data).map_err(|error| bad(error.to_string()))
     }
 
     /// The bytes of a buffer or of one of its views.
@@ -104,7 +120,8 @@ impl File {
         })
     }
 
-    /// Makes sure that reading `accessor` as items of `size` bytes stays within its buffers.
+    /// Makes sure that reading `accessor` as items of `size` bytes stays within its buffers, and
+    /// that its sparse items are among its own.
     pub(super) fn check(
         &self,
         accessor: &gltf::Accessor<'_>,
@@ -142,19 +159,63 @@ impl File {
         if accessor.view().is_none() && accessor.count() > self.byte_count() {
             return Err(bad("promises more items than the file justifies"));
         }
-        let index_size = match sparse.indices().index_type() {
+        let (indices, values) = (sparse.indices(), sparse.values());
+        let index_size = match indices.index_type() {
             IndexType::U8 => 1,
             IndexType::U16 => 2,
             IndexType::U32 => 4,
         };
-        let (indices, values) = (sparse.indices(), sparse.values());
         fits(&indices.view(), indices.offset(), sparse.count(), index_size)?;
-        fits(&values.view(), values.offset(), sparse.count(), size)
+        fits(&values.view(), values.offset(), sparse.count(), size)?;
+        let bytes = self.view(&indices.view())?;
+        let stride = indices.view().stride().unwrap_or(index_size);
+        let mut least = 0;
+        for i in 0..sparse.count() {
+            let start = indices.offset() + i * stride;
+            let index = &bytes[start..start + index_size];
+            let index = index.iter().rev().fold(0, |number, &byte| number << 8 | usize::from(byte));
+            if index < least || index >= accessor.count() {
+                return Err(bad("its sparse indices do not ascend, or leave it"));
+            }
+            least = index + 1;
+        }
+        Ok(())
     }
 
     fn byte_count(&self) -> usize {
         self.buffers.iter().map(Vec::len).sum()
     }
+}
+
+/// The JSON and the bytes of a `.glb`, or a `.gltf` alone.
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), gltf_json::Fault> {
+    let damaged = || ("the file is cut off or damaged".to_owned(), "export it again");
+    let Some(rest) = bytes.strip_prefix(b"glTF") else { return Ok((bytes, None)) };
+    let number = |at: usize| {
+        let word = rest.get(at..)?.first_chunk()?;
+        Some(u32::from_le_bytes(*word) as usize)
+    };
+    let (version, length) = (number(0).ok_or_else(damaged)?, number(4).ok_or_else(damaged)?);
+    if version != 2 {
+        return Err((format!("is glTF version {version}"), "export it as glTF 2.0"));
+    }
+    // Lengths count from the magic on.
+    let rest = length.checked_sub(4).and_then(|length| rest.get(8..length)).ok_or_else(damaged)?;
+    let (text, rest) = chunk(rest, b"JSON").ok_or_else(damaged)?;
+    let blob = if rest.is_empty() {
+        None
+    } else {
+        // Chunks of other kinds are to be ignored.
+        chunk(rest, b"BIN\0").map(|(blob, _)| blob)
+    };
+    Ok((text, blob))
+}
+
+/// The first chunk, which must be of `kind`, and what follows.
+fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4]) -> Option<(&'a [u8], &'a [u8])> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let rest = rest.strip_prefix(kind)?;
+    rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
 /// What the crate's own validation lets pass, or trips over.
@@ -180,12 +241,18 @@ fn check_json(json: &json::Root) -> Result<(), String> {
     Ok(())
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, SceneError> {
-    let read_error = |source| SceneError::Read { path: path.to_owned(), source };
-    if !std::fs::metadata(path).map_err(read_error)?.is_file() {
-        return Err(SceneError::invalid(path, "is not a file", "name a file"));
-    }
-    std::fs::read(path).map_err(read_error)
+/// Whether a path starts at a root, or climbs above where it starts.
+fn leaves_folder(path: &Path) -> bool {
+    let mut depth = 0i64;
+    path.components().any(|component| {
+        match component {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir => depth -= 1,
+            Component::RootDir | Component::Prefix(_) => return true,
+        }
+        depth < 0
+    }) || depth == 0
 }
 
 /// RFC 3986, section 2.1.

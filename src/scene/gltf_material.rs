@@ -6,7 +6,7 @@
 //! it: there each face takes the square root of `attenuationColor^(thickness /
 //! attenuationDistance)` as well. Thickness is in the mesh's own units, so the node's scale goes
 //! into that material.
-use super::{SceneError, gltf_file::File, gltf_texture::Textures};
+use super::{SceneError, gltf::Earlier, gltf_file::File, gltf_texture::Textures, limits::Limit};
 use crate::model::{Material, Skipped, Texture, Transfer};
 use ::gltf::material::{AlphaMode, Volume};
 use glam::{Mat4, Vec2, Vec3};
@@ -19,6 +19,9 @@ const MAX_EMISSION: f32 = 1e4;
 pub(super) struct Materials<'a> {
     materials: Vec<Material>,
     textures: Textures<'a>,
+    file: &'a File,
+    /// Materials that the scene had before.
+    earlier: usize,
     skipped: Skipped,
     known: HashMap<(Option<usize>, i32), Uses>,
     /// What each volume's two faces let pass where it is not closed, and its material then.
@@ -66,10 +69,12 @@ impl Uses {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(file: &'a File) -> Self {
+    pub(super) fn new(file: &'a File, earlier: &Earlier) -> Self {
         Self {
             materials: Vec::new(),
-            textures: Textures::new(file),
+            textures: Textures::new(file, earlier.textures, earlier.texels),
+            file,
+            earlier: earlier.materials,
             skipped: Skipped::new(),
             known: HashMap::new(),
             open: HashMap::new(),
@@ -115,6 +120,11 @@ impl<'a> Materials<'a> {
         if let Some(uses) = self.known.get(&key) {
             return Ok(*uses);
         }
+        // A volume may need a second one.
+        let count = (self.earlier + self.materials.len()) as u64;
+        Limit::Materials
+            .grown(count, if source.volume().is_some() { 2 } else { 1 })
+            .map_err(|(message, help)| self.file.invalid(message, help))?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
         Ok(uses)

@@ -1,8 +1,8 @@
 //! glTF images as the textures that casters sample: base colour, with transmission multiplied in.
-use super::{SceneError, gltf_file::File, particles::linear_from_srgb};
+use super::{SceneError, gltf_file::File, images, limits::Limit, particles::linear_from_srgb};
 use crate::model::Texture;
-use image::{ImageReader, RgbaImage, imageops::FilterType};
-use std::{collections::HashMap, io::Cursor};
+use image::{RgbaImage, imageops::FilterType};
+use std::collections::HashMap;
 
 /// Longest side of an image [texels].
 const MAX_SIDE: u32 = 16384;
@@ -15,12 +15,18 @@ pub(super) struct Textures<'a> {
     file: &'a File,
     pub(super) textures: Vec<Texture>,
     known: HashMap<Key, u32>,
-    images: HashMap<usize, RgbaImage>,
+    greens: HashMap<usize, f32>,
+    /// Textures that the scene had before.
+    earlier: usize,
+    /// Of all textures of the scene.
+    texels: u64,
 }
 
 impl<'a> Textures<'a> {
-    pub(super) fn new(file: &'a File) -> Self {
-        Self { file, textures: Vec::new(), known: HashMap::new(), images: HashMap::new() }
+    /// `earlier` and `texels`: textures that the scene has already.
+    pub(super) fn new(file: &'a File, earlier: usize, texels: u64) -> Self {
+        let (textures, known, greens) = (Vec::new(), HashMap::new(), HashMap::new());
+        Self { file, textures, known, greens, earlier, texels }
     }
 
     /// Index of the product of `base` and the red of `transmission`. `is_opaque` sets alpha to one;
@@ -38,11 +44,22 @@ impl<'a> Textures<'a> {
         if let Some(known) = self.known.get(&key) {
             return Ok(Some(*known));
         }
+        Limit::Textures
+            .grown((self.earlier + self.textures.len()) as u64, 1)
+            .map_err(|(message, help)| self.file.invalid(message, help))?;
         let name = first.name().map_or_else(|| format!("image {}", first.index()), str::to_owned);
+        let before = self.texels;
         let base = base.map(|image| self.decode(&image)).transpose()?;
         let filter = transmission.map(|image| self.decode(&image)).transpose()?;
         let mut pixels = match (base, filter) {
-            (Some(base), Some(filter)) => multiply(base, filter),
+            (Some(base), Some(filter)) => {
+                let (width, height) = common_size(&base, &filter);
+                let texels = u64::from(width) * u64::from(height);
+                self.texels = Limit::Texels
+                    .grown(before, texels)
+                    .map_err(|(message, help)| self.file.invalid(message, help))?;
+                multiply(base, filter)
+            }
             (Some(base), None) => base,
             (None, Some(filter)) => {
                 let white = image::Rgba([255; 4]);
@@ -51,6 +68,7 @@ impl<'a> Textures<'a> {
             }
             (None, None) => return Ok(None),
         };
+        let is_solid = pixels.pixels().all(|pixel| pixel.0[3] == 255);
         let roots: [u8; 256] =
             std::array::from_fn(|c| srgb_byte(linear_from_srgb(c as f32 / 255.0).sqrt()));
         for pixel in pixels.pixels_mut() {
@@ -67,53 +85,61 @@ impl<'a> Textures<'a> {
         let id = self.textures.len() as u32;
         self.textures.push(Texture { name, width, height, rgba: pixels.into_raw() });
         self.known.insert(key, id);
+        if is_solid {
+            let (base, transmission, _, is_face) = key;
+            self.known.insert((base, transmission, !is_opaque, is_face), id);
+        }
         Ok(Some(id))
     }
 
     /// 0..=1.
     pub(super) fn mean_green(&mut self, image: &gltf::Image<'_>) -> Result<f32, SceneError> {
+        if let Some(known) = self.greens.get(&image.index()) {
+            return Ok(*known);
+        }
+        let before = self.texels;
         let pixels = self.decode(image)?;
+        // The image does not stay.
+        self.texels = before;
         let sum: f64 = pixels.pixels().map(|pixel| f64::from(pixel.0[1])).sum();
-        Ok((sum / 255.0 / f64::from(pixels.width()) / f64::from(pixels.height())) as f32)
+        let texels = f64::from(pixels.width()) * f64::from(pixels.height());
+        let green = (sum / 255.0 / texels) as f32;
+        self.greens.insert(image.index(), green);
+        Ok(green)
     }
 
     fn decode(&mut self, image: &gltf::Image<'_>) -> Result<RgbaImage, SceneError> {
-        if let Some(pixels) = self.images.get(&image.index()) {
-            return Ok(pixels.clone());
-        }
-        let bad = |problem: String| {
-            let message = format!("image {}: {problem}", image.index());
-            self.file.invalid(message, "use a PNG or JPEG of at most 16384 texels a side")
+        let bad = |problem: &str, help: &str| {
+            self.file.invalid(format!("image {}: {problem}", image.index()), help)
         };
         // Not `Image::source`, which panics where the file gives neither a type nor a place.
         let document = &self.file.document;
         let json = &document.as_json().images[image.index()];
         let view = json.buffer_view.and_then(|index| document.views().nth(index.value()));
+        let of_file;
         let bytes = match (view, &json.uri) {
-            (Some(view), _) => self.file.view(&view)?.to_vec(),
-            (None, Some(uri)) => self.file.read_uri(uri)?,
-            (None, None) => return Err(bad("has neither a bufferView nor a uri".to_owned())),
+            (Some(view), _) => self.file.view(&view)?,
+            (None, Some(uri)) => {
+                of_file = self.file.read_uri(uri)?;
+                &of_file
+            }
+            (None, None) => {
+                let problem = "has neither a bufferView nor a uri";
+                return Err(bad(problem, "export the file again"));
+            }
         };
-        let mut reader = ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| bad(error.to_string()))?;
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        reader.limits(limits);
-        let pixels = reader.decode().map_err(|error| bad(error.to_string()))?.into_rgba8();
-        if pixels.is_empty() {
-            return Err(bad("has no texels".to_owned()));
-        }
-        self.images.insert(image.index(), pixels.clone());
-        Ok(pixels)
+        images::decode(bytes, MAX_SIDE, &mut self.texels)
+            .map_err(|(problem, help)| bad(&problem, &help))
     }
+}
+
+fn common_size(a: &RgbaImage, b: &RgbaImage) -> (u32, u32) {
+    (a.width().max(b.width()), a.height().max(b.height()))
 }
 
 /// `base` times the red of `filter`, at the larger size. `base` is sRGB, `filter` linear.
 fn multiply(base: RgbaImage, filter: RgbaImage) -> RgbaImage {
-    let width = base.width().max(filter.width());
-    let height = base.height().max(filter.height());
+    let (width, height) = common_size(&base, &filter);
     let fit = |image: RgbaImage| {
         if image.dimensions() == (width, height) {
             return image;

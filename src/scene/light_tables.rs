@@ -8,6 +8,11 @@ use super::{
 use crate::model::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 use toml::Spanned;
 
+/// Nearest plane of a spot or a point [m]: matrices hold it.
+const LEAST_DEPTH: f32 = 1e-5;
+/// Shortest range of cascades [m].
+const LEAST_RANGE: f32 = 1e-3;
+
 pub(super) fn light(
     source: &Source<'_>,
     table: &Spanned<LightTable>,
@@ -68,8 +73,9 @@ fn shadow<T>(
     let kind = light_kind(check, given, noun, of_light)?;
     let is_directional = matches!(kind, LightKind::Directional { .. });
     let depth = |key: &str, value: Option<f32>| {
-        let valid = |v: f32| v <= 1e7 && (v > 0.0 || is_directional);
-        value.map(|v| check.number(key, v, valid, "a distance above 0")).transpose()
+        let valid = |v: f32| v.abs() <= 1e7 && (v >= LEAST_DEPTH || is_directional);
+        let range = if is_directional { "within 1e7 m" } else { "a distance of 1e-5 to 1e7 m" };
+        value.map(|v| check.number(key, v, valid, range)).transpose()
     };
     let (near, far) = (depth("near", given.near)?, depth("far", given.far)?);
     let first = near.or(is_directional.then_some(0.0));
@@ -173,12 +179,14 @@ fn cascades<T>(
         let message = format!("only a directional {noun} has cascades");
         return Err(check.fault("cascades", message, "remove cascades"));
     }
-    let most = |v: f32| v > 0.0 && v <= 1e7;
+    let most = |v: f32| (LEAST_RANGE..=1e7).contains(&v);
     let is_half = |v: f32| (0.0..=0.5).contains(&v);
     Ok(Some(Cascades {
         count,
         lambda: check.share("lambda", lambda.unwrap_or(usual.lambda))?,
         fade: check.number("fade", fade.unwrap_or(usual.fade), is_half, "from 0 to 0.5")?,
-        range: range.map(|v| check.number("range", v, most, "a distance above 0")).transpose()?,
+        range: range
+            .map(|v| check.number("range", v, most, "a distance of 1e-3 to 1e7 m"))
+            .transpose()?,
     }))
 }

@@ -8,16 +8,25 @@ mod error;
 pub mod generate;
 mod gltf;
 mod gltf_file;
+mod gltf_items;
+mod gltf_json;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_texture;
+mod images;
 mod light_tables;
+mod limits;
 mod load;
+mod loader;
+mod loader_files;
 #[doc(hidden)]
 pub mod noise;
 mod painted;
 mod particles;
+mod plain;
 mod ply;
+mod ply_header;
+mod read;
 mod shapes;
 mod source;
 mod summary;
@@ -26,7 +35,8 @@ mod tables;
 pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
-pub use load::{load, load_with};
+pub use limits::Limit;
+pub use load::{LoadOptions, load, load_as, load_with};
 pub use particles::ParticleFile;
 pub use summary::Summary;
 
@@ -44,10 +54,10 @@ pub fn load_particles(
     default_radius: Option<f32>,
     first_id: u32,
 ) -> Result<ParticleFile, SceneError> {
-    particles::load(path, material, material_id, default_radius, first_id)
+    particles::load(path, material, material_id, default_radius, first_id, 0)
 }
 
 /// Reads a `.glb` or `.gltf` file alone. World space = `transform` * glTF space.
 pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
-    gltf::load(path, transform)
+    gltf::load(path, transform, &gltf::Earlier::default())
 }

@@ -1,5 +1,10 @@
 //! Particle files: a row per particle, by named columns.
-use super::{SceneError, ply};
+use super::{
+    SceneError,
+    error::quoted,
+    limits::{self, Limit},
+    ply, read,
+};
 use crate::model::{Material, Particle, Skipped};
 use glam::{DVec3, Vec3, Vec4};
 use std::path::Path;
@@ -11,6 +16,8 @@ pub struct ParticleFile {
     pub particles: Vec<Particle>,
     /// Particles left out, by reason.
     pub skipped: Skipped,
+    /// What the file holds and nobody reads, a sentence each.
+    pub notes: Vec<String>,
 }
 
 /// Columns of a row, in the order of [`NAMES`].
@@ -46,40 +53,80 @@ pub(super) const FARTHEST: f32 = 1e7;
 /// Radius of particles that all lie on one point [m].
 const LONE_RADIUS: f32 = 0.05;
 
+/// What the columns of a file are.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    storage: [Storage; NAMES.len()],
+    /// Names of those that nobody reads.
+    unread: Vec<String>,
+}
+
+impl Columns {
+    /// The place in a row of a column with this name; `storage` for that place.
+    pub(super) fn find(
+        &mut self,
+        name: &str,
+        storage: impl FnOnce(usize) -> Storage,
+    ) -> Option<usize> {
+        let Some(place) = NAMES.iter().position(|known| *known == name) else {
+            return self.unread(name);
+        };
+        self.storage[place] = storage(place);
+        Some(place)
+    }
+
+    pub(super) fn unread(&mut self, name: &str) -> Option<usize> {
+        self.unread.push(quoted(name));
+        None
+    }
+
+    /// Those that nobody reads, in words; at most a dozen by name.
+    fn note(&self) -> Option<String> {
+        const NAMED: usize = 12;
+        let (named, more) = self.unread.split_at(self.unread.len().min(NAMED));
+        let more =
+            if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+        let columns = if self.unread.len() == 1 { "column" } else { "columns" };
+        (!named.is_empty()).then(|| format!("not read: {columns} {}{more}", named.join(", ")))
+    }
+}
+
 /// Turns rows into particles.
 pub(super) struct Rows<'a> {
     material: &'a Material,
     material_id: u32,
     first_id: u32,
+    /// Of the scene, before this file.
+    earlier: u64,
     storage: [Storage; NAMES.len()],
     count: u32,
     particles: Vec<Particle>,
     skipped: Skipped,
+    notes: Vec<String>,
 }
 
 /// `material_id` goes into the particles; ids default to row number + `first_id`.
 /// `default_radius` [m] is for files without a radius column; where it is `None` too, half the mean
-/// spacing, estimated from bounds and count.
+/// spacing, estimated from bounds and count. `earlier`: particles that the scene has already.
 pub(super) fn load(
     path: &Path,
     material: &Material,
     material_id: u32,
     default_radius: Option<f32>,
     first_id: u32,
+    earlier: u64,
 ) -> Result<ParticleFile, SceneError> {
-    let read_error = |source| SceneError::Read { path: path.to_owned(), source };
-    if !std::fs::metadata(path).map_err(read_error)?.is_file() {
-        return Err(SceneError::invalid(path, "is not a file", "name a .ply or .csv file"));
-    }
-    let bytes = std::fs::read(path).map_err(read_error)?;
+    let bytes = read::bytes(path)?;
     let mut rows = Rows {
         material,
         material_id,
         first_id,
+        earlier,
         storage: [Storage::Absent; NAMES.len()],
         count: 0,
         particles: Vec::new(),
         skipped: Skipped::new(),
+        notes: Vec::new(),
     };
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
@@ -90,14 +137,14 @@ pub(super) fn load(
             return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
         }
     }
-    let Rows { storage, mut particles, skipped, .. } = rows;
+    let Rows { storage, mut particles, skipped, notes, .. } = rows;
     if storage[RADIUS] == Storage::Absent {
         let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
         for particle in &mut particles {
             particle.radius = radius;
         }
     }
-    Ok(ParticleFile { particles, skipped })
+    Ok(ParticleFile { particles, skipped, notes })
 }
 
 impl Rows<'_> {
@@ -105,16 +152,28 @@ impl Rows<'_> {
     pub(super) fn begin(
         &mut self,
         path: &Path,
-        storage: [Storage; NAMES.len()],
+        columns: Columns,
         capacity: usize,
     ) -> Result<(), SceneError> {
-        if let Some(i) = (0..3).find(|&i| storage[i] == Storage::Absent) {
+        if let Some(i) = (0..3).find(|&i| columns.storage[i] == Storage::Absent) {
             let message = format!("has no column `{}`", NAMES[i]);
             return Err(SceneError::invalid(path, message, "particles need x, y and z"));
         }
-        self.storage = storage;
-        self.particles.reserve_exact(capacity);
-        Ok(())
+        self.check_count(path, capacity)?;
+        if let Some(note) = columns.note() {
+            self.note(path, &note);
+        }
+        self.storage = columns.storage;
+        limits::reserve(&mut self.particles, capacity, "particles", path)
+    }
+
+    fn check_count(&self, path: &Path, count: usize) -> Result<(), SceneError> {
+        let all = Limit::Particles.grown(self.earlier, count as u64);
+        all.map(|_| ()).map_err(|(message, help)| SceneError::invalid(path, message, help))
+    }
+
+    pub(super) fn note(&mut self, path: &Path, what: &str) {
+        self.notes.push(format!("{}: {what}", path.display()));
     }
 
     pub(super) fn push(&mut self, row: &Row) {
@@ -197,30 +256,30 @@ fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneE
         SceneError::invalid(path, format!("line {line}: {problem}"), help)
     };
     let header = reader.headers().map_err(csv_error)?.clone();
-    let mut storage = [Storage::Absent; NAMES.len()];
-    let mut columns = Vec::new();
+    let mut columns = Columns::default();
+    let mut places = Vec::new();
     for (field, name) in header.iter().enumerate() {
-        let Some(column) = NAMES.iter().position(|n| *n == name) else { continue };
-        if storage[column] != Storage::Absent {
+        let Some(place) = columns.find(name, |_| Storage::Plain) else { continue };
+        if places.iter().any(|&(_, other)| other == place) {
             let message = format!("line 1: two columns are named `{name}`");
             return Err(SceneError::invalid(path, message, "rename or remove one of them"));
         }
-        storage[column] = Storage::Plain;
-        columns.push((field, column));
+        places.push((field, place));
     }
-    rows.begin(path, storage, 0)?;
+    rows.begin(path, columns, 0)?;
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(csv_error)? {
         let mut row = BLANK;
-        for &(field, column) in &columns {
+        for &(field, place) in &places {
             let text = record.get(field).unwrap_or_default();
-            row[column] = text.parse().map_err(|_| {
+            row[place] = text.parse().map_err(|_| {
                 let line = record.position().map_or(0, csv::Position::line);
-                let name = NAMES[column];
-                let message = format!("line {line}, column `{name}`: `{text}` is not a number");
+                let (name, text) = (NAMES[place], quoted(text));
+                let message = format!("line {line}, column `{name}`: {text} is not a number");
                 SceneError::invalid(path, message, "write a number, or remove the row")
             })?;
         }
+        rows.check_count(path, rows.count as usize + 1)?;
         rows.push(&row);
     }
     Ok(())

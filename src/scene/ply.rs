@@ -1,49 +1,58 @@
-//! PLY: the header by `ply-rs-bw`, the rows here, because that crate's ascii grammar knows neither
-//! `nan` nor `.5`, and lists and foreign elements need skipping only.
+//! PLY: the rows behind the header.
 use super::{
     SceneError,
-    particles::{BLANK, NAMES, Rows, Storage},
-};
-use ply_rs_bw::{
-    parser::{Parser, Reader},
-    ply::{DefaultElement, ElementDef, Encoding, PropertyType, ScalarType},
+    error::quoted,
+    particles::{BLANK, Columns, NAMES, Rows, Storage},
+    ply_header::{self, Element, Encoding, Header, Kind, Scalar},
 };
 use std::path::Path;
 
 /// Reads the rows of the element `vertex`.
 pub(super) fn read(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneError> {
-    let mut reader = Reader::new(bytes);
-    let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|error| {
-        let message = format!("PLY header: {}", one_line(&error.to_string()));
-        SceneError::invalid(path, message, "write a PLY 1.0 header from `ply` to `end_header`")
-    })?;
-    let body = reader.into_inner();
-    let text = String::from_utf8_lossy(&bytes[..bytes.len() - body.len()]);
-    let property_count: usize = header.elements.values().map(|e| e.properties.len()).sum();
-    for (word, count) in [("element", header.elements.len()), ("property", property_count)] {
-        if text.lines().filter(|line| line.split_whitespace().next() == Some(word)).count() != count
-        {
-            let message = format!("PLY header: two lines declare the same {word}");
-            return Err(SceneError::invalid(path, message, "rename or remove one of them"));
-        }
-    }
-    let mut body = Body { path, encoding: header.encoding, rest: body, line: text.lines().count() };
-    for element in header.elements.values() {
+    let header = ply_header::parse(bytes)
+        .map_err(|(message, help)| SceneError::invalid(path, message, help))?;
+    refuse_splats(path, &header)?;
+    let (encoding, line) = (header.encoding, header.lines);
+    let mut body = Body { path, encoding, rest: &bytes[header.length..], line };
+    let mut has_vertices = false;
+    for element in &header.elements {
         body.check_count(element)?;
         if element.name == "vertex" {
-            return body.read_vertices(element, rows);
+            has_vertices = true;
+            body.read_vertices(element, rows)?;
+        } else {
+            body.skip(element)?;
+            if element.count > 0 {
+                let name = quoted(&element.name);
+                rows.note(path, &format!("{} rows of {name} are not read", element.count));
+            }
         }
-        body.skip(element)?;
     }
-    Err(SceneError::invalid(
-        path,
-        "PLY header: there is no element `vertex`",
-        "name the particles' element `vertex`",
-    ))
+    if !has_vertices {
+        let message = "there is no element `vertex` in the PLY header";
+        return Err(SceneError::invalid(path, message, "name the particles' element `vertex`"));
+    }
+    let left = body.rest.trim_ascii().len();
+    if left > 0 {
+        let bytes = if left == 1 { "1 byte" } else { &format!("{left} bytes") };
+        rows.note(path, &format!("{bytes} after the last row are not read"));
+    }
+    Ok(())
 }
 
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+/// Columns of anisotropic Gaussians as 3D Gaussian splatting and its relatives write them. Read as
+/// discs they would be something else.
+const SPLATS: [&str; 6] =
+    ["scale_0", "rot_0", "f_dc_0", "packed_position", "packed_rotation", "packed_scale"];
+
+fn refuse_splats(path: &Path, header: &Header) -> Result<(), SceneError> {
+    let mut properties = header.elements.iter().flat_map(|element| &element.properties);
+    let Some(found) = properties.find(|property| SPLATS.contains(&property.name.as_str())) else {
+        return Ok(());
+    };
+    let message = format!("holds anisotropic Gaussians (splats): it has a column `{}`", found.name);
+    let help = "gobo has no such casters: write particles with x, y, z, radius and alpha instead";
+    Err(SceneError::invalid(path, message, help))
 }
 
 /// What follows the header.
@@ -55,17 +64,23 @@ struct Body<'a> {
     line: usize,
 }
 
+/// Why a value cannot be read.
+enum Problem {
+    Ends,
+    Wrong(String),
+}
+
 impl<'a> Body<'a> {
-    fn invalid(&self, message: impl Into<String>) -> SceneError {
+    fn invalid(&self, message: impl AsRef<str>) -> SceneError {
         let help = "the file is damaged or its header is wrong: write it again";
         SceneError::invalid(self.path, message, help)
     }
 
     /// A header may promise no more than the file can hold.
-    fn check_count(&self, element: &ElementDef) -> Result<(), SceneError> {
+    fn check_count(&self, element: &Element) -> Result<(), SceneError> {
         let least: usize = match self.encoding {
             Encoding::Ascii => element.properties.len(),
-            _ => element.properties.values().map(|p| least_size(&p.data_type)).sum(),
+            _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
         };
         // The last line of an ascii file may lack its end.
         let room = (self.rest.len() + 1) / least.max(1);
@@ -73,79 +88,72 @@ impl<'a> Body<'a> {
             return Ok(());
         }
         Err(self.invalid(format!(
-            "the header promises {} rows of `{}`, but the file has room for {room} at most",
-            element.count, element.name
+            "the header promises {} rows of {}, but the file has room for {room} at most",
+            element.count,
+            quoted(&element.name)
         )))
     }
 
-    fn truncated(&self, element: &ElementDef, row: usize) -> SceneError {
-        let (name, count) = (&element.name, element.count);
-        self.invalid(format!("the file ends in row {} of {count} of `{name}`", row + 1))
+    fn fault(&self, problem: Problem, element: &Element, row: usize) -> SceneError {
+        let (name, count) = (quoted(&element.name), element.count);
+        self.invalid(match problem {
+            Problem::Ends => format!("the file ends in row {} of {count} of {name}", row + 1),
+            Problem::Wrong(what) if self.encoding == Encoding::Ascii => {
+                format!("line {}: {what}", self.line)
+            }
+            Problem::Wrong(what) => format!("row {} of {name}: {what}", row + 1),
+        })
     }
 
-    fn skip(&mut self, element: &ElementDef) -> Result<(), SceneError> {
+    /// The rows of an element, value by value: `put` gets the property's number and its value, 0 for
+    /// a list.
+    fn row(&mut self, element: &Element, mut put: impl FnMut(usize, f64)) -> Result<(), Problem> {
+        if self.encoding != Encoding::Ascii {
+            for (i, property) in element.properties.iter().enumerate() {
+                put(i, self.binary_value(property.kind)?);
+            }
+            return Ok(());
+        }
+        let line = self.next_line().ok_or(Problem::Ends)?;
+        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        for (i, property) in element.properties.iter().enumerate() {
+            put(i, ascii_value(&mut words, property.kind).map_err(Problem::Wrong)?);
+        }
+        match words.count() {
+            0 => Ok(()),
+            more => Err(Problem::Wrong(format!("the row has {more} numbers too many"))),
+        }
+    }
+
+    fn skip(&mut self, element: &Element) -> Result<(), SceneError> {
         if element.properties.is_empty() {
             return Ok(());
         }
         for row in 0..element.count {
-            if self.encoding == Encoding::Ascii {
-                self.next_line().ok_or_else(|| self.truncated(element, row))?;
-                continue;
-            }
-            for property in element.properties.values() {
-                self.binary_value(&property.data_type)
-                    .ok_or_else(|| self.truncated(element, row))?;
-            }
+            self.row(element, |_, _| {}).map_err(|problem| self.fault(problem, element, row))?;
         }
         Ok(())
     }
 
-    fn read_vertices(
-        &mut self,
-        element: &ElementDef,
-        rows: &mut Rows<'_>,
-    ) -> Result<(), SceneError> {
-        let mut storage = [Storage::Absent; NAMES.len()];
-        let columns: Vec<(Option<usize>, &PropertyType)> = element
+    fn read_vertices(&mut self, element: &Element, rows: &mut Rows<'_>) -> Result<(), SceneError> {
+        let mut columns = Columns::default();
+        let places: Vec<Option<usize>> = element
             .properties
-            .values()
-            .map(|property| {
-                let column = match &property.data_type {
-                    PropertyType::List(..) => None,
-                    PropertyType::Scalar(scalar) => {
-                        let column = NAMES.iter().position(|name| *name == property.name);
-                        if let Some(column) = column {
-                            storage[column] = storage_of(scalar, column);
-                        }
-                        column
-                    }
-                };
-                (column, &property.data_type)
+            .iter()
+            .map(|property| match property.kind {
+                Kind::One(scalar) => columns.find(&property.name, storage_of(scalar)),
+                Kind::List { .. } => columns.unread(&property.name),
             })
             .collect();
-        rows.begin(self.path, storage, element.count)?;
+        rows.begin(self.path, columns, element.count)?;
         for i in 0..element.count {
             let mut row = BLANK;
-            if self.encoding == Encoding::Ascii {
-                let line = self.next_line().ok_or_else(|| self.truncated(element, i))?;
-                let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-                for (column, data_type) in &columns {
-                    let value = ascii_value(&mut words, data_type).map_err(|problem| {
-                        self.invalid(format!("line {}: {problem}", self.line))
-                    })?;
-                    if let Some(column) = column {
-                        row[*column] = value;
-                    }
+            let put = |column: usize, value| {
+                if let Some(place) = places[column] {
+                    row[place] = value;
                 }
-            } else {
-                for (column, data_type) in &columns {
-                    let value =
-                        self.binary_value(data_type).ok_or_else(|| self.truncated(element, i))?;
-                    if let Some(column) = column {
-                        row[*column] = value;
-                    }
-                }
-            }
+            };
+            self.row(element, put).map_err(|problem| self.fault(problem, element, i))?;
             rows.push(&row);
         }
         Ok(())
@@ -154,9 +162,11 @@ impl<'a> Body<'a> {
     /// The next line with anything in it.
     fn next_line(&mut self) -> Option<&'a [u8]> {
         while !self.rest.is_empty() {
-            let end = self.rest.iter().position(|b| *b == b'\n').unwrap_or(self.rest.len());
+            let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+            let end = self.rest.iter().position(is_end).unwrap_or(self.rest.len());
             let (line, rest) = self.rest.split_at(end);
-            self.rest = rest.get(1..).unwrap_or_default();
+            let is_pair = rest.starts_with(b"\r\n");
+            self.rest = rest.get(if is_pair { 2 } else { 1 }..).unwrap_or_default();
             self.line += 1;
             if !line.trim_ascii().is_empty() {
                 return Some(line);
@@ -165,25 +175,28 @@ impl<'a> Body<'a> {
         None
     }
 
-    /// 0 for a list, which is skipped. `None` where the file ends.
-    fn binary_value(&mut self, data_type: &PropertyType) -> Option<f64> {
-        match data_type {
-            PropertyType::Scalar(scalar) => self.binary_scalar(scalar),
-            PropertyType::List(count, item) => {
-                let length = self.binary_scalar(count)?;
-                let size = (length as usize).checked_mul(size_of_scalar(item))?;
-                self.rest = self.rest.get(size..)?;
-                Some(0.0)
+    /// 0 for a list, which is skipped.
+    fn binary_value(&mut self, kind: Kind) -> Result<f64, Problem> {
+        match kind {
+            Kind::One(scalar) => self.binary_scalar(scalar).ok_or(Problem::Ends),
+            Kind::List { length, item } => {
+                let length = self.binary_scalar(length).ok_or(Problem::Ends)?;
+                if length < 0.0 {
+                    return Err(Problem::Wrong(format!("a list of {length} items")));
+                }
+                let size = (length as usize).checked_mul(item.size()).ok_or(Problem::Ends)?;
+                self.rest = self.rest.get(size..).ok_or(Problem::Ends)?;
+                Ok(0.0)
             }
         }
     }
 
-    fn binary_scalar(&mut self, scalar: &ScalarType) -> Option<f64> {
+    fn binary_scalar(&mut self, scalar: Scalar) -> Option<f64> {
         macro_rules! number {
             ($kind:ty) => {{
                 let (head, rest) = self.rest.split_first_chunk()?;
                 self.rest = rest;
-                Some(if self.encoding == Encoding::BinaryLittleEndian {
+                Some(if self.encoding == Encoding::LittleEndian {
                     <$kind>::from_le_bytes(*head).into()
                 } else {
                     <$kind>::from_be_bytes(*head).into()
@@ -191,56 +204,36 @@ impl<'a> Body<'a> {
             }};
         }
         match scalar {
-            ScalarType::Char => number!(i8),
-            ScalarType::UChar => number!(u8),
-            ScalarType::Short => number!(i16),
-            ScalarType::UShort => number!(u16),
-            ScalarType::Int => number!(i32),
-            ScalarType::UInt => number!(u32),
-            ScalarType::Float => number!(f32),
-            ScalarType::Double => number!(f64),
+            Scalar::I8 => number!(i8),
+            Scalar::U8 => number!(u8),
+            Scalar::I16 => number!(i16),
+            Scalar::U16 => number!(u16),
+            Scalar::I32 => number!(i32),
+            Scalar::U32 => number!(u32),
+            Scalar::F32 => number!(f32),
+            Scalar::F64 => number!(f64),
         }
     }
 }
 
 /// Integer colours of any width are bytes.
-fn storage_of(scalar: &ScalarType, column: usize) -> Storage {
-    let is_color = matches!(NAMES[column], "red" | "green" | "blue" | "alpha");
-    match scalar {
-        ScalarType::Float | ScalarType::Double => Storage::Plain,
-        _ if is_color => Storage::Byte,
-        _ => Storage::Plain,
-    }
-}
-
-fn size_of_scalar(scalar: &ScalarType) -> usize {
-    match scalar {
-        ScalarType::Char | ScalarType::UChar => 1,
-        ScalarType::Short | ScalarType::UShort => 2,
-        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-        ScalarType::Double => 8,
-    }
-}
-
-/// [bytes]
-fn least_size(data_type: &PropertyType) -> usize {
-    match data_type {
-        PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => size_of_scalar(scalar),
+fn storage_of(scalar: Scalar) -> impl Fn(usize) -> Storage {
+    move |column| {
+        let is_color = matches!(NAMES[column], "red" | "green" | "blue" | "alpha");
+        if scalar.is_whole() && is_color { Storage::Byte } else { Storage::Plain }
     }
 }
 
 /// 0 for a list, which is skipped.
-fn ascii_value<'w>(
-    words: &mut impl Iterator<Item = &'w [u8]>,
-    data_type: &PropertyType,
-) -> Result<f64, String> {
+fn ascii_value<'w>(words: &mut impl Iterator<Item = &'w [u8]>, kind: Kind) -> Result<f64, String> {
     let word = words.next().ok_or("the row has too few numbers")?;
     let text = String::from_utf8_lossy(word);
-    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if matches!(data_type, PropertyType::Scalar(_)) {
-        return Ok(value);
+    if matches!(kind, Kind::One(_)) {
+        return text.parse().map_err(|_| format!("{} is not a number", quoted(&text)));
     }
-    for _ in 0..value as usize {
+    let length: usize =
+        text.parse().map_err(|_| format!("{} is no length of a list", quoted(&text)))?;
+    for _ in 0..length {
         words.next().ok_or("a list has fewer items than it promises")?;
     }
     Ok(0.0)

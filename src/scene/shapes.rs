@@ -55,6 +55,15 @@ fn square(center: Vec3, right: Vec3, up: Vec3) -> Vec<Triangle> {
         .to_vec()
 }
 
+/// What [`shape`] makes.
+pub(super) fn triangles_of(kind: KindOfShape, level: u32) -> usize {
+    match kind {
+        KindOfShape::Plane | KindOfShape::Pane => 2,
+        KindOfShape::Box => 12,
+        KindOfShape::Sphere => sphere_triangles(level),
+    }
+}
+
 /// Of a sphere.
 pub(super) fn sphere_triangles(level: u32) -> usize {
     20 << (2 * level)

@@ -1,5 +1,10 @@
 //! The text of a scene: what the file says, what the command line puts in its place, and where.
-use super::{SceneError, document::Document};
+use super::{
+    SceneError,
+    document::Document,
+    error::quoted,
+    plain::{explained, kind_of, nearest},
+};
 use serde::Deserialize as _;
 use std::{borrow::Cow, ops::Range, path::Path};
 use toml::{
@@ -58,7 +63,12 @@ impl<'a> Source<'a> {
         Ok(source)
     }
 
+    pub(super) fn path(&self) -> &Path {
+        self.path
+    }
+
     pub(super) fn document(&self) -> Result<Document, SceneError> {
+        self.check_tables()?;
         let root = Spanned::new(0..self.file_length, self.tree.clone());
         Document::deserialize(Deserializer::from(root)).map_err(|error| self.explain(&error))
     }
@@ -72,7 +82,7 @@ impl<'a> Source<'a> {
     ) -> SceneError {
         if span.start <= self.file_length {
             let text = &self.text[..self.file_length];
-            return SceneError::document(self.path, text, span, message, help);
+            return SceneError::document(self.path, text, span, message.into(), help.as_deref());
         }
         let mut end = self.file_length;
         let set = self.set.iter().find(|(_, value)| {
@@ -80,6 +90,7 @@ impl<'a> Source<'a> {
             span.start <= end
         });
         let (key, value) = set.map_or(("", ""), |(key, value)| (key, value));
+        let [key, value] = [key, value].map(|text| quoted(text).replace('`', ""));
         let message = format!("--set {key}={value}: {}", message.into());
         SceneError::invalid(self.path, message, help.as_deref().unwrap_or(""))
     }
@@ -97,27 +108,75 @@ impl<'a> Source<'a> {
         self.error(span.unwrap_or_else(|| table.clone()), message, help)
     }
 
-    /// What TOML says, with the name that was probably meant.
     fn explain(&self, error: &Error) -> SceneError {
-        let message = error.message();
-        let mut quoted = message.split('`').skip(1).step_by(2);
-        let unknown = message.starts_with("unknown").then(|| quoted.next()).flatten();
-        let help = unknown.and_then(|unknown| nearest(unknown, quoted));
-        self.error(error.span().unwrap_or(0..0), message.trim_end(), help)
+        let span = error.span().unwrap_or(0..0);
+        let (message, help) = match self.text.get(span.clone()) {
+            Some(key) if error.message().starts_with("duplicate key") => {
+                let help = "remove one of them, or write [[...]] where there are several of a kind";
+                (format!("the key {} is there twice", quoted(key)), help.to_owned())
+            }
+            _ => explained(error.message()),
+        };
+        self.error(span, message, Some(help))
+    }
+
+    /// Whether tables stand where tables should: the reader would take lists for them too, by the
+    /// order of their values.
+    fn check_tables(&self) -> Result<(), SceneError> {
+        for (key, value) in &self.tree {
+            self.check_table("", key.get_ref(), value)?;
+        }
+        Ok(())
+    }
+
+    fn check_table(
+        &self,
+        parents: &str,
+        key: &str,
+        value: &Spanned<DeValue<'_>>,
+    ) -> Result<(), SceneError> {
+        let path = format!("{parents}{key}");
+        let fault = |value: &Spanned<DeValue<'_>>, help: String| {
+            let message = format!("`{path}` is {} here, not a table", kind_of(value.get_ref()));
+            Err(self.error(value.span(), message, Some(help)))
+        };
+        let tables = match value.get_ref() {
+            DeValue::Table(table) if ONE.contains(&path.as_str()) => std::slice::from_ref(table),
+            DeValue::Array(items) if MANY.contains(&path.as_str()) => {
+                for item in items {
+                    let DeValue::Table(table) = item.get_ref() else {
+                        return fault(item, format!("write each as a table below [[{path}]]"));
+                    };
+                    for (key, value) in table {
+                        self.check_table(&format!("{path}."), key.get_ref(), value)?;
+                    }
+                }
+                &[]
+            }
+            _ if MANY.contains(&path.as_str()) => {
+                return fault(value, format!("write each as a table below [[{path}]]"));
+            }
+            _ if ONE.contains(&path.as_str()) => {
+                let help = match parents {
+                    "" => format!("write its keys below [{path}]"),
+                    _ => format!("write a table: {key} = {{ ... }}"),
+                };
+                return fault(value, help);
+            }
+            _ => &[],
+        };
+        for (key, value) in tables.iter().flatten() {
+            self.check_table(&format!("{path}."), key.get_ref(), value)?;
+        }
+        Ok(())
     }
 }
 
-/// The name that was probably meant, or all that are known.
-pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
-    let known: Vec<&str> = known.into_iter().collect();
-    let close = |other: &str| strsim::jaro_winkler(name, other);
-    let best = known.iter().max_by(|a, b| close(a).total_cmp(&close(b)))?;
-    Some(if close(best) > 0.7 {
-        format!("did you mean `{best}`?")
-    } else {
-        format!("known here: {}", known.join(", "))
-    })
-}
+/// Keys of the scene file that are one table each.
+const ONE: [&str; 7] =
+    ["camera", "shadow", "clusters", "environment", "air", "particles.generate", "shape.displace"];
+/// Keys that are many tables each.
+const MANY: [&str; 6] = ["light", "material", "particles", "shape", "mesh", "light.shadow"];
 
 fn value_span(
     value: &Spanned<DeValue<'_>>,
@@ -207,7 +266,7 @@ fn put_parts<'a>(
                 Some(_) => Err((format!("{first} {which} is no table"), None)),
                 None => {
                     let known = names.iter().flatten().map(String::as_str);
-                    let message = format!("there is no {first} {which:?} in the scene");
+                    let message = format!("there is no {first} {} in the scene", quoted(which));
                     Err((message, nearest(which, known)))
                 }
             }

@@ -184,7 +184,7 @@ pub(super) fn camera(
     bounds: &Bounds,
 ) -> Result<Camera, SceneError> {
     let check = Table { source, table };
-    let CameraTable { eye, target, up, fov_y, size } = table.get_ref();
+    let CameraTable { eye, target, up, fov_y, size, .. } = table.get_ref();
     let mut camera = base.unwrap_or_else(|| defaults::camera(bounds));
     if let Some(degrees) = *fov_y {
         camera.fov_y = check.angle("fov_y", degrees)?;
@@ -217,6 +217,16 @@ pub(super) fn camera(
         camera.up = Vec3::Z;
     }
     Ok(camera)
+}
+
+/// Of the picture [stops].
+pub(super) fn exposure(
+    source: &Source<'_>,
+    table: &Spanned<CameraTable>,
+) -> Result<f32, SceneError> {
+    let stops = table.get_ref().exposure.unwrap_or(0.0);
+    let within = |v: f32| v.abs() <= 32.0;
+    Table { source, table }.number("exposure", stops, within, "from -32 to 32 stops")
 }
 
 /// The material, and where its texture is from.

@@ -2,7 +2,7 @@
 use super::{CasterSet, Config, ListCounters, Maps, Pipeline, PreparedMaps, Room};
 use crate::{
     error::Error,
-    gpu::{Memory, NATIVE_FEATURES, Tier, Timeline},
+    gpu::{KernelCache, Memory, NATIVE_FEATURES, Tier, Timeline},
     model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
     stage::sort::pair_limit,
 };
@@ -66,8 +66,19 @@ impl Shadows {
     /// With a configuration of its own: for tests and measurements.
     #[doc(hidden)]
     pub fn with(device: &wgpu::Device, queue: &wgpu::Queue, config: Config) -> Result<Self, Error> {
+        Self::sharing(device, queue, config, KernelCache::default())
+    }
+
+    /// As [`Self::with`], with the kernels of all that render on the device.
+    #[doc(hidden)]
+    pub fn sharing(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        config: Config,
+        cache: KernelCache,
+    ) -> Result<Self, Error> {
         crate::gpu::missed_limit(&device.limits()).map_or(Ok(()), Err)?;
-        let pipeline = Pipeline::new(device, config)?;
+        let pipeline = Pipeline::sharing(device, config, cache)?;
         let engine = Engine { pipeline, casters: None, maps: None, frame: 0 };
         Ok(Self {
             device: device.clone(),

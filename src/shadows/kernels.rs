@@ -1,7 +1,7 @@
 //! Pipelines of one device, by kernel and by what the batch holds.
 use super::Config;
 use crate::{
-    gpu::{Kernel, KernelDesc, KernelError, Tier},
+    gpu::{Kernel, KernelCache, KernelDesc, KernelError, Tier},
     stage::{
         accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, occlude,
         profile::Profile, project, resolve, shade, sort::Sort,
@@ -80,7 +80,8 @@ impl Variant {
     }
 }
 
-/// Made once; the specialised kernels when a scene first needs them.
+/// Of a device's kernels, those that a pipeline uses; the specialised ones from when a scene first
+/// needs them.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
@@ -103,20 +104,25 @@ pub struct Kernels {
     pub(crate) colored_columns: Kernel,
     pub(crate) profile: Profile,
     variants: HashMap<(Variant, Features), Kernel>,
+    cache: KernelCache,
 }
 
 impl Kernels {
-    pub(crate) fn new(device: &wgpu::Device, config: Config) -> Result<Self, KernelError> {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        config: Config,
+        cache: KernelCache,
+    ) -> Result<Self, KernelError> {
         let Profile { shape, .. } = config.profile;
-        let kernel = |desc| Kernel::new(device, desc, config.tier, &[], &[]);
+        let kernel = |desc| cache.kernel(device, desc, config.tier, &[], &[]);
         let bin_kernel =
-            |desc| Kernel::new(device, desc, config.tier, &[], &[bin::workgroup_size(shape)]);
+            |desc| cache.kernel(device, desc, config.tier, &[], &[bin::workgroup_size(shape)]);
         Ok(Self {
             tier: config.tier,
             project_particles: kernel(&project::PARTICLES)?,
             project_triangles: kernel(&project::TRIANGLES)?,
             occlude_small: kernel(&occlude::SMALL)?,
-            sort: Sort::new(device, shape)?,
+            sort: Sort::sharing(device, shape, &cache)?,
             bin_count: bin_kernel(&bin::COUNT)?,
             bin_scan: kernel(&bin::SCAN)?,
             bin_emit: bin_kernel(&bin::EMIT)?,
@@ -131,6 +137,7 @@ impl Kernels {
             colored_columns: kernel(&colored::COLUMNS)?,
             profile: config.profile,
             variants: HashMap::new(),
+            cache,
         })
     }
 
@@ -147,7 +154,7 @@ impl Kernels {
                 let mut constants = features.constants();
                 constants.extend(self.profile.constants());
                 let desc = variant.desc(features);
-                Ok(place.insert(Kernel::new(
+                Ok(place.insert(self.cache.kernel(
                     device,
                     desc,
                     self.tier,

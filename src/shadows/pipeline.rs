@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, FETCH_FEATURES, Memory, Tier},
+    gpu::{Allocator, FETCH_FEATURES, KernelCache, Memory, Tier},
     model::View,
 };
 use std::sync::Arc;
@@ -60,10 +60,19 @@ struct Reuse {
 
 impl Pipeline {
     pub fn new(device: &wgpu::Device, config: Config) -> Result<Self, Error> {
+        Self::sharing(device, config, KernelCache::default())
+    }
+
+    /// As [`Self::new`], with the kernels of all that render on the device.
+    pub fn sharing(
+        device: &wgpu::Device,
+        config: Config,
+        cache: KernelCache,
+    ) -> Result<Self, Error> {
         let features = device.features().contains(FETCH_FEATURES);
         let may_queue = config.queued && config.tier == Tier::Native && features;
         let config = Config { queued: may_queue, ..config };
-        Ok(Self { kernels: Kernels::new(device, config)?, config, may_queue })
+        Ok(Self { kernels: Kernels::new(device, config, cache)?, config, may_queue })
     }
 
     pub fn kernels(&self) -> &Kernels {

@@ -136,6 +136,11 @@ pub struct PictureParams {
     pub colored: u32,
     /// 0: the air is clear.
     pub air_slices: u32,
+    /// Light is shown so much brighter.
+    pub exposure: f32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+    pub pad_2: u32,
 }
 crate::gpu_layout!(PictureParams {
     world_from_view,
@@ -152,5 +157,9 @@ crate::gpu_layout!(PictureParams {
     first_slice,
     slices_per_doubling,
     colored,
-    air_slices
+    air_slices,
+    exposure,
+    pad_0,
+    pad_1,
+    pad_2
 });

@@ -15,7 +15,7 @@
 //! ```
 use crate::{
     error::Error,
-    gpu::{Kernel, KernelDesc, KernelError, Resources, Tier},
+    gpu::{Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     model::MAX_PAIRS,
 };
 use bytemuck::{Pod, Zeroable};
@@ -173,11 +173,20 @@ pub struct Sort {
 
 impl Sort {
     pub fn new(device: &wgpu::Device, shape: Shape) -> Result<Self, KernelError> {
+        Self::sharing(device, shape, &KernelCache::default())
+    }
+
+    /// As [`Self::new`], without making kernels again that `cache` has.
+    pub fn sharing(
+        device: &wgpu::Device,
+        shape: Shape,
+        cache: &KernelCache,
+    ) -> Result<Self, KernelError> {
         let kernels = match shape {
             Shape::Serial => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
             Shape::Wide => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
         }
-        .map(|desc| Kernel::new(device, desc, Tier::Core, &[], &[]));
+        .map(|desc| cache.kernel(device, desc, Tier::Core, &[], &[]));
         let [count, scan, scatter] = kernels;
         Ok(Self { shape, count: count?, scan: scan?, scatter: scatter? })
     }

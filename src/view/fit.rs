@@ -1,11 +1,11 @@
 //! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
-use super::{Part, Projection, View, cascades, importance};
+use super::{Part, Projection, View, cascades, cover::Cover, importance};
 use crate::{
     model::Scene,
     model::{Bounds, Camera, Light, LightKind, MAX_SHADOWS, Shadow},
     view::atlas::{AtlasLimits, Wish, shrink_to_fit},
 };
-use glam::{Mat3, Mat4, UVec2, Vec3};
+use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
 
 /// The up of a light that looks along `forward` (unit).
 pub(super) fn light_up(forward: Vec3) -> Vec3 {
@@ -76,7 +76,7 @@ pub fn shadow_views(scene: &Scene) -> Vec<View> {
 /// The shadow views of all lights, in order of lights, in sizes that an atlas of the scene's
 /// texel budget and of `limits` holds; and how many are smaller than they should be for that.
 pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
-    let bounds = scene.bounds().or_unit();
+    let cover = Cover::of_scene(scene);
     let mut wishes: Vec<Wish> = Vec::new();
     for light in &scene.lights {
         let usual = importance::map_size(light, &scene.camera, scene.shadow.size);
@@ -91,7 +91,7 @@ pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
     for (index, light) in scene.lights.iter().enumerate() {
         let first = views.len();
         let size_of = |i: usize| wishes[first + i].size.x;
-        views.extend(views_of(index, light, &size_of, Some(&scene.camera), &bounds));
+        views.extend(views_of(index, light, &size_of, Some(&scene.camera), &cover));
     }
     (views, shrunk)
 }
@@ -110,7 +110,7 @@ pub fn light_views(
         .all_shadows()
         .flat_map(|s| std::iter::repeat_n(s.size.unwrap_or(size), s.view_count()))
         .collect();
-    views_of(index, light, &|i| sizes[i], camera, bounds)
+    views_of(index, light, &|i| sizes[i], camera, &Cover::of_box(*bounds))
 }
 
 /// `size_of`: edge of the map of each of the light's views [texels].
@@ -119,7 +119,7 @@ fn views_of(
     light: &Light,
     size_of: &dyn Fn(usize) -> u32,
     camera: Option<&Camera>,
-    bounds: &Bounds,
+    cover: &Cover<'_>,
 ) -> Vec<View> {
     let mut views = Vec::with_capacity(light.view_count());
     let mut first = 0;
@@ -132,7 +132,7 @@ fn views_of(
             _ => Part::Window { index: 0, count: 1, fade: EDGE_FADE },
         };
         let owner = Owner { light: index, names: &NAMES[number], part };
-        views.extend(owner.shadow_views(&shadow, &size_of, camera, bounds));
+        views.extend(owner.shadow_views(&shadow, &size_of, camera, cover));
         first += shadow.view_count();
     }
     views
@@ -152,31 +152,31 @@ impl Owner<'_> {
         shadow: &Shadow,
         size_of: &dyn Fn(usize) -> u32,
         camera: Option<&Camera>,
-        bounds: &Bounds,
+        cover: &Cover<'_>,
     ) -> Vec<View> {
         let Shadow { near, far, .. } = *shadow;
         let (faces, numbers) = self.names;
         match (shadow.kind, shadow.cascades, camera) {
             (LightKind::Directional { direction }, Some(cascades), Some(camera)) => {
-                let light = self.light;
+                let (light, bounds) = (self.light, &cover.all);
                 let fit =
                     cascades::Fit { light, names: numbers, direction, near, far, camera, bounds };
                 fit.views(&cascades, size_of)
             }
             (LightKind::Directional { direction }, ..) => {
-                vec![self.directional(shadow, size_of(0), direction, bounds)]
+                vec![self.directional(shadow, size_of(0), direction, cover)]
             }
             (LightKind::Spot { position, direction, angle }, ..) => {
                 let view_from_world = looking(position, direction, light_up(direction));
                 let base = self.base(numbers[0], self.part, size_of(0), view_from_world);
-                vec![perspective(base, shadow, angle, bounds)]
+                vec![perspective(base, shadow, angle, &cover.all)]
             }
             (LightKind::Point { position }, ..) => (0..6)
                 .map(|face| {
                     let view_from_world = looking(position, CUBE[face], light_up(CUBE[face]));
                     let part = Part::Face(face as u32);
                     let base = self.base(faces[face], part, size_of(face), view_from_world);
-                    perspective(base, shadow, std::f32::consts::FRAC_PI_2, bounds)
+                    perspective(base, shadow, std::f32::consts::FRAC_PI_2, &cover.all)
                 })
                 .collect(),
         }
@@ -197,8 +197,10 @@ impl Owner<'_> {
         }
     }
 
-    /// Fits the box: the window is square, its planes enclose every caster and receiver.
-    fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, box_: &Bounds) -> View {
+    /// Fits the casters: the window is square, its planes enclose them and every receiver within it.
+    /// Beside it there is light.
+    fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, cover: &Cover<'_>) -> View {
+        let box_ = &cover.casters;
         let axes = looking(Vec3::ZERO, direction, light_up(direction));
         let corners = box_.corners().map(|corner| axes.transform_point3(corner));
         let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
@@ -207,9 +209,12 @@ impl Owner<'_> {
         let margin = (box_.radius() * 0.01).max(1e-4);
         let window = (max - min).truncate().max_element() + 2.0 * margin;
         let middle = (min + max) * 0.5;
+        let reach = Vec2::splat(window * 0.5);
+        let edges = [middle.truncate() - reach, middle.truncate() + reach];
+        let deepest = cover.deepest(&axes, edges[0], edges[1]).min(min.z);
         let near = shadow.near.unwrap_or(0.0);
         let far = shadow.far.unwrap_or_else(|| {
-            (max.z - min.z + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3))
+            (max.z - deepest + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3))
         });
         let shift = Mat4::from_translation(-Vec3::new(middle.x, middle.y, max.z + margin));
         let base = self.base(self.names.1[0], self.part, size, shift * axes);

@@ -1,6 +1,7 @@
 //! The views of lights: fitted to camera and casters, sized by what the picture shows of them.
 pub mod atlas;
 mod cascades;
+mod cover;
 mod fit;
 mod importance;
 

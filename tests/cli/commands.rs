@@ -77,7 +77,7 @@ impl Folder {
     }
 
     /// Standard error of a command that must fail.
-    fn fail(&self, arguments: &[&str], status: i32) -> String {
+    pub(super) fn fail(&self, arguments: &[&str], status: i32) -> String {
         let output = self.gobo(arguments);
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(status), "{arguments:?}: {stderr}");
@@ -112,7 +112,7 @@ pub(super) fn files(root: &Path) -> Vec<String> {
 }
 
 /// Shape and values of an array file.
-fn npy(path: &Path) -> Result<(Vec<usize>, Vec<f32>), String> {
+pub(super) fn npy(path: &Path) -> Result<(Vec<usize>, Vec<f32>), String> {
     let bytes = fs::read(path).map_err(|e| e.to_string())?;
     let rest = bytes.strip_prefix(b"\x93NUMPY\x01\x00").ok_or("no magic")?;
     let (length, rest) = rest.split_at_checked(2).ok_or("no length")?;

@@ -2,3 +2,5 @@
 mod bench;
 mod commands;
 mod export;
+mod hostile;
+mod results;

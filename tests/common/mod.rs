@@ -7,14 +7,36 @@ use gobo::{
     gpu::{Gpu, KernelDesc, Selection, Tier},
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
+    shadows::{Config, Pipeline},
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
-/// A missing GPU fails the test; it never skips it.
-pub(crate) fn gpu() -> Gpu {
-    Gpu::headless().unwrap_or_else(|error| panic!("{error}"))
+/// The device of a tier and its kernels, which all tests share. Tests that count what a device makes
+/// or have it fail open their own ([`own_gpu`]). A missing GPU fails the test; it never skips it.
+pub(crate) fn gpu(tier: Tier) -> Gpu {
+    static GPUS: [OnceLock<Gpu>; 2] = [OnceLock::new(), OnceLock::new()];
+    GPUS[tier as usize].get_or_init(|| own_gpu(tier)).clone()
+}
+
+pub(crate) fn own_gpu(tier: Tier) -> Gpu {
+    let selection = Selection { tier: Some(tier), ..Selection::default() };
+    let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
+    gpu
+}
+
+/// A renderer on the tier's device that scatters tiny particles, as on a GPU.
+pub(crate) fn renderer(tier: Tier) -> Renderer {
+    let mut renderer = Renderer::on(gpu(tier)).unwrap();
+    renderer.configure(|config| config.scatter_tiny = true);
+    renderer
+}
+
+pub(crate) fn pipeline(gpu: &Gpu) -> Pipeline {
+    let config = Config::new(gpu.tier, &gpu.adapter);
+    Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap()
 }
 
 /// A frame with its maps; tiny particles take the scatter path, as on a GPU.
@@ -22,17 +44,11 @@ pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
     render_tiny(tier, scene, true)
 }
 
-/// A frame with its maps; tiny particles take the scatter path or not. The tier's device and
-/// kernels are made once and shared by all tests.
+/// A frame with its maps; tiny particles take the scatter path or not.
 pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
     static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
-    let renderer = RENDERERS[tier as usize].get_or_init(|| {
-        let selection = Selection { tier: Some(tier), ..Selection::default() };
-        let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
-        Mutex::new(Renderer::on(gpu).unwrap())
-    });
-    let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
+    let own = RENDERERS[tier as usize].get_or_init(|| Mutex::new(renderer(tier)));
+    let mut renderer = own.lock().unwrap_or_else(PoisonError::into_inner);
     renderer.configure(|config| config.scatter_tiny = scatter);
     let options = RenderOptions { maps: true, ..RenderOptions::default() };
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))

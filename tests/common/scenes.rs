@@ -2,8 +2,8 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, ClusterSettings, Light, LightKind, Material, Part, Particle, Projection,
-        ShadowSettings, Transfer, Triangle, View,
+        Camera, Light, LightKind, Material, Part, Particle, Projection, ShadowSettings, Transfer,
+        Triangle, View,
     },
     scene::Scene,
 };
@@ -57,8 +57,6 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
             size: UVec2::new(64, 64),
         },
         shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
-        clusters: ClusterSettings::default(),
-        lights: Vec::new(),
         materials,
         textures: Vec::new(),
         motions: Vec::new(),
@@ -66,8 +64,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         triangles: Vec::new(),
         ambient: Vec3::ZERO,
         background: Vec3::ZERO,
-        air: None,
-        skipped: Default::default(),
+        ..Scene::empty()
     }
 }
 

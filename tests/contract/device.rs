@@ -1,5 +1,5 @@
 //! Devices: tiers, read-back, and errors that are values.
-use crate::common::gpu;
+use crate::common::{gpu, own_gpu};
 use gobo::{
     error::Error,
     gpu::{Backend, Gpu, NATIVE_FEATURES, Selection, Tier},
@@ -17,7 +17,7 @@ fn core_asks_for_nothing() {
 
 #[test]
 fn native_has_every_feature_of_its_kernels() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Native);
     assert_eq!(gpu.has(NATIVE_FEATURES), gpu.tier == Tier::Native, "{}", gpu.tier_reason);
 }
 
@@ -26,7 +26,7 @@ fn names_and_backends_select() {
     let open = |backend, name: &str| {
         Gpu::new(&Selection { backend, adapter: Some(name.to_owned()), tier: None })
     };
-    let name = gpu().adapter.name;
+    let name = gpu(Tier::Native).adapter.name;
     assert_eq!(open(Backend::Auto, &name.to_uppercase()).unwrap().adapter.name, name);
     match open(Backend::Auto, "no such adapter") {
         Err(Error::Adapter { wanted: Some(wanted), found }) => {
@@ -40,7 +40,7 @@ fn names_and_backends_select() {
 
 #[test]
 fn texels_come_back_as_they_went() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Native);
     // Rows of 7 texels are not a multiple of the copy's row pitch.
     let texels: Vec<[u32; 2]> = (0..7 * 5 * 3).map(|i| [i, !i]).collect();
     let texture = gpu.texture_array("texels", [7, 5, 3], wgpu::TextureFormat::Rg32Uint);
@@ -54,7 +54,7 @@ fn texels_come_back_as_they_went() {
 
 #[test]
 fn a_refused_command_is_an_error_once() {
-    let gpu = gpu();
+    let gpu = own_gpu(Tier::Native);
     let usage = wgpu::BufferUsages::STORAGE;
     let unreadable = gpu.upload("unreadable", &[1u32; 4], usage);
     assert!(gpu.check().is_ok());

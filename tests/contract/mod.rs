@@ -6,3 +6,4 @@ mod layout;
 mod mirrors;
 mod recording;
 mod shaders;
+mod uniform_branches;

@@ -1,12 +1,12 @@
 //! What a frame costs beside its kernels: nothing. `record` has neither device nor queue to ask; the
 //! counters of wgpu say that nothing is made on the way all the same.
 use crate::common::{
-    TIERS,
+    TIERS, own_gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    gpu::{Gpu, Selection, Tier, Timeline},
+    gpu::{Gpu, Tier, Timeline},
     model::{LightKind, Material, Pattern, Transfer, View},
     picture::PictureRoom,
     scene::Scene,
@@ -103,9 +103,7 @@ fn cases() -> Vec<Case> {
 }
 
 fn open(tier: Tier) -> (Gpu, Pipeline) {
-    let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() });
-    let gpu = gpu.unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
+    let gpu = own_gpu(tier);
     let mut config = Config::new(gpu.tier, &gpu.adapter);
     config.scatter_tiny = true; // as on a GPU
     let pipeline = Pipeline::new(&gpu.device, config).unwrap();

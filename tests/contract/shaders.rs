@@ -1,6 +1,6 @@
 //! Every kernel is valid on its tier and knows all its overrides; every declaration is some
 //! kernel's, and says where its names come from.
-use crate::common::{gpu, parse, wgsl_files};
+use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     gpu::{Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier, words},
     stage::{KERNELS, bin, curve, sort::SERIAL_SCATTER, variants},
@@ -173,7 +173,7 @@ fn a_refused_kernel_names_file_and_line() {
         Choice::new("visit", "hit/dither.wgsl"),
     ];
     let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };
-    let gpu = gpu();
+    let gpu = own_gpu(Tier::Core);
     let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[], &[]).unwrap_err().to_string();
     let (_, list) = wgsl_files().into_iter().find(|(path, _)| path == "curve/list.wgsl").unwrap();
     let line = 1 + list.lines().position(|line| line.starts_with("fn add_node(")).unwrap();
@@ -188,7 +188,7 @@ fn a_refused_kernel_names_file_and_line() {
 /// Resources are found by name: one that is missing, or is something else, is an error.
 #[test]
 fn wrong_resources_are_errors() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     let kernel = Kernel::new(&gpu.device, &bin::SCAN, Tier::Core, &[], &[]).unwrap();
     let buffer = |usage| gpu.upload("buffer", &[0_u32; 16], usage);
     let (uniform, storage) = (buffer(BufferUsages::UNIFORM), buffer(BufferUsages::STORAGE));

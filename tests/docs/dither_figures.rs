@@ -85,6 +85,7 @@ fn stated_flicker_is_measured() {
 
 /// What a frame does for each caster: the pairs that are walked and the tiles' segments.
 #[test]
+#[ignore = "a hundred thousand casters: make test-all"]
 fn work_per_caster_is_flat() {
     let per_caster = |count: u32, transfer: Transfer| {
         let scene = duplicates(count, transfer);
@@ -106,13 +107,4 @@ fn duplicates(count: u32, transfer: Transfer) -> Scene {
     scene.lights = vec![Light { kind, ..crate::common::scenes::light(kind) }];
     scene.shadow.size = 32;
     scene
-}
-
-/// The last column of the table: microseconds a caster.
-#[test]
-fn stated_time_per_caster_is_flat() {
-    let times = [10, 100, 1_000, 100_000]
-        .map(|count: u32| *row("cost", &count.to_string()).last().expect("a time"));
-    let (least, most) = times.iter().fold((f32::MAX, 0.0_f32), |(a, b), t| (a.min(*t), b.max(*t)));
-    assert!(least > 0.0 && most / least <= 1.3, "{times:?}");
 }

@@ -1,32 +1,27 @@
 //! Maps that stay from frame to frame: what is rendered again, and that it is the same.
 use crate::common::{
-    TIERS, render,
+    TIERS, gpu, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
     glam::{Mat4, Vec3, Vec4},
-    gpu::{Gpu, Selection, Tier, Timeline},
+    gpu::{Tier, Timeline},
     model::{
         Casters, Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View,
     },
     records::ViewMaps,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
-    shadows::{CasterSet, Config, Pipeline, PreparedMaps},
+    shadows::{CasterSet, Pipeline, PreparedMaps},
     view::light_views,
 };
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// That keeps its maps, and has none yet. Devices and kernels are made once.
+/// That keeps its maps, and has none yet.
 fn renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
-    let renderer = RENDERERS[tier as usize].get_or_init(|| {
-        let selection = Selection { tier: Some(tier), ..Selection::default() };
-        let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        let mut renderer = Renderer::on(gpu).unwrap();
-        renderer.configure(|config| config.scatter_tiny = true); // as the renderers of `fresh`
-        Mutex::new(renderer)
-    });
+    let renderer =
+        RENDERERS[tier as usize].get_or_init(|| Mutex::new(crate::common::renderer(tier)));
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
     renderer.forget();
     renderer
@@ -188,6 +183,7 @@ fn a_move_renders_only_the_views_that_see_it() {
 
 /// Random changes, each frame held against one that keeps nothing.
 #[test]
+#[ignore = "minutes of compiling kernels: make test-all"]
 fn kept_frames_equal_fresh_ones() {
     let mut chance = Chance::new(1);
     let mut scene = scene();
@@ -313,9 +309,9 @@ fn a_frame_that_needed_more_room_is_kept() {
 /// A host that prepares and does not record loses nothing, and what it records twice stays.
 #[test]
 fn what_was_not_recorded_is_still_to_be_rendered() {
-    let gpu = crate::common::gpu();
+    let gpu = gpu(Tier::Native);
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter)).unwrap();
+    let mut pipeline = crate::common::pipeline(&gpu);
     let scene = scene();
     let Scene { particles, lights, .. } = &scene;
     fn casters<'a>(particles: &'a [Particle], scene: &'a Scene) -> Casters<'a> {

@@ -1,11 +1,10 @@
 //! Groups behind opaque surfaces: what is left out is hidden, and no bit of a map changes.
 use crate::common::{
-    TIERS,
+    TIERS, renderer,
     scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
     glam::{DVec3, Mat4, UVec2, Vec3, Vec4},
-    gpu::{Gpu, Selection},
     model::{Bounds, Light, LightKind, Material, Particle, Receiver, Transfer, Triangle},
     records::GpuView,
     render::{Frame, RenderOptions, Renderer},
@@ -207,13 +206,7 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
 }
 
 fn renderers() -> impl Iterator<Item = Renderer> {
-    TIERS.into_iter().map(|tier| {
-        let selection = Selection { tier: Some(tier), ..Selection::default() };
-        let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        let mut renderer = Renderer::on(gpu).unwrap();
-        renderer.configure(|config| config.scatter_tiny = true);
-        renderer
-    })
+    TIERS.into_iter().map(renderer)
 }
 
 fn rendered(renderer: &mut Renderer, scene: &Scene, hide: bool) -> Frame {

@@ -1,11 +1,11 @@
 //! The kernels against the twin, and what must hold of a whole frame on the GPU.
 use crate::common::{
-    TIERS, render, render_tiny,
+    TIERS, gpu, render, render_tiny,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    gpu::{Gpu, Selection, Tier},
+    gpu::Tier,
     model::{LightKind, Material, Profile, Shape, Transfer},
     records::ViewMaps,
     reference,
@@ -131,8 +131,7 @@ fn gpu_matches_twin_with_plain_discs() {
 /// perspective views; black texels end a walk early.
 #[test]
 fn a_queue_of_discs_changes_no_bit() {
-    let gpu = Gpu::new(&Selection { tier: Some(Tier::Native), ..Selection::default() });
-    let mut renderer = Renderer::on(gpu.unwrap_or_else(|error| panic!("{error}"))).unwrap();
+    let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();
     let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
     scene.lights = lights();
     scene.shadow.size = 80;

@@ -59,7 +59,7 @@ fn golden(name: &str) -> Picture {
     let image = image::open(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let image = image.into_rgb8();
     let size = image.dimensions().into();
-    Picture { size, rgb: image.pixels().map(|pixel| pixel.0).collect() }
+    Picture { size, rgb: image.pixels().map(|pixel| pixel.0).collect(), light: Vec::new() }
 }
 
 #[test]

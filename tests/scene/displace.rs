@@ -76,7 +76,8 @@ fn wrong_displacements_are_named() {
             "[[material]]\nname = \"a\"\n[[shape]]\nkind = \"{kind}\"\nmaterial = \"a\"\n\
              level = {level}\ndisplace = {displace}\n"
         );
-        read(&toml).unwrap_err().to_string()
+        let error = read(&toml).unwrap_err();
+        format!("{error}; {}", error.help().unwrap_or_default())
     };
     let good = "{ amplitude = 0.5 }";
     assert!(error("box", 3, good).contains("only spheres"));

@@ -47,7 +47,7 @@ fn unknown_keys_are_named_with_the_right_one() {
     }
     let (line, _, message, help) =
         fault(&format!("{MATERIAL}[[shape]]\nkind = \"box\"\nmaterial = \"n\""));
-    assert_eq!((line, message.as_str()), (5, "no material is named \"n\""));
+    assert_eq!((line, message.as_str()), (5, "no material is named `n`"));
     assert!(help.contains('m'), "{help}");
 }
 
@@ -176,7 +176,7 @@ fn wrong_values_of_the_command_line_name_it() {
     for (key, value, said) in [
         ("shadow.sise", "512", "sise"),
         ("shadow.size", "8", "size is 8"),
-        ("shadow.size", "big", "u32"),
+        ("shadow.size", "big", "whole number"),
         ("shadow", "1", "shadow"),
         ("camera.size", "[1, 2, 3]", "2 numbers"),
         ("camera.size", "[1, 2", "camera.size"),
@@ -191,7 +191,9 @@ fn wrong_values_of_the_command_line_name_it() {
         let error = read_with("[shadow]\nsize = 64\n", &[(key, value)]).unwrap_err();
         let text = error.to_string();
         assert!(text.contains("scene.toml"), "{text}");
-        assert!(text.contains(&format!("--set {key}={value}")), "{text}");
+        let shown: String = format!("--set {key}").chars().take(60).collect();
+        assert!(text.contains(&shown) && text.contains(&format!("={value}")), "{text}");
+        assert!(text.len() < 1000, "{text}");
         assert!(text.contains(said), "{said}: {text}");
     }
     // A fault of the file keeps its line.

@@ -1,9 +1,14 @@
 //! Scene files, particle files, models, and what is made from them.
+mod alone;
 mod defaults;
 mod displace;
 mod document;
 mod far;
 mod gltf;
+mod gltf_files;
 mod hostile;
+mod limits;
+mod messages;
 mod noise;
 mod particles;
+mod ply;

@@ -219,7 +219,10 @@ fn errors_name_what_is_wrong() {
     let one = "format ascii 1.0\nelement vertex 1\n";
     assert!(ply(&format!("{one}{xyz}end_header\n1 b 3\n")).contains("line 8: `b` is not"));
     assert!(ply(&format!("{one}{xyz}end_header\n1 2\n")).contains("line 8: the row has too few"));
-    assert!(ply(&format!("{one}{xyz}property int x\nend_header\n1 2 3 4\n")).contains("same prop"));
+    assert!(
+        ply(&format!("{one}{xyz}property int x\nend_header\n1 2 3 4\n"))
+            .contains("second property")
+    );
     let missing = std::env::temp_dir().join("gobo-missing.ply");
     let error = load_particles(&missing, &Material::default(), 0, None, 0).unwrap_err();
     assert!(matches!(error, SceneError::Read { .. }));

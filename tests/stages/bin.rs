@@ -2,7 +2,7 @@
 use crate::common::{gpu, scenes::flat_view};
 use gobo::{
     glam::UVec2,
-    gpu::{Gpu, Kernel, Resources, Tier},
+    gpu::{Gpu, Resources, Tier},
     records::{GpuView, MAX_VIEWS, TileRect},
     reference::{
         Pair,
@@ -83,8 +83,9 @@ fn emitted(
     rects: &[TileRect],
     pair_capacity: u32,
 ) -> (Vec<Pair>, Vec<u32>, BatchCounters) {
-    let kernel =
-        |desc, constants: &[_]| Kernel::new(&gpu.device, desc, Tier::Core, &[], constants).unwrap();
+    let kernel = |desc, constants: &[_]| {
+        gpu.kernels.kernel(&gpu.device, desc, Tier::Core, &[], constants).unwrap()
+    };
     let size = [bin::workgroup_size(shape)];
     let [count, scan, emit] =
         [kernel(&bin::COUNT, &size), kernel(&bin::SCAN, &[]), kernel(&bin::EMIT, &size)];
@@ -149,7 +150,7 @@ fn emitted(
 /// The kernels' pairs and overflow on both shapes, on counts that leave lanes and runs unfilled.
 #[test]
 fn both_shapes_emit_what_the_twin_emits() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     for (count, capacity) in [(1, 64), (7, 64), (700, 1 << 12), (70_001, 1 << 19), (5000, 9000)] {
         let rects = scattered_rects(count);
         let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;

@@ -5,6 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
+    gpu::Tier,
     model::{LightKind, Transfer, Triangle},
     records::ViewMaps,
     reference,
@@ -79,6 +80,18 @@ fn small_and_large_triangles_match_the_twin() {
     let mut triangles = shards(2048, 0.1, 1, 5);
     triangles.extend(shards(256, 0.3, 2, 6));
     assert_matches_twin(&lit(triangles), "with cutout ones");
+}
+
+/// A tenth of the triangles missing is more than rounding.
+#[test]
+fn missing_triangles_are_noticed() {
+    for (count, size) in [(3000, 0.1), (300, 2.0)] {
+        let mut scene = lit(shards(count, size, 1, 1));
+        let (expected, _) = reference::render_maps(&scene, &shadow_views(&scene));
+        scene.triangles.truncate(count as usize * 9 / 10);
+        let apart = share_apart(&render(Tier::Native, &scene).maps, &expected);
+        assert!(apart > GRAZED, "{count} triangles: {apart}");
+    }
 }
 
 /// Every texel of a wall made of small triangles is blocked, by one depth.

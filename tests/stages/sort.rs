@@ -1,6 +1,6 @@
 use crate::common::gpu;
 use gobo::{
-    gpu::Gpu,
+    gpu::{Gpu, Tier},
     model::MAX_PAIRS,
     reference::{self, Pair},
     stage::sort::{
@@ -115,9 +115,9 @@ fn digits_are_even_and_cover_the_bits() {
 
 #[test]
 fn gpu_matches_cpu() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     for shape in SHAPES {
-        let sort = Sort::new(&gpu.device, shape).unwrap();
+        let sort = Sort::sharing(&gpu.device, shape, &gpu.kernels).unwrap();
         for count in [0, 1, 63, 64, 65, 1000, 100_003] {
             for bits in [0..12, 0..24, 0..32, 5..14] {
                 if count > 0 || bits.end == 24 {
@@ -130,10 +130,10 @@ fn gpu_matches_cpu() {
 
 #[test]
 fn gpu_sort_is_stable_whatever_the_keys() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     let count = 20_000;
     for shape in SHAPES {
-        let sort = Sort::new(&gpu.device, shape).unwrap();
+        let sort = Sort::sharing(&gpu.device, shape, &gpu.kernels).unwrap();
         check(&gpu, &sort, &with_keys(count, |_| 7), 0..24);
         check(&gpu, &sort, &with_keys(count, |i| count - i), 0..32);
         check(&gpu, &sort, &with_keys(count, |i| i), 0..16);
@@ -144,19 +144,24 @@ fn gpu_sort_is_stable_whatever_the_keys() {
 
 #[test]
 fn a_million_pairs_match() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     for shape in SHAPES {
-        check(&gpu, &Sort::new(&gpu.device, shape).unwrap(), &mixed(1_300_001), 0..16);
+        check(
+            &gpu,
+            &Sort::sharing(&gpu.device, shape, &gpu.kernels).unwrap(),
+            &mixed(1_300_001),
+            0..16,
+        );
     }
 }
 
 #[test]
 fn count_may_stay_below_the_capacity() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     let pairs = mixed(3000);
     let expected = sorted(&pairs, 0..24);
     for shape in SHAPES {
-        let sort = Sort::new(&gpu.device, shape).unwrap();
+        let sort = Sort::sharing(&gpu.device, shape, &gpu.kernels).unwrap();
         for capacity in [3000, 50_000, 2_000_000] {
             let known = SortCount::Known(capacity);
             let found = sort_on(&gpu, &sort, &pairs, known, Some(3000), 0..24);
@@ -194,12 +199,12 @@ fn partitions_of_the_capacity_hold_those_of_any_count() {
 /// A count past the capacity: the first `capacity` pairs are sorted, none is written past them.
 #[test]
 fn count_past_the_capacity_is_the_capacity() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     let pairs = mixed(3000);
     let expected = sorted(&pairs[..2000], 0..16);
     let counts = gpu.upload("counts", &[u32::MAX], wgpu::BufferUsages::STORAGE);
     for shape in SHAPES {
-        let sort = Sort::new(&gpu.device, shape).unwrap();
+        let sort = Sort::sharing(&gpu.device, shape, &gpu.kernels).unwrap();
         let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 2000 };
         let found = sort_on(&gpu, &sort, &pairs, counted, None, 0..16);
         // Two passes: the result lies where the pairs were, with the unsorted ones behind.
@@ -210,9 +215,9 @@ fn count_past_the_capacity_is_the_capacity() {
 
 #[test]
 fn too_many_pairs_are_refused() {
-    let gpu = gpu();
+    let gpu = gpu(Tier::Core);
     let view = gpu.texture("pairs", [1, 1], PAIR_FORMAT).create_view(&Default::default());
-    let sort = Sort::new(&gpu.device, Shape::Serial).unwrap();
+    let sort = Sort::sharing(&gpu.device, Shape::Serial, &gpu.kernels).unwrap();
     let limit = pair_limit(&gpu.device);
     let count = SortCount::Known(limit + 1);
     let error = sort.bind(&gpu.device, [&view, &view], count, 0..8).unwrap_err();

@@ -7,7 +7,7 @@ import package::bind::loaded::pairs;
 import package::bind::stored::tiles;
 import package::bind::uniform::{bin_params, views};
 import package::records::dispatch::{MERGED_DISPATCH, SEGMENT_DISPATCH};
-import package::records::record::record_texel;
+import package::records::record::{bounded, record_texel};
 import package::records::tile::{Segment, Tile, tile_record};
 
 override WORKGROUP_SIZE: u32;
@@ -35,7 +35,8 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var view = 0u;
-    for (var i = 1u; i < bin_params.view_count; i += 1u) {
+    let view_count = bounded(bin_params.view_count, textureDimensions(tiles));
+    for (var i = 1u; i < view_count; i += 1u) {
         view = select(view, i, views[i].first_tile <= tile);
     }
     let range = pair_range(tile);

@@ -6,7 +6,7 @@ import package::bind::sampled::{cells, reaches};
 import package::bind::stored::masks;
 import package::bind::uniform::cluster_params;
 import package::records::cluster::REACH_TEXELS;
-import package::records::record::record_texel;
+import package::records::record::{bounded, record_texel};
 
 override WORKGROUP_SIZE: u32;
 
@@ -67,9 +67,11 @@ fn cluster_count(@builtin(global_invocation_id) id: vec3<u32>) {
     let low = vec3(min(x.x * z.x, x.x * z.y), min(y.x * z.x, y.x * z.y), z.x);
     let high = vec3(max(x.y * z.x, x.y * z.y), max(y.y * z.x, y.y * z.y), z.y);
     var count = 0u;
-    for (var word = 0u; word < cluster_params.word_count; word += 1u) {
+    let word_count = bounded(cluster_params.word_count, textureDimensions(masks));
+    let light_count = bounded(cluster_params.light_count, textureDimensions(reaches));
+    for (var word = 0u; word < word_count; word += 1u) {
         let first = word * 32u;
-        let end = min(cluster_params.light_count - first, 32u);
+        let end = min(light_count - first, 32u);
         var bits = 0u;
         for (var i = 0u; i < end; i += 1u) {
             bits |= select(0u, 1u << i, reaches_box(first + i, low, high));

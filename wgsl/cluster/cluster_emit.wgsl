@@ -7,7 +7,7 @@ import package::bind::sampled::masks;
 import package::bind::stored::clusters;
 import package::bind::uniform::cluster_params;
 import package::records::cluster::ALL_LIGHTS;
-import package::records::record::record_texel;
+import package::records::record::{bounded, record_texel};
 
 override WORKGROUP_SIZE: u32;
 
@@ -21,7 +21,8 @@ fn cluster_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     let fits = offset != ALL_LIGHTS;
     let first = 2u * cluster_params.cluster_count + offset;
     var count = 0u;
-    for (var word = 0u; word < cluster_params.word_count; word += 1u) {
+    let word_count = bounded(cluster_params.word_count, textureDimensions(masks));
+    for (var word = 0u; word < word_count; word += 1u) {
         var bits = textureLoad(masks, record_texel(cluster * cluster_params.word_count + word), 0).r;
         while fits && bits != 0u {
             let light = word * 32u + firstTrailingBit(bits);

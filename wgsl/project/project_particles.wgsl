@@ -125,7 +125,7 @@ fn project_particles(
     }
     let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
     // Opaque depths know tiles only.
-    let scatter = project_params.scatter == 1u && material.transfer < TRANSFER_OPAQUE && !is_beside;
+    let scatter = (project_params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE) & !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
     // The nearest point of a plane that faces the light is its centre.
     let least = distance_key(view, length(center) - select(0.0, depth_reach, is_puff));

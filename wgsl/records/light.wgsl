@@ -42,6 +42,10 @@ struct PictureParams {
     slices_per_doubling: f32,
     colored: u32,     // 1 where opaque depths are by channel
     air_slices: u32,  // 0: the air is clear
+    exposure: f32,    // light is shown so much brighter
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
 }
 
 fn light_record(index: u32) -> GpuLight {

@@ -5,7 +5,7 @@
 import package::bind::changed::pixels;
 import package::bind::sampled::{layers, lit, seen_pixels};
 import package::bind::stored::radiance;
-import package::bind::uniform::{band, views};
+import package::bind::uniform::{band, picture_params, views};
 import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
 import package::records::light::cluster_list;
 import package::records::point::{POINT_NONE, load_point};
@@ -72,7 +72,7 @@ fn shade_composite(
         light = color + bitcast<vec3<f32>>(passed) * light;
     }
     textureStore(radiance, at.pixel, vec4(light, depth));
-    var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(light)), 1.0));
+    var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(light * picture_params.exposure)), 1.0));
     if COUNT_COST {
         cost = min(cost, vec2(0xffffu));
         shown = cost.x | (cost.y << 16u);

@@ -6,11 +6,12 @@
 import package::bind::changed::carried;
 import package::bind::sampled::{seen_pixels, tiles};
 import package::bind::stored::layers;
-import package::bind::uniform::{band, views};
+import package::bind::uniform::band;
 import package::features::{HAS_TRIANGLES, HAS_VOLUMES};
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, band_pixel};
+import package::shade::camera::camera;
 import package::shade::cost::walked;
 import package::shade::fog::{inside, reached};
 import package::shade::layer::{LAYER_TEXELS, packed_pane, pane_of};
@@ -63,7 +64,7 @@ fn shade_layers(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let view = views[0];
+    let view = camera();
     let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
     let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
     let first = tile.first + band.round * ROUND_LENGTH;

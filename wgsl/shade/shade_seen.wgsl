@@ -6,10 +6,11 @@
 import package::bind::changed::carried;
 import package::bind::sampled::tiles;
 import package::bind::stored::seen_pixels;
-import package::bind::uniform::{band, views};
+import package::bind::uniform::band;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, band_pixel};
+import package::shade::camera::camera;
 import package::shade::cost::walked;
 import package::state::seen::{nearest, seen, setup_of, start};
 import package::walk::lane::LANES;
@@ -21,7 +22,7 @@ fn shade_seen(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let view = views[0];
+    let view = camera();
     let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
     let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
     let first = tile.first + band.round * ROUND_LENGTH;

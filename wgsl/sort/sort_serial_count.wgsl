@@ -32,7 +32,8 @@ fn sort_serial_count(@builtin(global_invocation_id) id: vec3<u32>) {
         let key = textureLoad(pairs, texel_from_pair(i)).x;
         counters[(key >> shift) & mask] += 1u;
     }
-    for (var digit = 0u; digit <= mask; digit += 1u) {
+    let digits = min(sort_pass.digit_count, textureDimensions(histograms).y);
+    for (var digit = 0u; digit < digits; digit += 1u) {
         textureStore(histograms, vec2(id.x, digit), vec4(counters[digit], 0u, 0u, 0u));
     }
 }

@@ -26,7 +26,8 @@ fn sort_serial_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     let mask = sort_pass.digit_count - 1u;
 
     var smaller = 0u;
-    for (var digit = 0u; digit <= mask; digit += 1u) {
+    let digits = min(sort_pass.digit_count, textureDimensions(histograms).y);
+    for (var digit = 0u; digit < digits; digit += 1u) {
         places[digit] = smaller + textureLoad(histograms, vec2(id.x, digit)).x;
         smaller += textureLoad(histograms, vec2(digit, TOTAL_ROW)).x;
     }

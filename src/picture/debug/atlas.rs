@@ -25,7 +25,8 @@ pub(crate) fn atlas(gpu: &Gpu, maps: &Maps, views: &[View]) -> Result<Picture, E
     let layers = layer.depth_or_array_layers;
     let columns = (1..=layers).find(|columns| columns * columns >= layers).unwrap_or(1);
     let size = shown * UVec2::new(columns, layers.div_ceil(columns));
-    let mut image = Picture { size, rgb: vec![FREE; size.element_product() as usize] };
+    let rgb = vec![FREE; size.element_product() as usize];
+    let mut image = Picture { size, rgb, light: Vec::new() };
     for (view, place) in views.iter().zip(&maps.places) {
         let corner = shown * UVec2::new(place.layer % columns, place.layer / columns);
         let rectangle = tiles_of(view.size) * TILE_SIZE;

@@ -52,7 +52,7 @@ pub(crate) fn cascades(
         let luminance = 40.0 + 0.84 * (0.2126 * r + 0.7152 * g + 0.0722 * b);
         color.map(|c| (c * luminance) as u8)
     });
-    Ok(Picture { size: picture.size, rgb: rgb.collect() })
+    Ok(Picture { size: picture.size, rgb: rgb.collect(), light: Vec::new() })
 }
 
 /// Whether the view's map has what surrounds a point.

@@ -56,7 +56,7 @@ pub(super) fn draw(picture: &Picture, values: &[Heat], title: &str) -> Picture {
         // Half of a colour shows, however dark the picture.
         color.map(|c| (f32::from(c) * (0.5 + 0.5 * luminance / 255.0)) as u8)
     });
-    let mut image = Picture { size: picture.size, rgb: pixels.collect() };
+    let mut image = Picture { size: picture.size, rgb: pixels.collect(), light: Vec::new() };
     legend(&mut image, title, end, overflow);
     image
 }
@@ -117,7 +117,8 @@ mod tests {
     use super::*;
 
     fn grey(size: UVec2) -> Picture {
-        Picture { size, rgb: vec![[255; 3]; size.element_product() as usize] }
+        let rgb = vec![[255; 3]; size.element_product() as usize];
+        Picture { size, rgb, light: Vec::new() }
     }
 
     #[test]

@@ -63,5 +63,5 @@ pub(crate) fn cost(picture: &Picture, costs: &[[u16; 2]]) -> Picture {
         let values: Vec<_> = costs.iter().map(|cost| Heat::Value(cost[i].into())).collect();
         heat::draw(picture, &values, titles[i]).rgb
     });
-    Picture { size: picture.size * UVec2::new(1, 2), rgb: panels.concat() }
+    Picture { size: picture.size * UVec2::new(1, 2), rgb: panels.concat(), light: Vec::new() }
 }

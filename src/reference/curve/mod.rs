@@ -356,9 +356,24 @@ fn loaded_channel(bits: u32, gain: bool) -> f32 {
 }
 
 impl CurveMap {
+    pub fn texel_count(&self) -> usize {
+        self.packed.len() / self.nodes.max(1)
+    }
+
+    fn nodes_of(&self, texel: usize) -> &[PackedNode] {
+        &self.packed[texel * self.nodes..][..self.nodes]
+    }
+
     /// Light that reaches light depth `z` of texel number `texel`.
     pub fn light_at(&self, texel: usize, z: f32) -> Vec3 {
-        let first = texel * self.nodes;
-        light_at(&self.packed[first..first + self.nodes], z, self.gain)
+        light_at(self.nodes_of(texel), z, self.gain)
+    }
+
+    /// The ramps of a texel, nearest first: where each starts and ends [light depth], and the light
+    /// behind it.
+    pub fn ramps(&self, texel: usize) -> impl Iterator<Item = (f32, f32, Vec3)> {
+        let ramps = self.nodes_of(texel).iter().map(|&node| unpack(node, self.gain));
+        let used = ramps.filter(|&(start, ..)| start > 0.0);
+        used.map(|(start, length, light)| (start / DEPTHS, (start + length) / DEPTHS, light))
     }
 }

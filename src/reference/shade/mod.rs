@@ -49,11 +49,15 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
         eye.composite(&clear, &lit, index, &tile, &surfaces)
     });
     let size = scene.camera.size;
-    let mut picture = Picture { size, rgb: vec![[0; 3]; (size.x * size.y) as usize] };
+    let count = (size.x * size.y) as usize;
+    let mut picture = Picture { size, rgb: vec![[0; 3]; count], light: vec![[0.0; 3]; count] };
+    let exposure = scene.exposure.exp2();
     for (index, colors) in tiles.iter().enumerate() {
         for (place, pixel) in Tile::new(&view, index as u32).texels() {
             let at = pixel.as_uvec2();
-            picture.rgb[(at.y * size.x + at.x) as usize] = to_screen(colors[place]);
+            let index = (at.y * size.x + at.x) as usize;
+            picture.light[index] = colors[place].to_array();
+            picture.rgb[index] = to_screen(colors[place] * exposure);
         }
     }
     picture

@@ -3,19 +3,19 @@
 mod reach;
 
 use crate::common::{
-    TIERS,
+    TIERS, gpu, pipeline,
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
     error::Error,
     glam::{UVec2, Vec2, Vec3, Vec4},
-    gpu::{Gpu, Selection, Tier, Timeline},
+    gpu::{Gpu, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
     picture::{PictureRoom, PreparedPicture},
     records::{ClusterCounters, Grid, Picture, Reach},
     reference::cluster::{Clusters, assign},
     scene::Scene,
-    shadows::{CasterSet, Config, Pipeline},
+    shadows::{CasterSet, Pipeline},
     view::shadow_views,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -38,9 +38,8 @@ fn on_device<T>(
 ) -> Result<T, Error> {
     static PIPELINES: [OnceLock<(Gpu, Mutex<Pipeline>)>; 2] = [OnceLock::new(), OnceLock::new()];
     let (gpu, pipeline) = PIPELINES[tier as usize].get_or_init(|| {
-        let selection = Selection { tier: Some(tier), ..Selection::default() };
-        let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
-        let pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter)).unwrap();
+        let gpu = gpu(tier);
+        let pipeline = pipeline(&gpu);
         (gpu, Mutex::new(pipeline))
     });
     let mut pipeline = pipeline.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,0 +1,111 @@
+//! Items of an accessor, read where they lie: what is not used costs nothing, however often a file
+//! names it.
+use super::{SceneError, gltf_file::File};
+use ::gltf::accessor::DataType;
+
+/// An accessor whose items are all within its buffers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Items<'a> {
+    /// Zeros where there is none.
+    base: Option<Rows<'a>>,
+    /// Sorted indices, and the items that take the place of those.
+    sparse: Option<(Rows<'a>, Rows<'a>)>,
+    pub(super) count: usize,
+    data_type: DataType,
+}
+
+/// Runs of bytes at even distances.
+#[derive(Clone, Copy, Debug)]
+struct Rows<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    size: usize,
+    count: usize,
+}
+
+impl<'a> Rows<'a> {
+    fn get(&self, i: usize) -> &'a [u8] {
+        &self.bytes[i * self.stride..][..self.size]
+    }
+
+    /// Little-endian.
+    fn index(&self, i: usize) -> usize {
+        self.get(i).iter().rev().fold(0, |number, &byte| number << 8 | usize::from(byte))
+    }
+}
+
+impl File {
+    /// `accessor` must have been checked.
+    pub(super) fn items(&self, accessor: &gltf::Accessor<'_>) -> Result<Items<'_>, SceneError> {
+        let (size, count) = (accessor.size(), accessor.count());
+        let rows = |view: &gltf::buffer::View<'_>, offset: usize, size: usize, count: usize| {
+            let bytes = &self.view(view)?[offset..];
+            Ok(Rows { bytes, stride: view.stride().unwrap_or(size), size, count })
+        };
+        let base = match accessor.view() {
+            None => None,
+            Some(view) => Some(rows(&view, accessor.offset(), size, count)?),
+        };
+        let sparse = match accessor.sparse() {
+            None => None,
+            Some(sparse) => {
+                let (indices, values) = (sparse.indices(), sparse.values());
+                let index_size = indices.index_type().size();
+                let indices = rows(&indices.view(), indices.offset(), index_size, sparse.count())?;
+                Some((indices, rows(&values.view(), values.offset(), size, sparse.count())?))
+            }
+        };
+        Ok(Items { base, sparse, count, data_type: accessor.data_type() })
+    }
+}
+
+impl<'a> Items<'a> {
+    /// `None` for one of zeros.
+    fn bytes(&self, i: usize) -> Option<&'a [u8]> {
+        if let Some((indices, values)) = &self.sparse {
+            let place = first_from(indices.count, |at| indices.index(at) >= i);
+            if place < indices.count && indices.index(place) == i {
+                return Some(values.get(place));
+            }
+        }
+        self.base.map(|base| base.get(i))
+    }
+
+    /// The first components of item `i`; whole numbers are normalized.
+    pub(super) fn floats<const N: usize>(&self, i: usize) -> [f32; N] {
+        let Some(bytes) = self.bytes(i) else { return [0.0; N] };
+        std::array::from_fn(|c| match self.data_type {
+            DataType::U8 => f32::from(bytes[c]) / 255.0,
+            DataType::I8 => (f32::from(bytes[c].cast_signed()) / 127.0).max(-1.0),
+            DataType::U16 => f32::from(u16::from_le_bytes(part(bytes, c))) / 65535.0,
+            DataType::I16 => (f32::from(i16::from_le_bytes(part(bytes, c))) / 32767.0).max(-1.0),
+            DataType::U32 => u32::from_le_bytes(part(bytes, c)) as f32,
+            DataType::F32 => f32::from_le_bytes(part(bytes, c)),
+        })
+    }
+
+    /// Item `i` of whole numbers.
+    pub(super) fn whole(&self, i: usize) -> usize {
+        let bytes = self.bytes(i).unwrap_or_default();
+        bytes.iter().rev().fold(0, |number, &byte| number << 8 | usize::from(byte))
+    }
+}
+
+/// Component `c` of an item.
+fn part<const N: usize>(bytes: &[u8], c: usize) -> [u8; N] {
+    std::array::from_fn(|i| bytes[c * N + i])
+}
+
+/// Number of the first of `count` that `holds`, where all after it do too.
+fn first_from(count: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = low.midpoint(high);
+        if holds(middle) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    low
+}

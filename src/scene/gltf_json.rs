@@ -1,0 +1,150 @@
+//! The JSON of a glTF file, made ready for the `gltf` crate, which refuses some of what is valid and
+//! passes over some of what matters.
+use super::error::quoted;
+use serde_json::{Map, Value};
+use std::collections::BTreeSet;
+
+/// Extensions that are read here or by the crate.
+pub(super) const EXTENSIONS: [&str; 9] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_texture_transform",
+];
+
+/// What the file uses and nobody reads.
+pub(super) type Ignored = BTreeSet<String>;
+
+/// What is wrong, and the remedy.
+pub(super) type Fault = (String, &'static str);
+
+const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
+
+/// Parses and tidies; the extensions that are ignored.
+pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
+    let mut root: Value = serde_json::from_slice(bytes)
+        .map_err(|error| (format!("not valid JSON: {error}"), EXPORT_AGAIN))?;
+    check_version(&root)?;
+    let ignored = extensions(&mut root)?;
+    remove_extras(&mut root);
+    if let Some(scenes) = list(&mut root, "scenes") {
+        for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    pick_sources(&mut root);
+    Ok((root, ignored))
+}
+
+fn list<'a>(root: &'a mut Value, key: &str) -> Option<&'a mut Vec<Value>> {
+    root.get_mut(key)?.as_array_mut()
+}
+
+/// A file of a later version says with `minVersion` whether it can be read as 2.0.
+fn check_version(root: &Value) -> Result<(), Fault> {
+    let word = |key| root.get("asset").and_then(|asset| asset.get(key)).and_then(Value::as_str);
+    let Some(version) = word("version") else {
+        return Err(("has no asset.version".to_owned(), EXPORT_AGAIN));
+    };
+    let number = |version: &str| {
+        let (major, minor) = version.split_once('.')?;
+        Some((major.parse::<u32>().ok()?, minor.parse::<u32>().ok()?))
+    };
+    let least =
+        word("minVersion").unwrap_or(if version.starts_with("2.") { "2.0" } else { version });
+    match number(least) {
+        Some((2, 0)) => Ok(()),
+        _ => Err((format!("needs glTF {}", quoted(least)), "export it as glTF 2.0")),
+    }
+}
+
+fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
+    let is_read = |name: &str| EXTENSIONS.contains(&name);
+    let is_splat = |name: &&String| name.starts_with("KHR_gaussian_splatting");
+    let names = |root: &Value, key: &str| -> Vec<String> {
+        let words = root.get(key).and_then(Value::as_array).into_iter().flatten();
+        words.filter_map(Value::as_str).map(str::to_owned).collect()
+    };
+    if let Some(name) = names(root, "extensionsUsed").iter().find(is_splat) {
+        let message = format!("holds anisotropic Gaussians (splats): it uses {}", quoted(name));
+        return Err((message, "gobo has no such casters: export meshes"));
+    }
+    if let Some(name) = names(root, "extensionsRequired").iter().find(|name| !is_read(name)) {
+        let message = format!("requires {}, which gobo does not read", quoted(name));
+        return Err((message, "export without compression or optional extensions"));
+    }
+    // The crate refuses files that require what only we read.
+    if let Some(root) = root.as_object_mut() {
+        root.remove("extensionsRequired");
+    }
+    Ok(names(root, "extensionsUsed").into_iter().filter(|name| !is_read(name)).collect())
+}
+
+/// They may be of any type; the crate knows objects only.
+fn remove_extras(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(remove_extras),
+        Value::Object(object) => {
+            object.remove("extras");
+            object.values_mut().for_each(remove_extras);
+        }
+        _ => {}
+    }
+}
+
+/// `EXT_texture_webp` names a texture's image; one without any image is white.
+fn pick_sources(root: &mut Value) {
+    let white = list(root, "images").map_or(0, |images| images.len());
+    let mut needs_white = false;
+    for texture in list(root, "textures").into_iter().flatten().filter_map(Value::as_object_mut) {
+        if let Some(source) = webp_source(texture) {
+            texture.insert("source".to_owned(), source);
+        } else if !texture.contains_key("source") {
+            texture.insert("source".to_owned(), white.into());
+            needs_white = true;
+        }
+    }
+    if needs_white && let Some(root) = root.as_object_mut() {
+        let images = root.entry("images").or_insert_with(|| Value::Array(Vec::new()));
+        if let Some(images) = images.as_array_mut() {
+            images.push(serde_json::json!({ "uri": WHITE }));
+        }
+    }
+}
+
+fn webp_source(texture: &Map<String, Value>) -> Option<Value> {
+    texture.get("extensions")?.get("EXT_texture_webp")?.get("source").cloned()
+}
+
+/// A PNG of one white texel.
+const WHITE: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
+
+/// Numbers of the accessors that `EXT_mesh_gpu_instancing` gives a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Instancing {
+    pub(super) translation: Option<usize>,
+    pub(super) rotation: Option<usize>,
+    pub(super) scale: Option<usize>,
+}
+
+/// For each node; empty where no node has instances.
+pub(super) fn instancing(root: &Value) -> Vec<Option<Instancing>> {
+    let of_node = |node: &Value| {
+        let attributes =
+            node.get("extensions")?.get("EXT_mesh_gpu_instancing")?.get("attributes")?;
+        let accessor = |name| attributes.get(name)?.as_u64().map(|index| index as usize);
+        Some(Instancing {
+            translation: accessor("TRANSLATION"),
+            rotation: accessor("ROTATION"),
+            scale: accessor("SCALE"),
+        })
+    };
+    let nodes = root.get("nodes").and_then(Value::as_array).into_iter().flatten();
+    let all: Vec<_> = nodes.map(of_node).collect();
+    if all.iter().all(Option::is_none) { Vec::new() } else { all }
+}

@@ -1,0 +1,28 @@
+//! Images from outside: counted before they are decoded, as a few bytes may promise gigabytes.
+use super::limits::Limit;
+use image::{DynamicImage, ImageDecoder as _, ImageReader, RgbaImage};
+use std::io::Cursor;
+
+/// What is wrong, and the remedy.
+pub(super) type Fault = (String, String);
+
+/// `most`: longest side [texels]. `texels`: of all textures so far; grows by the image's.
+pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, Fault> {
+    let help = || format!("use a PNG, JPEG or WebP of at most {most} texels a side");
+    let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let decoder =
+        reader.map_err(|error| bad(&error))?.into_decoder().map_err(|error| bad(&error))?;
+    let (width, height) = decoder.dimensions();
+    if width > most || height > most {
+        return Err((format!("the image has {width} x {height} texels"), help()));
+    }
+    if width == 0 || height == 0 {
+        return Err(("the image has no texels".to_owned(), help()));
+    }
+    let all = Limit::Texels.grown(*texels, u64::from(width) * u64::from(height));
+    let all = all.map_err(|(message, help)| (message, help.to_owned()))?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| bad(&error))?;
+    *texels = all;
+    Ok(image.into_rgba8())
+}

@@ -1,0 +1,272 @@
+//! The tables of a scene file, one after the other, into a scene.
+use super::{
+    Scene, SceneError, defaults,
+    displace::Displaced,
+    document::{Document, EnvironmentTable, MeshTable, ShapeTable, TextureSource},
+    error::quoted,
+    light_tables,
+    limits::Limit,
+    noise::Animated,
+    particles::FARTHEST,
+    plain::nearest,
+    shapes,
+    source::Source,
+    tables,
+};
+use crate::model::{Material, ShadowSettings, volume};
+use glam::{EulerRot, Mat4, Quat, Vec3};
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+use toml::Spanned;
+
+pub(super) struct Loader<'a> {
+    pub(super) source: &'a Source<'a>,
+    /// Of the scene file.
+    pub(super) folder: PathBuf,
+    pub(super) scene: Scene,
+    /// The file's materials, which come first, by name.
+    names: HashMap<String, u32>,
+    /// Of the file's materials [m].
+    pub(super) radii: Vec<Option<f32>>,
+    /// Textures of the file's materials.
+    pub(super) images: HashMap<PathBuf, u32>,
+    /// Of all textures.
+    pub(super) texels: u64,
+    pub(super) next_id: u32,
+    pub(super) model_camera: Option<super::Camera>,
+}
+
+impl<'a> Loader<'a> {
+    pub(super) fn new(source: &'a Source<'a>, path: &Path) -> Self {
+        Self {
+            source,
+            folder: path.parent().map(Path::to_owned).unwrap_or_default(),
+            scene: defaults::empty_scene(),
+            names: HashMap::new(),
+            radii: Vec::new(),
+            images: HashMap::new(),
+            texels: 0,
+            next_id: 0,
+            model_camera: None,
+        }
+    }
+
+    /// The scene, and the camera of the first model that has one.
+    pub(super) fn finish(self) -> (Scene, Option<super::Camera>) {
+        (self.scene, self.model_camera)
+    }
+
+    pub(super) fn error(
+        &self,
+        table: &Range<usize>,
+        key: &str,
+        message: &str,
+        help: &str,
+    ) -> SceneError {
+        self.source.error_at(table, key, message, help)
+    }
+
+    /// Whether `more` still fit beside `have`.
+    pub(super) fn check_limit(
+        &self,
+        limit: Limit,
+        have: usize,
+        more: usize,
+        (table, key): (&Range<usize>, &str),
+    ) -> Result<(), SceneError> {
+        let grown = limit.grown(have as u64, more as u64);
+        grown.map(|_| ()).map_err(|(message, help)| self.error(table, key, &message, help))
+    }
+
+    pub(super) fn document(&mut self, document: &Document) -> Result<(), SceneError> {
+        let source = self.source;
+        self.scene.shadow = match &document.shadow {
+            Some(table) => tables::shadow(source, table)?,
+            None => ShadowSettings::default(),
+        };
+        if let Some(table) = &document.clusters {
+            self.scene.clusters = tables::clusters(source, table)?;
+        }
+        if let Some(table) = &document.environment {
+            self.environment(table)?;
+        }
+        if let Some(table) = &document.air {
+            self.scene.air = tables::air(source, table)?;
+        }
+        self.lights(document)?;
+        for (index, table) in document.material.iter().enumerate() {
+            let (material, image) = tables::material(source, table)?;
+            self.check_limit(Limit::Materials, index, 1, (&table.span(), "name"))?;
+            let texture = image.map(|image| self.texture(table, image)).transpose()?;
+            if self.names.insert(material.name.clone(), index as u32).is_some() {
+                let message = format!("a second material named {}", quoted(&material.name));
+                let help = "give each material its own name";
+                return Err(self.error(&table.span(), "name", &message, help));
+            }
+            self.radii.push(table.get_ref().radius);
+            self.scene.materials.push(Material { texture, ..material });
+        }
+        for table in &document.particles {
+            self.particles(table)?;
+        }
+        for table in &document.shape {
+            self.shape(table)?;
+        }
+        for table in &document.mesh {
+            let MeshTable { file, translation, rotation, scale } = table.get_ref();
+            let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
+            let path = self.folder.join(file);
+            self.model(&path, transform).map_err(|e| self.named_by(&table.span(), "file", e))?;
+        }
+        Ok(())
+    }
+
+    fn environment(&mut self, table: &Spanned<EnvironmentTable>) -> Result<(), SceneError> {
+        let EnvironmentTable { ambient, background } = table.get_ref();
+        let color = |key, value: &Option<[f32; 3]>, usual: Vec3| match value {
+            None => Ok(usual),
+            Some(rgb) if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) => Ok((*rgb).into()),
+            Some(rgb) => {
+                let message = format!("{key} is {rgb:?}");
+                let help = "light is finite and not negative";
+                Err(self.error(&table.span(), key, &message, help))
+            }
+        };
+        let ambient = color("ambient", ambient, self.scene.ambient)?;
+        let background = color("background", background, self.scene.background)?;
+        (self.scene.ambient, self.scene.background) = (ambient, background);
+        Ok(())
+    }
+
+    fn lights(&mut self, document: &Document) -> Result<(), SceneError> {
+        let mut names = HashSet::new();
+        for (index, table) in document.light.iter().enumerate() {
+            self.check_limit(Limit::Lights, index, 1, (&table.span(), "kind"))?;
+            let light = light_tables::light(self.source, table, index)?;
+            if !names.insert(light.name.clone()) {
+                let message = format!("a second light named {}", quoted(&light.name));
+                let help = "give each light its own name";
+                return Err(self.error(&table.span(), "name", &message, help));
+            }
+            self.scene.lights.push(light);
+        }
+        Ok(())
+    }
+
+    fn texture(
+        &mut self,
+        table: &Spanned<super::document::MaterialTable>,
+        image: TextureSource,
+    ) -> Result<u32, SceneError> {
+        let place = (&table.span(), "texture");
+        match image {
+            TextureSource::File(file) => self.image(&file, place),
+            TextureSource::Noise(noise) => {
+                let index = self.scene.textures.len();
+                self.check_limit(Limit::Textures, index, 1, place)?;
+                let texels = (noise.size * noise.size) as usize;
+                self.check_limit(Limit::Texels, self.texels as usize, texels, place)?;
+                self.texels += texels as u64;
+                let name = format!("noise of {}", table.get_ref().name);
+                self.scene.textures.push(noise.texture(name, 0.0));
+                if noise.moves() {
+                    self.scene.motions.push(Arc::new(Animated { texture: index as u32, noise }));
+                }
+                Ok(index as u32)
+            }
+        }
+    }
+
+    /// Index of a material by its name.
+    pub(super) fn material(&self, span: &Range<usize>, name: &str) -> Result<u32, SceneError> {
+        if let Some(&index) = self.names.get(name) {
+            return Ok(index);
+        }
+        let mut known: Vec<&str> = self.names.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let help =
+            nearest(name, known).unwrap_or_else(|| "add a [[material]] with this name".to_owned());
+        let message = format!("no material is named {}", quoted(name));
+        Err(self.error(span, "material", &message, &help))
+    }
+
+    fn transform(
+        &self,
+        span: &Range<usize>,
+        translation: Option<[f32; 3]>,
+        rotation: Option<[f32; 3]>,
+        scale: Option<[f32; 3]>,
+    ) -> Result<Mat4, SceneError> {
+        let translation = translation.unwrap_or([0.0; 3]);
+        let rotation = rotation.unwrap_or([0.0; 3]);
+        let scale = scale.unwrap_or([1.0; 3]);
+        for (key, values) in
+            [("translation", translation), ("rotation", rotation), ("scale", scale)]
+        {
+            if !values.iter().all(|v| v.is_finite() && v.abs() <= FARTHEST) {
+                let message = format!("{key} is {values:?}");
+                return Err(self.error(span, key, &message, "use finite numbers up to 1e7"));
+            }
+        }
+        if scale.contains(&0.0) {
+            let help = "use a small number to flatten a shape";
+            return Err(self.error(span, "scale", "scale has a 0", help));
+        }
+        let [x, y, z] = rotation.map(f32::to_radians);
+        let turn = Quat::from_euler(EulerRot::XYZ, x, y, z);
+        Ok(Mat4::from_scale_rotation_translation(scale.into(), turn, translation.into()))
+    }
+
+    fn shape(&mut self, table: &Spanned<ShapeTable>) -> Result<(), SceneError> {
+        let ShapeTable { kind, material, level, displace, translation, rotation, scale } =
+            table.get_ref();
+        let level = level.unwrap_or(shapes::SPHERE_LEVEL);
+        if level > shapes::MAX_LEVEL {
+            let help = format!("at most {}", shapes::MAX_LEVEL);
+            let message = format!("level is {level}");
+            return Err(self.error(&table.span(), "level", &message, &help));
+        }
+        let material = self.material(&table.span(), material)?;
+        let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
+        let (have, more) = (self.scene.triangles.len(), shapes::triangles_of(*kind, level));
+        self.check_limit(Limit::Triangles, have, more, (&table.span(), "level"))?;
+        let mut triangles = shapes::shape(*kind, level, transform, material, self.next_id);
+        if let Some(displace) = *displace {
+            if let Some((message, help)) = displace.fault(*kind) {
+                return Err(self.error(&table.span(), "displace", &message, help));
+            }
+            let displaced =
+                Displaced { first_triangle: have, displace, level, world_from_sphere: transform };
+            displaced.set_time(&mut triangles, 0.0);
+            if displace.moves() {
+                self.scene.motions.push(Arc::new(displaced));
+            }
+        }
+        if self.scene.materials[material as usize].is_volume() {
+            if !volume::is_closed(&triangles) {
+                let help = "use a closed shape, or a material without attenuation";
+                let message = "a volume needs an inside";
+                return Err(self.error(&table.span(), "kind", message, help));
+            }
+            volume::turn_outwards(&mut triangles);
+        }
+        self.next_id = self.next_id.wrapping_add(1);
+        let mut corners = triangles.iter().flat_map(|triangle| triangle.positions);
+        if corners.any(|corner| corner.abs().max_element() > FARTHEST) {
+            let help = "move it towards the origin or make it smaller";
+            let message = "the shape reaches beyond 1e7 m";
+            return Err(self.error(&table.span(), "translation", message, help));
+        }
+        self.scene.triangles.extend(triangles);
+        Ok(())
+    }
+}
+
+/// `line` from 1, where there is no scene file to quote.
+pub(super) fn error_of_line(path: &Path, line: usize, message: &str, help: &str) -> SceneError {
+    SceneError::invalid(path, format!("line {line}: {message}"), help)
+}

@@ -1,0 +1,166 @@
+//! The files that a scene names: particles, models and images.
+use super::{
+    SceneError,
+    document::ParticlesTable,
+    generate::Generate,
+    gltf, images,
+    limits::{self, Limit},
+    loader::Loader,
+    particles::{self, FARTHEST},
+    read,
+};
+use crate::model::{Material, Skipped, Texture};
+use glam::Mat4;
+use std::{ops::Range, path::Path};
+use toml::Spanned;
+
+/// Longest side of a texture [texels].
+const MAX_SIDE: u32 = 8192;
+
+impl Loader<'_> {
+    pub(super) fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
+        let ParticlesTable { file, generate, material } = table.get_ref();
+        let id = self.material(&table.span(), material)?;
+        if self.scene.materials[id as usize].is_volume() {
+            let help = "use shape = \"puff\", and no attenuation";
+            let message = "particles have no volume";
+            return Err(self.error(&table.span(), "material", message, help));
+        }
+        match (file, generate) {
+            (Some(file), None) => {
+                let path = self.folder.join(file);
+                self.particle_file(&path, id).map_err(|e| self.named_by(&table.span(), "file", e))
+            }
+            (None, Some(generate)) => self.generated(&table.span(), generate, id),
+            _ => {
+                let message = "particles need either a file or generate";
+                Err(self.error(&table.span(), "file", message, "give one of the two"))
+            }
+        }
+    }
+
+    fn generated(
+        &mut self,
+        table: &Range<usize>,
+        generate: &Generate,
+        material: u32,
+    ) -> Result<(), SceneError> {
+        let wrong = |&(_, value, positive): &(&str, f32, bool)| {
+            !value.is_finite() || value.abs() > FARTHEST || (positive && value <= 0.0)
+        };
+        if let Some((name, value, _)) = generate.numbers().into_iter().find(wrong) {
+            let message = format!("{name} is {value}");
+            let help = "lengths are finite, up to 1e7 and above 0";
+            return Err(self.error(table, "generate", &message, help));
+        }
+        let (have, count) = (self.scene.particles.len(), generate.count() as usize);
+        self.check_limit(Limit::Particles, have, count, (table, "generate"))?;
+        limits::reserve(&mut self.scene.particles, count, "particles", self.source.path())?;
+        let first_id = self.next_id;
+        self.next_id = self.next_id.wrapping_add(generate.count());
+        for particle in generate.particles(material, first_id) {
+            if particle.center.abs().max_element().max(particle.radius) <= FARTHEST {
+                self.scene.particles.push(particle);
+            } else {
+                *self.scene.skipped.entry("too far").or_default() += 1;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn particle_file(&mut self, path: &Path, id: u32) -> Result<(), SceneError> {
+        let material = &self.scene.materials[id as usize];
+        let earlier = self.scene.particles.len() as u64;
+        let radius = self.radii[id as usize];
+        let file = particles::load(path, material, id, radius, self.next_id, earlier)?;
+        let rows = file.particles.len() as u64 + file.skipped.values().sum::<u64>();
+        self.next_id = self.next_id.wrapping_add(rows as u32);
+        if self.scene.particles.is_empty() {
+            self.scene.particles = file.particles;
+        } else {
+            limits::reserve(&mut self.scene.particles, file.particles.len(), "particles", path)?;
+            self.scene.particles.extend(file.particles);
+        }
+        add_skipped(&mut self.scene.skipped, &file.skipped);
+        self.scene.notes.extend(file.notes);
+        Ok(())
+    }
+
+    pub(super) fn model(&mut self, path: &Path, transform: Mat4) -> Result<(), SceneError> {
+        let earlier = gltf::Earlier {
+            materials: self.scene.materials.len(),
+            textures: self.scene.textures.len(),
+            texels: self.texels,
+            triangles: self.scene.triangles.len(),
+            lights: self.scene.lights.len(),
+        };
+        let model = gltf::load(path, transform, &earlier)?;
+        let texels = |t: &Texture| u64::from(t.width) * u64::from(t.height);
+        self.texels += model.textures.iter().map(texels).sum::<u64>();
+        let first_material = self.scene.materials.len() as u32;
+        let first_id = self.next_id;
+        let objects = model.triangles.iter().map(|t| t.id + 1).max().unwrap_or(0);
+        let first_texture = self.scene.textures.len() as u32;
+        self.scene.textures.extend(model.textures);
+        self.scene.materials.extend(model.materials.into_iter().map(|material| Material {
+            texture: material.texture.map(|index| index + first_texture),
+            ..material
+        }));
+        limits::reserve(&mut self.scene.triangles, model.triangles.len(), "triangles", path)?;
+        self.scene.triangles.extend(model.triangles.into_iter().map(|mut triangle| {
+            triangle.material += first_material;
+            triangle.id = triangle.id.wrapping_add(first_id);
+            triangle
+        }));
+        self.next_id = self.next_id.wrapping_add(objects);
+        self.scene.lights.extend(model.lights);
+        self.model_camera = self.model_camera.take().or(model.camera);
+        add_skipped(&mut self.scene.skipped, &model.skipped);
+        self.scene.notes.extend(model.notes);
+        Ok(())
+    }
+
+    /// Reads an image once; its index.
+    pub(super) fn image(
+        &mut self,
+        file: &Path,
+        (table, key): (&Range<usize>, &str),
+    ) -> Result<u32, SceneError> {
+        let path = self.folder.join(file);
+        if let Some(&known) = self.images.get(&path) {
+            return Ok(known);
+        }
+        let index = self.scene.textures.len();
+        self.check_limit(Limit::Textures, index, 1, (table, key))?;
+        let bytes = read::bytes(&path).map_err(|error| self.named_by(table, key, error))?;
+        let image = images::decode(&bytes, MAX_SIDE, &mut self.texels)
+            .map_err(|(message, help)| SceneError::invalid(&path, message, &help))?;
+        let (width, height) = image.dimensions();
+        let (name, rgba) = (path.display().to_string(), image.into_raw());
+        self.scene.textures.push(Texture { name, width, height, rgba });
+        self.images.insert(path, index as u32);
+        Ok(index as u32)
+    }
+
+    /// A file that cannot be read is a fault of the line that names it.
+    pub(super) fn named_by(
+        &self,
+        table: &Range<usize>,
+        key: &str,
+        error: SceneError,
+    ) -> SceneError {
+        match &error {
+            SceneError::Read { .. } => {
+                let help = "paths are relative to the scene file";
+                self.error(table, key, &error.to_string(), help)
+            }
+            _ => error,
+        }
+    }
+}
+
+fn add_skipped(sum: &mut Skipped, more: &Skipped) {
+    for (reason, count) in more {
+        *sum.entry(reason).or_default() += count;
+    }
+}

@@ -1,0 +1,216 @@
+//! The header of a PLY file (Turk 1994): what its body holds, or what is wrong in which line.
+use super::error::quoted;
+use std::collections::HashSet;
+
+/// How numbers of the body are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    /// [bytes]
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    pub(super) fn is_whole(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+
+    fn parse(word: &str) -> Option<Self> {
+        Some(match word {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    One(Scalar),
+    /// A length, then that many items.
+    List {
+        length: Scalar,
+        item: Scalar,
+    },
+}
+
+impl Kind {
+    /// What a row has of it at least [bytes].
+    pub(super) fn least_size(self) -> usize {
+        match self {
+            Self::One(scalar) | Self::List { length: scalar, .. } => scalar.size(),
+        }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Property {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Element {
+    pub(super) name: String,
+    /// Rows.
+    pub(super) count: usize,
+    pub(super) properties: Vec<Property>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Header {
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<Element>,
+    pub(super) lines: usize,
+    /// Where the body starts [bytes].
+    pub(super) length: usize,
+}
+
+/// What is wrong, and the remedy.
+pub(super) type Fault = (String, &'static str);
+
+const WRITE_AGAIN: &str = "write a PLY 1.0 header, from `ply` to `end_header`";
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
+    let mut lines = Lines::new(bytes);
+    if lines.next() != Some("ply") {
+        return Err((at(1, "this is no PLY file: it does not start with `ply`"), WRITE_AGAIN));
+    }
+    let mut encoding = None;
+    let mut elements: Vec<Element> = Vec::new();
+    let mut names = HashSet::new();
+    loop {
+        let Some(line) = lines.next() else {
+            return Err(("the PLY header has no `end_header`".to_owned(), WRITE_AGAIN));
+        };
+        let fault = |problem: String, help| Err((at(lines.count, &problem), help));
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        match words[..] {
+            [] | ["comment" | "obj_info", ..] => {}
+            ["end_header"] => break,
+            ["format", name, version] => {
+                encoding = Some(match name {
+                    "ascii" => Encoding::Ascii,
+                    "binary_little_endian" => Encoding::LittleEndian,
+                    "binary_big_endian" => Encoding::BigEndian,
+                    _ => {
+                        let help = "formats are ascii, binary_little_endian and binary_big_endian";
+                        return fault(format!("no known format: {}", quoted(name)), help);
+                    }
+                });
+                if version != "1.0" {
+                    let problem = format!("PLY version {}", quoted(version));
+                    return fault(problem, "gobo reads PLY 1.0");
+                }
+            }
+            ["element", name, count] => {
+                let Ok(count) = count.parse() else {
+                    let problem = format!("{} is no number of rows", quoted(count));
+                    return fault(problem, "write `element NAME COUNT`");
+                };
+                if elements.iter().any(|known| known.name == name) {
+                    let problem = format!("a second element named {}", quoted(name));
+                    return fault(problem, "rename or remove one of them");
+                }
+                names.clear();
+                elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+            }
+            ["property", ref kind @ .., name] => {
+                let Some(element) = elements.last_mut() else {
+                    return fault("a property before any element".to_owned(), WRITE_AGAIN);
+                };
+                let Some(kind) = parse_kind(kind) else {
+                    let problem = format!("no known type of property: {}", quoted(line));
+                    let help = "types are char, uchar, short, ushort, int, uint, float, double, and \
+                                `list LENGTH ITEM` with a whole number for the length";
+                    return fault(problem, help);
+                };
+                if !names.insert(name) {
+                    let problem = format!("a second property named {}", quoted(name));
+                    return fault(problem, "rename or remove one of them");
+                }
+                element.properties.push(Property { name: name.to_owned(), kind });
+            }
+            _ => return fault(format!("no known line: {}", quoted(line)), WRITE_AGAIN),
+        }
+    }
+    let Some(encoding) = encoding else {
+        return Err(("the PLY header has no `format`".to_owned(), WRITE_AGAIN));
+    };
+    Ok(Header { encoding, elements, lines: lines.count, length: lines.start })
+}
+
+fn at(line: usize, problem: &str) -> String {
+    format!("line {line} of the PLY header: {problem}")
+}
+
+fn parse_kind(words: &[&str]) -> Option<Kind> {
+    match *words {
+        [one] => Scalar::parse(one).map(Kind::One),
+        ["list", length, item] => {
+            let length = Scalar::parse(length).filter(|length| length.is_whole())?;
+            Some(Kind::List { length, item: Scalar::parse(item)? })
+        }
+        _ => None,
+    }
+}
+
+/// Lines that all end as the first one does: a body may start with any byte.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    end: &'static [u8],
+    /// Of the next line [bytes].
+    start: usize,
+    count: usize,
+}
+
+impl<'a> Lines<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        let end: &[u8] = match bytes.get(3..5) {
+            Some([b'\r', b'\n']) => b"\r\n",
+            Some([b'\r', _]) => b"\r",
+            _ => b"\n",
+        };
+        Self { bytes, end, start: 0, count: 0 }
+    }
+
+    /// `None` where no line ends any more. What is not UTF-8 is no known line.
+    fn next(&mut self) -> Option<&'a str> {
+        let rest = &self.bytes[self.start..];
+        let length = rest.windows(self.end.len()).position(|window| window == self.end)?;
+        self.start += length + self.end.len();
+        self.count += 1;
+        let line = &rest[..length];
+        // A comment may have bytes of an older encoding.
+        let text = if line.starts_with(b"comment") { "comment" } else { "?" };
+        Some(str::from_utf8(line).unwrap_or(text).trim_end())
+    }
+}

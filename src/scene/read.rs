@@ -1,0 +1,26 @@
+//! Files from outside.
+use super::SceneError;
+use std::{fs, io, path::Path};
+
+/// All of a plain file. A pipe would never end, and a device has no end.
+pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
+    check(path)?;
+    fs::read(path).map_err(|source| failed(path, source))
+}
+
+/// Whether there is a plain file.
+pub(super) fn check(path: &Path) -> Result<(), SceneError> {
+    let kind = fs::metadata(path).map_err(|source| failed(path, source))?.file_type();
+    if kind.is_file() {
+        return Ok(());
+    }
+    let message = if kind.is_dir() { "is a folder" } else { "is a device or a pipe" };
+    Err(SceneError::invalid(path, message, "name a plain file"))
+}
+
+fn failed(path: &Path, source: io::Error) -> SceneError {
+    if source.kind() == io::ErrorKind::OutOfMemory {
+        return SceneError::memory(path, "no memory for the file");
+    }
+    SceneError::Read { path: path.to_owned(), source }
+}

@@ -1,0 +1,205 @@
+//! The binary where the world is hostile: streams that are full, names that are no text, pipes,
+//! files that a killed run left, adapters that cannot do it.
+use super::commands::{Folder, files};
+use serde_json::Value;
+use std::{fs, process::Command};
+
+fn gobo(folder: &Folder) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gobo"));
+    command.current_dir(&folder.0).env_remove("GOBO_LOG");
+    command
+}
+
+const QUICK: [&str; 4] = ["--backend", "cpu", "--set", "camera.size=[16,8]"];
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_or_closed_standard_error_changes_no_status() {
+    let folder = Folder::new("full");
+    fs::write(folder.0.join("bad.toml"), "[shadow]\nsise = 4\n").unwrap();
+    // Warns, for a name that has to change.
+    let warns = ["render", "scene.toml", "-o", "o", "--maps", "--set", "shadow.size=16"];
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    for (arguments, status) in [
+        (&["check", "bad.toml"][..], 2),
+        (&["render", "bad.toml"], 2),
+        (&["paint"], 2),
+        (&warns, 0),
+    ] {
+        let all: Vec<_> =
+            arguments.iter().chain(if status == 0 { &QUICK[..] } else { &[] }).collect();
+        let found = gobo(&folder).args(&all).stderr(full()).status().unwrap().code();
+        assert_eq!(found, Some(status), "{arguments:?} with a full standard error");
+        let shell = format!("exec \"$0\" \"$@\" 2>&-");
+        let found = Command::new("sh")
+            .args(["-c", &shell, env!("CARGO_BIN_EXE_gobo")])
+            .args(&all)
+            .current_dir(&folder.0)
+            .status()
+            .unwrap()
+            .code();
+        assert_eq!(found, Some(status), "{arguments:?} with a closed standard error");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_whose_name_is_no_text_is_written() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt as _};
+    let folder = Folder::new("bytes");
+    let name = OsStr::from_bytes(b"o\xff");
+    let output = gobo(&folder)
+        .args(["render", "scene.toml", "--json"])
+        .args(QUICK)
+        .arg("-o")
+        .arg(name)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let line: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(line["picture"].as_str().unwrap().ends_with("frame_0000.png"), "{line}");
+    assert!(folder.0.join(name).join("frame_0000.png").is_file());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_scene() {
+    use std::time::{Duration, Instant};
+    let folder = Folder::new("pipe");
+    for name in ["pipe.toml", "pipe.ply", "pipe.glb"] {
+        assert!(Command::new("mkfifo").arg(folder.0.join(name)).status().unwrap().success());
+        let mut child = gobo(&folder).args(["check", name]).spawn().unwrap();
+        let clock = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            if clock.elapsed() > Duration::from_secs(20) {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                panic!("{name}: still waiting for the pipe");
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        assert_eq!(status.code(), Some(2), "{name}");
+    }
+}
+
+#[test]
+fn what_a_killed_run_left_is_removed() {
+    let folder = Folder::new("stray");
+    let out = folder.0.join("o/maps/frame_0000");
+    fs::create_dir_all(&out).unwrap();
+    for stray in ["o/.frame_0007.png.4711.tmp", "o/maps/frame_0000/.sun.0.filter.npy.99.tmp"] {
+        fs::write(folder.0.join(stray), "half").unwrap();
+    }
+    // Another run is writing this one; these are somebody else's.
+    let busy = folder.0.join("o/.frame_0009.png.12.tmp");
+    let lock = fs::File::create(&busy).unwrap();
+    lock.lock().unwrap();
+    for other in ["o/notes.tmp", "o/.notes.tmp", "o/.a.b.tmp"] {
+        fs::write(folder.0.join(other), "mine").unwrap();
+    }
+    let arguments = ["render", "scene.toml", "-o", "o", "--maps", "--set", "shadow.size=16"];
+    let status = gobo(&folder).args(arguments).args(QUICK).status().unwrap();
+    assert_eq!(status.code(), Some(0));
+    let left: Vec<_> = files(&folder.0).into_iter().filter(|name| name.ends_with(".tmp")).collect();
+    assert_eq!(left, ["o/.a.b.tmp", "o/.frame_0009.png.12.tmp", "o/.notes.tmp", "o/notes.tmp"]);
+}
+
+/// Whatever drivers there are: what `info` marks renders, and where it marks none, neither does.
+#[test]
+fn info_and_render_agree_without_vulkan() {
+    let folder = Folder::new("gl");
+    let without = |arguments: &[&str]| {
+        let missing = "/there/is/no/driver.json";
+        gobo(&folder)
+            .args(arguments)
+            .env("VK_ICD_FILENAMES", missing)
+            .env("VK_DRIVER_FILES", missing)
+            .output()
+            .unwrap()
+    };
+    let info = without(&["info", "--json"]);
+    let report: Value = serde_json::from_slice(&info.stdout).unwrap();
+    let adapters = report["adapters"].as_array().unwrap();
+    let chosen = adapters.iter().find(|adapter| adapter["chosen"] == true);
+    let render = without(&["render", "scene.toml", "-o", "o", "--set", "camera.size=[16,8]"]);
+    let stderr = String::from_utf8_lossy(&render.stderr);
+    let statuses = (info.status.code(), render.status.code());
+    if chosen.is_some() {
+        assert_eq!(statuses, (Some(0), Some(0)), "{stderr}");
+        return;
+    }
+    assert_eq!(statuses, (Some(3), Some(3)), "{stderr}");
+    assert!(stderr.contains("--backend cpu") && stderr.contains("Vulkan"), "{stderr}");
+    assert!(!stderr.contains("Validation"), "{stderr}");
+    for adapter in adapters {
+        let reason = adapter["unusable"].as_str().expect("a reason");
+        assert!(stderr.contains(adapter["name"].as_str().unwrap()), "{stderr}");
+        assert_ne!(reason, "");
+    }
+}
+
+#[test]
+fn frames_past_the_last_are_refused() {
+    let folder = Folder::new("frames");
+    for arguments in [["--frame", "4294967295"], ["--frames", "4294967295..4294967295"]] {
+        let all = [&["render", "scene.toml"][..], &arguments].concat();
+        assert!(folder.fail(&all, 2).contains("4294967295"));
+    }
+    assert_eq!(files(&folder.0), ["scene.toml"]);
+}
+
+#[test]
+fn nothing_of_the_input_reaches_the_terminal_raw() {
+    let folder = Folder::new("escape");
+    let scenes = [
+        "\"\\u001b[31mred\" = 1\n".to_owned(),
+        "# \x1b[31m\nsize \x1b[2J= = 1\n".to_owned(),
+        format!("[shadow]\nsise = 1 # \x1b[2J {}\n", "long ".repeat(100_000)),
+        format!("{}\n", "k".repeat(1 << 20)),
+        "[[light]]\nname = \"\\u001b]0;x\\u0007\"\nkind = \"point\"\nposition = [0, 1, 0]\nfar = 0\n".to_owned(),
+    ];
+    for scene in scenes {
+        fs::write(folder.0.join("scene.toml"), &scene).unwrap();
+        let stderr = folder.fail(&["check", "scene.toml"], 2);
+        assert!(!stderr.contains(|c: char| c.is_control() && c != '\n'), "{stderr:?}");
+        assert!(stderr.len() < 4000, "{} bytes", stderr.len());
+    }
+    fs::write(folder.0.join("scene.toml"), "[[mesh]]\nfile = \"\\u001b[2J.glb\"\n").unwrap();
+    assert!(!folder.fail(&["check", "scene.toml"], 2).contains('\x1b'));
+}
+
+/// What is left out or passed over is said once, by `check` and by `render`.
+#[test]
+fn notes_reach_standard_error() {
+    let folder = Folder::new("notes");
+    fs::write(folder.0.join("dots.csv"), "x,y,z,mass\n0,1,0,7\n").unwrap();
+    for arguments in [&["check", "dots.csv"][..], &["render", "dots.csv", "-o", "o"]] {
+        let render = if arguments.len() > 2 { &QUICK[..] } else { &[] };
+        let output = gobo(&folder).args(arguments).args(render).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{stderr}");
+        assert_eq!(stderr.matches("mass").count(), 1, "{stderr}");
+    }
+}
+
+/// What an adapter is asked for is what core kernels write, no less and no more.
+#[test]
+fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
+    use gobo::gpu::{BindingKind, STORAGE_FORMATS, Tier};
+    let mut written = Vec::new();
+    for desc in gobo::stage::KERNELS {
+        let Ok(linked) = desc.link(Tier::Core) else { continue };
+        for binding in linked.bindings().unwrap() {
+            if let BindingKind::StorageTexture { format, .. } = binding.kind {
+                assert!(STORAGE_FORMATS.contains(&format), "{}: {format:?}", binding.name);
+                written.push(format);
+            }
+        }
+    }
+    for format in STORAGE_FORMATS {
+        assert!(written.contains(&format), "no kernel writes {format:?}");
+    }
+}

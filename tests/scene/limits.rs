@@ -1,0 +1,178 @@
+//! What a scene holds is bounded, whatever its files promise; and so is the work to find out.
+use crate::common::files::{Folder, read};
+use gobo::scene::{self, SceneError};
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
+
+/// Line and message.
+fn refused(toml: &str) -> (usize, String) {
+    match read(toml) {
+        Err(SceneError::Document { line, message, help, .. }) => {
+            assert!(help.is_some(), "{message}");
+            (line, message)
+        }
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("read without an error"),
+    }
+}
+
+const MATERIAL: &str = "[[material]]\nname = \"m\"\n";
+const LAMP: &str = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\n";
+
+#[test]
+fn the_table_that_is_too_much_is_named() {
+    let dust =
+        "[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = 9000000 }\n";
+    let (line, message) = refused(&format!("{MATERIAL}{dust}{dust}"));
+    assert_eq!(line, 8, "{message}");
+    assert!(message.contains("18000000") && message.contains("16000000"), "{message}");
+
+    let sphere = "[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\nlevel = 7\n";
+    let (line, message) = refused(&(MATERIAL.to_owned() + &sphere.repeat(1000)));
+    // 24 spheres of 327,680 triangles fit into 8,000,000.
+    assert_eq!(line, 3 + 24 * 4 + 3, "{message}");
+    assert!(message.contains("8192000") && message.contains("8000000"), "{message}");
+
+    let materials: String = (0..513).map(|i| format!("[[material]]\nname = \"m{i}\"\n")).collect();
+    let (line, message) = refused(&materials);
+    assert_eq!(line, 2 + 512 * 2, "{message}");
+    assert!(message.contains("513") && message.contains("512"), "{message}");
+
+    let (line, message) = refused(&LAMP.repeat(4097));
+    assert_eq!(line, 2 + 4096 * 3, "{message}");
+    assert!(message.contains("4097") && message.contains("4096"), "{message}");
+    assert_eq!(read(&LAMP.repeat(4096)).unwrap().lights.len(), 4096);
+}
+
+/// A PNG of which only the size is there.
+fn promise(width: u32, height: u32) -> Vec<u8> {
+    let mut png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();
+    png.extend([width, height].iter().flat_map(|n| n.to_be_bytes()));
+    png.extend([8, 6, 0, 0, 0]);
+    let crc = crc(&png[12..]);
+    png.extend(crc.to_be_bytes());
+    png.extend(b"\0\0\0\x01IDAT\0");
+    png
+}
+
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |c, _| (c >> 1) ^ (0xedb8_8320 & (c & 1).wrapping_neg()))
+    })
+}
+
+fn white(folder: &Folder, name: &str) {
+    image::GrayImage::from_pixel(1, 1, image::Luma([255])).save(folder.0.join(name)).unwrap();
+}
+
+#[test]
+fn images_are_counted_before_they_are_decoded() {
+    let folder = Folder::new();
+    white(&folder, "white.png");
+    folder.write("huge.png", promise(16384, 16384));
+    let material = |image: usize| {
+        format!(r#"{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": {image}}}}}}}"#)
+    };
+    let gltf = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}},
+            {{"attributes": {{"POSITION": 0}}, "material": 1}}]}}],
+        "materials": [{}, {}], "textures": [{{"source": 0}}, {{"source": 1}}],
+        "images": [{{"uri": "white.png"}}, {{"uri": "huge.png"}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [0, 0, 0], "max": [1, 1, 0]}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+        "buffers": [{{"byteLength": 36, "uri": "corners.bin"}}]}}"#,
+        material(0),
+        material(1)
+    );
+    let corners = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].map(f32::to_le_bytes).concat();
+    folder.write("corners.bin", corners);
+    let error = scene::load(&folder.write("huge.gltf", gltf)).unwrap_err().to_string();
+    assert!(error.contains("268435457") && error.contains("268435456"), "{error}");
+}
+
+fn quick<T>(what: &str, of: impl FnOnce() -> T) -> T {
+    let clock = Instant::now();
+    let result = of();
+    assert!(clock.elapsed() < Duration::from_secs(20), "{what} took {:?}", clock.elapsed());
+    result
+}
+
+/// `nodes` nodes that all name one mesh of `corners` corners.
+fn crowd(nodes: usize, corners: usize, flat: bool) -> (String, Vec<u8>) {
+    let names = (0..nodes).map(|i| i.to_string()).collect::<Vec<_>>().join(",");
+    let all = vec![r#"{"mesh":0}"#; nodes].join(",");
+    let length = corners * 12;
+    let gltf = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[{names}]}}],"nodes":[{all}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":{corners},"type":"VEC3",
+        "min":[0,0,0],"max":[1,1,0]}}],"bufferViews":[{{"buffer":0,"byteLength":{length}}}],
+        "buffers":[{{"byteLength":{length},"uri":"crowd.bin"}}]}}"#
+    );
+    let corner = |i: usize| [(i % 3 == 1) as u8, (i % 3 == 2 && !flat) as u8, 0].map(f32::from);
+    (gltf, (0..corners).flat_map(corner).flat_map(f32::to_le_bytes).collect())
+}
+
+#[test]
+fn meshes_that_are_named_often_are_refused_soon() {
+    let folder = Folder::new();
+    for flat in [false, true] {
+        let (gltf, corners) = crowd(100_000, 99_999, flat);
+        folder.write("crowd.bin", corners);
+        let path = folder.write("crowd.gltf", gltf);
+        let error = quick("a crowd", || scene::load(&path).unwrap_err()).to_string();
+        assert!(error.contains("8000000"), "{error}");
+    }
+    // A few use what they name, and no more.
+    let (gltf, corners) = crowd(7, 6, false);
+    folder.write("crowd.bin", corners);
+    // The ground adds two.
+    assert_eq!(scene::load(&folder.write("few.gltf", gltf)).unwrap().triangles.len(), 14 + 2);
+}
+
+#[test]
+fn many_names_are_looked_up_soon() {
+    let folder = Folder::new();
+    let materials: String =
+        (0..100_000).map(|i| format!("[[material]]\nname = \"m{i}\"\n")).collect();
+    quick("materials", || refused(&materials));
+    let lights: String = (0..4096).map(|i| format!("{LAMP}name = \"lamp {i}\"\n")).collect();
+    quick("lights", || read(&lights).unwrap());
+    // A glTF file may give many lights one name.
+    let nodes = vec![r#"{"extensions":{"KHR_lights_punctual":{"light":0}}}"#; 4096].join(",");
+    let names = (0..4096).map(|i| i.to_string()).collect::<Vec<_>>().join(",");
+    let gltf = |lights: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[{names}]}}],"nodes":[{nodes}],
+            "extensionsUsed":["KHR_lights_punctual"],
+            "extensions":{{"KHR_lights_punctual":{{"lights":[{lights}]}}}}}}"#
+        )
+    };
+    let lamp = r#"{"type":"point","name":"lamp"}"#;
+    let scene = scene::load(&folder.write("lamps.gltf", gltf(lamp))).unwrap();
+    assert_eq!(scene.lights.len(), 4096);
+}
+
+/// docs/scene.md states each limit.
+#[test]
+fn limits_are_documented() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    let (_, section) = text.split_once("## Limits").expect("a section on limits");
+    let section = section.split("\n## ").next().unwrap();
+    for limit in scene::Limit::ALL {
+        let row = format!("| {} | {} |", limit.noun(), grouped(limit.most()));
+        assert!(section.contains(&row), "docs/scene.md lacks {row}");
+    }
+}
+
+/// 1,234,567
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let parts: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
+    parts.join(",")
+}
