@@ -8,7 +8,7 @@ import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::features::HAS_OVER;
 import package::hit::key_depths::front_depths;
-import package::hit::reach::front_depth;
+import package::records::footprint::front_depth;
 import package::records::dispatch::SEGMENT_DISPATCH;
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 import package::records::tile::tile_of;

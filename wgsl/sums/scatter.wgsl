@@ -41,8 +41,7 @@ fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
     }
     // Rounded up or down in turns, so that a million equal casters don't add up their rounding.
     let own = particle_object(look.w & ~TRIANGLE_BIT);
-    let seed = select(own, look.w, (look.w & TRIANGLE_BIT) != 0u);
-    let chance = spread(seed);
+    let chance = spread(select(own, look.w, (look.w & TRIANGLE_BIT) != 0u));
     var own_tau = absorbed_tau(hit.absorbed);
     if HAS_OVER {
         // Out of order: as if it were the only caster.
