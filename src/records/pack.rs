@@ -14,7 +14,7 @@ pub(super) fn from_unorm(bits: u32) -> f32 {
 
 /// Opacities are kept as halves of this scale: those down to 2e-9 have eleven bits. WGSL:
 /// `OPACITY_SCALE` in `wgsl/records/record.wgsl`.
-const OPACITY_SCALE: f32 = 32768.0;
+pub const OPACITY_SCALE: f32 = 32768.0;
 
 /// An opacity in 0..=1.
 pub(super) fn opacity_bits(v: f32) -> u32 {

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/common/hit_order.wgsl`: the hits of one ray, in order of their depths.
+//! Twin of `wgsl/hit/hit_order.wgsl`: the hits of one ray, in order of their depths.
 //!
 //! Casters come in order of their nearest points, their hits nearly so. The last few hits wait, in
 //! order; one that comes late finds its place among them. Which one of several at the same depth is

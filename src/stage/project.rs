@@ -53,7 +53,13 @@ pub struct ProjectParams {
     /// 1: depth keys of perspective views go by the distance from the light.
     pub by_distance: u32,
 }
-crate::gpu_layout!(ProjectParams { chunk_count, scatter, first_setup, include_non_casters, by_distance });
+crate::gpu_layout!(ProjectParams {
+    chunk_count,
+    scatter,
+    first_setup,
+    include_non_casters,
+    by_distance
+});
 
 /// Workgroups for `count` chunks or tiles: rows of a length that every adapter allows.
 pub fn grid(count: u32) -> [u32; 3] {

@@ -6,14 +6,15 @@ use gobo::{
     records::{
         AIR_CELL, ALL_LIGHTS, BACK_BIT, BLUE_SIZE, CASTER_TEXELS, CURVE_SEGMENT, DEPTH_TAG_BITS,
         FOOTPRINT_TEXELS, INVISIBLE, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS,
-        MAX_MATERIALS, MAX_VIEWS, MIN_RADIUS, NO_OWNER, NO_TEXTURE, PART_FACE, PART_WHOLE,
-        PART_WINDOW, REACH_TEXELS, ROW, SETUP_TEXELS, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT,
-        VIEW_TEXELS,
+        MAX_MATERIALS, MAX_VIEWS, MIN_RADIUS, NO_OWNER, NO_TEXTURE, OPACITY_SCALE, PART_FACE,
+        PART_WHOLE, PART_WINDOW, REACH_TEXELS, ROW, SETUP_TEXELS, TRIANGLE_BIT, TRIANGLE_TEXELS,
+        UNIT, VIEW_TEXELS,
     },
     reference::{
         FAINT, accumulate, curve,
         curve::tile::{ROUNDING, SLAB_PAIRS, TRACE},
         dither::{BLOCK_BITS, FARTHEST},
+        order::WAITING,
         project::{MIN_COSINE, SLACK},
         resolve::BLACK,
     },
@@ -53,6 +54,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("NO_TEXTURE", NO_TEXTURE),
         ("OVERFLOW_DISPATCH", Dispatch::Overflow as u32),
         ("PAIR_ROW", PAIR_ROW),
+        ("WAITING", WAITING as u32),
         ("PART_FACE", PART_FACE),
         ("PART_WHOLE", PART_WHOLE),
         ("PART_WINDOW", PART_WINDOW),
@@ -111,6 +113,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("MAX_TAU", accumulate::MAX_TAU),
         ("MIN_COSINE", MIN_COSINE),
         ("MIN_RADIUS", MIN_RADIUS),
+        ("OPACITY_SCALE", OPACITY_SCALE),
         ("ROUNDING", ROUNDING),
         ("SLACK", SLACK),
         ("TRACE", TRACE),
@@ -123,6 +126,9 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
 
 /// Numbers that Rust does not know.
 const KERNELS_OWN: &[&str] = &[
+    "FULL",
+    "OVERLAP",
+    "SMALL",
     "BRIGHTEST",
     "CHANGES",
     "CHANGE_WORDS",

@@ -64,7 +64,8 @@ fn materials() -> Vec<Material> {
     SHAPES.iter().map(|&shape| Material { shape, ..Material::default() }).collect()
 }
 
-const PARAMS: ProjectParams = ProjectParams { scatter: true, include_non_casters: false, by_distance: false };
+const PARAMS: ProjectParams =
+    ProjectParams { scatter: true, include_non_casters: false, by_distance: false };
 
 /// Whether the projection finds a texel that the particle may touch.
 fn touches(view: &GpuView, particle: &Particle) -> bool {

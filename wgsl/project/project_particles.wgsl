@@ -129,7 +129,7 @@ fn project_particles(
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
     // The nearest point of a plane that faces the light is its centre.
     let least = distance_key(view, length(center) - select(0.0, depth_reach, is_puff));
-    let front = depth_key(select(nearest, least, project_params.by_distance == 1u && view.perspective > 0.0));
+    let front = depth_key(select(nearest, least, (project_params.by_distance == 1u) & (view.perspective > 0.0)));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);

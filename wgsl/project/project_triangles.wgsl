@@ -153,7 +153,7 @@ fn project_triangles(
         return;
     }
     let least = distance_key(view, least_distance(corners));
-    let by_distance = project_params.by_distance == 1u && view.perspective > 0.0;
+    let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
     let front = depth_key(select(max(nearest, 0.0), least, by_distance));
     put(index, front, rect);
     let radius = max(hi.x - lo.x, hi.y - lo.y) * 0.5 + SLACK;

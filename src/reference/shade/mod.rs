@@ -85,8 +85,10 @@ struct Seen<'a> {
 impl<'a> Seen<'a> {
     fn new(scene: &'a Scene, view: &GpuView) -> Self {
         let records = SceneRecords::new(scene);
-        let casters = records
-            .project(view, ProjectParams { scatter: false, include_non_casters: true, by_distance: false });
+        let casters = records.project(
+            view,
+            ProjectParams { scatter: false, include_non_casters: true, by_distance: false },
+        );
         let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(crate::model::TILE_SIZE);
         let sorted = depth_order(&casters.keys);
         let bins = bin(&sorted, &casters.rects, &[*view], tile_count, u32::MAX);
