@@ -49,7 +49,7 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
     let (material, view) = (Material::default(), view());
     let gpu_material = GpuMaterial::new(&material, &[]);
     let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
-    let params = ProjectParams { scatter: false, include_non_casters: false };
+    let params = ProjectParams { scatter: false, include_non_casters: false, by_distance: false };
     let count = COUNTS[0];
     for footprint in FOOTPRINTS {
         let casters: Vec<_> =

@@ -152,7 +152,7 @@ impl Rows<'_> {
     pub(super) fn begin(
         &mut self,
         path: &Path,
-        columns: Columns,
+        columns: &Columns,
         capacity: usize,
     ) -> Result<(), SceneError> {
         if let Some(i) = (0..3).find(|&i| columns.storage[i] == Storage::Absent) {
@@ -266,7 +266,7 @@ fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneE
         }
         places.push((field, place));
     }
-    rows.begin(path, columns, 0)?;
+    rows.begin(path, &columns, 0)?;
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(csv_error)? {
         let mut row = BLANK;

@@ -145,7 +145,7 @@ impl<'a> Body<'a> {
                 Kind::List { .. } => columns.unread(&property.name),
             })
             .collect();
-        rows.begin(self.path, columns, element.count)?;
+        rows.begin(self.path, &columns, element.count)?;
         for i in 0..element.count {
             let mut row = BLANK;
             let put = |column: usize, value| {

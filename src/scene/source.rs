@@ -74,6 +74,7 @@ impl<'a> Source<'a> {
     }
 
     /// `span`: bytes of the text.
+    #[expect(clippy::needless_pass_by_value, reason = "callers make the help for this error")]
     pub(super) fn error(
         &self,
         span: Range<usize>,

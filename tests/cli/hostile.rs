@@ -30,7 +30,7 @@ fn a_full_or_closed_standard_error_changes_no_status() {
             arguments.iter().chain(if status == 0 { &QUICK[..] } else { &[] }).collect();
         let found = gobo(&folder).args(&all).stderr(full()).status().unwrap().code();
         assert_eq!(found, Some(status), "{arguments:?} with a full standard error");
-        let shell = format!("exec \"$0\" \"$@\" 2>&-");
+        let shell = "exec \"$0\" \"$@\" 2>&-".to_owned();
         let found = Command::new("sh")
             .args(["-c", &shell, env!("CARGO_BIN_EXE_gobo")])
             .args(&all)

@@ -162,7 +162,7 @@ fn read_exr(path: &std::path::Path) -> (usize, usize, Vec<[f32; 3]>) {
         .rgb_channels(
             |size, _| (size.width(), vec![[0f32; 3]; size.area()]),
             |(width, pixels), at, (r, g, b): (f32, f32, f32)| {
-                pixels[at.y() * *width + at.x()] = [r, g, b]
+                pixels[at.y() * *width + at.x()] = [r, g, b];
             },
         )
         .first_valid_layer()

@@ -17,13 +17,16 @@ enum Origin {
 }
 use Origin::{Constant, Uniform, Varying};
 
+/// A function and where its arguments come from.
+type Call = (Handle<Function>, Vec<Origin>);
+
 /// Walks a kernel as the driver sees it, with all calls inlined.
 struct Walk<'a> {
     module: &'a Module,
     /// Of `var<private>`.
     globals: HashMap<Handle<naga::GlobalVariable>, Origin>,
     /// What calls return, and their branches.
-    calls: HashMap<(Handle<Function>, Vec<Origin>), (Origin, Vec<Span>)>,
+    calls: HashMap<Call, (Origin, Vec<Span>)>,
 }
 
 /// A function while it is walked.
@@ -170,7 +173,11 @@ impl<'a> Walk<'a> {
         use Expression as E;
         let of = |handle: Handle<Expression>| self.origin(frame, handle);
         match &frame.function.expressions[expression] {
-            E::Literal(_) | E::Constant(_) | E::Override(_) | E::ZeroValue(_) => Constant,
+            E::Literal(_)
+            | E::Constant(_)
+            | E::Override(_)
+            | E::ZeroValue(_)
+            | E::CallResult(_) => Constant,
             E::Compose { components, .. } => {
                 components.iter().map(|&component| of(component)).max().unwrap_or(Constant)
             }
@@ -203,7 +210,6 @@ impl<'a> Walk<'a> {
                 .unwrap_or(Constant),
             E::Relational { argument, .. } => of(*argument),
             // Of a call that is not reached yet.
-            E::CallResult(_) => Constant,
             _ => Varying,
         }
     }

@@ -58,6 +58,7 @@ fn shapes() -> Vec<Material> {
     vec![material(Transfer::Smoke), flat, quad, puff]
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "each caller makes its scene")]
 fn in_both_modes(scene: Scene, tolerance: Tolerance) {
     let mut curves = scene.clone();
     curves.shadow.receiver = Receiver::Curve;
