@@ -77,7 +77,7 @@ fn timed(work: impl FnOnce()) -> Duration {
 fn lists(casters: &[Caster]) -> Lists {
     let (view, material) = (view(), GpuMaterial::new(&Material::default(), &[]));
     let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
-    let params = ProjectParams { scatter: false, include_non_casters: false };
+    let params = ProjectParams { scatter: false, include_non_casters: false, by_distance: false };
     let projected: Vec<_> = casters
         .iter()
         .zip(0..)

@@ -65,7 +65,7 @@ pub(crate) struct RenderArguments {
     /// Write the shadow maps too
     #[arg(long)]
     pub(crate) maps: bool,
-    /// Write the linear light too, before exposure and tone curve, as OpenEXR
+    /// Write the linear light too, before exposure and tone curve, as `OpenEXR`
     #[arg(long)]
     pub(crate) exr: bool,
     /// A model or particle file by itself gets no floor

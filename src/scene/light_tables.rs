@@ -9,7 +9,7 @@ use crate::model::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow
 use toml::Spanned;
 
 /// Nearest plane of a spot or a point [m]: matrices hold it.
-const LEAST_DEPTH: f32 = 1e-5;
+const LEAST_DEPTH: f32 = 1e-7;
 /// Shortest range of cascades [m].
 const LEAST_RANGE: f32 = 1e-3;
 
@@ -74,7 +74,7 @@ fn shadow<T>(
     let is_directional = matches!(kind, LightKind::Directional { .. });
     let depth = |key: &str, value: Option<f32>| {
         let valid = |v: f32| v.abs() <= 1e7 && (v >= LEAST_DEPTH || is_directional);
-        let range = if is_directional { "within 1e7 m" } else { "a distance of 1e-5 to 1e7 m" };
+        let range = if is_directional { "within 1e7 m" } else { "a distance of 1e-7 to 1e7 m" };
         value.map(|v| check.number(key, v, valid, range)).transpose()
     };
     let (near, far) = (depth("near", given.near)?, depth("far", given.far)?);

@@ -174,19 +174,17 @@ fn sparse_indices_are_checked() {
         let mut bytes = corners();
         bytes.extend([first, second].iter().flat_map(|i| i.to_le_bytes()));
         bytes.extend([5f32, 0., 0., 0., 7., 0.].map(f32::to_le_bytes).concat());
-        let document = format!(
-            r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
-            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
-            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-                "min": [0, 0, 0], "max": [5, 7, 0], "sparse": {{"count": 2,
-                "indices": {{"bufferView": 1, "componentType": 5123}}, "values": {{"bufferView": 2}}}}}}],
-            "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 4}},
-                {{"buffer": 0, "byteOffset": 40, "byteLength": 24}}],
-            "buffers": [{{"byteLength": 64, "uri": "sparse.bin"}}]}}"#
-        );
+        let document = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                "min": [0, 0, 0], "max": [5, 7, 0], "sparse": {"count": 2,
+                "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 2}}}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 4},
+                {"buffer": 0, "byteOffset": 40, "byteLength": 24}],
+            "buffers": [{"byteLength": 64, "uri": "sparse.bin"}]}"#;
         let folder = Folder::new();
         folder.write("sparse.bin", bytes);
-        load(&folder, &document)
+        load(&folder, document)
     };
     let model = text(1, 2).unwrap();
     assert_eq!(model.triangles[0].positions, [Vec3::ZERO, Vec3::X * 5.0, Vec3::Y * 7.0]);

@@ -113,7 +113,7 @@ fn crowd(nodes: usize, corners: usize, flat: bool) -> (String, Vec<u8>) {
         "min":[0,0,0],"max":[1,1,0]}}],"bufferViews":[{{"buffer":0,"byteLength":{length}}}],
         "buffers":[{{"byteLength":{length},"uri":"crowd.bin"}}]}}"#
     );
-    let corner = |i: usize| [(i % 3 == 1) as u8, (i % 3 == 2 && !flat) as u8, 0].map(f32::from);
+    let corner = |i: usize| [u8::from(i % 3 == 1), u8::from(i % 3 == 2 && !flat), 0].map(f32::from);
     (gltf, (0..corners).flat_map(corner).flat_map(f32::to_le_bytes).collect())
 }
 
