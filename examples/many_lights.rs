@@ -96,7 +96,7 @@ fn frame(
     picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
     timeline.finish(&mut encoder);
     gpu.queue.submit([encoder.finish()]);
-    picture.read_counters(&gpu)?;
+    picture.read_counters(gpu)?;
     let wall = start.elapsed().as_secs_f64() * 1e3;
     let stages = timeline.read(&gpu.device);
     let of = |wanted: &[&str]| {
