@@ -292,8 +292,9 @@ fn what_overflows_is_counted_as_unordered() {
     // The rest is applied last, each as if light behind it were white.
     let product = |look: &(Transfer, Vec4)| chain([*look]);
     for (maps, counters) in all_maps(&scene) {
+        // The picture's own overflow is among `overflowed` too.
         assert!(
-            counters.unordered > 0 && counters.unordered == counters.overflowed,
+            counters.unordered > 0 && counters.unordered <= counters.overflowed,
             "{counters:?}"
         );
         let at = texel_at(&maps, 0.31, 0.29).0;
