@@ -9,8 +9,8 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo features test test-all test-swiftshader soak doc deny bench results native tables quality \
-	setup
+.PHONY: demo features test test-all test-swiftshader web-test export-check soak doc deny bench results \
+	native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -31,6 +31,16 @@ test-all: test
 # The kernels against their twins on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
 	sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
+
+# Every exported core kernel in a headless Chromium, whose WGSL compiler is Tint, on SwiftShader.
+web-test: setup
+	cargo build --release --quiet
+	sh tools/web_test.sh
+
+# Every exported kernel through spirv-val and glslangValidator.
+export-check: setup
+	cargo build --release --quiet
+	sh tools/export_check.sh
 
 # Memory over 2,000 frames of one run: fails where it grows.
 soak: setup

@@ -37,6 +37,7 @@ pub(crate) enum Variant {
     ShadePanes,
     ShadeCasters,
     LightPoints,
+    LightShares,
     ShadeComposite,
 }
 
@@ -78,6 +79,7 @@ impl Variant {
             Self::ShadePanes => &shade::PANES,
             Self::ShadeCasters => &shade::CASTERS,
             Self::LightPoints => &shade::LIGHT_POINTS,
+            Self::LightShares => &shade::LIGHT_SHARES,
             Self::ShadeComposite => &shade::COMPOSITE,
         }
     }

@@ -4,5 +4,7 @@ mod cluster;
 mod cull;
 mod dither;
 mod filter;
+mod host_shader;
+mod light_points;
 mod occlude;
 mod sort;
