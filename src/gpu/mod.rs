@@ -26,6 +26,6 @@ pub use link::{Item, Library, LinkError, Linked, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};
-pub(crate) use support::{check_alive, missing};
 pub use support::{Missing, Need, Requirement, Support};
+pub(crate) use support::{check_alive, missing};
 pub use timing::Timeline;

@@ -1,5 +1,5 @@
 //! Lights as a scene describes them.
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Where a light is and where it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +65,7 @@ fn unit(direction: Vec3) -> Option<Vec3> {
     if (long.length_squared() - 1.0).abs() <= ROUNDING {
         return Some(direction);
     }
-    long.try_normalize().map(|unit| unit.as_vec3())
+    long.try_normalize().map(DVec3::as_vec3)
 }
 
 /// A light that can have no shadow.

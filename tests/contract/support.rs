@@ -1,7 +1,8 @@
 //! What a device must have, and calls that cannot work: each is an error with its own type.
 use crate::common::{
-    TIERS, gpu, own_gpu, two_devices,
+    TIERS, gpu, own_gpu,
     scenes::{empty, light, material, particle},
+    two_devices,
 };
 use gobo::{
     Bounds, Casters, Error, InvalidLight, Light, LightKind, Missing, Need, Receiver, Requirement,

@@ -1,7 +1,8 @@
 //! Light on points: the look-up against pencil and paper and against its twin.
 use crate::common::{
-    TIERS, gpu, render, two_devices,
+    TIERS, gpu, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
+    two_devices,
 };
 use gobo::{
     Bounds, Casters, Error, Light, LightKind, Material, PointBuffers, Prepared, Profile, Receiver,
