@@ -9,8 +9,8 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo features test test-all test-swiftshader web-test export-check soak doc deny bench results \
-	native tables quality setup
+.PHONY: demo features test test-all test-swiftshader web-test export-check web soak doc deny bench \
+	results native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -32,10 +32,16 @@ test-all: test
 test-swiftshader: setup
 	sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
 
-# Every exported core kernel in a headless Chromium, whose WGSL compiler is Tint, on SwiftShader.
+# In a headless Chromium on SwiftShader: every exported core kernel, by its WGSL compiler, Tint; and
+# the example of examples/web beside its native picture.
 web-test: setup
 	cargo build --release --quiet
-	sh tools/web_test.sh
+	sh tools/web_kernels.sh
+	sh tools/web_example.sh
+
+# The example of examples/web as a page: target/web/page/index.html.
+web:
+	sh tools/web.sh
 
 # Every exported kernel through spirv-val and glslangValidator.
 export-check: setup

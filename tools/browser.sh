@@ -1,12 +1,13 @@
 #!/bin/sh
-# Makes and runs every exported core kernel in a headless Chromium: WebGPU by Tint on SwiftShader. Fails
-# where one is refused. CHROMIUM may name the browser; GOBO the program.
+# Opens a page in a headless Chromium with WebGPU on SwiftShader and waits until it says on its console
+# `web-test: passed` or `web-test: failed`: tools/browser.sh PAGE. CHROMIUM may name the browser; LIMIT
+# [s]; SHOT a file for a picture of the page.
 set -eu
 
 say() { printf 'web-test: %s\n' "$*" >&2; }
 
-gobo=${GOBO:-target/release/gobo}
-limit=${LIMIT:-900} # [s]
+page=$1
+limit=${LIMIT:-900}
 
 browser=${CHROMIUM:-}
 if [ -z "$browser" ]; then
@@ -45,26 +46,17 @@ stop() {
     rm -rf "$folder" 2>/dev/null || true
 }
 trap stop EXIT
-"$gobo" export --target wgsl -o "$folder/kernels" >/dev/null
-cp tools/web/kernels.html "$folder/"
-{
-    printf 'const manifest = '
-    cat "$folder/kernels/manifest.json"
-    printf ';\nconst sources = {};\n'
-    for file in "$folder"/kernels/*.wgsl; do
-        printf 'sources["%s"] = `' "$(basename "$file")"
-        sed 's/[`\\$]/\\&/g' "$file"
-        printf '`;\n'
-    done
-} >"$folder/manifest.js"
+
+open() {
+    "$browser" --headless=new --no-sandbox --no-first-run --user-data-dir="$folder/profile" \
+        --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-features=Vulkan \
+        --use-vulkan=swiftshader --enable-unsafe-swiftshader --disable-gpu-watchdog \
+        --enable-logging=stderr "$@" "file://$page"
+}
 
 log=$folder/log
-"$browser" --headless=new --no-sandbox --no-first-run --user-data-dir="$folder/profile" \
-    --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-features=Vulkan \
-    --use-vulkan=swiftshader --enable-unsafe-swiftshader --disable-gpu-watchdog \
-    --enable-logging=stderr "file://$folder/kernels.html" >"$log" 2>&1 &
+open >"$log" 2>&1 &
 pid=$!
-
 waited=0
 while ! grep -qE 'web-test: (passed|failed)' "$log"; do
     if ! kill -0 "$pid" 2>/dev/null || [ "$waited" -ge "$limit" ]; then
@@ -75,6 +67,11 @@ while ! grep -qE 'web-test: (passed|failed)' "$log"; do
     sleep 1
     waited=$((waited + 1))
 done
-# 12:34:INFO:CONSOLE:56] "web-test: ...", source: file:///... (56)
+# [12:34:INFO:CONSOLE:56] "web-test: ...", source: file:///... (56)
 sed -n 's/.*"\(web-test: .*\)", source: .*/\1/p' "$log"
+if [ -n "${SHOT:-}" ]; then
+    kill "$pid" && wait "$pid" || true
+    pid=
+    open --timeout=60000 --window-size=1000,760 --screenshot="$SHOT" >/dev/null 2>&1
+fi
 grep -q 'web-test: passed' "$log"
