@@ -20,6 +20,7 @@ use gobo::{
     },
     stage::{
         bin::{Dispatch, RUN_PAIRS, SEGMENT_LENGTH},
+        filter::CURVE_RUN_LAYERS,
         shade,
         sort::{PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
     },
@@ -36,6 +37,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("BLUE_SIZE", BLUE_SIZE),
         ("CARRIED", shade::CARRIED),
         ("CASTER_TEXELS", CASTER_TEXELS),
+        ("CURVE_RUN_LAYERS", CURVE_RUN_LAYERS),
         ("CURVE_SEGMENT", CURVE_SEGMENT),
         ("DARK", u32::from(curve::DARK)),
         ("DEPTH_TAG_BITS", DEPTH_TAG_BITS),
@@ -135,6 +137,7 @@ const KERNELS_OWN: &[&str] = &[
     "DITHERED_BIT",
     "EDGE_SLACK",
     "EMPTY_COLORED",
+    "EMPTY_CURVE_RUN",
     "EMPTY_RUN",
     "LANES",
     "LEAST_DISTANCE",

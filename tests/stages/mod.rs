@@ -5,4 +5,5 @@ mod cull;
 mod dither;
 mod filter;
 mod occlude;
+mod soften_curves;
 mod sort;

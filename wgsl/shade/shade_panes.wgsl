@@ -27,14 +27,15 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
     let position = world_point(view, pixel, pane.depth);
     let to_eye = normalize(eye() - position);
     let weights = triangle_weights(pane.setup, pixel).xyz;
-    let normal = toward(to_eye, triangle_normal(id & ~TRIANGLE_BIT, weights));
+    let face = toward(to_eye, face_normal(pane.setup));
+    let normal = toward(face, triangle_normal(id & ~TRIANGLE_BIT, weights));
     let gloss = sheet_gloss(hit, material);
     let mirror = mirrored_share(hit, material, pane.setup, to_eye);
     let scattered = scattered_share(hit, material, true) * (1.0 - mirror);
     return Point(
         POINT_SHEET,
         position,
-        toward(to_eye, face_normal(pane.setup)),
+        face,
         normal,
         0.0,
         cluster_of(pixel, pane.depth),

@@ -29,6 +29,6 @@ fn face_normal(setup: u32) -> vec3<f32> {
     return from_octahedral(setup_texel(setup, 6u).z);
 }
 
-fn toward(to_eye: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    return select(-normal, normal, dot(normal, to_eye) >= 0.0);
+fn toward(side: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    return select(-normal, normal, dot(normal, side) >= 0.0);
 }

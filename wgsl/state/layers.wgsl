@@ -13,6 +13,7 @@ import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::view::GpuView;
 import package::shade::air::air_at;
 import package::shade::cost::count_pair;
+import package::shade::emission::emission_at;
 import package::shade::fog::{cross_face, fog_to, start_fog};
 import package::shade::layer::{NOWHERE, NO_PANE, Pane};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color};
@@ -90,7 +91,8 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     } else if !adds && second_pane.depth == NOWHERE {
         second_pane = shown;
     }
-    let own = hit.opacity * (material.emission + select(vec3(0.0), hit.color, adds));
+    let emission = emission_at(material, pane.setup, triangle_weights(pane.setup, corner + 0.5).xyz);
+    let own = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
     lay(pane.depth, own, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {
         passed *= select(cross_face(pane.setup, pane.depth), vec3(1.0), adds);

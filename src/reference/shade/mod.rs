@@ -6,6 +6,7 @@ use super::{
     air::AirVolume,
     bin::{Bins, bin},
     caster_hit::{Hit, Records, Target, metres_per_depth},
+    hit::TriangleHit,
     maps::{SceneRecords, ViewCasters, depth_order},
     occlude::is_solid,
     project::ProjectParams,
@@ -104,6 +105,14 @@ impl<'a> Seen<'a> {
             absorptions: &self.records.absorptions,
             images: &self.records.images,
         }
+    }
+
+    /// Of a triangle that a ray meets.
+    fn emission(&self, material: &Material, met: Option<TriangleHit>) -> Vec3 {
+        let texture = material.emissive_texture.zip(met);
+        texture.map_or(material.emission, |(texture, met)| {
+            material.emission * self.records.images[texture as usize].sample(met.uv).truncate()
+        })
     }
 
     fn setup(&self, footprint: &Footprint) -> &TriangleSetup {
@@ -235,23 +244,26 @@ impl Eye<'_> {
         let position = self.point(pixel, hit.depth);
         let to_eye = (self.position() - position).normalize();
         let record = &seen.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize];
-        let weights = setup.hit(pixel).map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
+        let met = setup.hit(pixel);
+        let weights = met.map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
         let [a, b, c] = record.normals.map(from_octahedral);
         let normal = a * weights.x + b * weights.y + c * weights.z;
         let normal = normal / normal.length().max(1e-6);
-        let toward = |n: Vec3| if n.dot(to_eye) >= 0.0 { n } else { -n };
+        let toward = |side: Vec3, n: Vec3| if n.dot(side) >= 0.0 { n } else { -n };
+        let face = toward(to_eye, from_octahedral(setup.normal));
         Point {
             kind: PointKind::Solid,
             position,
-            face: toward(from_octahedral(setup.normal)),
-            normal: toward(normal),
+            face,
+            // Near a silhouette it may look away from the eye, and still is the face's.
+            normal: toward(face, normal),
             to_eye,
             reach: 0.0,
             receiver: Receiver::new(material, record.id),
             albedo: seen_color(hit, material),
             roughness: material.roughness,
             gloss: Gloss::SOLID,
-            emission: material.emission,
+            emission: seen.emission(material, met),
         }
     }
 
@@ -325,12 +337,12 @@ impl Eye<'_> {
     ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
         let (depth, opacity) = (hit.depth, hit.opacity);
         let before = self.air_before(pixel, depth);
-        let emitted = opacity * material.emission * before.w;
+        let setup = clear.setup(footprint);
+        let emitted = opacity * clear.emission(material, setup.hit(pixel)) * before.w;
         if material.transfer == Transfer::None {
             let own = emitted + opacity * seen_color(hit, material) * before.w;
             return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
         }
-        let setup = clear.setup(footprint);
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
         let mirrored = mirrored_share(material, hit, from_octahedral(setup.normal), to_eye);
         // What covers has taken its share by its transfer.

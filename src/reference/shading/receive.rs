@@ -25,15 +25,18 @@ impl Lighting<'_> {
             Receives::Opaque => false,
             Receives::Others => map.owner.get(i) != Some(&receiver.tag),
         };
+        let by_channel = |light: Vec3| {
+            map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
+        };
         // A curve knows no owners.
         let by_curve = matches!(receiver.receives, Receives::Curve | Receives::Others);
         if let Some(curve) = map.curve.as_ref().filter(|_| by_curve) {
-            return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
+            let light = receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
+            return by_channel(light);
         }
         let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
         let texel = MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] };
-        let light = receive(z, &texel, bias);
-        map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
+        by_channel(receive(z, &texel, bias))
     }
 
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
