@@ -1,7 +1,7 @@
 //! The maps of a frame as files: arrays, previews and a description of the views.
 use super::{curves, failure::Failure, files, npy};
 use gobo::{
-    glam::{self, DMat4, Mat4, Vec3},
+    glam::{DMat4, Mat4, Vec3},
     model::{Light, LightKind, View},
     records::ViewMaps,
 };

@@ -19,7 +19,7 @@ import package::shade::band::band_pixel;
 import package::shade::emission::emission_at;
 import package::shade::shading::sky;
 import package::shade::store_point::store_point;
-import package::shade::surface::{eye, face_normal, toward, triangle_normal, world_point};
+import package::shade::surface::{eye, normals_at, world_point};
 import package::walk::lane::LANES;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
@@ -39,13 +39,12 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         albedo *= sample_texture(images, material.texture, material.texture_size, uv).rgb;
     }
     let position = world_point(view, pixel, depth);
-    let face = toward(normalize(eye() - position), face_normal(setup));
+    let normals = normals_at(id, setup, weights, normalize(eye() - position));
     return Point(
         POINT_SOLID,
         position,
-        face,
-        // Near a silhouette it may look away from the eye, and still is the face's.
-        toward(face, triangle_normal(id & ~TRIANGLE_BIT, weights)),
+        normals.face,
+        normals.normal,
         0.0,
         cluster_of(pixel, depth),
         material.receives,
