@@ -211,8 +211,7 @@ mod tests {
     #[test]
     fn a_further_shadow_is_described_by_its_own_kind() {
         let mut lamp = named("lamp");
-        let spot =
-            LightKind::Spot { position: Vec3::Y, direction: Vec3::NEG_Y, angle: 1.0 };
+        let spot = LightKind::Spot { position: Vec3::Y, direction: Vec3::NEG_Y, angle: 1.0 };
         lamp.shadows =
             vec![Shadow { kind: spot, near: None, far: None, size: None, cascades: None }];
         let bounds = Bounds::EMPTY.with_sphere(Vec3::ZERO, 2.0);

@@ -156,7 +156,9 @@ impl Soften {
             if let Some([rows, columns]) = curves {
                 kernels.curve_rows.record(&mut pass, rows, *groups);
                 let groups = [groups[0], groups[1].div_ceil(CURVE_TEXELS), groups[2]];
-                kernels.get(Variant::CurveColumns, self.features).record(&mut pass, columns, groups);
+                kernels
+                    .get(Variant::CurveColumns, self.features)
+                    .record(&mut pass, columns, groups);
             }
         }
     }

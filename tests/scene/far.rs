@@ -40,7 +40,8 @@ fn triangles_far_from_the_origin_are_warned_of() {
 
 /// A scene `away` from the origin [m]. Its numbers have few digits, so that they are exact there as well.
 fn load_at(away: [f32; 3]) -> Scene {
-    let at = |x: f32, y: f32, z: f32| format!("[{}, {}, {}]", x + away[0], y + away[1], z + away[2]);
+    let at =
+        |x: f32, y: f32, z: f32| format!("[{}, {}, {}]", x + away[0], y + away[1], z + away[2]);
     let toml = format!(
         "[camera]\neye = {}\ntarget = {}\nsize = [32, 32]\n[shadow]\nsize = 64\n\
          [[light]]\nkind = \"spot\"\nposition = {}\ndirection = [-1, -2, -0.5]\n\

@@ -17,9 +17,8 @@ use super::{
 use crate::{
     model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
     records::{
-        AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleRecord, TriangleSetup,
-        ViewMaps,
-        from_octahedral,
+        AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleRecord,
+        TriangleSetup, ViewMaps, from_octahedral,
     },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};

@@ -126,7 +126,8 @@ impl Lighting<'_> {
         for i in 0..9 {
             let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
             let weight = x[i % 3] * y[i / 3];
-            light += weight * self.receive_texel(index, middle + step, z, plane, bias / range, receiver);
+            light +=
+                weight * self.receive_texel(index, middle + step, z, plane, bias / range, receiver);
         }
         light
     }
