@@ -132,7 +132,7 @@ impl Renderer {
         }
     }
 
-    /// What of each light reaches each point: linear rgb, point by point, in the scene's order of
+    /// What of each light reaches each point of the world: linear rgb, point by point, in the scene's order of
     /// lights; 1 where nothing is between, without falloff and cosine.
     pub fn light_points(
         &mut self,
@@ -140,6 +140,11 @@ impl Renderer {
         points: &[ReceiverPoint],
     ) -> Result<Vec<[f32; 3]>, Error> {
         check(scene)?;
+        let moved = |point: &ReceiverPoint| ReceiverPoint {
+            position: point.position - scene.origin,
+            ..*point
+        };
+        let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
         match &mut self.engine {
             Engine::Gpu(engine) => engine.light_points(scene, points),
             Engine::Cpu => {

@@ -1,8 +1,7 @@
 //! The maps of a frame as files: arrays, previews and a description of the views.
 use super::{curves, failure::Failure, files, npy};
-use glam::Mat4;
 use gobo::{
-    glam,
+    glam::{DMat4, Mat4, Vec3},
     model::{Light, LightKind, View},
     records::ViewMaps,
 };
@@ -27,14 +26,14 @@ struct ViewEntry<'a> {
     far: f32,
     /// Of a spot or point light, world space [m].
     #[serde(skip_serializing_if = "Option::is_none")]
-    position: Option<[f32; 3]>,
+    position: Option<[f64; 3]>,
     /// Of a directional light: where it travels, world space.
     #[serde(skip_serializing_if = "Option::is_none")]
     direction: Option<[f32; 3]>,
     /// Column by column.
-    clip_from_world: [f32; 16],
+    clip_from_world: [f64; 16],
     /// Column by column.
-    view_from_world: [f32; 16],
+    view_from_world: [f64; 16],
 }
 
 /// What the files of each light are called: unique and harmless. A name that had to change is
@@ -58,12 +57,13 @@ pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
     names
 }
 
-/// Writes all maps of a frame to `dir`.
+/// Writes all maps of a frame to `dir`. `origin`: [`gobo::model::Scene::origin`].
 pub(crate) fn write(
     dir: &Path,
     maps: &[ViewMaps],
     lights: &[Light],
     names: &[String],
+    origin: Vec3,
 ) -> Result<(), Failure> {
     files::create_dir(dir)?;
     let mut entries = Vec::with_capacity(maps.len());
@@ -93,20 +93,32 @@ pub(crate) fn write(
             })?;
         }
         let nodes = curve.as_ref().map(|curve| curve.nodes);
-        entries.push(ViewEntry { nodes, ..describe(view, &lights[light], &names[light]) });
+        entries.push(ViewEntry { nodes, ..describe(view, &lights[light], &names[light], origin) });
     }
     let json = serde_json::to_string_pretty(&entries).expect("plain data is JSON");
     files::write(&dir.join("views.json"), json.as_bytes())
 }
 
-fn describe<'a>(view: &'a View, light: &Light, name: &'a str) -> ViewEntry<'a> {
+fn describe<'a>(view: &'a View, light: &Light, name: &'a str, origin: Vec3) -> ViewEntry<'a> {
     let shadow = light.all_shadows().nth(view.shadow_index());
     let (kind, position, direction) = match shadow.map_or(light.kind, |shadow| shadow.kind) {
         LightKind::Directional { direction } => ("directional", None, Some(direction)),
         LightKind::Spot { position, .. } => ("spot", Some(position), None),
         LightKind::Point { position } => ("point", Some(position), None),
     };
-    let columns = |matrix: Mat4| matrix.to_cols_array();
+    // Far from the origin 32 bits are too few.
+    let is_near = origin == Vec3::ZERO;
+    let origin = origin.as_dvec3();
+    let from_world = DMat4::from_translation(-origin);
+    let columns = |matrix: Mat4| {
+        if is_near {
+            return matrix.to_cols_array().map(short);
+        }
+        (matrix.as_dmat4() * from_world).to_cols_array()
+    };
+    let place = |p: Vec3| {
+        if is_near { p.to_array().map(short) } else { (p.as_dvec3() + origin).to_array() }
+    };
     ViewEntry {
         light: name,
         view: view.name,
@@ -115,11 +127,16 @@ fn describe<'a>(view: &'a View, light: &Light, name: &'a str) -> ViewEntry<'a> {
         nodes: None,
         near: view.near,
         far: view.far,
-        position: position.map(|p| p.to_array()),
+        position: position.map(place),
         direction: direction.map(|d| d.to_array()),
         clip_from_world: columns(view.clip_from_world()),
         view_from_world: columns(view.view_from_world),
     }
+}
+
+/// The number with the text of `v`, which is as short as 32 bits need.
+fn short(v: f32) -> f64 {
+    v.to_string().parse().unwrap_or(f64::from(v))
 }
 
 /// sRGB; what a `gain` caster makes brighter than 1 is white.
@@ -171,8 +188,8 @@ mod tests {
     fn named(name: &str) -> Light {
         Light {
             name: name.to_owned(),
-            kind: LightKind::Point { position: glam::Vec3::ZERO },
-            color: glam::Vec3::ONE,
+            kind: LightKind::Point { position: Vec3::ZERO },
+            color: Vec3::ONE,
             intensity: 1.0,
             near: None,
             far: None,
@@ -194,13 +211,12 @@ mod tests {
     #[test]
     fn a_further_shadow_is_described_by_its_own_kind() {
         let mut lamp = named("lamp");
-        let spot =
-            LightKind::Spot { position: glam::Vec3::Y, direction: glam::Vec3::NEG_Y, angle: 1.0 };
+        let spot = LightKind::Spot { position: Vec3::Y, direction: Vec3::NEG_Y, angle: 1.0 };
         lamp.shadows =
             vec![Shadow { kind: spot, near: None, far: None, size: None, cascades: None }];
-        let bounds = Bounds::EMPTY.with_sphere(glam::Vec3::ZERO, 2.0);
+        let bounds = Bounds::EMPTY.with_sphere(Vec3::ZERO, 2.0);
         let views = light_views(0, &lamp, 16, None, &bounds).unwrap();
-        let described = views.iter().map(|view| describe(view, &lamp, "lamp"));
+        let described = views.iter().map(|view| describe(view, &lamp, "lamp", Vec3::ZERO));
         let places: Vec<_> =
             described.map(|entry| (entry.kind, entry.view, entry.position)).collect();
         assert_eq!(places[5], ("point", "nz", Some([0.0; 3])));

@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
         if arguments.maps {
             let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
-            maps::write(&dir, &frame.maps, &scene.lights, &light_names)?;
+            maps::write(&dir, &frame.maps, &scene.lights, &light_names, scene.origin)?;
         }
         for (mode, image) in &frame.debug {
             let path = arguments.out.join(format!("frame_{index:04}.{}.png", mode.name()));

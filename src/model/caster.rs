@@ -110,6 +110,8 @@ pub struct Material {
     pub pattern_scale: u32,
     /// What shines by itself (additive fire) in the picture: linear rgb.
     pub emission: Vec3,
+    /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles.
+    pub emissive_texture: Option<u32>,
     /// 0: a surface that scatters light where it covers. 1: clear glass, which only filters.
     pub transmission: f32,
     /// 0..=1, of the highlight in the picture.
@@ -140,6 +142,7 @@ impl Default for Material {
             pattern: Pattern::default(),
             pattern_scale: 1,
             emission: Vec3::ZERO,
+            emissive_texture: None,
             transmission: 0.0,
             roughness: 0.6,
             attenuation_color: Vec3::ONE,

@@ -6,6 +6,7 @@ mod class;
 mod counters;
 pub mod dither;
 mod light;
+mod origin;
 mod point;
 mod scene;
 mod settings;

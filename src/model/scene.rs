@@ -6,10 +6,12 @@ use super::{
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Everything a frame is made from, in world space. Every number in it is finite and in range:
+/// Everything a frame is made from, in world space (less [`Self::origin`]). Every number in it is finite and in range:
 /// what was not is in `skipped`.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Where in the world the scene's own (0, 0, 0) is [m]: scenes far away are moved near it.
+    pub origin: Vec3,
     /// Of the picture.
     pub camera: Camera,
     /// Of the picture [stops]: light is shown 2 to this power as bright.
@@ -46,6 +48,11 @@ pub struct Scene {
 pub trait Motion: std::fmt::Debug + Send + Sync {
     /// Makes the part what it is at `seconds` from the start.
     fn apply(&self, scene: &mut Scene, seconds: f64);
+
+    /// The same, of a scene that is moved [m]; `None` for what has no place.
+    fn moved(&self, _by: Vec3) -> Option<Arc<dyn Motion>> {
+        None
+    }
 }
 
 impl Scene {
@@ -57,34 +64,6 @@ impl Scene {
             .iter()
             .flat_map(|t| t.positions)
             .fold(particles, |b, p| b.with_sphere(p, 0.0))
-    }
-
-    /// What a scene far from the origin loses, in words; `None` where nothing is seen of it. Positions
-    /// have 24 bits: 10 km away they are rounded to a millimetre, which moves the shadows of small
-    /// particles.
-    pub fn rounding_warning(&self) -> Option<String> {
-        /// Share of a particle's radius, or of the scene's, that a shadow may be off by: 1/256 of
-        /// the radius is 0.6% of a soft disc's opacity.
-        const SEEN: f32 = 1.0 / 256.0;
-        let bounds = self.bounds();
-        if bounds.is_empty() {
-            return None;
-        }
-        let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        let rounding = farthest * f32::EPSILON;
-        let mut radii: Vec<f32> = self.particles.iter().map(|particle| particle.radius).collect();
-        radii.sort_unstable_by(f32::total_cmp);
-        // Of a scene of triangles a map's texel counts.
-        let size = radii.get(radii.len() / 2).copied();
-        let size = size.unwrap_or_else(|| bounds.radius() / self.shadow.size as f32);
-        (rounding > size * SEEN).then(|| {
-            let millimetres = rounding * 1000.0;
-            format!(
-                "the scene reaches {farthest:.0} m from the origin, where positions are rounded to \
-                 {millimetres:.2} mm: shadows are off by up to that much; move the scene, its camera \
-                 and its lights towards the origin"
-            )
-        })
     }
 
     /// What casts and what is seen, as [`crate::shadows::Shadows::prepare`] takes it.
@@ -110,6 +89,7 @@ impl Default for Scene {
     /// No casters and no lights, under an overcast sky.
     fn default() -> Self {
         Self {
+            origin: Vec3::ZERO,
             camera: Camera::default(),
             exposure: 0.0,
             shadow: ShadowSettings::default(),

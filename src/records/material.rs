@@ -29,6 +29,11 @@ pub struct GpuMaterial {
     /// Of the way through a closed mesh of it [1/m]; zero where it is no volume.
     pub absorption: Vec3,
     pub receives: u32,
+    /// As [`Self::texture_size`] of the emissive texture.
+    pub emissive_size: Vec2,
+    /// Layer of the texture array, [`NO_TEXTURE`] for none.
+    pub emissive_texture: u32,
+    pub pad_0: u32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -46,7 +51,10 @@ crate::gpu_layout!(GpuMaterial {
     pattern_scale,
     blue_first,
     absorption,
-    receives
+    receives,
+    emissive_size,
+    emissive_texture,
+    pad_0
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -56,7 +64,13 @@ pub const MAX_MATERIALS: usize = 512;
 
 impl GpuMaterial {
     pub fn new(material: &Material, textures: &[Texture]) -> Self {
-        let texture = material.texture.map(|index| (index, &textures[index as usize]));
+        let image = |index: Option<u32>| {
+            let texture = index.map(|index| &textures[index as usize]);
+            let size = texture.map_or(Vec2::ONE, |t| Vec2::new(t.width as f32, t.height as f32));
+            (index.unwrap_or(NO_TEXTURE), size)
+        };
+        let (texture, texture_size) = image(material.texture);
+        let (emissive_texture, emissive_size) = image(material.emissive_texture);
         Self {
             tint: material.tint,
             emission: material.emission,
@@ -64,9 +78,8 @@ impl GpuMaterial {
             transfer: material.transfer as u32,
             shape: material.shape as u32,
             profile: material.profile as u32,
-            texture: texture.map_or(NO_TEXTURE, |(index, _)| index),
-            texture_size: texture
-                .map_or(Vec2::ONE, |(_, t)| Vec2::new(t.width as f32, t.height as f32)),
+            texture,
+            texture_size,
             reflectivity: material.reflectivity,
             cutoff: material.cutoff,
             roughness: material.roughness,
@@ -75,6 +88,9 @@ impl GpuMaterial {
             blue_first: 0,
             absorption: Vec3::ZERO,
             receives: material.receives as u32,
+            emissive_size,
+            emissive_texture,
+            pad_0: 0,
         }
     }
 }

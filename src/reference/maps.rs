@@ -5,7 +5,10 @@ use super::{
     bin::{Bins, bin},
     caster_hit::{Records, Target},
     colored::{filter_colored, occlude_colored},
-    curve::tile::{CurveModes, CurveTexel, curves},
+    curve::{
+        soften::soften_curves,
+        tile::{CurveModes, CurveTexel, curves},
+    },
     filter::filter,
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
@@ -192,6 +195,7 @@ impl<'a> SceneRecords<'a> {
                 }
             }
             maps.curve = Some(CurveMap { nodes, gain: modes.gain, packed });
+            self.dither(&mut maps, &gpu_view, colored.as_deref(), modes.over);
             return maps;
         }
         let accumulated = each(tile_count, |index| {
@@ -206,19 +210,31 @@ impl<'a> SceneRecords<'a> {
         counters.disordered += accumulated.iter().map(late).sum::<u64>();
         count(counters, &bins, sorted.len(), scattered.len());
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
-        if let Some(colored) = &colored {
-            maps.colored = vec![[1.0; 3]; maps.opaque.len()];
-            for (index, depths) in colored.iter().enumerate() {
-                for (place, texel) in tile(index).texels() {
-                    let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
-                    maps.colored[at] = depths[place].to_array();
-                }
-            }
-            filter_colored(&mut maps, self.soften_window);
-        } else {
-            filter(&mut maps, self.soften_window);
-        }
+        self.dither(&mut maps, &gpu_view, colored.as_deref(), self.modes.ordered);
         maps
+    }
+
+    /// What dithering by channel left, and its softening.
+    fn dither(
+        &self,
+        maps: &mut ViewMaps,
+        view: &GpuView,
+        colored: Option<&[TileTexels<Vec3>]>,
+        over: bool,
+    ) {
+        let Some(colored) = colored else {
+            soften_curves(maps, self.soften_window, over);
+            return filter(maps, self.soften_window);
+        };
+        maps.colored = vec![[1.0; 3]; maps.opaque.len()];
+        for (index, depths) in colored.iter().enumerate() {
+            for (place, texel) in Tile::new(view, index as u32).texels() {
+                let at = (texel.y as u32 * maps.view.size.x + texel.x as u32) as usize;
+                maps.colored[at] = depths[place].to_array();
+            }
+        }
+        soften_curves(maps, self.soften_window, over);
+        filter_colored(maps, self.soften_window);
     }
 
     /// Particles first, then triangles.

@@ -8,7 +8,7 @@ use crate::{
     records::pcg,
 };
 use glam::{IVec3, Mat3, Mat4, Vec3};
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 /// How a sphere is displaced along its radius.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
@@ -143,6 +143,11 @@ impl Displaced {
 impl Motion for Displaced {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         self.set_time(&mut scene.triangles[self.triangles()], seconds);
+    }
+
+    fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
+        let world_from_sphere = Mat4::from_translation(by) * self.world_from_sphere;
+        Some(Arc::new(Self { world_from_sphere, ..*self }))
     }
 }
 

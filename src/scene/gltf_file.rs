@@ -25,6 +25,14 @@ pub(super) struct File {
     pub(super) notes: Vec<String>,
 }
 
+/// Whether what is seen through it is blurred by its roughness, or bent by its index of refraction.
+fn scatters_or_bends(material: &::gltf::Material<'_>) -> bool {
+    let transmits = material.transmission().is_some_and(|t| t.transmission_factor() > 0.0);
+    let is_rough = material.pbr_metallic_roughness().roughness_factor() > 0.0;
+    let is_body = material.volume().is_some_and(|volume| volume.thickness_factor() > 0.0);
+    transmits && (is_rough || is_body && material.ior() != Some(1.0))
+}
+
 impl File {
     pub(super) fn open(path: &Path) -> Result<Self, SceneError> {
         let invalid =
@@ -40,12 +48,19 @@ impl File {
         let root: json::Root = serde_json::from_value(value).map_err(|error| damaged(&error))?;
         check_json(&root).map_err(|message| invalid((message, "export the file again")))?;
         let document = Document::from_json(root).map_err(|error| damaged(&error))?;
-        let notes = if ignored.is_empty() {
-            Vec::new()
-        } else {
+        let mut notes = Vec::new();
+        if !ignored.is_empty() {
             let names: Vec<String> = ignored.iter().map(|name| quoted(name)).collect();
-            vec![format!("{}: extensions not read: {}", path.display(), names.join(", "))]
-        };
+            notes.push(format!("{}: extensions not read: {}", path.display(), names.join(", ")));
+        }
+        let simpler = document.materials().filter(scatters_or_bends).count();
+        if simpler > 0 {
+            notes.push(format!(
+                "{}: {simpler} transmitting materials: roughness and ior change highlights only; \
+                 glass neither blurs nor bends what is behind it",
+                path.display()
+            ));
+        }
         let mut file =
             Self { path: path.to_owned(), document, buffers: Vec::new(), instancing, notes };
         let mut buffers = Vec::new();

@@ -144,14 +144,21 @@ impl<'a> Materials<'a> {
             Some(volume) => self.attenuation(&volume, scale)?,
             None => None,
         };
-        let uses = Uses::new(id, base_texture.as_ref().or(transmission_texture.as_ref()));
+        let emission =
+            Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0);
+        let emission = emission.map(|e| if e > 0.0 { e.min(MAX_EMISSION) } else { 0.0 });
+        let emissive_texture = source.emissive_texture().filter(|_| emission != Vec3::ZERO);
+        let first = base_texture.as_ref().or(transmission_texture.as_ref());
+        let uses = Uses::new(id, first.or(emissive_texture.as_ref()));
         if let Some(info) = &transmission_texture
             && !Uses::new(id, Some(info)).has_same_uvs(&uses)
         {
             self.ignore("texture coordinates of transmission textures ignored");
         }
-        if source.emissive_texture().is_some() {
-            self.ignore("emissive textures ignored");
+        if let Some(info) = &emissive_texture
+            && !Uses::new(id, Some(info)).has_same_uvs(&uses)
+        {
+            self.ignore("texture coordinates of emissive textures ignored");
         }
         let mut color = Vec3::new(base[0], base[1], base[2]);
         if is_clear {
@@ -171,8 +178,8 @@ impl<'a> Materials<'a> {
             is_opaque,
             attenuation.is_some(),
         )?;
-        let emission =
-            Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0);
+        let emissive_image = emissive_texture.map(|info| info.texture().source());
+        let emissive_texture = self.textures.add(emissive_image, None, true, false)?;
         let number = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
         self.materials.push(Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
@@ -185,7 +192,8 @@ impl<'a> Materials<'a> {
             tint: color.extend(if is_opaque { 1.0 } else { base[3] }),
             texture,
             cutoff: number(source.alpha_cutoff().unwrap_or(0.5)),
-            emission: emission.map(|e| if e > 0.0 { e.min(MAX_EMISSION) } else { 0.0 }),
+            emission,
+            emissive_texture,
             transmission,
             attenuation_color: volume.0,
             attenuation_distance: volume.1,

@@ -90,6 +90,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     {
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
+    scene.recentre();
     Ok(scene)
 }
 

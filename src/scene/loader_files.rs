@@ -104,6 +104,7 @@ impl Loader<'_> {
         self.scene.textures.extend(model.textures);
         self.scene.materials.extend(model.materials.into_iter().map(|material| Material {
             texture: material.texture.map(|index| index + first_texture),
+            emissive_texture: material.emissive_texture.map(|index| index + first_texture),
             ..material
         }));
         limits::reserve(&mut self.scene.triangles, model.triangles.len(), "triangles", path)?;

@@ -35,7 +35,8 @@ impl Scene {
             textures: self.textures.len(),
             lights: self.lights.len(),
             views: crate::view::shadow_views(self).len(),
-            bounds: (!bounds.is_empty()).then(|| [bounds.min.into(), bounds.max.into()]),
+            bounds: (!bounds.is_empty())
+                .then(|| [bounds.min, bounds.max].map(|corner| (corner + self.origin).into())),
             skipped: self.skipped.clone(),
         }
     }

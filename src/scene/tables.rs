@@ -289,6 +289,7 @@ pub(super) fn material(
         pattern: given.pattern.unwrap_or_default(),
         pattern_scale,
         emission: emission.into(),
+        emissive_texture: None,
         transmission: share("transmission", given.transmission, usual.transmission)?,
         roughness: share("roughness", given.roughness, usual.roughness)?,
         attenuation_color: attenuation_color.into(),

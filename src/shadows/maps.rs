@@ -3,6 +3,7 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources},
     model::View,
+    stage::filter::CURVE_RUN_LAYERS,
     view::atlas::{Atlas, AtlasLimits, MapPlace},
 };
 use glam::UVec2;
@@ -40,10 +41,13 @@ impl Maps {
         views: &[View],
         nodes: u32,
         colored: bool,
+        softened: bool,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
-        // Each layer has several of curves.
-        let limits = AtlasLimits { layers: limits.layers / (nodes / 2).max(1), ..limits };
+        // Each layer has several of curves, and of what softens them.
+        let of_softening = if softened && nodes > 0 { CURVE_RUN_LAYERS } else { 1 };
+        let layers = limits.layers / (nodes / 2).max(of_softening);
+        let limits = AtlasLimits { layers, ..limits };
         let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();
         let atlas = Atlas::pack(&sizes, &limits).ok_or(Error::Limit {
             limit: "layers of the shadow atlas",
@@ -103,12 +107,19 @@ impl Maps {
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        let of_curves = self.curves.size();
+        let layers = of_curves.depth_or_array_layers;
+        let of_curves = [of_curves.width, of_curves.height, layers].map(u64::from);
+        let curves = match self.nodes {
+            0 => self.curves.clone(),
+            _ => allocator.texture("soft_curves", Rgba32Uint, of_curves, usage)?,
+        };
         Ok(Self {
             filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
             colored: None,
-            curves: self.curves.clone(),
+            curves,
             nodes: self.nodes,
             gain: self.gain,
             places: self.places.clone(),

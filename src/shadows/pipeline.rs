@@ -178,7 +178,8 @@ impl Pipeline {
         let mut allocator = Allocator { device, memory: &mut memory };
         let batches = self.bind_batches(request, &mut allocator, &plans, &scratch, raw)?;
         if let Some(soften) = &mut soften {
-            soften.bind(&mut allocator, queue, &self.kernels, &plans, &maps)?;
+            let over = casters.span(LISTS[1].clone()).features.over;
+            soften.bind(&mut allocator, queue, &mut self.kernels, &plans, &maps, over)?;
         }
         Ok(PreparedMaps {
             maps,
@@ -267,7 +268,7 @@ impl MapSet {
         let &Request { device, queue, views, window, colored, .. } = request;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, queue, views, nodes, colored)?;
+        let maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0)?;
         if window == 0 {
             return Ok(Self { maps, soften: None, memory });
         }

@@ -1,14 +1,17 @@
 //! Maps with holes to maps with a grey filter, after all batches.
 use super::{
     context::view_uniform,
-    kernels::{Kernels, OnDemand},
+    kernels::{Kernels, OnDemand, Variant},
     maps::Maps,
     plan::Plan,
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline},
-    stage::filter::{FilterParams, GROUP_SIZE},
+    gpu::{Allocator, Resources, Timeline},
+    stage::{
+        filter::{CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams, GROUP_SIZE},
+        hits::Features,
+    },
 };
 use glam::Vec2;
 use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
@@ -20,6 +23,10 @@ pub(super) struct Soften {
     pub raw: Maps,
     pub window: u32,
     rows: wgpu::Texture,
+    /// Where there are curves.
+    curve_rows: Option<wgpu::Texture>,
+    /// What curves are specialised to.
+    features: Features,
     params: wgpu::Buffer,
     passes: Vec<Pass>,
 }
@@ -28,6 +35,7 @@ pub(super) struct Soften {
 struct Pass {
     rows: BindGroup,
     columns: BindGroup,
+    curves: Option<[BindGroup; 2]>,
     groups: [u32; 3],
 }
 
@@ -43,14 +51,24 @@ impl Soften {
         let like = raw.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
         // Of each view two layers where there are channels.
-        let layers = size[2] * if raw.colored.is_some() { 2 } else { 1 };
-        let size = [size[0], size[1], layers];
-        let rows =
-            allocator.texture("filter_rows", Rgba32Float, size, TextureUsages::STORAGE_BINDING)?;
+        let layers = if raw.colored.is_some() { 2 } else { 1 };
+        let mut rows = |name, layers| {
+            let size = [size[0], size[1], size[2] * u64::from(layers)];
+            allocator.texture(name, Rgba32Float, size, TextureUsages::STORAGE_BINDING)
+        };
+        let curve_rows =
+            (raw.nodes > 0).then(|| rows("curve_rows", CURVE_RUN_LAYERS)).transpose()?;
+        let rows = rows("filter_rows", layers)?;
         let params = allocator.uniform::<FilterParams>("filter_params");
-        let value = FilterParams { radius: (window / 2) as i32, pad_0: 0, pad_1: 0, pad_2: 0 };
+        let value = FilterParams {
+            radius: (window / 2) as i32,
+            colored: u32::from(raw.colored.is_some()),
+            pad_0: 0,
+            pad_1: 0,
+        };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
-        Ok((soft, Self { raw, window, rows, params, passes: Vec::new() }))
+        let (features, passes) = (Features::NONE, Vec::new());
+        Ok((soft, Self { raw, window, rows, curve_rows, features, params, passes }))
     }
 
     /// Rows and columns.
@@ -62,16 +80,23 @@ impl Soften {
         }
     }
 
-    /// To the views of `plans`.
+    /// To the views of `plans`. `over`: hits may add light.
     pub(super) fn bind(
         &mut self,
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &Kernels,
+        kernels: &mut Kernels,
         plans: &[Plan],
         soft: &Maps,
+        over: bool,
     ) -> Result<(), Error> {
         let device = allocator.device;
+        let Maps { nodes, gain, .. } = *soft;
+        self.features = Features { nodes, gain, over, ..Features::NONE };
+        if self.curve_rows.is_some() {
+            kernels.make(device, Variant::CurveColumns, self.features)?;
+        }
+        let kernels = &*kernels;
         let [rows_kernel, columns_kernel] = self.kernels(kernels);
         let resources = self
             .raw
@@ -89,11 +114,32 @@ impl Soften {
             Ok(Pass {
                 rows: rows_kernel.bind(device, &resources)?,
                 columns: columns_kernel.bind(device, &resources)?,
+                curves: self.bind_curves(device, kernels, &resources, soft)?,
                 groups: [groups.x, groups.y, plan.views.len() as u32],
             })
         };
         self.passes = plans.iter().map(pass).collect::<Result<_, Error>>()?;
         Ok(())
+    }
+
+    /// Rows and columns, of a map with curves.
+    fn bind_curves(
+        &self,
+        device: &wgpu::Device,
+        kernels: &Kernels,
+        resources: &Resources<'_>,
+        soft: &Maps,
+    ) -> Result<Option<[BindGroup; 2]>, Error> {
+        let Some(rows) = &self.curve_rows else { return Ok(None) };
+        let resources = resources
+            .clone()
+            .with("rows", rows)
+            .with("colored", self.raw.colored.as_ref().unwrap_or(&self.raw.opaques))
+            .with("raw_curves", &self.raw.curves)
+            .with("curves", &soft.curves);
+        let columns = kernels.get(Variant::CurveColumns, self.features);
+        let rows = kernels.curve_rows.bind(device, &resources)?;
+        Ok(Some([rows, columns.bind(device, &resources)?]))
     }
 
     pub(super) fn record(
@@ -103,10 +149,17 @@ impl Soften {
         timeline: &mut Timeline,
     ) {
         let [rows_kernel, columns_kernel] = self.kernels(kernels);
-        for Pass { rows, columns, groups } in &self.passes {
+        for Pass { rows, columns, curves, groups } in &self.passes {
             let mut pass = timeline.pass(encoder, "filter");
             rows_kernel.record(&mut pass, rows, *groups);
             columns_kernel.record(&mut pass, columns, *groups);
+            if let Some([rows, columns]) = curves {
+                kernels.curve_rows.record(&mut pass, rows, *groups);
+                let groups = [groups[0], groups[1].div_ceil(CURVE_TEXELS), groups[2]];
+                kernels
+                    .get(Variant::CurveColumns, self.features)
+                    .record(&mut pass, columns, groups);
+            }
         }
     }
 }

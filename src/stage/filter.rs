@@ -1,8 +1,9 @@
 //! filter: holes that dithering left in the opaque depth become a grey filter, by a separable blur
 //! of the visibility over one window of the pattern.
 //!
-//! In: the maps. Out: maps of the same size, in which no depth is blurred.
-use crate::gpu::{KernelDesc, Tier};
+//! In: the maps. Out: maps of the same size, in which no depth is blurred. Curves get what dithered
+//! surfaces let pass as one more ramp.
+use crate::gpu::{Choice, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
 /// Edge of a workgroup [texels].
@@ -26,14 +27,39 @@ pub const COLUMNS: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
+pub const CURVE_ROWS: KernelDesc = KernelDesc {
+    name: "curve_rows",
+    entry: "curve_rows",
+    root: "soften/curve_rows.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+/// Texels in a column that an invocation takes. WGSL: `ROWS` in `wgsl/soften/curve_columns.wgsl`.
+pub const CURVE_TEXELS: u32 = 4;
+
+pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
+    name: "curve_columns",
+    entry: "curve_columns",
+    root: "soften/curve_columns.wgsl",
+    with: &[Choice::new("visit", "soften/curve_columns.wgsl")],
+    constants: &[("NODES", 8.0)],
+    tiers: &[Tier::Core],
+};
+
+/// Layers of what [`CURVE_ROWS`] writes, to a layer of the maps. WGSL: `CURVE_RUN_LAYERS`.
+pub const CURVE_RUN_LAYERS: u32 = 3;
+
 /// WGSL: `wgsl/soften/window.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct FilterParams {
     /// Half the window [texels].
     pub radius: i32,
+    /// Depths are by channel.
+    pub colored: u32,
     pub pad_0: u32,
     pub pad_1: u32,
-    pub pad_2: u32,
 }
-crate::gpu_layout!(FilterParams { radius, pad_0, pad_1, pad_2 });
+crate::gpu_layout!(FilterParams { radius, colored, pad_0, pad_1 });

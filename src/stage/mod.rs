@@ -37,6 +37,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &bin::TILES,
     &filter::ROWS,
     &filter::COLUMNS,
+    &filter::CURVE_ROWS,
+    &filter::CURVE_COLUMNS,
     &colored::ROWS,
     &colored::COLUMNS,
     &air::SCATTER,

@@ -59,7 +59,7 @@ pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
     let own = RENDERERS[tier as usize].get_or_init(|| Mutex::new(renderer(tier)));
     let mut renderer = own.lock().unwrap_or_else(PoisonError::into_inner);
     renderer.configure(|config| config.scatter_tiny = scatter);
-    let options = RenderOptions { maps: true, ..RenderOptions::default() };
+    let options = RenderOptions { maps: true, light: true, ..RenderOptions::default() };
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -2,3 +2,4 @@
 mod air;
 mod golden;
 mod shade;
+mod specks;

@@ -4,10 +4,11 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
-    glam::{UVec2, Vec3, Vec4},
+    glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::Tier,
     model::{
-        Light, LightKind, Material, Particle, Profile, ShadowSettings, Shape, Transfer, Triangle,
+        Light, LightKind, Material, Particle, Profile, ShadowSettings, Shape, Texture, Transfer,
+        Triangle,
     },
     records::Picture,
     reference,
@@ -268,6 +269,32 @@ fn smoke_before_a_slanted_pane_keeps_its_colour() {
     for picture in [twin(&scene), render(Tier::Core, &scene).picture] {
         let [red, _, blue] = middle(&picture);
         assert!(blue > 100 && red < 60, "{:?}", middle(&picture));
+    }
+}
+
+/// An image that is black on the left and white on the right.
+#[test]
+fn emission_is_that_of_its_texture() {
+    for transfer in [Transfer::Opaque, Transfer::Filter] {
+        let emission = Vec3::new(2.0, 1.0, 0.5);
+        let shining = Material { emission, emissive_texture: Some(0), ..material(transfer) };
+        let mut scene = empty(vec![Material { tint: Vec4::W, ..shining }]);
+        scene.camera.eye = Vec3::new(0.0, 0.0, 6.0);
+        let rgba = [[0, 0, 0, 255], [255; 4]].concat();
+        scene.textures.push(Texture { name: String::new(), width: 2, height: 1, rgba });
+        let mut faces = square(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0, 0);
+        for face in &mut faces {
+            face.uvs = face.positions.map(|p| Vec2::new(0.5 + p.x / 2.0, 0.5));
+        }
+        scene.triangles.extend(faces);
+        let pictures = TIERS.map(|tier| render(tier, &scene).picture);
+        for picture in pictures.into_iter().chain([twin(&scene)]) {
+            let row = 32 * picture.size.x as usize;
+            // u = 0.25 is 0.5 m left of the middle, of 64 pixels for 5.07 m.
+            let [left, right] = [25, 38].map(|x| Vec3::from(picture.light[row + x]));
+            assert!(left.max_element() < 0.05 * emission.max_element(), "{transfer:?} {left}");
+            assert!((right / emission - 1.0).abs().max_element() < 0.05, "{transfer:?} {right}");
+        }
     }
 }
 

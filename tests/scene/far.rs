@@ -1,9 +1,14 @@
 //! Scenes far from the origin, where positions lose their last digits.
-use crate::common::scenes::{empty, material, particle, triangle};
+use crate::common::{
+    files::Folder,
+    scenes::{empty, material, particle, triangle},
+};
 use gobo::{
     glam::{Vec3, Vec4},
-    model::Transfer,
-    scene::Scene,
+    model::{LightKind, Transfer},
+    reference,
+    scene::{self, Scene},
+    view::shadow_views,
 };
 
 fn smoke_at(away: f32, radius: f32) -> Scene {
@@ -31,4 +36,77 @@ fn triangles_far_from_the_origin_are_warned_of() {
     assert_eq!(pane(Vec3::X * 100.0).rounding_warning(), None);
     assert!(pane(Vec3::X * 1e5).rounding_warning().is_some());
     assert_eq!(empty(Vec::new()).rounding_warning(), None);
+}
+
+/// A scene `away` from the origin [m]. Its numbers have few digits, so that they are exact there as well.
+fn load_at(away: [f32; 3]) -> Scene {
+    let at =
+        |x: f32, y: f32, z: f32| format!("[{}, {}, {}]", x + away[0], y + away[1], z + away[2]);
+    let toml = format!(
+        "[camera]\neye = {}\ntarget = {}\nsize = [32, 32]\n[shadow]\nsize = 64\n\
+         [[light]]\nkind = \"spot\"\nposition = {}\ndirection = [-1, -2, -0.5]\n\
+         [[light]]\nkind = \"directional\"\ndirection = [0.5, -1, 0.25]\n\
+         [[material]]\nname = \"gel\"\ntint = [0.9, 0.4, 0.2, 0.5]\n\
+         [[particles]]\nfile = \"dust.csv\"\nmaterial = \"gel\"\n\
+         [[shape]]\nkind = \"sphere\"\nmaterial = \"gel\"\ntranslation = {}\n\
+         displace = {{ amplitude = 0.5, speed = 1 }}\n",
+        at(4.0, 3.0, 6.0),
+        at(0.0, 0.0, 0.0),
+        at(1.0, 2.0, 0.5),
+        at(0.5, 0.25, -0.5),
+    );
+    let mut csv = String::from("x,y,z,radius\n");
+    for i in 0..200_i32 {
+        let place = [i * 37 % 101, i * 61 % 97, i * 29 % 89].map(|v| v as f32 / 64.0 - 0.75);
+        let [x, y, z]: [f32; 3] = std::array::from_fn(|axis| place[axis] + away[axis]);
+        csv += &format!("{x},{y},{z},0.03125\n");
+    }
+    let folder = Folder::new();
+    folder.write("dust.csv", csv);
+    scene::load(&folder.write("scene.toml", toml)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// What is moved as a whole has the same shadows. Positions have the digits that they need there, and
+/// sums of them would lose them.
+#[test]
+fn a_scene_far_away_has_the_shadows_of_one_at_the_origin() {
+    let near = load_at([0.0; 3]);
+    assert_eq!(near.origin, Vec3::ZERO);
+    let away = [8192.0, 0.0, -16384.0];
+    let far = load_at(away);
+    assert_eq!(far.origin, Vec3::from(away));
+    assert!(far.rounding_warning().is_none());
+    assert_eq!((near.camera, &near.particles), (far.camera, &far.particles));
+    let position = |scene: &Scene| match scene.lights[0].kind {
+        LightKind::Spot { position, .. } => position,
+        _ => unreachable!(),
+    };
+    assert_eq!(position(&near), position(&far));
+    // Its corners are made far away, and rounded there; those of a later time are not.
+    let [mut near, mut far] = [near, far];
+    for (a, b) in near.triangles.iter().zip(&far.triangles) {
+        let apart = (0..3).map(|i| a.positions[i].distance(b.positions[i])).fold(0.0, f32::max);
+        assert!(apart < 2e-3, "{apart}");
+    }
+    near.set_time(1.0);
+    far.set_time(1.0);
+    assert_eq!(near.triangles, far.triangles);
+    let views = shadow_views(&near);
+    assert_eq!(views, shadow_views(&far));
+    let [a, b] = [&near, &far].map(|scene| reference::render_maps(scene, &views).0);
+    for (a, b) in a.iter().zip(&b) {
+        assert!(a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque);
+        assert!(a.filter.iter().any(|f| f[0] < 0.9));
+    }
+}
+
+#[test]
+fn what_is_near_or_large_enough_stays_where_it_is() {
+    let mut scene = smoke_at(10_000.0, 10.0);
+    scene.recentre();
+    assert_eq!((scene.origin, scene.particles[0].center.x), (Vec3::ZERO, 10_000.0));
+    let mut scene = smoke_at(3.0, 1e-4);
+    scene.particles.push(particle(Vec3::NEG_X * 3.0, 1e-4, Vec4::ONE));
+    scene.recentre();
+    assert_eq!(scene.origin, Vec3::ZERO);
 }

@@ -180,6 +180,36 @@ fn materials_become_casters() {
 }
 
 #[test]
+fn emissive_textures_are_read() {
+    let shining = r#""emissiveFactor": [0, 1, 0], "emissiveTexture": {"index": 0},"#;
+    let with = document("").replace(r#""emissiveFactor": [0, 1, 0],"#, shining);
+    assert_ne!(with, document(""));
+    let model = load("shining.glb", glb_of(&with)).unwrap();
+    let leaf = material(&model, "leaf");
+    let image = &model.textures[leaf.emissive_texture.unwrap() as usize];
+    // Its alpha says nothing.
+    assert_eq!(image.rgba, [255, 255, 255, 255, 188, 188, 188, 255]);
+    assert_eq!((leaf.texture, leaf.emission), (None, Vec3::new(0.0, 3.0, 0.0)));
+    assert!(!model.skipped.keys().any(|reason| reason.contains("emissive")), "{:?}", model.skipped);
+    // What shines by a factor of 0 needs no image.
+    let dark = with.replace("\"emissiveFactor\": [0, 1, 0],", "");
+    let model = load("dark.glb", glb_of(&dark)).unwrap();
+    assert_eq!(material(&model, "leaf").emissive_texture, None);
+}
+
+#[test]
+fn glass_that_would_blur_or_bend_is_said_once() {
+    let model = load("glass.glb", glb_of(&document(""))).unwrap();
+    let about = |model: &Model| {
+        model.notes.iter().filter(|note| note.contains("roughness and ior")).count()
+    };
+    assert_eq!(about(&model), 1, "{:?}", model.notes);
+    assert!(model.notes[0].contains("3 transmitting"), "{:?}", model.notes);
+    let clear = document("").replace("KHR_materials_transmission", "KHR_materials_other");
+    assert_eq!(about(&load("clear.glb", glb_of(&clear)).unwrap()), 0);
+}
+
+#[test]
 fn bodies_grow_with_their_node() {
     let file = TempFile::new("grown.glb", glb_of(&document("")));
     let model = load_model(&file.0, Mat4::from_scale(Vec3::splat(2.0))).unwrap();

@@ -7,4 +7,5 @@ mod filter;
 mod host_shader;
 mod light_points;
 mod occlude;
+mod soften_curves;
 mod sort;

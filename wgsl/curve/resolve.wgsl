@@ -7,7 +7,8 @@ import package::curve::light4::{
     Light4, black4, fixed, light4, plus, quotient, scaled, selected, white4,
 };
 import package::curve::list::{adding, clear_list, insert, last_end};
-import package::curve::node::{CURVE_SEGMENT, DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
+import package::curve::loaded::loaded_node;
+import package::curve::node::CURVE_SEGMENT;
 import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::partial::{first_node, partial_size};
 import package::curve::tile::store_pair;
@@ -15,7 +16,7 @@ import package::curve::volumes::{
     Ramp4, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
     rest_steps, surface_light,
 };
-import package::features::{HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
+import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 import package::records::tile::Tile;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
@@ -24,14 +25,6 @@ import choice::state::ROWS;
 
 fn ordered() -> bool {
     return false;
-}
-
-fn channel(bits: vec4<u32>) -> vec4<f32> {
-    let share = vec4<f32>(bits & vec4(0xfffu)) / LEVELS;
-    if HAS_GAIN {
-        return select(exp2(share * OCTAVES + DARKEST_LOG), vec4(0.0), (bits & vec4(0xfffu)) == vec4(0u));
-    }
-    return share;
 }
 
 // Four rows of a segment.
@@ -155,14 +148,10 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
             let odd = node % 2u == 1u;
             let firsts = select(vec4(a.x, b.x, c.x, d.x), vec4(a.z, b.z, c.z, d.z), odd);
             let seconds = select(vec4(a.y, b.y, c.y, d.y), vec4(a.w, b.w, c.w, d.w), odd);
-            let root = vec4<f32>((firsts >> vec4(4u)) & vec4(0xfffu)) / LEVELS;
-            start = firsts >> vec4(16u);
-            end = vec4<u32>(min(round(vec4<f32>(start) + root * root * DEPTHS), vec4(DEPTHS)));
-            let light = Light4(
-                channel(((firsts & vec4(15u)) << vec4(8u)) | (seconds >> vec4(24u))),
-                channel(seconds >> vec4(12u)),
-                channel(seconds),
-            );
+            let loaded = loaded_node(firsts, seconds);
+            let light = loaded.light;
+            start = loaded.start;
+            end = loaded.end;
             if HAS_OVER {
                 let share = scale_shares(light, f32(node + 1u) / f32(NODES));
                 own = black4();

@@ -1,4 +1,4 @@
-// Rust: `GpuMaterial` in src/records/footprint.rs; the numbers are those of `Transfer`, `Shape` and
+// Rust: `GpuMaterial` in src/records/material.rs; the numbers are those of `Transfer`, `Shape` and
 // `Profile` in src/model/caster.rs.
 
 struct GpuMaterial {
@@ -18,6 +18,9 @@ struct GpuMaterial {
     blue_first: u32,    // texel of `casters` where the blue noise starts
     absorption: vec3<f32>, // of the way through a closed mesh [1/m]
     receives: u32,
+    emissive_size: vec2<f32>, // of the emissive texture [texels]
+    emissive_texture: u32,    // layer, NO_TEXTURE for none
+    pad_0: u32,
 }
 
 const MAX_MATERIALS: u32 = 512u;

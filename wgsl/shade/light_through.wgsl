@@ -15,7 +15,7 @@ fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
     let source = light_record(light);
     let toward = incoming(source, position).toward;
     let face = normal * select(-1.0, 1.0, dot(normal, toward) > 0.0);
-    set_receiver(RECEIVES_CURVE, NO_OWNER);
+    set_receiver(RECEIVES_CURVE, NO_OWNER, false);
     return shadow(source, position, face, toward, picture_params.bias);
 }
 

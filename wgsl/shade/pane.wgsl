@@ -3,8 +3,7 @@
 
 import package::hit::caster_hit::Hit;
 import package::records::material::{GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER};
-import package::shade::shading::{Gloss, mirrored};
-import package::shade::surface::face_normal;
+import package::shade::shading::{Gloss, mirrored_sky};
 
 // Premultiplied: glass keeps its highlights where it is clear.
 fn sheet_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
@@ -18,8 +17,9 @@ fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
     return hit.opacity * select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_own), covers);
 }
 
-fn mirrored_share(hit: Hit, material: GpuMaterial, setup: u32, to_eye: vec3<f32>) -> f32 {
-    return mirrored(sheet_gloss(hit, material), abs(dot(face_normal(setup), to_eye)));
+// Of the sky; `normal` is on the eye's side.
+fn mirrored_share(hit: Hit, material: GpuMaterial, normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
+    return mirrored_sky(sheet_gloss(hit, material), dot(normal, to_eye), material.roughness);
 }
 
 // What gathers light scatters all of it.

@@ -36,7 +36,7 @@ fn point_light(point: Point) -> vec3<f32> {
     let bias = picture_params.bias + point.reach;
     let list = cluster_list(point.cluster);
     let count = select(list.count, 0u, point.kind == POINT_NONE);
-    set_receiver(point.receives, point.tag);
+    set_receiver(point.receives, point.tag, is_solid);
     var diffuse = ambient(point);
     var shine = vec3(0.0);
     for (var i = 0u; i < count; i += 1u) {

@@ -8,21 +8,24 @@ import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, shadow
 import package::records::material::{RECEIVES_CURVE, RECEIVES_OPAQUE, RECEIVES_OTHERS};
 import package::records::view::{GpuView, PART_FACE, PART_WINDOW};
 import package::shade::receiver::{is_tinted, receives};
+import package::shade::tint::{set_plane, tint_depth};
 
 // What one texel lets through to light depth z: the rules of the receiver. Texels beside the
 // view's map are those on its border.
 fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
-    let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
+    let own = clamp(texel, vec2(0.0), view.size - 1.0);
+    let tint_z = tint_depth(view, own + 0.5, z, bias);
+    let at = view.origin + vec2<u32>(own);
     let depths = textureLoad(opaques, at, view.layer, 0).rgb;
     let solid = select(depths.rrr, depths, picture_params.colored != 0u);
     // A curve knows no owners.
     if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
-        return select(curve_light(view, at, z - bias), vec3(0.0), vec3(z) > solid + bias);
+        return select(curve_light(view, at, tint_z), vec3(0.0), vec3(z) > solid + bias);
     }
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0);
     let whose = select(is_tinted(filtered, nearest), receives != RECEIVES_OPAQUE, NODES > 0u);
-    let tinted = z > nearest + bias && whose;
+    let tinted = tint_z > nearest && whose;
     let passed = select(vec3(1.0), filtered.rgb, tinted);
     return select(passed, vec3(0.0), vec3(z) > solid + bias);
 }
@@ -33,6 +36,7 @@ fn spline(t: f32) -> vec3<f32> {
 }
 
 // Nine texels, each asked for itself, weighted by the spline.
+// `point`: lifted off what set_plane knows.
 fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let distance = -p.z;
@@ -142,6 +146,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
             }
             index += 1u;
         }
+        set_plane(view, point, normal);
         sum += receive(view, at, bias) * (rest * share);
         rest *= 1.0 - share;
         let is_done = rest <= 0.0 || index == last || view.part == PART_FACE;

@@ -5,10 +5,12 @@ import package::records::owner::stored_tag;
 
 var<private> receives: u32;     // RECEIVES_*
 var<private> receiver_tag: u32; // of its object
+var<private> is_solid: bool;    // it is in no filter, so that none of what is translucent is its own
 
-fn set_receiver(accepts: u32, tag: u32) {
+fn set_receiver(accepts: u32, tag: u32, solid: bool) {
     receives = accepts;
     receiver_tag = tag;
+    is_solid = solid;
 }
 
 // Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest` as the

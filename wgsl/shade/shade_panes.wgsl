@@ -1,14 +1,13 @@
 // shade, panes: the two nearest panes of each pixel of a band, as points. One invocation per pixel.
 // CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
-import package::bind::loaded::footprints;
 import package::bind::sampled::layers;
-import package::bind::uniform::{band, materials, picture_params, views};
+import package::bind::uniform::{band, materials, views};
 import package::hit::caster_hit::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_SHEET, Point};
-import package::records::record::{FOOTPRINT_TEXELS, TRIANGLE_BIT, record_texel};
+import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::band::band_pixel;
@@ -16,26 +15,24 @@ import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, pane_of};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color, sheet_gloss};
 import package::shade::shading::sky;
 import package::shade::store_point::store_point;
-import package::shade::surface::{eye, face_normal, toward, triangle_normal, world_point};
+import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 import package::walk::lane::LANES;
 
 fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
     let hit = triangle_hit(pane.setup, pixel);
     let material = materials[hit.material];
-    let footprint = picture_params.first_setup + pane.setup;
-    let id = textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)).w;
     let position = world_point(view, pixel, pane.depth);
     let to_eye = normalize(eye() - position);
     let weights = triangle_weights(pane.setup, pixel).xyz;
-    let normal = toward(to_eye, triangle_normal(id & ~TRIANGLE_BIT, weights));
+    let normals = normals_at(pane_caster(pane.setup), pane.setup, weights, to_eye);
     let gloss = sheet_gloss(hit, material);
-    let mirror = mirrored_share(hit, material, pane.setup, to_eye);
+    let mirror = mirrored_share(hit, material, normals.normal, to_eye);
     let scattered = scattered_share(hit, material, true) * (1.0 - mirror);
     return Point(
         POINT_SHEET,
         position,
-        toward(to_eye, face_normal(pane.setup)),
-        normal,
+        normals.face,
+        normals.normal,
         0.0,
         cluster_of(pixel, pane.depth),
         material.receives,
@@ -44,7 +41,7 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
         material.roughness,
         gloss.reflectivity,
         gloss.polish,
-        mirror * sky(reflect(-to_eye, normal)),
+        mirror * sky(reflect(-to_eye, normals.normal)),
     );
 }
 

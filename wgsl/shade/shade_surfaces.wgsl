@@ -16,9 +16,10 @@ import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::band::band_pixel;
+import package::shade::emission::emission_at;
 import package::shade::shading::sky;
 import package::shade::store_point::store_point;
-import package::shade::surface::{eye, face_normal, toward, triangle_normal, world_point};
+import package::shade::surface::{eye, normals_at, world_point};
 import package::walk::lane::LANES;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
@@ -38,12 +39,12 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         albedo *= sample_texture(images, material.texture, material.texture_size, uv).rgb;
     }
     let position = world_point(view, pixel, depth);
-    let to_eye = normalize(eye() - position);
+    let normals = normals_at(id, setup, weights, normalize(eye() - position));
     return Point(
         POINT_SOLID,
         position,
-        toward(to_eye, face_normal(setup)),
-        toward(to_eye, triangle_normal(id & ~TRIANGLE_BIT, weights)),
+        normals.face,
+        normals.normal,
         0.0,
         cluster_of(pixel, depth),
         material.receives,
@@ -52,7 +53,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         material.roughness,
         0.0,
         1.0,
-        material.emission,
+        emission_at(material, setup, weights),
     );
 }
 

@@ -9,10 +9,12 @@ fn sky(direction: vec3<f32>) -> vec3<f32> {
     return picture_params.background * (1.0 + 0.35 * direction.y);
 }
 
-// Schlick 1994, of glass and most that is no metal.
-fn fresnel(cosine: f32) -> f32 {
+const HEAD_ON: f32 = 0.04; // what glass mirrors that is looked at straight
+
+// Schlick 1994, of glass and most that is no metal; `grazing`: what is mirrored at 90 degrees.
+fn fresnel(cosine: f32, grazing: f32) -> f32 {
     let rest = clamp(1.0 - cosine, 0.0, 1.0);
-    return 0.04 + 0.96 * rest * rest * rest * rest * rest;
+    return HEAD_ON + (grazing - HEAD_ON) * rest * rest * rest * rest * rest;
 }
 
 // How much is mirrored: all of what reflects by itself, of the rest what shines like glass.
@@ -22,7 +24,13 @@ struct Gloss {
 }
 
 fn mirrored(gloss: Gloss, cosine: f32) -> f32 {
-    return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * fresnel(cosine);
+    return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * fresnel(cosine, 1.0);
+}
+
+// As `mirrored`, of light from all around: what is rough has no grazing shine (Lagarde 2011).
+fn mirrored_sky(gloss: Gloss, cosine: f32, roughness: f32) -> f32 {
+    let share = fresnel(cosine, max(1.0 - roughness, HEAD_ON));
+    return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * share;
 }
 
 // Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.

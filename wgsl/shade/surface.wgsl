@@ -1,9 +1,12 @@
 // Points and normals of what the camera sees. CPU twin: src/reference/shading/mod.rs.
 
+import package::bind::loaded::footprints;
 import package::bind::sampled::triangles;
 import package::bind::uniform::picture_params;
 import package::records::octahedral::from_octahedral;
-import package::records::record::{TRIANGLE_TEXELS, record_texel};
+import package::records::record::{
+    FOOTPRINT_TEXELS, TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel,
+};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
@@ -18,6 +21,25 @@ fn eye() -> vec3<f32> {
     return picture_params.world_from_view[3].xyz;
 }
 
+// Of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
+// the interpolated one may look away from the eye, and still is the face's.
+struct Normals {
+    face: vec3<f32>,
+    normal: vec3<f32>,
+}
+
+// `id`: of the caster.
+fn normals_at(id: u32, setup: u32, barycentric: vec3<f32>, to_eye: vec3<f32>) -> Normals {
+    let face = toward(to_eye, face_normal(setup));
+    return Normals(face, toward(face, triangle_normal(id & ~TRIANGLE_BIT, barycentric)));
+}
+
+// The caster of a pane.
+fn pane_caster(setup: u32) -> u32 {
+    let footprint = picture_params.first_setup + setup;
+    return textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)).w;
+}
+
 fn triangle_normal(id: u32, barycentric: vec3<f32>) -> vec3<f32> {
     let bits = textureLoad(triangles, record_texel(id * TRIANGLE_TEXELS + 4u), 0).xyz;
     let normal = from_octahedral(bits.x) * barycentric.x + from_octahedral(bits.y) * barycentric.y
@@ -29,6 +51,6 @@ fn face_normal(setup: u32) -> vec3<f32> {
     return from_octahedral(setup_texel(setup, 6u).z);
 }
 
-fn toward(to_eye: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    return select(-normal, normal, dot(normal, to_eye) >= 0.0);
+fn toward(side: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    return select(-normal, normal, dot(normal, side) >= 0.0);
 }

@@ -2,9 +2,9 @@
 
 struct FilterParams {
     radius: i32, // half the window [texels]
+    colored: u32, // depths are by channel
     pad_0: u32,
     pad_1: u32,
-    pad_2: u32,
 }
 
 // blocked share, nearest dithered depth, depth behind the closest hole (-1: none), its distance

@@ -13,10 +13,11 @@ import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::view::GpuView;
 import package::shade::air::air_at;
 import package::shade::cost::count_pair;
+import package::shade::emission::emission_at;
 import package::shade::fog::{cross_face, fog_to, start_fog};
 import package::shade::layer::{NOWHERE, NO_PANE, Pane};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color};
-import package::shade::surface::{eye, world_point};
+import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 
@@ -80,7 +81,9 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     let material = materials[hit.material];
     let adds = material.transfer == TRANSFER_NONE;
     let to_eye = normalize(eye() - world_point(view, corner + 0.5, pane.depth));
-    let mirror = mirrored_share(hit, material, pane.setup, to_eye);
+    let weights = triangle_weights(pane.setup, corner + 0.5).xyz;
+    let normals = normals_at(pane_caster(pane.setup), pane.setup, weights, to_eye);
+    let mirror = mirrored_share(hit, material, normals.normal, to_eye);
     let behind = (1.0 - mirror) * (1.0 - scattered_share(hit, material, false));
     // `gain` amplifies light sources, not the background.
     let light = select(hit.light, vec3(1.0), material.transfer == TRANSFER_GAIN);
@@ -90,7 +93,8 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     } else if !adds && second_pane.depth == NOWHERE {
         second_pane = shown;
     }
-    let own = hit.opacity * (material.emission + select(vec3(0.0), hit.color, adds));
+    let emission = emission_at(material, pane.setup, weights);
+    let own = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
     lay(pane.depth, own, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {
         passed *= select(cross_face(pane.setup, pane.depth), vec3(1.0), adds);

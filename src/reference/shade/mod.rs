@@ -6,6 +6,7 @@ use super::{
     air::AirVolume,
     bin::{Bins, bin},
     caster_hit::{Hit, Records, Target, metres_per_depth},
+    hit::TriangleHit,
     maps::{SceneRecords, ViewCasters, depth_order},
     occlude::is_solid,
     project::ProjectParams,
@@ -16,8 +17,8 @@ use super::{
 use crate::{
     model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
     records::{
-        AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleSetup, ViewMaps,
-        from_octahedral,
+        AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleRecord,
+        TriangleSetup, ViewMaps, from_octahedral,
     },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
@@ -104,6 +105,30 @@ impl<'a> Seen<'a> {
             absorptions: &self.records.absorptions,
             images: &self.records.images,
         }
+    }
+
+    /// Of a triangle that a ray meets.
+    fn emission(&self, material: &Material, met: Option<TriangleHit>) -> Vec3 {
+        let texture = material.emissive_texture.zip(met);
+        texture.map_or(material.emission, |(texture, met)| {
+            material.emission * self.records.images[texture as usize].sample(met.uv).truncate()
+        })
+    }
+
+    /// Of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
+    /// the interpolated one may look away from the eye, and still is the face's.
+    fn normals(&self, footprint: &Footprint, met: Option<TriangleHit>, to_eye: Vec3) -> [Vec3; 2] {
+        let weights = met.map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
+        let [a, b, c] = self.record(footprint).normals.map(from_octahedral);
+        let normal = a * weights.x + b * weights.y + c * weights.z;
+        let normal = normal / normal.length().max(1e-6);
+        let toward = |side: Vec3, n: Vec3| if n.dot(side) >= 0.0 { n } else { -n };
+        let face = toward(to_eye, from_octahedral(self.setup(footprint).normal));
+        [face, toward(face, normal)]
+    }
+
+    fn record(&self, footprint: &Footprint) -> &TriangleRecord {
+        &self.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize]
     }
 
     fn setup(&self, footprint: &Footprint) -> &TriangleSetup {
@@ -234,24 +259,21 @@ impl Eye<'_> {
         let setup = seen.setup(footprint);
         let position = self.point(pixel, hit.depth);
         let to_eye = (self.position() - position).normalize();
-        let record = &seen.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize];
-        let weights = setup.hit(pixel).map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
-        let [a, b, c] = record.normals.map(from_octahedral);
-        let normal = a * weights.x + b * weights.y + c * weights.z;
-        let normal = normal / normal.length().max(1e-6);
-        let toward = |n: Vec3| if n.dot(to_eye) >= 0.0 { n } else { -n };
+        let record = seen.record(footprint);
+        let met = setup.hit(pixel);
+        let [face, normal] = seen.normals(footprint, met, to_eye);
         Point {
             kind: PointKind::Solid,
             position,
-            face: toward(from_octahedral(setup.normal)),
-            normal: toward(normal),
+            face,
+            normal,
             to_eye,
             reach: 0.0,
             receiver: Receiver::new(material, record.id),
             albedo: seen_color(hit, material),
             roughness: material.roughness,
             gloss: Gloss::SOLID,
-            emission: material.emission,
+            emission: seen.emission(material, met),
         }
     }
 
@@ -325,14 +347,16 @@ impl Eye<'_> {
     ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
         let (depth, opacity) = (hit.depth, hit.opacity);
         let before = self.air_before(pixel, depth);
-        let emitted = opacity * material.emission * before.w;
+        let setup = clear.setup(footprint);
+        let met = setup.hit(pixel);
+        let emitted = opacity * clear.emission(material, met) * before.w;
         if material.transfer == Transfer::None {
             let own = emitted + opacity * seen_color(hit, material) * before.w;
             return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
         }
-        let setup = clear.setup(footprint);
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
-        let mirrored = mirrored_share(material, hit, from_octahedral(setup.normal), to_eye);
+        let [_, normal] = clear.normals(footprint, met, to_eye);
+        let mirrored = mirrored_share(material, hit, normal, to_eye);
         // What covers has taken its share by its transfer.
         let covers = material.transfer == Transfer::Over;
         let scattered = if covers { 0.0 } else { scattered_share(material, opacity) };
@@ -358,7 +382,7 @@ impl Eye<'_> {
         pixel: Vec2,
     ) -> Point {
         let surface = self.triangle(clear, footprint, material, hit, pixel);
-        let mirrored = mirrored_share(material, hit, surface.face, surface.to_eye);
+        let mirrored = mirrored_share(material, hit, surface.normal, surface.to_eye);
         let reflected = (-surface.to_eye).reflect(surface.normal);
         let share = scattered_share(material, hit.opacity) * (1.0 - mirrored);
         Point {
@@ -377,8 +401,9 @@ fn sheet_gloss(material: &Material, hit: &Hit) -> Gloss {
     Gloss { reflectivity: material.reflectivity, polish }
 }
 
-fn mirrored_share(material: &Material, hit: &Hit, face: Vec3, to_eye: Vec3) -> f32 {
-    sheet_gloss(material, hit).mirrored(face.dot(to_eye).abs())
+/// Of the sky; `normal` is on the eye's side.
+fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) -> f32 {
+    sheet_gloss(material, hit).mirrored_sky(normal.dot(to_eye), material.roughness)
 }
 
 /// A sheet that is not clear scatters half of what it covers and filters the rest.

@@ -68,14 +68,21 @@ pub struct Receiver {
     receives: Receives,
     /// Of its object.
     tag: u16,
+    /// It is in no filter, so that none of what is translucent is its own.
+    solid: bool,
 }
 
 impl Receiver {
     /// Tinted by all that is before it.
-    pub const AIR: Self = Self { receives: Receives::Curve, tag: 0 };
+    pub const AIR: Self = Self { receives: Receives::Curve, tag: 0, solid: false };
 
     pub fn new(material: &Material, id: u32) -> Self {
-        Self { receives: material.receives, tag: owner_tag(id) }
+        Self { receives: material.receives, tag: owner_tag(id), solid: false }
+    }
+
+    #[must_use]
+    pub fn of_kind(self, kind: PointKind) -> Self {
+        Self { solid: kind == PointKind::Solid, ..self }
     }
 }
 
@@ -92,7 +99,17 @@ impl Gloss {
 
     /// `cosine` of the angle between the eye and the normal.
     pub fn mirrored(self, cosine: f32) -> f32 {
-        self.reflectivity + (1.0 - self.reflectivity) * self.polish * fresnel(cosine)
+        self.of(fresnel(cosine, 1.0))
+    }
+
+    /// As [`Self::mirrored`], of light from all around: what is rough has no grazing shine (Lagarde
+    /// 2011).
+    pub fn mirrored_sky(self, cosine: f32, roughness: f32) -> f32 {
+        self.of(fresnel(cosine, (1.0 - roughness).max(HEAD_ON)))
+    }
+
+    fn of(self, share: f32) -> f32 {
+        self.reflectivity + (1.0 - self.reflectivity) * self.polish * share
     }
 }
 
@@ -136,7 +153,8 @@ impl<'a> Lighting<'a> {
             }
             // Off itself, on the light's side.
             let face = if side > 0.0 { point.face } else { -point.face };
-            let through = self.shadow(light, point.position, face, toward, bias, point.receiver);
+            let receiver = point.receiver.of_kind(point.kind);
+            let through = self.shadow(light, point.position, face, toward, bias, receiver);
             let passed = color * through;
             diffuse += passed * scattered(point.kind, cosine);
             if point.kind != PointKind::Particle && cosine > 0.0 {
@@ -200,9 +218,12 @@ fn scattered(kind: PointKind, cosine: f32) -> f32 {
     }
 }
 
-/// Schlick 1994, of glass and most that is no metal.
-fn fresnel(cosine: f32) -> f32 {
-    0.04 + 0.96 * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
+/// What glass mirrors that is looked at straight.
+const HEAD_ON: f32 = 0.04;
+
+/// Schlick 1994, of glass and most that is no metal; `grazing`: what is mirrored at 90 degrees.
+fn fresnel(cosine: f32, grazing: f32) -> f32 {
+    HEAD_ON + (grazing - HEAD_ON) * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
 /// Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.

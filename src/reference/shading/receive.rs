@@ -8,36 +8,104 @@ use crate::{
 use glam::{Vec2, Vec3};
 use std::ops::Range;
 
+/// What receives, in world space; `normal` is on the light's side, zero where there is none.
+#[derive(Clone, Copy, Debug)]
+struct Surface {
+    point: Vec3,
+    normal: Vec3,
+}
+
+/// Of a surface, in view space.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    point: Vec3,
+    normal: Vec3,
+}
+
+/// Of the bias: how much deeper a solid receiver lies than it is, so that it is behind what lies on it.
+const TOUCH: f32 = 1.0 / 16.0;
+/// Cosine between a plane's normal and a ray below which the plane has no depth along it.
+const EDGE_ON: f32 = 0.02;
+
+impl Plane {
+    fn new(view: &GpuView, surface: Surface) -> Self {
+        Self {
+            point: view.view_from_world.transform_point3(surface.point),
+            normal: view.view_from_world.transform_vector3(surface.normal),
+        }
+    }
+
+    /// Light depth along the ray through `texel` (view's map) from which on what is translucent tints
+    /// the receiver, which is at `z`. What is solid cannot tint itself, and counts where its plane meets
+    /// the ray: up to what touches it.
+    fn tint_depth(
+        &self,
+        view: &GpuView,
+        texel: Vec2,
+        z: f32,
+        bias: f32,
+        receiver: Receiver,
+    ) -> f32 {
+        if !receiver.solid {
+            return z - bias;
+        }
+        let Self { point, normal } = *self;
+        let slope = (texel - view.size * 0.5) / view.scale;
+        let perspective = view.perspective > 0.0;
+        // From the eye, or from the eye's plane.
+        let way = if perspective { Vec3::new(slope.x, -slope.y, -1.0) } else { Vec3::NEG_Z };
+        let start = if perspective { Vec3::ZERO } else { Vec3::new(slope.x, -slope.y, 0.0) };
+        let meets = normal.dot(way);
+        let is_edge_on = meets.abs() < EDGE_ON * way.length();
+        let along = if is_edge_on { -point.z } else { normal.dot(point - start) / meets };
+        (along - view.near) / (view.far - view.near) + TOUCH * bias
+    }
+}
+
 impl Lighting<'_> {
     fn receive_texel(
         &self,
         view: usize,
         texel: Vec2,
         z: f32,
+        plane: Plane,
         bias: f32,
         receiver: Receiver,
     ) -> Vec3 {
         let size = self.views[view].size;
-        let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
+        let at = texel.clamp(Vec2::ZERO, size - 1.0);
+        let tint_z = plane.tint_depth(&self.views[view], at + 0.5, z, bias, receiver);
+        let at = at.as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
         let tinted = match receiver.receives {
             Receives::Curve | Receives::Nearest => true,
             Receives::Opaque => false,
             Receives::Others => map.owner.get(i) != Some(&receiver.tag),
         };
+        let by_channel = |light: Vec3| {
+            map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
+        };
         // A curve knows no owners.
         let by_curve = matches!(receiver.receives, Receives::Curve | Receives::Others);
         if let Some(curve) = map.curve.as_ref().filter(|_| by_curve) {
-            return receive_curve(z, map.opaque[i], bias, |z| curve.light_at(i, z));
+            let light = receive_curve(z, map.opaque[i], bias, |_| curve.light_at(i, tint_z));
+            return by_channel(light);
         }
         let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
-        let texel = MapTexel { filter, nearest: map.nearest[i], opaque: map.opaque[i] };
-        let light = receive(z, &texel, bias);
-        map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
+        let nearest = if tint_z > map.nearest[i] { f32::NEG_INFINITY } else { f32::INFINITY };
+        let texel = MapTexel { filter, nearest, opaque: map.opaque[i] };
+        by_channel(receive(z, &texel, bias))
     }
 
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
-    fn receive(&self, index: usize, point: Vec3, bias: f32, receiver: Receiver) -> Vec3 {
+    fn receive(
+        &self,
+        index: usize,
+        point: Vec3,
+        surface: Surface,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
         let view = &self.views[index];
         let p = view.view_from_world.transform_point3(point);
         let distance = -p.z;
@@ -53,11 +121,13 @@ impl Lighting<'_> {
         let middle = place.floor().clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
         let t = (place - middle - 0.5).clamp(Vec2::splat(-0.5), Vec2::splat(0.5));
         let (x, y) = (spline(t.x), spline(t.y));
+        let plane = Plane::new(view, surface);
         let mut light = Vec3::ZERO;
         for i in 0..9 {
             let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
             let weight = x[i % 3] * y[i / 3];
-            light += weight * self.receive_texel(index, middle + step, z, bias / range, receiver);
+            light +=
+                weight * self.receive_texel(index, middle + step, z, plane, bias / range, receiver);
         }
         light
     }
@@ -86,7 +156,8 @@ impl Lighting<'_> {
             let at = self.lifted(&self.views[index], point, normal, sine);
             let share = window_share(&self.views[index], at);
             if share > 0.0 {
-                sum += self.receive(index, at, bias, receiver) * (rest * share);
+                let surface = Surface { point, normal };
+                sum += self.receive(index, at, surface, bias, receiver) * (rest * share);
                 rest *= 1.0 - share;
             }
         }
@@ -107,7 +178,7 @@ impl Lighting<'_> {
             return self.through_windows(views, point, normal, sine, bias, receiver);
         }
         let at = self.lifted(&self.views[views.start], point, normal, sine);
-        (self.receive(views.start, at, bias, receiver), 1.0)
+        (self.receive(views.start, at, Surface { point, normal }, bias, receiver), 1.0)
     }
 
     /// The views of the shadow that starts at `first`: of a cube the face that looks at the point.

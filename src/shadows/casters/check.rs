@@ -35,7 +35,8 @@ impl Casters<'_> {
             _ => None,
         })?;
         find("material", materials, |material| {
-            let unknown = material.texture.is_some_and(|index| index as usize >= textures.len());
+            let named = [material.texture, material.emissive_texture];
+            let unknown = named.iter().flatten().any(|&index| index as usize >= textures.len());
             unknown.then_some("its texture is not among the textures")
         })?;
         find("texture", textures, |texture| {

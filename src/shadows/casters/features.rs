@@ -48,7 +48,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
     let features = &mut features[Class::of(material) as usize];
     features.particles |= is_particle;
     features.triangles |= !is_particle;
-    features.textures |= material.texture.is_some();
+    features.textures |= material.texture.or(material.emissive_texture).is_some();
     features.puffs |= is_particle && material.shape == Shape::Puff;
     features.quads |= is_particle && material.shape == Shape::Quad;
     features.dither |= material.transfer == Transfer::Dither;

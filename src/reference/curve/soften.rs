@@ -1,0 +1,138 @@
+//! Twin of `wgsl/soften/curve_*.wgsl`: curves where dithered shadows become grey ones.
+//!
+//! The light of a texel becomes `C(z) V(z)`. `V` is what dithered surfaces let pass over one window of
+//! their pattern, as one ramp with the mean and the spread of their depths. `C` is the texel's own
+//! curve; of a texel that a dithered surface blocks, whose curve ends there, that of the closest hole.
+//! Windows end with the map.
+use super::{Node, Streaming, unpack};
+use crate::{
+    records::{PackedNode, ViewMaps},
+    reference::{
+        filter::{around, texels},
+        occlude::is_dithered,
+    },
+};
+use glam::{BVec3, Vec3};
+
+/// What a run of texels says of dithered surfaces.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// Of the window, by channel.
+    blocked: Vec3,
+    /// Depths of the nearest and of the farthest, 1 and -1 for none.
+    nearest: f32,
+    farthest: f32,
+    /// Of the window, mean of the channels: how much is blocked, by the depth and by its square.
+    moments: Vec3,
+    /// Place along the row of the closest texel with a hole, negative for none, its row, and its
+    /// distance [texels].
+    hole: f32,
+    row: u32,
+    distance: f32,
+}
+
+impl Run {
+    const EMPTY: Self = Self {
+        blocked: Vec3::ZERO,
+        nearest: 1.0,
+        farthest: -1.0,
+        moments: Vec3::ZERO,
+        hole: -1.0,
+        row: 0,
+        distance: 1e6,
+    };
+
+    /// Of one texel with opaque depths by channel.
+    fn of(depths: [f32; 3], x: u32) -> Self {
+        let dithered = BVec3::from_array(depths.map(is_dithered));
+        let depths = Vec3::from_array(depths);
+        let blocked = Vec3::select(dithered, Vec3::ONE, Vec3::ZERO);
+        let all = dithered.all();
+        Self {
+            blocked,
+            nearest: Vec3::select(dithered, depths, Vec3::ONE).min_element(),
+            farthest: Vec3::select(dithered, depths, Vec3::NEG_ONE).max_element(),
+            moments: Vec3::new(
+                blocked.dot(Vec3::ONE),
+                blocked.dot(depths),
+                blocked.dot(depths * depths),
+            ) / 3.0,
+            hole: if all { -1.0 } else { x as f32 },
+            row: 0,
+            distance: if all { 1e6 } else { 0.0 },
+        }
+    }
+
+    fn sum(runs: impl Iterator<Item = (f32, Self, u32)>) -> Self {
+        runs.fold(Self::EMPTY, |mut sum, (weight, run, away)| {
+            sum.blocked += weight * run.blocked;
+            sum.nearest = sum.nearest.min(run.nearest);
+            sum.farthest = sum.farthest.max(run.farthest);
+            sum.moments += weight * run.moments;
+            let distance = run.distance + away as f32;
+            if distance < sum.distance {
+                (sum.hole, sum.row, sum.distance) = (run.hole, run.row, distance);
+            }
+            sum
+        })
+    }
+
+    /// Where the surfaces start to take light and where they end [light depth].
+    fn ramp(&self) -> (f32, f32) {
+        let mean = self.moments.y / self.moments.x;
+        let variance = (self.moments.z / self.moments.x - mean * mean).max(0.0);
+        let most = (mean - self.nearest).min(self.farthest - mean);
+        let half = (3.0 * variance).sqrt().min(most).max(0.0);
+        (mean - half, mean + half)
+    }
+}
+
+impl Streaming {
+    /// As it was packed.
+    fn of(nodes: &[PackedNode], gain: bool, over: bool) -> Self {
+        let mut curve = Self::new(nodes.len() as u32, gain).with_over(over);
+        for (i, &node) in nodes.iter().enumerate() {
+            let (start, length, light) = unpack(node, gain);
+            if start > 0.0 {
+                let end = (start + length).round_ties_even().min(super::DEPTHS) as u32;
+                let span = (start as u32) << 16 | end;
+                curve.nodes[i] = Node { span, light: curve.encode_light(light) };
+                curve.passed = light;
+            }
+        }
+        curve
+    }
+}
+
+/// Before [`crate::reference::filter::filter`], which changes the opaque depths. `over`: hits may
+/// add light.
+pub fn soften_curves(maps: &mut ViewMaps, window: u32, over: bool) {
+    let (radius, size) = ((window / 2) as i32, maps.view.size);
+    let Some(curve) = maps.curve.as_ref().filter(|_| radius > 0) else { return };
+    let depths = |at: usize| maps.colored.get(at).copied().unwrap_or([maps.opaque[at]; 3]);
+    let rows: Vec<Run> = texels(size)
+        .map(|(x, y)| {
+            let taps = around(size.x, x, radius);
+            let run = |x: u32| Run::of(depths((y * size.x + x) as usize), x);
+            Run::sum(taps.map(|(weight, x, away)| (weight, run(x), away)))
+        })
+        .collect();
+    let mut soft = curve.clone();
+    for (at, (x, y)) in texels(size).enumerate() {
+        let taps = around(size.y, y, radius);
+        let row = |y: u32| Run { row: y, ..rows[(y * size.x + x) as usize] };
+        let run = Run::sum(taps.map(|(weight, y, away)| (weight, row(y), away)));
+        if run.moments.x <= 0.0 {
+            continue;
+        }
+        let own = if run.hole < 0.0 { at } else { (run.row * size.x + run.hole as u32) as usize };
+        let mut nodes = Streaming::of(curve.nodes_of(own), curve.gain, over);
+        let (start, end) = run.ramp();
+        nodes.insert(start, end, (Vec3::ONE - run.blocked).max(Vec3::ZERO));
+        let first = at * curve.nodes;
+        for (stored, node) in soft.packed[first..first + curve.nodes].iter_mut().zip(nodes.pack()) {
+            *stored = node;
+        }
+    }
+    maps.curve = Some(soft);
+}

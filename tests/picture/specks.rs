@@ -1,0 +1,145 @@
+//! Single pixels that are wrong where surfaces are seen or lit at grazing angles.
+use crate::common::{
+    TIERS, render,
+    scenes::{empty, light, material, triangle},
+};
+use gobo::{
+    glam::{UVec2, Vec3, Vec4},
+    model::{Light, LightKind, Material, Receiver, Transfer, Triangle},
+    records::Picture,
+    reference,
+    scene::Scene,
+    view::shadow_views,
+};
+use std::f32::consts::PI;
+
+fn pictures(scene: &Scene) -> Vec<Picture> {
+    let views = shadow_views(scene);
+    let (maps, _) = reference::render_maps(scene, &views);
+    let twin = reference::render_picture(scene, &views, &maps);
+    TIERS.map(|tier| render(tier, scene).picture).into_iter().chain([twin]).collect()
+}
+
+fn middle(picture: &Picture) -> Vec3 {
+    let at = picture.size.y / 2 * picture.size.x + picture.size.x / 2;
+    Vec3::from(picture.light[at as usize])
+}
+
+/// A facet at a ball's silhouette: it faces the eye, the normal of the ball that it stands for does
+/// not. Light that meets both from the front is scattered as the cosine says.
+#[test]
+fn a_normal_that_looks_away_from_the_eye_is_no_other_side() {
+    let tint = Vec4::new(0.5, 0.5, 0.5, 1.0);
+    let mut scene = empty(vec![Material { tint, roughness: 1.0, ..material(Transfer::Opaque) }]);
+    scene.camera.eye = Vec3::new(0.0, 0.0, 5.0);
+    scene.camera.size = UVec2::splat(33);
+    let sun = LightKind::Directional { direction: Vec3::NEG_X };
+    scene.lights = vec![Light { intensity: PI, casts: false, ..light(sun) }];
+    let normal = Vec3::new(1.0, 0.0, -0.15).normalize();
+    let (near, far) = (Vec3::new(-0.3, 0.0, 1.5), Vec3::new(0.3, 0.0, -1.5));
+    let corners = [near - Vec3::Y, near + Vec3::Y, far];
+    let facet = Triangle { normals: [normal; 3], ..triangle(corners, 0) };
+    let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    assert!(face.dot(normal).abs() > 0.9 * face.length(), "{face}");
+    scene.triangles.push(facet);
+    let scattered = 0.5 * normal.x;
+    for picture in pictures(&scene) {
+        let lit = middle(&picture);
+        // And a highlight.
+        assert!(lit.x >= 0.98 * scattered && lit.x < 3.0 * scattered, "{lit}");
+    }
+}
+
+/// What a sheet mirrors of the sky: Schlick 1994 by the angle to the surface that its facets stand for;
+/// what is rough has no grazing shine.
+#[test]
+fn a_rim_shines_by_its_normal_and_its_roughness() {
+    let (near, far) = (Vec3::new(-0.15, 0.0, 1.5), Vec3::new(0.15, 0.0, -1.5));
+    let corners = [near - Vec3::Y, near + Vec3::Y, far];
+    let face = Vec3::new(1.0, 0.0, 0.1).normalize();
+    let smooth = Vec3::new(0.8, 0.0, 0.6);
+    let schlick = |cosine: f32| 0.04 + 0.96 * (1.0 - cosine).powi(5);
+    let cases = [
+        (face, 0.0, schlick(face.z)),
+        (smooth, 0.0, schlick(smooth.z)),
+        // It looks away from the eye.
+        (Vec3::new(0.99, 0.0, -0.14), 0.0, 1.0),
+        (face, 1.0, 0.04),
+        (smooth, 1.0, 0.04),
+    ];
+    for (normal, roughness, mirrored) in cases {
+        let clear = Material { transmission: 1.0, roughness, ..material(Transfer::Filter) };
+        let black = Material { tint: Vec4::W, ..material(Transfer::Opaque) };
+        let mut scene = empty(vec![clear, black]);
+        scene.camera.eye = Vec3::new(0.0, 0.0, 5.0);
+        scene.camera.size = UVec2::splat(33);
+        scene.background = Vec3::ONE;
+        scene.triangles.push(Triangle { normals: [normal; 3], ..triangle(corners, 0) });
+        let behind = [(-9.0, -9.0), (9.0, -9.0), (0.0, 9.0)];
+        let behind = behind.map(|(x, y)| Vec3::new(x, y, -3.0));
+        scene.triangles.push(triangle(behind, 1));
+        for picture in pictures(&scene) {
+            let seen = middle(&picture).x;
+            assert!((seen - mirrored).abs() < 0.01, "{normal} {roughness}: {seen} for {mirrored}");
+        }
+    }
+}
+
+/// A floor, seen from straight above, under a slanted sun.
+fn floor(size: u32, across: f32) -> Scene {
+    let white = material(Transfer::Opaque);
+    let green_blocked = Vec4::new(1.0, 0.0, 0.0, 1.0);
+    let gel = Material { tint: green_blocked, visible: false, ..material(Transfer::Filter) };
+    let mut scene = empty(vec![Material { roughness: 1.0, ..white }, gel]);
+    scene.shadow.size = size;
+    scene.shadow.bias = 0.05;
+    let sun = LightKind::Directional { direction: Vec3::new(1.0, -1.0, 0.0).normalize() };
+    scene.lights = vec![Light { intensity: PI, ..light(sun) }];
+    scene.camera.size = UVec2::splat(32);
+    scene.camera.fov_y = 2.0 * (0.5 * across / 4.0_f32).atan();
+    quad(&mut scene, Vec3::ZERO, Vec3::X * 0.5, Vec3::NEG_Z * 0.5, 0);
+    scene
+}
+
+fn quad(scene: &mut Scene, middle: Vec3, x: Vec3, y: Vec3, material: u32) {
+    let corner = |u: f32, v: f32| middle + x * u + y * v;
+    let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
+    let normals = [x.cross(y).normalize(); 3];
+    for corners in [[a, b, c], [a, c, d]] {
+        scene.triangles.push(Triangle { normals, ..triangle(corners, material) });
+    }
+}
+
+/// Pixels of a camera above `x` that are lit by more green than a share of the red.
+fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
+    scene.camera.eye = Vec3::new(x, 4.0, 0.0);
+    scene.camera.target = Vec3::new(x, 0.0, 0.0);
+    scene.camera.up = Vec3::NEG_Z;
+    let is_green = |light: &&[f32; 3]| {
+        assert!(light[0] > 0.5, "{light:?}");
+        light[1] > share * light[0]
+    };
+    pictures(scene).iter().map(|p| p.light.iter().filter(is_green).count()).collect()
+}
+
+/// Right behind a pane that stands on a floor its colour is there, nearer than the bias as well; right
+/// before it is none.
+#[test]
+fn a_pane_tints_the_floor_from_where_it_stands() {
+    for receiver in [Receiver::Nearest, Receiver::Curve] {
+        let mut scene = floor(512, 0.005);
+        scene.shadow.receiver = receiver;
+        quad(&mut scene, Vec3::Y * 0.25, Vec3::Z * 0.5, Vec3::Y * 0.25, 1);
+        assert_eq!(green_pixels(&mut scene, 0.02, 0.02), [0; 3], "{receiver:?}");
+        assert_eq!(green_pixels(&mut scene, -0.02, 0.98), [32 * 32; 3], "{receiver:?}");
+    }
+}
+
+/// The floor is behind what lies on it in every texel, nearer than the bias as well, however slanted
+/// the light.
+#[test]
+fn what_lies_on_a_floor_tints_all_of_it() {
+    let mut scene = floor(64, 0.2);
+    quad(&mut scene, Vec3::Y * 0.002, Vec3::X * 0.25, Vec3::NEG_Z * 0.25, 1);
+    assert_eq!(green_pixels(&mut scene, 0.0, 0.02), [0; 3]);
+}

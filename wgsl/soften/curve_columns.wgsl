@@ -1,0 +1,138 @@
+// soften, curve columns: the curves of four texels in a column to an invocation, less what dithered
+// surfaces block over a window. CPU twin: src/reference/curve/soften.rs. Host: src/stage/filter.rs.
+
+import package::bind::sampled::{raw_curves, rows};
+import package::bind::stored::curves;
+import package::bind::uniform::{filter_params, views};
+import package::curve::light4::{
+    black4, decode_light, encode_lights, encode_means, fixed, scaled, selected, white4,
+};
+import package::curve::list::{adding, clear_list, insert, node_lights, node_means, spans};
+import package::curve::loaded::loaded_node;
+import package::curve::node::curve_layer;
+import package::curve::stored::{packed_pair, packed_row};
+import package::features::NODES;
+import package::records::view::GpuView;
+import package::soften::curve_run::{CURVE_RUN_LAYERS, CurveRun, EMPTY_CURVE_RUN, add_curve_run};
+import package::soften::window::window_weight;
+
+const ROWS: u32 = 4u;
+
+// Hits are no longer in order.
+fn ordered() -> bool {
+    return false;
+}
+
+fn column_run(view: GpuView, size: vec2<i32>, texel: vec2<i32>, radius: i32) -> CurveRun {
+    var sum = EMPTY_CURVE_RUN;
+    let layer = CURVE_RUN_LAYERS * view.layer;
+    for (var i = -radius; i <= radius; i += 1) {
+        let y = clamp(texel.y + i, 0, size.y - 1);
+        let at = vec2<i32>(view.origin) + vec2(texel.x, y);
+        let shares = textureLoad(rows, at, layer, 0);
+        let depths = textureLoad(rows, at, layer + 1u, 0);
+        let hole = textureLoad(rows, at, layer + 2u, 0);
+        let run = CurveRun(shares.rgb, shares.a, depths.rgb, depths.a, hole.xy, hole.z);
+        sum = add_curve_run(sum, run, window_weight(i, radius), abs(i));
+    }
+    return sum;
+}
+
+// Where the surfaces start to take light and where they end.
+fn ramp(run: CurveRun) -> vec2<f32> {
+    let mean = run.moments.y / run.moments.x;
+    let variance = max(run.moments.z / run.moments.x - mean * mean, 0.0);
+    let most = min(mean - run.nearest, run.farthest - mean);
+    let reach = max(min(sqrt(3.0 * variance), most), 0.0);
+    return vec2(mean - reach, mean + reach);
+}
+
+var<private> places: array<vec2<u32>, ROWS>; // whose curves are softened, in the atlas
+
+fn load_node(i: u32, firsts: vec4<u32>, seconds: vec4<u32>) {
+    let node = loaded_node(firsts, seconds);
+    let none = node.start == vec4(0u);
+    let light = selected(node.light, white4(), none);
+    spans[i] = select((node.start << vec4(16u)) | node.end, vec4(0u), none);
+    node_lights[i] = encode_lights(light);
+    node_means[i] = encode_means(light);
+}
+
+fn load_pair(view: GpuView, pair: u32) {
+    let layer = curve_layer(view.layer, pair);
+    let a = textureLoad(raw_curves, places[0], layer, 0);
+    let b = textureLoad(raw_curves, places[1], layer, 0);
+    let c = textureLoad(raw_curves, places[2], layer, 0);
+    let d = textureLoad(raw_curves, places[3], layer, 0);
+    load_node(2u * pair, vec4(a.x, b.x, c.x, d.x), vec4(a.y, b.y, c.y, d.y));
+    load_node(2u * pair + 1u, vec4(a.z, b.z, c.z, d.z), vec4(a.w, b.w, c.w, d.w));
+}
+
+// Where nothing is blocked a curve keeps its bits.
+fn store_pair(view: GpuView, at: vec2<u32>, pair: u32, softened: vec4<bool>) {
+    let nodes = packed_pair(pair);
+    let layer = curve_layer(view.layer, pair);
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let own = textureLoad(raw_curves, at + vec2(0u, i), layer, 0);
+        textureStore(curves, at + vec2(0u, i), layer, select(own, packed_row(nodes, i), softened[i]));
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
+    let view = views[id.z];
+    let size = vec2<i32>(view.size);
+    let first = vec2<i32>(id.xy) * vec2(1, i32(ROWS));
+    if any(first >= size) {
+        return;
+    }
+    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
+    var passing = white4();
+    var start = vec4(0.0);
+    var end = vec4(0.0);
+    var softened = vec4(false);
+    for (var i = 0u; i < ROWS; i += 1u) {
+        let texel = vec2(first.x, min(first.y + i32(i), size.y - 1));
+        let run = column_run(view, size, texel, radius);
+        let own = select(texel, vec2<i32>(run.hole), run.hole.x >= 0.0);
+        places[i] = view.origin + vec2<u32>(own);
+        let left = max(1.0 - run.blocked, vec3(0.0));
+        passing.red[i] = left.r;
+        passing.green[i] = left.g;
+        passing.blue[i] = left.b;
+        softened[i] = run.moments.x > 0.0;
+        let span = ramp(run);
+        start[i] = select(0.0, span.x, softened[i]);
+        end[i] = select(0.0, span.y, softened[i]);
+    }
+    clear_list();
+    adding = black4();
+    load_pair(view, 0u);
+    load_pair(view, 1u);
+    if NODES > 4u {
+        load_pair(view, 2u);
+        load_pair(view, 3u);
+    }
+    if NODES > 8u {
+        load_pair(view, 4u);
+        load_pair(view, 5u);
+        load_pair(view, 6u);
+        load_pair(view, 7u);
+    }
+    let behind = decode_light(node_lights[NODES - 1u], node_means[NODES - 1u]);
+    insert(fixed(start), fixed(end), passing, scaled(behind, passing), softened);
+    let at = view.origin + vec2<u32>(first);
+    store_pair(view, at, 0u, softened);
+    store_pair(view, at, 1u, softened);
+    if NODES > 4u {
+        store_pair(view, at, 2u, softened);
+        store_pair(view, at, 3u, softened);
+    }
+    if NODES > 8u {
+        store_pair(view, at, 4u, softened);
+        store_pair(view, at, 5u, softened);
+        store_pair(view, at, 6u, softened);
+        store_pair(view, at, 7u, softened);
+    }
+}
