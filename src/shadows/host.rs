@@ -149,6 +149,12 @@ impl Shadows {
         grows
     }
 
+    /// Whether a frame has told how many pairs there are.
+    #[cfg(feature = "picture")]
+    pub(crate) fn has_counted(&self) -> bool {
+        self.room.pairs.is_some()
+    }
+
     /// Gives the casters and maps of the last frame back to the device.
     pub fn forget(&mut self) {
         let mut engine = lock(&self.engine);
@@ -188,6 +194,16 @@ impl Prepared {
         let engine = lock(&self.engine);
         if let Ok(maps) = self.current(&engine) {
             maps.record(engine.pipeline.kernels(), encoder, timeline);
+        }
+    }
+
+    /// Records what counts the pairs and no more: where nothing of a scene is known,
+    /// [`Self::counters`] tells at a fraction of a frame's time how much room to grow to, so that no
+    /// frame takes the slower scatter path for lack of it.
+    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) {
+        let engine = lock(&self.engine);
+        if let Ok(maps) = self.current(&engine) {
+            maps.record_counts(engine.pipeline.kernels(), encoder, &mut Timeline::untimed());
         }
     }
 
