@@ -66,6 +66,8 @@ struct GpuEngine {
     gpu: Gpu,
     shadows: Shadows,
     timeline: Timeline,
+    /// Of the last picture, where all its pairs fitted.
+    room: Option<PictureRoom>,
 }
 
 impl Renderer {
@@ -89,7 +91,7 @@ impl Renderer {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        Ok(Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, shadows, timeline })) })
+        Ok(Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, shadows, timeline, room: None })) })
     }
 
     /// Without any device, by the plain twins of the kernels.
@@ -182,6 +184,9 @@ fn render_on_cpu(scene: &Scene, maps: bool) -> Result<Frame, Error> {
     })
 }
 
+type Record =
+    fn(&PreparedPicture, &crate::shadows::Kernels, &mut wgpu::CommandEncoder, &mut Timeline);
+
 /// What a frame's picture and its heat maps are made from.
 struct Lit<'a> {
     scene: &'a Scene,
@@ -273,8 +278,16 @@ impl GpuEngine {
     /// Renders the maps until their pairs fit.
     fn shade_maps(&mut self, scene: &Scene, views: &[View]) -> Result<(Prepared, Counters), Error> {
         let casters = scene.casters();
+        let mut has_counted = self.shadows.has_counted();
         loop {
             let prepared = self.shadows.prepare(&casters, views, &scene.shadow)?;
+            if !has_counted {
+                has_counted = true;
+                submit(&self.gpu, &mut self.timeline, |encoder, _| prepared.record_counts(encoder));
+                if self.shadows.grow_from(prepared.counters()?) {
+                    continue;
+                }
+            }
             submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
                 prepared.record_timed(encoder, timeline);
             });
@@ -293,37 +306,55 @@ impl GpuEngine {
         lit: &Lit<'_>,
         budget: u32,
     ) -> Result<(PreparedPicture, PictureRoom, u64), Error> {
-        let mut room = PictureRoom::default();
+        let known = self.room.take();
+        let (mut room, mut only_counts) = (known.unwrap_or_default(), known.is_none());
         let mut overflowed = 0;
         loop {
-            let picture = self.shade_picture(lit, room)?;
-            let Some(needs) = picture.needs(&self.gpu, budget)? else {
-                return Ok((picture, room, overflowed));
-            };
-            // Of the most that the budget allows at a time.
-            if overflowed == 0 && needs.is_in_parts() {
-                let [solid, clear] = picture.read_counters(&self.gpu)?;
-                overflowed = u64::from(solid.overflowed + clear.overflowed);
+            let picture = self.prepare_picture(lit, room)?;
+            if only_counts {
+                self.submit_picture(&picture, PreparedPicture::record_counts)?;
+            } else {
+                self.submit_picture(&picture, PreparedPicture::record)?;
             }
-            room = needs;
+            match picture.needs(&self.gpu, budget)? {
+                None => {
+                    if only_counts {
+                        self.submit_picture(&picture, PreparedPicture::record)?;
+                    }
+                    self.room = Some(room).filter(|room| !room.is_in_parts());
+                    return Ok((picture, room, overflowed));
+                }
+                // Of the most that the budget allows at a time.
+                Some(needs) if overflowed == 0 && needs.is_in_parts() => {
+                    let [solid, clear] = picture.read_counters(&self.gpu)?;
+                    overflowed = u64::from(solid.overflowed + clear.overflowed);
+                    (room, only_counts) = (needs, true);
+                }
+                Some(needs) => (room, only_counts) = (needs, true),
+            }
         }
     }
 
-    fn shade_picture(
+    fn prepare_picture(
         &mut self,
         lit: &Lit<'_>,
         room: PictureRoom,
     ) -> Result<PreparedPicture, Error> {
-        let Self { gpu, shadows, timeline } = self;
+        let Self { gpu, shadows, .. } = self;
         let &Lit { scene, views, maps } = lit;
         let (device, queue) = (&gpu.device, &gpu.queue);
         shadows.with_casters(|pipeline, casters| {
-            let picture =
-                pipeline.prepare_picture(device, queue, casters, scene, views, maps, room)?;
+            pipeline.prepare_picture(device, queue, casters, scene, views, maps, room)
+        })
+    }
+
+    fn submit_picture(&mut self, picture: &PreparedPicture, record: Record) -> Result<(), Error> {
+        let Self { gpu, shadows, timeline, .. } = self;
+        shadows.with_casters(|pipeline, _| {
             submit(gpu, timeline, |encoder, timeline| {
-                picture.record(pipeline.kernels(), encoder, timeline);
+                record(picture, pipeline.kernels(), encoder, timeline);
             });
-            Ok(picture)
+            Ok(())
         })
     }
 
@@ -343,9 +374,11 @@ impl GpuEngine {
             DebugMode::Atlas => debug::atlas(&self.gpu, maps, views),
             DebugMode::Cost => {
                 self.shadows.configure(|config| config.count_cost = true);
-                let costs = self.shade_picture(lit, room);
+                let counting = self.prepare_picture(lit, room);
                 self.shadows.configure(|config| config.count_cost = false);
-                Ok(debug::cost(picture, &costs?.read_costs(&self.gpu)?))
+                let counting = counting?;
+                self.submit_picture(&counting, PreparedPicture::record)?;
+                Ok(debug::cost(picture, &counting.read_costs(&self.gpu)?))
             }
         }
     }

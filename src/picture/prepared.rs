@@ -196,23 +196,47 @@ impl PreparedPicture {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        const SIZE: u64 = size_of::<BatchCounters>() as u64;
         self.clusters.record(kernels, encoder, timeline);
         if let Some(air) = &self.air {
             air.record(kernels, encoder, timeline);
         }
-        let lists = [&self.solid, &self.clear];
-        for list in lists {
+        for list in [&self.solid, &self.clear] {
             list.record_footprints(kernels, encoder, timeline);
         }
         self.shading.record_casters(kernels, encoder, timeline);
         for part in 0..self.part_count {
-            for (i, list) in (0..).zip(lists) {
-                list.record_pairs(part, kernels, encoder, timeline);
-                let at = (2 * part as u64 + i) * SIZE;
-                encoder.copy_buffer_to_buffer(&list.list.counters, 0, &self.counters, at, SIZE);
-            }
+            self.record_pairs(part, kernels, encoder, timeline);
             self.shading.record_part(part, kernels, encoder, timeline);
+        }
+    }
+
+    /// Records what [`Self::needs`] must know, and no more.
+    pub fn record_counts(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        for list in [&self.solid, &self.clear] {
+            list.record_footprints(kernels, encoder, timeline);
+        }
+        for part in 0..self.part_count {
+            self.record_pairs(part, kernels, encoder, timeline);
+        }
+    }
+
+    fn record_pairs(
+        &self,
+        part: usize,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        const SIZE: u64 = size_of::<BatchCounters>() as u64;
+        for (i, list) in (0..).zip([&self.solid, &self.clear]) {
+            list.record_pairs(part, kernels, encoder, timeline);
+            let at = (2 * part as u64 + i) * SIZE;
+            encoder.copy_buffer_to_buffer(&list.list.counters, 0, &self.counters, at, SIZE);
         }
     }
 

@@ -177,6 +177,12 @@ impl Shadows {
         grows
     }
 
+    /// Whether a frame has told how many pairs there are.
+    #[cfg(feature = "picture")]
+    pub(crate) fn has_counted(&self) -> bool {
+        self.room.pairs.is_some()
+    }
+
     /// Gives the casters and maps of the last frame back to the device.
     pub fn forget(&mut self) {
         let mut engine = lock(&self.engine);
@@ -228,6 +234,16 @@ impl Prepared {
     /// Device and queue that the maps are on.
     pub(super) fn device(&self) -> (&wgpu::Device, &wgpu::Queue) {
         (&self.device, &self.queue)
+    }
+
+    /// Records what counts the pairs and no more: where nothing of a scene is known,
+    /// [`Self::counters`] tells at a fraction of a frame's time how much room to grow to, so that no
+    /// frame takes the slower scatter path for lack of it.
+    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) {
+        let engine = lock(&self.engine);
+        if let Ok(maps) = self.current(&engine) {
+            maps.record_counts(engine.pipeline.kernels(), encoder, &mut Timeline::untimed());
+        }
     }
 
     fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {

@@ -83,6 +83,18 @@ impl PreparedMaps {
         self.cache.mark_recorded();
     }
 
+    /// Records what counts the pairs of the views that must be rendered, and no more.
+    pub fn record_counts(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        for batch in &self.batches {
+            batch.record_counts(kernels, encoder, timeline);
+        }
+    }
+
     /// What the last frame counted; blocks. `(opaque, translucent)`, summed over the batches.
     pub fn read_counters(
         &self,

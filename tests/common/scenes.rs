@@ -119,6 +119,13 @@ pub(crate) fn triangle(positions: [Vec3; 3], material: u32) -> Triangle {
     Triangle { positions, normals: [Vec3::Z; 3], uvs, material, id: 0 }
 }
 
+/// Keeps a directional light's view at 20 x 20 x 20 m around the origin, whatever else casts: by an
+/// opaque triangle between two corners, which covers no texel as it has no area.
+pub(crate) fn hold_view(scene: &mut Scene, opaque: u32) {
+    let far = Vec3::splat(10.0);
+    scene.triangles.push(triangle([-far, far, far], opaque));
+}
+
 /// Discs of one material with radii from far below a texel to a large part of a map, in a ball
 /// of radius 2 [m] around the origin.
 pub(crate) fn random_discs(count: usize, seed: u64) -> Vec<Particle> {

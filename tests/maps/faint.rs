@@ -1,7 +1,7 @@
 //! Many casters of next to no opacity. Truth: the closed form of their product.
 use crate::common::{
     TIERS,
-    scenes::{Chance, empty, light, material, particle},
+    scenes::{Chance, empty, hold_view, light, material, particle},
 };
 use gobo::{
     glam::{Vec3, Vec4},
@@ -14,17 +14,26 @@ use gobo::{
 
 /// What permuting casters or a lack of room may change: 2^-10.
 const PROMISED: f64 = 1.0 / 1024.0;
+/// A step of 16-bit filters from 1/2 to 1, as drivers may truncate, and a tenth of it. `COUNT`
+/// casters of which each is off by what rounding `1 - ALPHA` costs are farther apart.
+const STORAGE: f64 = 1.1 / 2048.0;
+const COUNT: u32 = 40_000;
+/// Half-way between two numbers of 32 bits where it is taken from 1.
+const ALPHA: f32 = 167.5 / 16_777_216.0;
+/// Of a caster [m]; a texel is 1.3 m.
+const RADIUS: f32 = 2.0;
 const COLOR: Vec3 = Vec3::new(0.0, 0.5, 0.9);
 
-/// `count` casters of opacity `alpha`, each over the whole of a map of one tile.
+/// `count` casters of opacity `alpha`, each over the middle of a map of one tile.
 fn veils(look: Material, count: u32, alpha: f32) -> Scene {
-    let mut scene = empty(vec![look]);
+    let mut scene = empty(vec![look, material(Transfer::Opaque)]);
+    hold_view(&mut scene, 1);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     scene.lights[0].size = Some(16);
     let mut chance = Chance::new(5);
     for id in 0..count {
         let center = Vec3::Y * chance.within(-1.0, 1.0);
-        scene.particles.push(Particle { id, ..particle(center, 20.0, COLOR.extend(alpha)) });
+        scene.particles.push(Particle { id, ..particle(center, RADIUS, COLOR.extend(alpha)) });
     }
     scene
 }
@@ -39,7 +48,7 @@ fn middle(maps: &ViewMaps) -> [f64; 3] {
 }
 
 /// Twin and tiers, with room for all pairs and for none.
-fn assert_passes(scene: &Scene, absorbed: [f64; 3]) {
+fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     let count = scene.particles.len() as f64;
     let expected = absorbed.map(|x| (count * (-x).ln_1p()).exp());
     for pair_budget in [scene.shadow.pair_budget, 0] {
@@ -50,54 +59,66 @@ fn assert_passes(scene: &Scene, absorbed: [f64; 3]) {
         for (maps, who) in all.iter().zip(["twin", "core", "native"]) {
             for (found, expected) in middle(&maps[0]).into_iter().zip(expected) {
                 let apart = (found - expected).abs();
-                assert!(apart <= PROMISED, "{who}, {pair_budget}: {found} for {expected}");
+                assert!(apart <= tolerance, "{who}, {pair_budget}: {found} for {expected}");
             }
         }
     }
 }
 
+/// Of the middle texel's centre from the middle of the casters, by their radius; squared.
+fn squared_distance(scene: &Scene) -> f64 {
+    let texel = f64::from(shadow_views(scene)[0].scale).recip();
+    0.5 * texel * texel / f64::from(RADIUS * RADIUS)
+}
+
+fn assert_discs_pass(count: u32, alpha: f32, tolerance: f64) {
+    let absorbed = COLOR.to_array().map(|c| (1.0 - f64::from(c)) * f64::from(alpha));
+    assert_passes(&veils(flat(Transfer::Filter), count, alpha), absorbed, tolerance);
+}
+
 #[test]
 fn faint_discs_add_up() {
-    for (count, alpha) in [(200_000, 2e-6), (30_000, 1e-5)] {
-        let absorbed = COLOR.to_array().map(|c| (1.0 - f64::from(c)) * f64::from(alpha));
-        assert_passes(&veils(flat(Transfer::Filter), count, alpha), absorbed);
-    }
+    assert_discs_pass(COUNT, ALPHA, STORAGE);
 }
 
 #[test]
+#[ignore = "many casters: make test-all"]
+fn the_faintest_discs_add_up() {
+    assert_discs_pass(200_000, 2e-6, PROMISED);
+}
+
+#[test]
+#[ignore = "many casters: make test-all"]
 fn faint_soft_discs_add_up() {
-    let scene = veils(material(Transfer::Filter), 20_000, 2e-5);
-    // The middle texel is next to the centre of discs of many texels.
-    let maps = &render_maps(&scene, &shadow_views(&scene)).0[0];
-    let texel = f64::from(maps.view.scale).recip();
-    let profile = (1.0 - (0.5 * texel * texel) / 400.0_f64).powi(2);
-    let absorbed = COLOR.to_array().map(|c| (1.0 - f64::from(c)) * f64::from(2e-5_f32) * profile);
-    assert_passes(&scene, absorbed);
+    let scene = veils(material(Transfer::Filter), COUNT, ALPHA);
+    let profile = (1.0 - squared_distance(&scene)).powi(2);
+    let absorbed = COLOR.to_array().map(|c| (1.0 - f64::from(c)) * f64::from(ALPHA) * profile);
+    assert_passes(&scene, absorbed, STORAGE);
 }
 
 #[test]
+#[ignore = "many casters: make test-all"]
 fn faint_smoke_and_stains_add_up() {
-    let alpha = f64::from(5e-5_f32);
+    let alpha = f64::from(ALPHA);
     let smoke = COLOR.to_array().map(|c| {
         let filter = alpha * (1.0 - f64::from(c));
         1.0 - (1.0 - alpha) * (1.0 - filter)
     });
-    assert_passes(&veils(flat(Transfer::Smoke), 8_000, 5e-5), smoke);
-    let mut glass = veils(flat(Transfer::Stain), 8_000, 5e-5);
-    glass.particles.iter_mut().for_each(|p| p.color = Vec4::new(1.0, 1.0, 1.0, 5e-5));
-    assert_passes(&glass, [alpha; 3]);
+    assert_passes(&veils(flat(Transfer::Smoke), COUNT, ALPHA), smoke, STORAGE);
+    let mut glass = veils(flat(Transfer::Stain), COUNT, ALPHA);
+    glass.particles.iter_mut().for_each(|p| p.color = Vec4::new(1.0, 1.0, 1.0, ALPHA));
+    assert_passes(&glass, [alpha; 3], STORAGE);
 }
 
 #[test]
+#[ignore = "many casters: make test-all"]
 fn faint_puffs_add_up() {
     let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
-    let mut scene = veils(puff, 6_000, 5e-5);
+    let mut scene = veils(puff, COUNT, ALPHA);
     scene.particles.iter_mut().for_each(|p| p.center = Vec3::ZERO);
-    let maps = &render_maps(&scene, &shadow_views(&scene)).0[0];
-    let texel = f64::from(maps.view.scale).recip();
-    let share = (1.0 - 0.5 * texel * texel / 400.0_f64).sqrt();
+    let share = (1.0 - squared_distance(&scene)).sqrt();
     let absorbed = COLOR
         .to_array()
-        .map(|c| -((-(1.0 - f64::from(c)) * f64::from(5e-5_f32)).ln_1p() * share).exp_m1());
-    assert_passes(&scene, absorbed);
+        .map(|c| -((-(1.0 - f64::from(c)) * f64::from(ALPHA)).ln_1p() * share).exp_m1());
+    assert_passes(&scene, absorbed, STORAGE);
 }

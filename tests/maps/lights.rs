@@ -250,7 +250,10 @@ fn the_scene_file_says_it() {
     fault(&format!("{sun}lambda = 0.5\n"), &["5:", "lambda without cascades", "cascades = 4"]);
     fault(&format!("{sun}cascades = 2\nfade = 0.6\n"), &["6:", "fade must be from 0 to 0.5"]);
     fault(&format!("{sun}cascades = 2\nlambda = nan\n"), &["6:", "lambda must be from 0 to 1"]);
-    fault(&format!("{sun}cascades = 2\nrange = 0\n"), &["6:", "range must be a distance above 0"]);
+    fault(
+        &format!("{sun}cascades = 2\nrange = 0\n"),
+        &["6:", "range must be a distance of 1e-3 to 1e7 m"],
+    );
     fault(&format!("{sun}[[light.shadow]]\nkind = 'point'\n"), &["point shadow without position"]);
     fault(&format!("{sun}[[light.shadow]]\nangle = 9\n"), &["directional shadow has no angle"]);
     fault(&format!("{sun}[[light.shadow]]\ncolour = 9\n"), &["6:", "colour"]);

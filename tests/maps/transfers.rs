@@ -1,7 +1,7 @@
 //! What each transfer does to light, of every form of caster, textured or not: twin and both tiers.
 use crate::common::{
     TIERS,
-    scenes::{Chance, empty, light, material, particle, triangle},
+    scenes::{Chance, empty, hold_view, light, material, particle, triangle},
 };
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
@@ -22,11 +22,9 @@ const TEXEL: Vec4 = Vec4::new(0.434_154, 1.0, 0.434_154, 0.8);
 /// A light from above that sees 20 x 20 m in 128 x 128 texels, however much is in it.
 fn stage(materials: Vec<Material>) -> Scene {
     let mut scene = empty(materials);
-    let nowhere = Material { visible: false, casts: false, ..material(Transfer::Opaque) };
-    let last = scene.materials.len() as u32;
-    scene.materials.push(nowhere);
-    let far = Vec3::splat(10.0);
-    scene.triangles.push(triangle([-far, far, Vec3::new(10.0, -10.0, -10.0)], last));
+    let wall = scene.materials.len() as u32;
+    scene.materials.push(material(Transfer::Opaque));
+    hold_view(&mut scene, wall);
     scene.lights.push(light(LightKind::Directional { direction: Vec3::NEG_Z }));
     scene.shadow.size = 128;
     let rgba = [176, 255, 176, 204].repeat(4);

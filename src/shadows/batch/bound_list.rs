@@ -175,6 +175,20 @@ impl BoundList {
         list.record_tiles(kernels, encoder, timeline);
     }
 
+    /// From casters to pairs.
+    pub(super) fn record_counts(
+        &self,
+        scratch: &Scratch,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        timeline.step(encoder, "clear");
+        scratch.clear(&self.list, encoder);
+        self.list.record_project(kernels, encoder, timeline);
+        self.list.record_emit(kernels, encoder, timeline);
+    }
+
     pub(super) fn record_tiles(
         &self,
         kernels: &Kernels,

@@ -94,6 +94,18 @@ impl Batch {
         }
     }
 
+    /// Counts the pairs of both lists, and touches no map.
+    pub(super) fn record_counts(
+        &self,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        for bound in [&self.blocking, &self.filtering] {
+            bound.record_counts(&self.scratch, kernels, encoder, timeline);
+        }
+    }
+
     fn record_blocking(
         &self,
         kernels: &Kernels,
