@@ -49,8 +49,9 @@ trap stop EXIT
 
 open() {
     "$browser" --headless=new --no-sandbox --no-first-run --user-data-dir="$folder/profile" \
-        --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-features=Vulkan \
-        --use-vulkan=swiftshader --enable-unsafe-swiftshader --disable-gpu-watchdog \
+        --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-unsafe-swiftshader \
+        --enable-features=Vulkan,VulkanFromANGLE,DefaultANGLEVulkan --use-angle=vulkan \
+        --use-vulkan=swiftshader --disable-vulkan-surface --disable-gpu-watchdog \
         --enable-logging=stderr "$@" "file://$page"
 }
 
