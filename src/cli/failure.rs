@@ -86,7 +86,11 @@ impl Failure {
                 | Error::Device { .. }
                 | Error::Limit { .. },
             ) => 3,
-            Self::Gpu(_) | Self::File { .. } | Self::Memory(_) | Self::Wrong(_) | Self::Output(_) => 1,
+            Self::Gpu(_)
+            | Self::File { .. }
+            | Self::Memory(_)
+            | Self::Wrong(_)
+            | Self::Output(_) => 1,
         }
     }
 }

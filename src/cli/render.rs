@@ -107,7 +107,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
 /// fails later ends the program without a word.
 fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
     // Of a texel of F, D and Z; of its channels and its nodes; of what the twin keeps of a tile.
-    let texel = 20 + 12 * u64::from(scene.shadow.colored) + 8 * u64::from(scene.shadow.curve_nodes());
+    let texel =
+        20 + 12 * u64::from(scene.shadow.colored) + 8 * u64::from(scene.shadow.curve_nodes());
     let twin = 64 + 24 * u64::from(scene.shadow.curve_nodes());
     let (views, _) = fitted_views(scene, &AtlasLimits::CORE);
     let texels = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y));
