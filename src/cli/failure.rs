@@ -18,6 +18,9 @@ pub(crate) enum Failure {
     /// A benchmark whose maps are wrong.
     #[error("{0}")]
     Wrong(String),
+    /// Of the host [bytes].
+    #[error("no memory for {} MiB of shadow maps and casters", .0 >> 20)]
+    Memory(u64),
     #[error("standard output: {0}")]
     Output(std::io::Error),
 }
@@ -67,6 +70,7 @@ impl Failure {
             Self::Gpu(Error::Memory(_)) => {
                 Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
             }
+            Self::Memory(_) => Some("--set shadow.size=512 takes less, as do fewer lights"),
             _ => None,
         }
     }
@@ -84,7 +88,11 @@ impl Failure {
                 | Error::Limit { .. }
                 | Error::Unsupported { .. },
             ) => 3,
-            Self::Gpu(_) | Self::File { .. } | Self::Wrong(_) | Self::Output(_) => 1,
+            Self::Gpu(_)
+            | Self::File { .. }
+            | Self::Memory(_)
+            | Self::Wrong(_)
+            | Self::Output(_) => 1,
         }
     }
 }

@@ -6,6 +6,7 @@ use gobo::{
     records::Picture,
     render::{Frame, RenderOptions, Renderer},
     scene::{self, Scene},
+    view::{atlas::AtlasLimits, fitted_views},
 };
 use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -45,6 +46,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     load.ground = !arguments.no_ground;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
+    if arguments.maps || arguments.backend() == Backend::Cpu {
+        check_memory(&scene, arguments.backend() == Backend::Cpu)?;
+    }
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     let debug = arguments.debug();
     let options =
@@ -97,6 +101,26 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         tracing::warn!("left out: {}", reasons.join(", "));
     }
     Ok(())
+}
+
+/// Whether the host has room for a frame's maps, and for the casters of the twin: an allocation that
+/// fails later ends the program without a word.
+fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
+    // Of a texel of F, D and Z; of its channels and its nodes; of what the twin keeps of a tile.
+    let texel =
+        20 + 12 * u64::from(scene.shadow.colored) + 8 * u64::from(scene.shadow.curve_nodes());
+    let twin = 64 + 24 * u64::from(scene.shadow.curve_nodes());
+    let (views, _) = fitted_views(scene, &AtlasLimits::CORE);
+    let texels = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y));
+    let (all, most) = texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));
+    let mut bytes = all * texel;
+    if on_cpu {
+        // Records, footprints, keys and rectangles; of triangles their setups too.
+        let casters = 128 * scene.particles.len() + 384 * scene.triangles.len();
+        bytes += most * twin + casters as u64;
+    }
+    let room = usize::try_from(bytes).map_err(|_| Failure::Memory(bytes))?;
+    Vec::<u8>::new().try_reserve_exact(room).map_err(|_| Failure::Memory(bytes))
 }
 
 /// Drawn on standard error, and only where that is a terminal.

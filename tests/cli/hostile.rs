@@ -203,3 +203,25 @@ fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
         assert!(written.contains(&format), "no kernel writes {format:?}");
     }
 }
+
+/// Six maps of 16 million texels each, and memory for fewer.
+#[cfg(target_os = "linux")]
+#[test]
+fn maps_that_the_host_has_no_memory_for_are_refused() {
+    let folder = Folder::new("memory");
+    let scene = "[[light]]\nkind = \"point\"\nposition = [0, 2, 0]\nsize = 4096\n\
+                 [[material]]\nname = \"m\"\n[[shape]]\nkind = \"pane\"\nmaterial = \"m\"\n";
+    fs::write(folder.0.join("scene.toml"), scene).unwrap();
+    let mut command = Command::new("sh");
+    command.current_dir(&folder.0).args(["-c", "ulimit -v 1500000; exec \"$0\" \"$@\""]);
+    let output = command
+        .arg(env!("CARGO_BIN_EXE_gobo"))
+        .args(["render", "scene.toml", "-o", "o"])
+        .args(QUICK)
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
+    assert!(!folder.0.join("o/frame_0000.png").exists());
+}
