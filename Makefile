@@ -97,6 +97,8 @@ features:
 	done
 	@rustup target add wasm32-unknown-unknown
 	cargo clippy --quiet --lib --no-default-features --target wasm32-unknown-unknown -- -D warnings
+	cargo clippy --quiet --lib --no-default-features --features webgpu \
+		--target wasm32-unknown-unknown -- -D warnings
 	@echo "Crates of the bare library, its own included:"
 	@cargo tree --no-dedupe -e normal --no-default-features --prefix none | sort -u | wc -l
 
