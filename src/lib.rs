@@ -48,6 +48,8 @@
 //! - `device`: opens adapters by itself (`Gpu`).
 //! - `cli`: the program `gobo`; with the others, on by default.
 #![warn(missing_docs)]
+// What a browser's wgpu makes stays on its thread.
+#![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
 #[doc(hidden)]
 pub mod gpu;
