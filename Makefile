@@ -9,8 +9,8 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo features test test-all test-swiftshader soak doc deny bench results native tables quality \
-	setup
+.PHONY: demo features test test-all test-swiftshader web-test export-check web soak doc deny bench \
+	results native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -31,6 +31,22 @@ test-all: test
 # The kernels against their twins on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
 	sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
+
+# In a headless Chromium on SwiftShader: every exported core kernel, by its WGSL compiler, Tint; and
+# the example of examples/web beside its native picture.
+web-test: setup
+	cargo build --release --quiet
+	sh tools/web_kernels.sh
+	sh tools/web_example.sh
+
+# The example of examples/web as a page: target/web/page/index.html.
+web:
+	sh tools/web.sh
+
+# Every exported kernel through spirv-val and glslangValidator.
+export-check: setup
+	cargo build --release --quiet
+	sh tools/export_check.sh
 
 # Memory over 2,000 frames of one run: fails where it grows.
 soak: setup
@@ -81,6 +97,8 @@ features:
 	done
 	@rustup target add wasm32-unknown-unknown
 	cargo clippy --quiet --lib --no-default-features --target wasm32-unknown-unknown -- -D warnings
+	cargo clippy --quiet --lib --no-default-features --features webgpu \
+		--target wasm32-unknown-unknown -- -D warnings
 	@echo "Crates of the bare library, its own included:"
 	@cargo tree --no-dedupe -e normal --no-default-features --prefix none | sort -u | wc -l
 

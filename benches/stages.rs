@@ -101,11 +101,10 @@ fn lamps(count: u64, angle: f32, far: f32) -> Vec<Frustum> {
             far: Some(far),
             ..Light::default()
         };
-        Frustum::new(&light_views(0, &light, 512, None, &Bounds::EMPTY)[0].to_gpu(
-            0,
-            UVec2::ZERO,
-            0,
-        ))
+        Frustum::new(
+            &light_views(0, &light, 512, None, &Bounds::EMPTY).expect("a light that shines")[0]
+                .to_gpu(0, UVec2::ZERO, 0),
+        )
     };
     (0..count).map(lamp).collect()
 }

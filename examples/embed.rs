@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
     let sun = Light { intensity: 3.0, ..Light::directional(Vec3::NEG_Y) };
     let bounds = Bounds { min: Vec3::new(-1.2, 0.0, -1.2), max: Vec3::new(1.2, 1.5, 1.2) };
-    let views = light_views(0, &sun, 512, None, &bounds);
+    let views = light_views(0, &sun, 512, None, &bounds)?;
     let settings = ShadowSettings::default();
 
     let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;

@@ -23,7 +23,7 @@
 //! let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
 //! let lamp = Light::spot(Vec3::Y * 8.0, Vec3::NEG_Y, 0.6);
 //! let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::new(1.0, 5.0, 1.0) };
-//! let views = gobo::light_views(0, &lamp, 128, None, &bounds);
+//! let views = gobo::light_views(0, &lamp, 128, None, &bounds)?;
 //!
 //! let mut shadows = Shadows::new(device, queue, adapter_info)?;
 //! let settings = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..Default::default() };
@@ -73,14 +73,14 @@ pub mod view;
 pub use glam;
 #[doc(hidden)]
 pub use gpu::error;
-pub use gpu::{Gpu, Memory, Timeline, error::Error};
+pub use gpu::{Gpu, Memory, Missing, Need, Requirement, Support, Tier, Timeline, error::Error};
 pub use model::{
-    Bounds, Camera, Cascades, Casters, Counters, Light, LightKind, Material, Part, Particle,
-    Pattern, Profile, Projection, Receiver, Receives, Scene, Shadow, ShadowSettings, Shape,
-    Texture, Transfer, Triangle, View,
+    Bounds, Camera, Cascades, Casters, Counters, InvalidLight, Light, LightKind, Material, Part,
+    Particle, Pattern, Profile, Projection, Receiver, ReceiverPoint, Receives, Scene, Shadow,
+    ShadowSettings, Shape, Texture, Transfer, Triangle, View,
 };
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};
-pub use shadows::{Maps, Prepared, Shadows};
+pub use shadows::{LightBindings, LightPoints, Maps, PointBuffers, Prepared, Shadows};
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

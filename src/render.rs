@@ -4,17 +4,18 @@ use crate::gpu::{Backend, Selection};
 use crate::{
     error::Error,
     gpu::{Gpu, Timeline},
-    model::{Counters, Scene, View},
+    model::{Counters, ReceiverPoint, Scene, View},
     picture::{
         PictureRoom, PreparedPicture,
         debug::{self, DebugMode},
     },
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    shadows::{Config, Maps, Prepared, Shadows},
+    shadows::{Config, Maps, PointBuffers, Prepared, Shadows, check as check_views},
     stage::sort::pair_limit,
-    view::{atlas::AtlasLimits, fitted_views},
+    view::{atlas::AtlasLimits, fitted_views, views_around},
 };
+use glam::Vec3;
 use half::f16;
 
 /// One frame's results and what they cost.
@@ -126,29 +127,61 @@ impl Renderer {
 
     /// One frame.
     pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
+        check(scene)?;
         match &mut self.engine {
             Engine::Gpu(engine) => engine.render(scene, options),
-            Engine::Cpu => Ok(render_on_cpu(scene, options.maps)),
+            Engine::Cpu => render_on_cpu(scene, options.maps),
+        }
+    }
+
+    /// What of each light reaches each point of the world: linear rgb, point by point, in the scene's order of
+    /// lights; 1 where nothing is between, without falloff and cosine.
+    pub fn light_points(
+        &mut self,
+        scene: &Scene,
+        points: &[ReceiverPoint],
+    ) -> Result<Vec<[f32; 3]>, Error> {
+        check(scene)?;
+        let moved = |point: &ReceiverPoint| ReceiverPoint {
+            position: point.position - scene.origin,
+            ..*point
+        };
+        let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
+        match &mut self.engine {
+            Engine::Gpu(engine) => engine.light_points(scene, points),
+            Engine::Cpu => {
+                let (views, _) = views_around(scene, &AtlasLimits::CORE, points);
+                check_views(&views, &scene.shadow)?;
+                let (maps, _) = reference::render_maps(scene, &views);
+                Ok(reference::light_points(scene, &views, &maps, points))
+            }
         }
     }
 }
 
-fn render_on_cpu(scene: &Scene, maps: bool) -> Frame {
+/// Whether a scene that no file described is as its fields say it must be.
+fn check(scene: &Scene) -> Result<(), Error> {
+    scene.casters().check()?;
+    Ok((0..).zip(&scene.lights).try_for_each(|(index, light)| light.check(index))?)
+}
+
+fn render_on_cpu(scene: &Scene, maps: bool) -> Result<Frame, Error> {
     let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
+    check_views(&views, &scene.shadow)?;
     let clock = std::time::Instant::now();
     let (view_maps, mut counters) = reference::render_maps(scene, &views);
     counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = reference::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
-    Frame {
+    Ok(Frame {
         picture,
         debug: Vec::new(),
         maps: if maps { view_maps } else { Vec::new() },
         counters,
         stages: vec![("maps", maps_ms), ("picture", picture_ms)],
         memory: Vec::new(),
-    }
+    })
 }
 
 type Record =
@@ -206,6 +239,40 @@ impl GpuEngine {
             ..counted
         };
         Ok(Frame { picture, debug, maps, counters, stages, memory: memory.0 })
+    }
+
+    /// As many points at a time as a buffer has room for.
+    fn light_points(
+        &mut self,
+        scene: &Scene,
+        points: &[ReceiverPoint],
+    ) -> Result<Vec<[f32; 3]>, Error> {
+        /// Points that are looked up at a time, at most.
+        const MOST: usize = 1 << 20;
+        let limits = self.gpu.device.limits();
+        let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
+        let (prepared, _) = self.shade_maps(scene, &views)?;
+        let chosen: Vec<_> = (0..scene.lights.len()).collect();
+        let answers = limits.max_storage_buffer_binding_size as usize / size_of::<[f32; 3]>();
+        let room = (answers / chosen.len().max(1)).clamp(1, MOST);
+        let mut shares = Vec::with_capacity(points.len() * chosen.len());
+        for some in points.chunks(room) {
+            let upload = |of: fn(&ReceiverPoint) -> Vec3| {
+                let vectors: Vec<[f32; 3]> = some.iter().map(|point| of(point).into()).collect();
+                self.gpu.upload("points", &vectors, wgpu::BufferUsages::STORAGE)
+            };
+            let (positions, normals) =
+                (upload(|point| point.position), upload(|point| point.normal));
+            let count = some.len() as u32;
+            let buffers = PointBuffers { count, positions: &positions, normals: Some(&normals) };
+            let lit = prepared.light_points(&scene.lights, &chosen, &buffers)?;
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            lit.record(&mut encoder);
+            self.gpu.queue.submit([encoder.finish()]);
+            let read: Vec<[f32; 3]> = self.gpu.try_read(lit.shares())?;
+            shares.extend_from_slice(&read[..some.len() * chosen.len()]);
+        }
+        Ok(shares)
     }
 
     /// Renders the maps until their pairs fit.

@@ -23,6 +23,8 @@ pub(crate) enum Command {
         /// A .toml, .glb, .gltf or .ply file
         scene: PathBuf,
     },
+    /// Look up the share of each light that reaches each of some points
+    Light(LightArguments),
     /// List the adapters, their limits, and the tier that each would run
     Info {
         /// Print JSON
@@ -80,6 +82,36 @@ pub(crate) struct RenderArguments {
     /// Print one line of JSON a frame
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct LightArguments {
+    /// A .toml, .glb, .gltf or .ply file
+    pub(crate) scene: PathBuf,
+    /// `NumPy` array of 32-bit floats: N x 3 positions [m], or N x 6 positions and unit normals
+    #[arg(long, value_name = "P.npy")]
+    pub(crate) points: PathBuf,
+    /// The array to write: N x lights x 3 shares, 1 where nothing is between
+    #[arg(short, value_name = "L.npy")]
+    pub(crate) out: PathBuf,
+    /// The time, as that of a frame
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) frame: u32,
+    /// The interface to the hardware
+    #[arg(long, default_value = "auto")]
+    backend: BackendName,
+    /// Part of the adapter's name, as `gobo info` prints it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Replace a value of the scene file: shadow.size=512
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+}
+
+impl LightArguments {
+    pub(crate) fn backend(&self) -> Backend {
+        self.backend.into()
+    }
 }
 
 impl RenderArguments {

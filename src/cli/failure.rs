@@ -64,7 +64,8 @@ impl Failure {
                 Error::Adapter { .. }
                 | Error::Unusable(_)
                 | Error::Device { .. }
-                | Error::Limit { .. },
+                | Error::Limit { .. }
+                | Error::Unsupported { .. },
             ) => Some("--backend cpu renders without a GPU"),
             Self::Gpu(Error::Memory(_)) => {
                 Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
@@ -84,7 +85,8 @@ impl Failure {
                 Error::Adapter { .. }
                 | Error::Unusable(_)
                 | Error::Device { .. }
-                | Error::Limit { .. },
+                | Error::Limit { .. }
+                | Error::Unsupported { .. },
             ) => 3,
             Self::Gpu(_)
             | Self::File { .. }

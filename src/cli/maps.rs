@@ -215,7 +215,7 @@ mod tests {
         lamp.shadows =
             vec![Shadow { kind: spot, near: None, far: None, size: None, cascades: None }];
         let bounds = Bounds::EMPTY.with_sphere(Vec3::ZERO, 2.0);
-        let views = light_views(0, &lamp, 16, None, &bounds);
+        let views = light_views(0, &lamp, 16, None, &bounds).unwrap();
         let described = views.iter().map(|view| describe(view, &lamp, "lamp", Vec3::ZERO));
         let places: Vec<_> =
             described.map(|entry| (entry.kind, entry.view, entry.position)).collect();

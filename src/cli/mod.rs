@@ -9,6 +9,7 @@ mod exr;
 mod failure;
 mod files;
 mod info;
+mod light;
 mod maps;
 mod npy;
 mod render;
@@ -24,6 +25,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check { scene } => check::run(&scene),
+        Command::Light(arguments) => light::run(&arguments),
         Command::Info { json } => info::run(json),
         Command::Export { target, out } => export::run(target, &out),
     }

@@ -33,16 +33,6 @@ pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE
 /// Storage textures that a kernel of [`Tier::Native`] binds at most: more than WebGPU promises.
 pub const NATIVE_STORAGE_TEXTURES: u32 = 9;
 
-impl Tier {
-    /// The best that a host's device has the features and limits for.
-    pub fn of(device: &wgpu::Device) -> Self {
-        let textures = device.limits().max_storage_textures_per_shader_stage;
-        let native =
-            device.features().contains(NATIVE_FEATURES) && textures >= NATIVE_STORAGE_TEXTURES;
-        if native { Self::Native } else { Self::Core }
-    }
-}
-
 /// What kernels that wait for memory use on software adapters: read what they will overwrite.
 pub const FETCH_FEATURES: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
 
@@ -157,7 +147,7 @@ pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
 }
 
 /// The first of WebGPU's limits that these miss.
-pub(crate) fn missed_limit(limits: &Limits) -> Option<Error> {
+fn missed_limit(limits: &Limits) -> Option<Error> {
     let mut missed = None;
     Limits::default().check_limits_with_fail_fn(limits, true, |limit, need, have| {
         missed = Some(Error::Limit { limit, have, need, remedy: "choose another adapter" });

@@ -113,6 +113,19 @@ fn check(limit: &'static str, have: u64, need: u64) -> Result<(), Error> {
     Err(Error::Limit { limit, have, need, remedy })
 }
 
+/// `bytes` from the first texel on; the last row is filled up with zeros.
+pub fn write_records(queue: &wgpu::Queue, texture: &wgpu::Texture, mut bytes: Vec<u8>) {
+    let texel = texture.format().block_copy_size(None).unwrap_or(4);
+    let row = ROW * texel;
+    bytes.resize((texture.height() * row) as usize, 0);
+    queue.write_texture(
+        texture.as_image_copy(),
+        &bytes,
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+        texture.size(),
+    );
+}
+
 /// The whole texture as the kernels bind it.
 pub fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor::default())

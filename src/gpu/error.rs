@@ -1,4 +1,8 @@
 //! Errors of the library, apart from scene files (see [`crate::scene`]).
+use crate::{
+    gpu::{Missing, Tier},
+    model::InvalidLight,
+};
 
 /// Why a device or a frame could not be had.
 #[derive(Debug, thiserror::Error)]
@@ -16,6 +20,12 @@ pub enum Error {
     Device { adapter: String, source: wgpu::RequestDeviceError },
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
     Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
+    /// A device that was opened with too little.
+    #[error("the device cannot run the {tier} tier: {}; open it with `ShadowSettings::features` and \
+             `ShadowSettings::limits`", joined(.missing))]
+    Unsupported { tier: Tier, missing: Vec<Missing> },
+    #[error(transparent)]
+    Light(#[from] InvalidLight),
     #[error(transparent)]
     Kernel(#[from] crate::gpu::KernelError),
     #[error("{what} {index} cannot be used: {problem}")]
@@ -28,6 +38,10 @@ pub enum Error {
     Memory(String),
     #[error("the device stopped answering: {0}")]
     Lost(String),
+}
+
+fn joined(missing: &[Missing]) -> String {
+    missing.iter().map(Missing::to_string).collect::<Vec<_>>().join("; ")
 }
 
 fn named(wanted: &Option<String>) -> String {

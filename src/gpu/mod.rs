@@ -4,20 +4,21 @@ mod allocate;
 mod cache;
 mod context;
 pub mod error;
+mod host_part;
 mod kernel;
 mod link;
 #[cfg(feature = "device")]
 mod open;
 mod resource;
+mod support;
 mod timing;
 mod transfer;
 
-pub(crate) use adapter::missed_limit;
 pub use adapter::{
     Backend, FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES, STORAGE_FORMATS, Selection,
     TierChoice, shortcoming,
 };
-pub use allocate::{Allocator, Memory, array_view, view};
+pub use allocate::{Allocator, Memory, array_view, view, write_records};
 pub use cache::KernelCache;
 pub use context::{Gpu, unusable_adapter};
 pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
@@ -25,4 +26,6 @@ pub use link::{Item, Library, LinkError, Linked, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};
+pub use support::{Missing, Need, Requirement, Support};
+pub(crate) use support::{check_alive, missing};
 pub use timing::Timeline;

@@ -45,7 +45,8 @@ impl Gpu {
         }))
     }
 
-    fn open(adapter: &wgpu::Adapter, selection: &Selection) -> Result<Self, Error> {
+    /// A device of `adapter`, on the tier that the selection allows.
+    pub fn open(adapter: &wgpu::Adapter, selection: &Selection) -> Result<Self, Error> {
         let info = adapter.get_info();
         let choice = TierChoice::new(selection, adapter);
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {

@@ -81,10 +81,10 @@ impl Binding {
         Some(Self { name: item.name, number: number.parse().ok()?, kind })
     }
 
-    pub(super) fn entry(&self) -> wgpu::BindGroupLayoutEntry {
+    pub(super) fn entry(&self, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
         wgpu::BindGroupLayoutEntry {
             binding: self.number,
-            visibility: wgpu::ShaderStages::COMPUTE,
+            visibility,
             ty: self.kind.layout(),
             count: None,
         }

@@ -1,21 +1,21 @@
 //! Lights as a scene describes them.
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Where a light is and where it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// Parallel rays.
     Directional {
-        /// Unit, world space.
+        /// Of travel, of any length: world space.
         direction: Vec3,
     },
     /// A cone.
     Spot {
         /// World space [m].
         position: Vec3,
-        /// Of travel along the axis: unit, world space.
+        /// Of travel along the axis, of any length: world space.
         direction: Vec3,
-        /// The whole cone [radians].
+        /// The whole cone, above 0 and below pi [radians].
         angle: f32,
     },
     /// All around.
@@ -23,6 +23,60 @@ pub enum LightKind {
         /// World space [m].
         position: Vec3,
     },
+}
+
+impl LightKind {
+    /// With a direction of length 1. One that has a length of 1 but for rounding keeps its bits; one
+    /// that has none ([`Light::check`]) points down.
+    #[must_use]
+    pub fn with_unit_direction(self) -> Self {
+        let unit = |direction| unit(direction).unwrap_or(Vec3::NEG_Y);
+        match self {
+            Self::Directional { direction } => Self::Directional { direction: unit(direction) },
+            Self::Spot { position, direction, angle } => {
+                Self::Spot { position, direction: unit(direction), angle }
+            }
+            Self::Point { .. } => self,
+        }
+    }
+
+    fn problem(&self) -> Option<&'static str> {
+        let (position, direction, angle) = match *self {
+            Self::Directional { direction } => (Vec3::ZERO, direction, 1.0),
+            Self::Spot { position, direction, angle } => (position, direction, angle),
+            Self::Point { position } => (position, Vec3::NEG_Y, 1.0),
+        };
+        if !position.is_finite() {
+            return Some("its position must be finite");
+        }
+        if unit(direction).is_none() {
+            return Some("its direction must be finite and not zero");
+        }
+        let is_cone = angle > 0.0 && angle < std::f32::consts::PI;
+        (!is_cone).then_some("its angle must be above 0 and below pi radians")
+    }
+}
+
+fn unit(direction: Vec3) -> Option<Vec3> {
+    /// What the rounding of three squares may make of 1.
+    const ROUNDING: f64 = 1e-6;
+    // The squares of any 32-bit number have room.
+    let long = direction.as_dvec3();
+    if (long.length_squared() - 1.0).abs() <= ROUNDING {
+        return Some(direction);
+    }
+    long.try_normalize().map(DVec3::as_vec3)
+}
+
+/// A light that can have no shadow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("light {index} cannot be used: {problem}")]
+#[non_exhaustive]
+pub struct InvalidLight {
+    /// Among the lights.
+    pub index: usize,
+    /// What must be otherwise.
+    pub problem: &'static str,
 }
 
 /// Shadow maps of a directional light that follow the camera: fine near it, coarse far from it.
@@ -135,21 +189,29 @@ impl Shadow {
 }
 
 impl Light {
-    /// Parallel light that travels along `direction` (world space).
+    /// Parallel light that travels along `direction` (world space, of any length).
     pub fn directional(direction: Vec3) -> Self {
-        let direction = direction.try_normalize().unwrap_or(Vec3::NEG_Y);
         Self { kind: LightKind::Directional { direction }, ..Self::default() }
     }
 
-    /// A cone around `direction` (world space); `angle` is the whole cone [radians].
+    /// A cone around `direction` (world space, of any length); `angle` is the whole cone [radians].
     pub fn spot(position: Vec3, direction: Vec3, angle: f32) -> Self {
-        let direction = direction.try_normalize().unwrap_or(Vec3::NEG_Y);
         Self { kind: LightKind::Spot { position, direction, angle }, ..Self::default() }
     }
 
     /// Light in all directions.
     pub fn point(position: Vec3) -> Self {
         Self { kind: LightKind::Point { position }, ..Self::default() }
+    }
+
+    /// Whether it and its further shadows have a place and a direction. `index`: among the lights.
+    ///
+    /// # Errors
+    /// Where a number is not finite, a direction is zero or a cone has no angle.
+    pub fn check(&self, index: usize) -> Result<(), InvalidLight> {
+        let kinds = std::iter::once(&self.kind).chain(self.shadows.iter().map(|own| &own.kind));
+        let problem = kinds.filter_map(LightKind::problem).next();
+        problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }
 
     /// How far the light reaches [m]; `None` for no end.

@@ -7,6 +7,7 @@ mod counters;
 pub mod dither;
 mod light;
 mod origin;
+mod point;
 mod scene;
 mod settings;
 mod view;
@@ -21,7 +22,8 @@ pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
-pub use light::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use point::ReceiverPoint;
 pub use scene::{Motion, Scene};
 pub use settings::{
     Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Receiver,

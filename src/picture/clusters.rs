@@ -1,13 +1,13 @@
 //! The picture's lights on the GPU, and which of them reach each cluster of its camera.
 use crate::{
     error::Error,
-    gpu::{Allocator, Gpu, Resources, Timeline},
+    gpu::{Allocator, Gpu, Resources, Timeline, write_records},
     model::{Scene, View},
     records::{
-        ALL_LIGHTS, ClusterCounters, ClusterParams, GpuLight, GpuView, Grid, LIGHT_TEXELS,
-        MAX_LIGHTS, MAX_SHADOW_VIEWS, REACH_TEXELS, ROW, Reach, VIEW_TEXELS,
+        ALL_LIGHTS, ClusterCounters, ClusterParams, GpuLight, GpuView, Grid, MAX_LIGHTS,
+        MAX_SHADOW_VIEWS, REACH_TEXELS, Reach,
     },
-    shadows::kernels::Kernels,
+    shadows::{kernels::Kernels, light_texture},
     stage::cluster,
 };
 use wgpu::{
@@ -51,14 +51,9 @@ impl Clusters {
         let cluster_count = u64::from(params.cluster_count);
 
         let light_records = GpuLight::all(&scene.lights, views);
-        let light_texels = light_count as u64 * u64::from(LIGHT_TEXELS);
-        let view_texels = shadow_views.len() as u64 * u64::from(VIEW_TEXELS);
         let reaches: Vec<_> = scene.lights.iter().map(|light| Reach::new(light, camera)).collect();
         let copied = TextureUsages::COPY_DST;
-        let lights = allocator.records("lights", Rgba32Uint, light_texels + view_texels, copied)?;
-        let mut bytes = bytemuck::cast_slice(&light_records).to_vec();
-        bytes.extend_from_slice(bytemuck::cast_slice(shadow_views));
-        write_records(queue, &lights, bytes);
+        let lights = light_texture(allocator, queue, &light_records, shadow_views)?;
         let reach_texels = light_count as u64 * u64::from(REACH_TEXELS);
         let reach_records = allocator.records("light_reaches", Rgba32Uint, reach_texels, copied)?;
         write_records(queue, &reach_records, bytemuck::cast_slice(&reaches).to_vec());
@@ -129,17 +124,4 @@ fn limit(limit: &'static str, have: usize, need: usize) -> Result<(), Error> {
     }
     let remedy = "use fewer lights";
     Err(Error::Limit { limit, have: have as u64, need: need as u64, remedy })
-}
-
-/// `bytes` from the first texel on; the last row is filled up with zeros.
-fn write_records(queue: &wgpu::Queue, texture: &Texture, mut bytes: Vec<u8>) {
-    let texel = texture.format().block_copy_size(None).unwrap_or(4);
-    let row = ROW * texel;
-    bytes.resize((texture.height() * row) as usize, 0);
-    queue.write_texture(
-        texture.as_image_copy(),
-        &bytes,
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
-        texture.size(),
-    );
 }

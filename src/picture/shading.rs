@@ -195,7 +195,7 @@ impl ToShade<'_, '_> {
         let features = self.features;
         let mut runs = Vec::new();
         for first in (0..count).step_by(room as usize) {
-            let batch = PointBatch { first, count: room.min(count - first) };
+            let batch = PointBatch { first, count: room.min(count - first), has_normals: 0 };
             let buffer = self.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
@@ -221,7 +221,7 @@ impl Shading {
     ) -> Result<Self, Error> {
         let features = to.features;
         let points = if features.composite.panes { PIXEL_POINTS } else { 1 };
-        let batch = PointBatch { first: 0, count: BAND_PIXELS * points };
+        let batch = PointBatch { first: 0, count: BAND_PIXELS * points, has_normals: 0 };
         let buffer = to.uniform("point_batch", &batch);
         let of_band = resources.clone().with("point_batch", &buffer);
         let light = to.bind(Variant::LightPoints, features.light, &of_band)?;

@@ -188,7 +188,7 @@ const _: () = assert!(size_of::<Reach>() == REACH_TEXELS as usize * 16);
 impl Reach {
     pub fn new(light: &Light, camera: &View) -> Self {
         let everywhere = Self { center: Vec3::ZERO, per_radius: 0.0, planes: [[0; 4]; PLANES] };
-        let (position, cone) = match light.kind {
+        let (position, cone) = match light.kind.with_unit_direction() {
             LightKind::Directional { .. } => return everywhere,
             LightKind::Spot { position, direction, angle } => (position, Some((direction, angle))),
             LightKind::Point { position } => (position, None),

@@ -65,7 +65,7 @@ impl GpuLight {
     /// `views`: the shadow views of all lights.
     pub fn new(light: &Light, index: usize, views: &[View]) -> Self {
         let own = |view: &View| view.light == Some(index);
-        let (kind, position, direction, angle) = match light.kind {
+        let (kind, position, direction, angle) = match light.kind.with_unit_direction() {
             LightKind::Directional { direction } => (LIGHT_DIRECTIONAL, Vec3::ZERO, direction, 0.0),
             LightKind::Spot { position, direction, angle } => {
                 (LIGHT_SPOT, position, direction, angle)

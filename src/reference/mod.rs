@@ -9,6 +9,7 @@ pub mod curve;
 pub mod dither;
 pub mod filter;
 pub mod hit;
+mod light_points;
 pub mod maps;
 pub mod occlude;
 pub mod order;
@@ -22,6 +23,7 @@ pub mod texture;
 mod threads;
 pub mod tile;
 
+pub use light_points::light_points;
 pub use maps::render_maps;
 pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
 pub use shade::{FAINT, render_picture};

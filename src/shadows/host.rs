@@ -1,10 +1,12 @@
 //! The library's face: a host's casters and views in, maps to be recorded out.
-use super::{CasterSet, Config, ListCounters, Maps, Pipeline, PreparedMaps, Room};
+use super::{
+    CasterSet, Config, ListCounters, Maps, Pipeline, PreparedMaps, Room, kernels::Variant,
+};
 use crate::{
     error::Error,
-    gpu::{KernelCache, Memory, Tier, Timeline},
+    gpu::{Kernel, KernelCache, Memory, Tier, Timeline, check_alive, missing},
     model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
-    stage::sort::pair_limit,
+    stage::{hits::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -39,6 +41,8 @@ pub struct Prepared {
     caster_count: u64,
     /// Whether some filter depends on the order of its casters.
     ordered: bool,
+    pub(super) views: Vec<View>,
+    pub(super) settings: ShadowSettings,
     maps: Maps,
     memory: Memory,
 }
@@ -59,7 +63,23 @@ impl Shadows {
         queue: &wgpu::Queue,
         adapter: &wgpu::AdapterInfo,
     ) -> Result<Self, Error> {
-        Self::with(device, queue, Config::new(Tier::of(device), adapter))
+        let native = missing(device, Tier::Native).is_empty();
+        let tier = if native { Tier::Native } else { Tier::Core };
+        Self::on_tier(device, queue, adapter, tier)
+    }
+
+    /// As [`Self::new`], on a tier that the host chooses.
+    ///
+    /// # Errors
+    /// Where the device has less than the tier needs ([`Support`](crate::Support) tells before), or
+    /// refuses a kernel.
+    pub fn on_tier(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        adapter: &wgpu::AdapterInfo,
+        tier: Tier,
+    ) -> Result<Self, Error> {
+        Self::with(device, queue, Config::new(tier, adapter))
     }
 
     /// With a configuration of its own: for tests and measurements.
@@ -76,7 +96,11 @@ impl Shadows {
         config: Config,
         cache: KernelCache,
     ) -> Result<Self, Error> {
-        crate::gpu::missed_limit(&device.limits()).map_or(Ok(()), Err)?;
+        check_alive(device)?;
+        let (tier, missing) = (config.tier, missing(device, config.tier));
+        if !missing.is_empty() {
+            return Err(Error::Unsupported { tier, missing });
+        }
         let pipeline = Pipeline::sharing(device, config, cache)?;
         let engine = Engine { pipeline, casters: None, maps: None, frame: 0 };
         Ok(Self {
@@ -92,13 +116,15 @@ impl Shadows {
     /// [`Prepared`] is recorded. Earlier ones are void from here on.
     ///
     /// # Errors
-    /// Where a caster or view is not as its fields say it must be, or the device has no room.
+    /// Where a caster or view is not as its fields say it must be, or the device has no room or is
+    /// lost.
     pub fn prepare(
         &mut self,
         casters: &Casters<'_>,
         views: &[View],
         settings: &ShadowSettings,
     ) -> Result<Prepared, Error> {
+        check_alive(&self.device)?;
         casters.check()?;
         check(views, settings)?;
         let Self { device, queue, room, .. } = self;
@@ -133,6 +159,8 @@ impl Shadows {
             frame: *frame,
             caster_count: (casters.particles.len() + casters.triangles.len()) as u64,
             ordered: new.is_ordered(),
+            views: views.to_vec(),
+            settings: *settings,
             maps: prepared.maps.clone(),
             memory: prepared.memory.clone(),
         })
@@ -197,6 +225,17 @@ impl Prepared {
         }
     }
 
+    /// Makes a kernel of this device, or has it already.
+    pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
+        let mut engine = lock(&self.engine);
+        Ok(engine.pipeline.kernels.make(&self.device, variant, features)?.clone())
+    }
+
+    /// Device and queue that the maps are on.
+    pub(super) fn device(&self) -> (&wgpu::Device, &wgpu::Queue) {
+        (&self.device, &self.queue)
+    }
+
     /// Records what counts the pairs and no more: where nothing of a scene is known,
     /// [`Self::counters`] tells at a fraction of a frame's time how much room to grow to, so that no
     /// frame takes the slower scatter path for lack of it.
@@ -251,7 +290,8 @@ impl Prepared {
     }
 }
 
-fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
+/// Whether views and settings are as their fields say they must be.
+pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
     let invalid = |index, problem| Err(Error::Invalid { what: "view", index, problem });
     for (index, view) in views.iter().enumerate() {
         let sizes = MIN_MAP_SIZE..=MAX_MAP_SIZE;

@@ -38,6 +38,7 @@ pub(crate) enum Variant {
     ShadePanes,
     ShadeCasters,
     LightPoints,
+    LightShares,
     ShadeComposite,
 }
 
@@ -80,6 +81,7 @@ impl Variant {
             Self::ShadePanes => &shade::PANES,
             Self::ShadeCasters => &shade::CASTERS,
             Self::LightPoints => &shade::LIGHT_POINTS,
+            Self::LightShares => &shade::LIGHT_SHARES,
             Self::ShadeComposite => &shade::COMPOSITE,
         }
     }

@@ -10,7 +10,10 @@ pub(crate) mod context;
 pub mod cull;
 mod groups;
 mod host;
+mod host_shader;
 pub(crate) mod kernels;
+mod light_points;
+mod light_source;
 pub(crate) mod list;
 mod maps;
 mod pipeline;
@@ -24,8 +27,14 @@ mod soften;
 pub use casters::{CasterSet, Span};
 pub use config::Config;
 pub use groups::{Extent, Group};
+#[cfg(feature = "picture")]
+pub(crate) use host::check;
 pub use host::{Prepared, Shadows};
+pub use host_shader::LightBindings;
 pub use kernels::Kernels;
+pub use light_points::{LightPoints, PointBuffers};
+#[cfg(feature = "picture")]
+pub(crate) use light_source::light_texture;
 pub use list::ListCounters;
 pub use maps::Maps;
 pub use pipeline::Pipeline;

@@ -53,6 +53,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::PANES,
     &shade::CASTERS,
     &shade::LIGHT_POINTS,
+    &shade::LIGHT_SHARES,
     &shade::COMPOSITE,
     &occlude::SMALL,
     &occlude::TILES,

@@ -2,7 +2,8 @@
 //!
 //! In: the camera's lists, the shadow maps. Out: `pixels`. `seen` and `layers` walk the lists;
 //! `surfaces`, `panes` and `casters` write what they met as `points`, `light_points` looks up the
-//! light that these send to the eye, `composite` puts it together.
+//! light that these send to the eye, `composite` puts it together. Of a host's points the same
+//! kernel answers with the share of each light that reaches them.
 use super::walk::{CANDIDATE, IN_ORDER, WALK};
 use crate::gpu::{Choice, Constant, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
@@ -30,6 +31,10 @@ const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
 /// The nearest solid caster of a pixel.
 const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
+
+const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
+const RADIANCE: Choice = Choice::new("answer", "shade/answer_radiance.wgsl");
+const SHARES: Choice = Choice::new("answer", "shade/answer_shares.wgsl");
 
 pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
@@ -71,7 +76,16 @@ const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
 }
 
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
-pub const LIGHT_POINTS: KernelDesc = of_points("light_points", "shade/light_points.wgsl");
+/// Of what the picture shows.
+pub const LIGHT_POINTS: KernelDesc =
+    KernelDesc { with: &[RADIANCE], ..of_points("light_points", LIGHT_POINTS_ROOT) };
+/// Of a host's points.
+pub const LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "light_shares",
+    entry: LIGHT_POINTS.entry,
+    with: &[SHARES],
+    ..of_points("light_points", LIGHT_POINTS_ROOT)
+};
 pub const CLIP: KernelDesc = of_points("shade_clip", "shade/shade_clip.wgsl");
 
 /// Workgroups for `count` points or footprints.
@@ -102,9 +116,12 @@ crate::gpu_layout!(Band { origin, size, round, pixel_count });
 pub struct PointBatch {
     /// Of `lit`, or the first caster.
     pub first: u32,
+    /// Of answers.
     pub count: u32,
+    /// 1 or 0, of a host's points.
+    pub has_normals: u32,
 }
-crate::gpu_layout!(PointBatch { first, count });
+crate::gpu_layout!(PointBatch { first, count, has_normals });
 
 /// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]

@@ -1,5 +1,5 @@
 //! What a directional view must hold: all that casts, and as deep as what that may fall on.
-use crate::model::{Bounds, Scene, Triangle};
+use crate::model::{Bounds, ReceiverPoint, Scene, Triangle};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Of one scene.
@@ -10,11 +10,13 @@ pub(super) struct Cover<'a> {
     pub(super) casters: Bounds,
     /// With triangles that cast nothing and bound no map: a ground as far as the horizon.
     scene: Option<&'a Scene>,
+    /// Receivers beside the scene.
+    points: &'a [ReceiverPoint],
 }
 
 impl<'a> Cover<'a> {
     pub(super) fn of_box(all: Bounds) -> Self {
-        Self { all, casters: all, scene: None }
+        Self { all, casters: all, scene: None, points: &[] }
     }
 
     /// Air is lit all the way to the scene's end, so that with it maps are as deep as the scene.
@@ -32,13 +34,23 @@ impl<'a> Cover<'a> {
         if casters.is_empty() {
             Self::of_box(all)
         } else {
-            Self { all, casters, scene: Some(scene) }
+            Self { all, casters, scene: Some(scene), points: &[] }
         }
+    }
+
+    /// With further receivers.
+    pub(super) fn around(self, points: &'a [ReceiverPoint]) -> Self {
+        let all = points.iter().fold(self.all, |b, point| b.with_sphere(point.position, 0.0));
+        Self { all, points, ..self }
     }
 
     /// The least z that a receiver has within a window of the view: a rectangle in its x and y.
     pub(super) fn deepest(&self, view_from_world: &Mat4, min: Vec2, max: Vec2) -> f32 {
-        let Some(scene) = self.scene else { return f32::INFINITY };
+        let inside = |p: &Vec3| p.truncate().cmpge(min).all() && p.truncate().cmple(max).all();
+        let points =
+            self.points.iter().map(|point| view_from_world.transform_point3(point.position));
+        let points = points.filter(inside).map(|p| p.z).fold(f32::INFINITY, f32::min);
+        let Some(scene) = self.scene else { return points };
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| !casts(p.material)).map(|p| {
             let center = view_from_world.transform_point3(p.center);
@@ -48,7 +60,7 @@ impl<'a> Cover<'a> {
         });
         let triangles = scene.triangles.iter().filter(|t| !casts(t.material));
         let triangles = triangles.map(|t| deepest_within(t, view_from_world, min, max));
-        particles.chain(triangles).fold(f32::INFINITY, f32::min)
+        particles.chain(triangles).fold(points, f32::min)
     }
 }
 

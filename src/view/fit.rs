@@ -1,8 +1,9 @@
 //! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
 use super::{Part, Projection, View, cascades, cover::Cover, importance};
 use crate::{
-    model::Scene,
-    model::{Bounds, Camera, Light, LightKind, MAX_SHADOWS, Shadow},
+    model::{
+        Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, ReceiverPoint, Scene, Shadow,
+    },
     view::atlas::{AtlasLimits, Wish, shrink_to_fit},
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
@@ -76,7 +77,16 @@ pub fn shadow_views(scene: &Scene) -> Vec<View> {
 /// The shadow views of all lights, in order of lights, in sizes that an atlas of the scene's
 /// texel budget and of `limits` holds; and how many are smaller than they should be for that.
 pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
-    let cover = Cover::of_scene(scene);
+    views_around(scene, limits, &[])
+}
+
+/// As [`fitted_views`], with planes that enclose `points` too, as they do the scene's receivers.
+pub fn views_around(
+    scene: &Scene,
+    limits: &AtlasLimits,
+    points: &[ReceiverPoint],
+) -> (Vec<View>, usize) {
+    let cover = Cover::of_scene(scene).around(points);
     let mut wishes: Vec<Wish> = Vec::new();
     for light in &scene.lights {
         let usual = importance::map_size(light, &scene.camera, scene.shadow.size);
@@ -99,18 +109,22 @@ pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
 /// The shadow views of one light. `index` is the light's, `size` its maps' edge [texels] where it
 /// has none of its own, `bounds` holds all casters and receivers (world space [m]). Without the
 /// `camera` that they follow, a light has no cascades but one view of the whole scene.
+///
+/// # Errors
+/// Where a number of the light is not finite, a direction is zero or a cone has no angle.
 pub fn light_views(
     index: usize,
     light: &Light,
     size: u32,
     camera: Option<&Camera>,
     bounds: &Bounds,
-) -> Vec<View> {
+) -> Result<Vec<View>, InvalidLight> {
+    light.check(index)?;
     let sizes: Vec<u32> = light
         .all_shadows()
         .flat_map(|s| std::iter::repeat_n(s.size.unwrap_or(size), s.view_count()))
         .collect();
-    views_of(index, light, &|i| sizes[i], camera, &Cover::of_box(*bounds))
+    Ok(views_of(index, light, &|i| sizes[i], camera, &Cover::of_box(*bounds)))
 }
 
 /// `size_of`: edge of the map of each of the light's views [texels].
@@ -156,7 +170,7 @@ impl Owner<'_> {
     ) -> Vec<View> {
         let Shadow { near, far, .. } = *shadow;
         let (faces, numbers) = self.names;
-        match (shadow.kind, shadow.cascades, camera) {
+        match (shadow.kind.with_unit_direction(), shadow.cascades, camera) {
             (LightKind::Directional { direction }, Some(cascades), Some(camera)) => {
                 let (light, bounds) = (self.light, &cover.all);
                 let fit =

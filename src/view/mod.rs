@@ -6,7 +6,7 @@ mod fit;
 mod importance;
 
 pub use cascades::splits;
-pub use fit::{fitted_views, light_views, shadow_views};
+pub use fit::{fitted_views, light_views, shadow_views, views_around};
 
 use crate::model::{Bounds, Camera, Part, Projection, View};
 use fit::{depth_range, looking};

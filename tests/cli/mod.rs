@@ -3,4 +3,5 @@ mod bench;
 mod commands;
 mod export;
 mod hostile;
+mod light;
 mod results;

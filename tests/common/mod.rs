@@ -27,6 +27,15 @@ pub(crate) fn own_gpu(tier: Tier) -> Gpu {
     gpu
 }
 
+/// Two devices of one instance, of which each knows what is not its own. (Handles of two instances
+/// look alike.)
+pub(crate) fn two_devices() -> [Gpu; 2] {
+    let adapters = gobo::gpu::adapters(&Selection::default());
+    let adapter = adapters.first().expect("there is an adapter");
+    let core = Selection { tier: Some(Tier::Core), ..Selection::default() };
+    [(); 2].map(|()| Gpu::open(adapter, &core).unwrap_or_else(|error| panic!("{error}")))
+}
+
 /// A renderer on the tier's device that scatters tiny particles, as on a GPU.
 pub(crate) fn renderer(tier: Tier) -> Renderer {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();

@@ -28,7 +28,7 @@ fn open(tier: gobo::gpu::Tier) -> (Gpu, Shadows) {
 fn views() -> Vec<View> {
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
     let lamp = Light::point(Vec3::Y * 4.0);
-    light_views(0, &lamp, 64, None, &bounds)
+    light_views(0, &lamp, 64, None, &bounds).unwrap()
 }
 
 fn submit(gpu: &Gpu, prepared: &Prepared) -> Vec<[u16; 4]> {

@@ -12,7 +12,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("records", &["model"]),
     ("reference", &["model", "records"]),
     ("view", &["model", "records"]),
-    ("gpu", &["records"]),
+    ("gpu", &["model", "records"]),
     ("stage", &["gpu", "model", "records"]),
     ("shadows", &["gpu", "model", "records", "stage", "view"]),
     ("picture", &["gpu", "model", "records", "shadows", "stage", "view"]),

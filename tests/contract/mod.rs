@@ -7,4 +7,5 @@ mod layout;
 mod mirrors;
 mod recording;
 mod shaders;
+mod support;
 mod uniform_branches;

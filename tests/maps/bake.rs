@@ -324,7 +324,7 @@ fn what_was_not_recorded_is_still_to_be_rendered() {
     let bounds = gobo::model::Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
     let views: Vec<View> = (0..)
         .zip(lights)
-        .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds))
+        .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds).unwrap())
         .collect();
     let again = |pipeline: &mut Pipeline, casters: &CasterSet, earlier: PreparedMaps| {
         pipeline.prepare_again(device, queue, casters, &views, None, earlier).expect("it fits")

@@ -84,7 +84,7 @@ fn what_is_hidden_is_behind_opaque_triangles() {
         let triangles = sheets(&mut chance, count);
         let around = Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
         let size = [64, 256, 1024][chance.below(3)];
-        for view in light_views(0, &random_light(&mut chance), size, None, &around) {
+        for view in light_views(0, &random_light(&mut chance), size, None, &around).unwrap() {
             let view = view.to_gpu(0, UVec2::ZERO, 0);
             let occluders = occluders(&triangles, &view);
             for _ in 0..100 {
@@ -125,7 +125,7 @@ fn what_is_hidden_is_behind_opaque_triangles() {
 fn sun_view(size: u32) -> GpuView {
     let sun = light(LightKind::Directional { direction: Vec3::new(0.3, -1.0, 0.2).normalize() });
     let around = Bounds::EMPTY.with_sphere(Vec3::ZERO, 10.0);
-    light_views(0, &sun, size, None, &around)[0].to_gpu(0, UVec2::ZERO, 0)
+    light_views(0, &sun, size, None, &around).unwrap()[0].to_gpu(0, UVec2::ZERO, 0)
 }
 
 fn ground(edge: f32) -> [[Vec3; 3]; 2] {

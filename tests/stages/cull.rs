@@ -34,7 +34,7 @@ fn views(chance: &mut Chance, count: usize) -> Vec<GpuView> {
         };
         let part = Bounds::EMPTY.with_sphere(chance.vec3(-10.0, 10.0), chance.within(0.1, 10.0));
         let size = [16, 64, 200, 1024][chance.below(4)];
-        light_views(0, &Light { near, far, ..light(kind) }, size, None, &part)
+        light_views(0, &Light { near, far, ..light(kind) }, size, None, &part).unwrap()
     };
     std::iter::repeat_with(|| all(chance)).flatten().take(count).map(|v| gpu_view(&v)).collect()
 }
@@ -249,7 +249,9 @@ fn the_tree_yields_what_brute_force_does() {
 /// Sees 200 m around the origin.
 fn wide_view() -> GpuView {
     let sun = light(LightKind::Directional { direction: Vec3::NEG_Y });
-    gpu_view(&light_views(0, &sun, 256, None, &Bounds::EMPTY.with_sphere(Vec3::ZERO, 100.0))[0])
+    gpu_view(
+        &light_views(0, &sun, 256, None, &Bounds::EMPTY.with_sphere(Vec3::ZERO, 100.0)).unwrap()[0],
+    )
 }
 
 #[test]
@@ -355,7 +357,8 @@ fn the_tree_beats_a_loop() {
         angle: 0.27,
     };
     let spot = Light { near: Some(1.0), far: Some(130.0), ..light(spot) };
-    let frustum = Frustum::new(&gpu_view(&light_views(0, &spot, 512, None, &Bounds::EMPTY)[0]));
+    let frustum =
+        Frustum::new(&gpu_view(&light_views(0, &spot, 512, None, &Bounds::EMPTY).unwrap()[0]));
     let best = |work: &mut dyn FnMut() -> usize| {
         let run = |_| {
             let clock = Instant::now();

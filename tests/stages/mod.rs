@@ -4,6 +4,8 @@ mod cluster;
 mod cull;
 mod dither;
 mod filter;
+mod host_shader;
+mod light_points;
 mod occlude;
 mod soften_curves;
 mod sort;

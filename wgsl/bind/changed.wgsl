@@ -21,3 +21,4 @@ import package::records::tile::Segment;
 @group(0) @binding(25) var<storage, read_write> sum_green: array<atomic<u32>>;
 @group(0) @binding(26) var<storage, read_write> sum_red: array<atomic<u32>>;
 @group(0) @binding(64) var<storage, read_write> carried: array<vec4<u32>>;
+@group(0) @binding(72) var<storage, read_write> point_shares: array<f32>;

@@ -12,3 +12,5 @@ import package::records::tile::Segment;
 @group(0) @binding(15) var<storage, read> scattered_tiles: array<u32>;
 @group(0) @binding(16) var<storage, read> segments: array<Segment>;
 @group(0) @binding(17) var<storage, read> small_depths: array<u32>;
+@group(0) @binding(73) var<storage, read> point_positions: array<f32>;
+@group(0) @binding(71) var<storage, read> point_normals: array<f32>;

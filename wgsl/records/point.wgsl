@@ -32,8 +32,9 @@ struct Point {
 
 // Some points that are made and looked up together. Rust: src/stage/shade.rs.
 struct PointBatch {
-    first: u32, // of `lit`, or the first caster
-    count: u32,
+    first: u32,       // of `lit`, or the first caster
+    count: u32,       // of answers
+    has_normals: u32, // 1 or 0, of a host's points
 }
 
 fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {

@@ -1,13 +1,9 @@
-// shade, light points: the light that each point sends to the eye. The only kernel of the picture
-// that asks the shadow maps; surfaces, panes, particles and air write its points. One invocation
-// per point.
+// shade, light points: the light of points, which surfaces, panes and particles of the picture are, and
+// points of the host. One invocation per answer; what is answered is the kernel's choice.
 // CPU twin: src/reference/shading/mod.rs. Host: src/stage/shade.rs.
 
-import package::bind::stored::lit;
+import choice::answer::store_answer;
 import package::bind::uniform::point_batch;
-import package::records::point::load_point;
-import package::records::record::record_texel;
-import package::shade::point_light::point_light;
 
 override WORKGROUP_SIZE: u32;
 
@@ -20,6 +16,5 @@ fn light_points(
     if index >= point_batch.count {
         return;
     }
-    let light = point_light(load_point(index));
-    textureStore(lit, record_texel(point_batch.first + index), vec4(light, 1.0));
+    store_answer(index);
 }

@@ -7,7 +7,7 @@ pub use tone::to_screen;
 
 use super::air::phase;
 use crate::{
-    model::{Material, Receives, Scene, View},
+    model::{Material, ReceiverPoint, Receives, Scene, View},
     records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, ViewMaps, owner_tag},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
@@ -162,6 +162,15 @@ impl<'a> Lighting<'a> {
             }
         }
         point.emission + point.albedo * diffuse + shine
+    }
+
+    /// The share of a light that reaches a point: 1 where nothing is between, without falloff and
+    /// cosine.
+    pub fn share(&self, light: &GpuLight, point: &ReceiverPoint) -> Vec3 {
+        let (toward, _) = incoming(light, point.position);
+        // Off itself, on the light's side.
+        let face = if point.normal.dot(toward) > 0.0 { point.normal } else { -point.normal };
+        self.shadow(light, point.position, face, toward, self.bias, Receiver::AIR)
     }
 
     /// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.

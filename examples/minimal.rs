@@ -1,0 +1,48 @@
+//! gobo on a device of one's own: what a lamp sends through a pane of blue smoke.
+//!
+//! `cargo run --example minimal`
+use gobo::{
+    Bounds, Casters, Light, Material, Particle, PointBuffers, ShadowSettings, Shadows, Tier,
+    glam::{Vec3, Vec4},
+    wgpu::{self, util::DeviceExt as _},
+};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let settings = ShadowSettings { size: 256, ..ShadowSettings::default() };
+    let adapter = wgpu::Instance::default().request_adapter(&Default::default());
+    let adapter = pollster::block_on(adapter)?;
+    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        required_features: settings.features(Tier::Core),
+        required_limits: settings.limits(Tier::Core, settings.size),
+        ..Default::default()
+    }))?;
+    let materials = [Material { tint: Vec4::new(0.3, 0.5, 1.0, 0.5), ..Material::default() }];
+    let particles = [Particle { center: Vec3::Y, ..Particle::default() }];
+    let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
+    let lights = [Light::point(Vec3::Y * 2.0)];
+    let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(2.0) };
+    let views = gobo::light_views(0, &lights[0], settings.size, None, &bounds)?;
+    let mut shadows = Shadows::new(&device, &queue, &adapter.get_info())?;
+    let prepared = shadows.prepare(&casters, &views, &settings)?;
+
+    let positions = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents: bytemuck::cast_slice(&[[0.0_f32, 0.0, 0.0], [0.9, 0.0, 0.0]]),
+        usage: wgpu::BufferUsages::STORAGE,
+    });
+    let points = PointBuffers { count: 2, positions: &positions, normals: None };
+    let lit = prepared.light_points(&lights, &[0], &points)?;
+    let mut encoder = device.create_command_encoder(&Default::default());
+    prepared.record(&mut encoder);
+    lit.record(&mut encoder);
+    queue.submit([encoder.finish()]);
+    wgpu::util::DownloadBuffer::read_buffer(&device, &queue, &lit.shares().slice(..), |bytes| {
+        let shares = bytes.map(|bytes| bytemuck::cast_slice(&bytes).to_vec());
+        println!(
+            "below the pane and beside it: {:.2?}",
+            shares.unwrap_or_default() as Vec<[f32; 3]>
+        );
+    });
+    device.poll(wgpu::PollType::wait_indefinitely())?;
+    Ok(())
+}

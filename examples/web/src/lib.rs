@@ -1,0 +1,7 @@
+//! Coloured puffs under a lamp, drawn by a fragment shader of the host's that asks gobo for light.
+//! The same code runs natively and in a browser.
+mod show;
+#[cfg(target_arch = "wasm32")]
+mod web;
+
+pub use show::{Knobs, Show};

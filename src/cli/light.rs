@@ -1,0 +1,99 @@
+//! `gobo light`: what of each light reaches points of the user's.
+use super::{arguments::LightArguments, failure::Failure, files, npy};
+use gobo::{
+    glam::Vec3,
+    model::ReceiverPoint,
+    render::Renderer,
+    scene::{self, Scene},
+};
+use std::{fs, path::Path};
+
+/// Coordinates beyond this are left out of scenes, too [m].
+const FARTHEST: f32 = 1e7;
+
+pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
+    let points = read(&arguments.points)?;
+    let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
+    files::warn(&scene.notes);
+    scene.set_time(f64::from(arguments.frame) / Scene::FRAME_RATE);
+    let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    tracing::info!("looking light up with {}", renderer.device());
+    let shares = renderer.light_points(&scene, &points)?;
+    let values = shares.as_flattened().iter().copied();
+    let bytes = npy::encode(&[points.len(), scene.lights.len(), 3], values);
+    files::write(&arguments.out, &bytes)?;
+    files::print(&arguments.out.display().to_string())
+}
+
+fn read(path: &Path) -> Result<Vec<ReceiverPoint>, Failure> {
+    let refused = |reason: String| Failure::Usage(format!("{}: {reason}", path.display()));
+    let kind = fs::metadata(path).map_err(|error| refused(error.to_string()))?.file_type();
+    if !kind.is_file() {
+        return Err(refused("is no plain file: name an array that numpy.save wrote".to_owned()));
+    }
+    let bytes = fs::read(path).map_err(|error| refused(error.to_string()))?;
+    points(&bytes).map_err(refused)
+}
+
+/// Of the bytes of a file.
+fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, String> {
+    let (shape, values) = npy::decode(bytes)?;
+    let &[_, columns @ (3 | 6)] = &shape[..] else {
+        return Err(format!(
+            "its shape is {shape:?}: N x 3 positions or N x 6 positions and normals are needed"
+        ));
+    };
+    let rows = values.chunks_exact(columns).enumerate();
+    rows.map(|(row, values)| point(values).ok_or_else(|| refusal(row, values))).collect()
+}
+
+/// `None` where a number is not finite or a position too far away.
+fn point(row: &[f32]) -> Option<ReceiverPoint> {
+    let position = Vec3::from_slice(row);
+    let normal = row.get(3..).filter(|rest| !rest.is_empty()).map_or(Vec3::ZERO, Vec3::from_slice);
+    let is_near = position.abs().max_element() <= FARTHEST;
+    // One of length zero is none.
+    let normal = if normal == Vec3::ZERO { normal } else { normal.try_normalize()? };
+    (position.is_finite() && is_near).then_some(ReceiverPoint { position, normal })
+}
+
+fn refusal(row: usize, values: &[f32]) -> String {
+    format!(
+        "row {row} is {values:?}: positions must be finite and within {FARTHEST:.0} m, normals \
+         finite; remove or mend it"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_points() {
+        let bytes = npy::encode(&[1, 6], [1.0, 2.0, 3.0, 0.0, -2.0, 0.0].into_iter());
+        let read = points(&bytes).unwrap();
+        let expected = ReceiverPoint { position: Vec3::new(1.0, 2.0, 3.0), normal: Vec3::NEG_Y };
+        assert_eq!(read, [expected]);
+        let bytes = npy::encode(&[2, 3], [0.5; 6].into_iter());
+        let plain = ReceiverPoint { position: Vec3::splat(0.5), normal: Vec3::ZERO };
+        assert_eq!(points(&bytes).unwrap(), [plain; 2]);
+        assert_eq!(points(&npy::encode(&[0, 3], [].into_iter())).unwrap(), []);
+    }
+
+    #[test]
+    fn what_is_no_point_names_its_row() {
+        let refused = |shape: &[usize], values: &[f32]| {
+            points(&npy::encode(shape, values.iter().copied())).unwrap_err()
+        };
+        for bad in [f32::NAN, f32::INFINITY, 2e7] {
+            let error = refused(&[2, 3], &[0.0, 0.0, 0.0, 0.0, bad, 0.0]);
+            assert!(error.starts_with("row 1 "), "{error}");
+        }
+        let error = refused(&[1, 6], &[0.0, 0.0, 0.0, f32::NAN, 1.0, 0.0]);
+        assert!(error.starts_with("row 0 "), "{error}");
+        for shape in [&[6][..], &[3, 2], &[1, 2, 3], &[1, 4]] {
+            let values = vec![0.0; shape.iter().product()];
+            assert!(refused(shape, &values).contains("N x 3"), "{shape:?}");
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Parts of `wgsl/` for shaders of the host's: their text, and what they bind.
+use super::{
+    kernel::{Constant, KernelError, bind},
+    link::{Item, Linked, words},
+    resource::Resources,
+};
+use std::collections::HashSet;
+use wgpu::ShaderStages;
+
+impl Linked {
+    /// The source with `prefix` before every name that the host's own might meet, bound in `group`.
+    /// Overrides are constants: what `constants` say, or else their usual value.
+    pub fn host_part(&self, group: u32, prefix: &str, constants: &[Constant]) -> String {
+        let names: HashSet<_> = self.items.iter().map(|item| item.name).collect();
+        let mut part = String::new();
+        for item in &self.items {
+            match constant(item, constants) {
+                Some(constant) => part += &format!("const {prefix}{constant}"),
+                None => {
+                    let own = prefixed(item, &names, prefix);
+                    part += &own.replace("@group(0)", &format!("@group({group})"));
+                }
+            }
+            part += "\n\n";
+        }
+        part
+    }
+
+    /// A bind group for [`Self::host_part`], for all stages that may ask, and its layout.
+    pub fn bind_host_part(
+        &self,
+        device: &wgpu::Device,
+        label: &'static str,
+        resources: &Resources<'_>,
+    ) -> Result<(wgpu::BindGroupLayout, wgpu::BindGroup), KernelError> {
+        let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
+        let bindings = self.bindings()?;
+        let entries: Vec<_> = bindings.iter().map(|binding| binding.entry(stages)).collect();
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries: &entries,
+        });
+        let group = bind(device, label, &bindings, &layout, resources)?;
+        Ok((layout, group))
+    }
+}
+
+/// `NAME: u32 = 8u;` of an override.
+fn constant(item: &Item, constants: &[Constant]) -> Option<String> {
+    let code = item.text.split_once("override ").filter(|_| item.keyword == "override")?.1;
+    let (kind, usual) = code.split_once(':')?.1.split(';').next()?.split_once('=')?;
+    let (name, kind) = (item.name, kind.trim());
+    let value = constants.iter().find(|(known, _)| *known == name).map(|&(_, value)| match kind {
+        "bool" => (value != 0.0).to_string(),
+        "u32" => format!("{value}u"),
+        _ => format!("{value:?}"),
+    });
+    Some(format!("{name}: {kind} = {};", value.as_deref().unwrap_or(usual.trim())))
+}
+
+fn prefixed(item: &Item, names: &HashSet<&str>, prefix: &str) -> String {
+    let (mut text, mut end) = (String::new(), 0);
+    for (at, word) in words(item.text).filter(|(_, word)| names.contains(word)) {
+        // A member keeps its name, as it does where it is asked for.
+        let is_member = item.keyword == "struct" && item.text[at + word.len()..].starts_with(':');
+        if !is_member {
+            text += &item.text[end..at];
+            text += prefix;
+            end = at;
+        }
+    }
+    text + &item.text[end..]
+}

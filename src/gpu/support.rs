@@ -1,0 +1,218 @@
+//! What a device must have been opened with, and what one lacks: nothing can be added later.
+use super::{
+    Tier,
+    adapter::{FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES},
+};
+use crate::{
+    error::Error,
+    model::{ShadowSettings, TILE_SIZE, tiles_of},
+};
+use glam::UVec2;
+use std::fmt;
+use wgpu::{AdapterInfo, Device, DeviceType, Features, Limits};
+
+/// What a device was opened with, held against what shadows need.
+///
+/// ```ignore
+/// let support = Support::of(&device, &adapter_info, &settings);
+/// support.check(Tier::Core)?;
+/// support.missing.iter().for_each(|missing| println!("{missing}"));
+/// ```
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Support {
+    /// The best tier that the device can run; `None` where it has too little for any.
+    pub tier: Option<Tier>,
+    /// All that it lacks, what counts most first. Where [`Self::tier`] is `Native`, only comfort.
+    pub missing: Vec<Missing>,
+}
+
+/// A feature or limit that a device was opened without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Missing {
+    /// The feature, or the limit.
+    pub requirement: Requirement,
+    /// What is lost without it.
+    pub needed_for: Need,
+}
+
+/// What a device is opened with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Requirement {
+    /// One feature.
+    Feature(Features),
+    /// A limit, by the name of its field in [`wgpu::Limits`].
+    Limit {
+        /// The field's name.
+        name: &'static str,
+        /// As the device was opened.
+        have: u64,
+        /// At least, or of an alignment at most.
+        need: u64,
+    },
+}
+
+/// What a feature or limit is needed for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Need {
+    /// Every kernel.
+    Core,
+    /// Maps as large as the settings ask for.
+    Maps,
+    /// The native tier, which is faster.
+    Native,
+    /// The faster walk of soft discs on software adapters.
+    SoftDiscs,
+    /// Times of stages ([`Prepared::record_timed`](crate::Prepared::record_timed)).
+    Times,
+}
+
+impl Support {
+    /// Reads the device. `adapter`: the one that it was opened on.
+    pub fn of(device: &Device, adapter: &AdapterInfo, settings: &ShadowSettings) -> Self {
+        let mut all = missing(device, Tier::Native);
+        let mut ask = |limit_of: Limits, needed_for| {
+            limit_of.check_limits_with_fail_fn(&device.limits(), false, |name, need, have| {
+                let requirement = Requirement::Limit { name, have, need };
+                if all.iter().all(|known| !known.is_of(name)) {
+                    all.push(Missing { requirement, needed_for });
+                }
+            });
+        };
+        ask(settings.limits(Tier::Core, settings.size), Need::Maps);
+        let mut wish = |features: Features, needed_for| {
+            let lacking = features - device.features();
+            all.extend(
+                lacking
+                    .iter()
+                    .map(|one| Missing { requirement: Requirement::Feature(one), needed_for }),
+            );
+        };
+        if adapter.device_type == DeviceType::Cpu {
+            wish(FETCH_FEATURES, Need::SoftDiscs);
+        }
+        wish(Features::TIMESTAMP_QUERY, Need::Times);
+        all.sort_by_key(|missing| missing.needed_for);
+        let lacks = |need| all.iter().any(|missing: &Missing| missing.needed_for == need);
+        let tier = match (lacks(Need::Core), lacks(Need::Native)) {
+            (true, _) => None,
+            (false, true) => Some(Tier::Core),
+            (false, false) => Some(Tier::Native),
+        };
+        Self { tier, missing: all }
+    }
+
+    /// Whether the device can run `tier`.
+    ///
+    /// # Errors
+    /// Where it cannot: with all that it lacks for it.
+    pub fn check(&self, tier: Tier) -> Result<(), Error> {
+        let counts = |missing: &&Missing| match missing.needed_for {
+            Need::Core | Need::Maps => true,
+            Need::Native => tier == Tier::Native,
+            Need::SoftDiscs | Need::Times => false,
+        };
+        let missing: Vec<_> = self.missing.iter().filter(counts).copied().collect();
+        if missing.is_empty() { Ok(()) } else { Err(Error::Unsupported { tier, missing }) }
+    }
+}
+
+impl ShadowSettings {
+    /// Features that a device is opened with for `tier`. Those that are optional, for speed or for
+    /// times of stages, [`Support::of`] names.
+    pub fn features(&self, tier: Tier) -> Features {
+        match tier {
+            Tier::Core => Features::empty(),
+            Tier::Native => NATIVE_FEATURES,
+        }
+    }
+
+    /// Limits that a device is opened with for `tier`, where no map's edge is over `largest_map`
+    /// [texels]. More room for casters and pairs than they promise is used where a device has it.
+    pub fn limits(&self, tier: Tier, largest_map: u32) -> Limits {
+        let mut limits = Limits::default();
+        let edge = tiles_of(UVec2::splat(largest_map)).max_element().saturating_mul(TILE_SIZE);
+        limits.max_texture_dimension_2d = limits.max_texture_dimension_2d.max(edge);
+        // A map has all layers of its curve in one array.
+        let layers = self.curve_nodes() / 2;
+        limits.max_texture_array_layers = limits.max_texture_array_layers.max(layers);
+        if tier == Tier::Native {
+            limits.max_storage_textures_per_shader_stage = NATIVE_STORAGE_TEXTURES;
+        }
+        limits
+    }
+}
+
+/// Whether the device is there: what is made on one that is lost cannot be written.
+pub(crate) fn check_alive(device: &Device) -> Result<(), Error> {
+    let probe = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("probe"),
+        size: wgpu::COPY_BUFFER_ALIGNMENT,
+        usage: wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: true,
+    });
+    let mapped = probe.get_mapped_range_mut(..).map(|_| ());
+    mapped.map_err(|error| Error::Lost(error.to_string()))
+}
+
+/// What the device lacks for a tier, whatever the settings are.
+pub(crate) fn missing(device: &Device, tier: Tier) -> Vec<Missing> {
+    let mut all = Vec::new();
+    let limits = device.limits();
+    Limits::default().check_limits_with_fail_fn(&limits, false, |name, need, have| {
+        let requirement = Requirement::Limit { name, have, need };
+        all.push(Missing { requirement, needed_for: Need::Core });
+    });
+    if tier == Tier::Native {
+        let needed_for = Need::Native;
+        let lacking = NATIVE_FEATURES - device.features();
+        all.extend(
+            lacking
+                .iter()
+                .map(|one| Missing { requirement: Requirement::Feature(one), needed_for }),
+        );
+        let name = "max_storage_textures_per_shader_stage";
+        let (have, need) = (limits.max_storage_textures_per_shader_stage, NATIVE_STORAGE_TEXTURES);
+        if have < need {
+            let requirement = Requirement::Limit { name, have: have.into(), need: need.into() };
+            all.push(Missing { requirement, needed_for });
+        }
+    }
+    all
+}
+
+impl Missing {
+    fn is_of(&self, limit: &str) -> bool {
+        matches!(self.requirement, Requirement::Limit { name, .. } if name == limit)
+    }
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.requirement {
+            Requirement::Feature(feature) => {
+                let names = feature.iter_names().map(|(name, _)| name);
+                write!(f, "the feature {}", names.collect::<Vec<_>>().join(", "))?;
+            }
+            Requirement::Limit { name, have, need } => {
+                write!(f, "the limit {name}, which is {have} and must be {need},")?;
+            }
+        }
+        write!(f, " for {}", self.needed_for)
+    }
+}
+
+impl fmt::Display for Need {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Core => "every kernel",
+            Self::Maps => "maps of this size",
+            Self::Native => "the native tier",
+            Self::SoftDiscs => "a faster walk of soft discs on software adapters",
+            Self::Times => "times of stages",
+        })
+    }
+}

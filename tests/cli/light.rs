@@ -1,0 +1,82 @@
+//! `gobo light`: points in, shares of lights out.
+use super::commands::{Folder, npy};
+use std::fs;
+
+/// An array as numpy writes it.
+fn array(kind: &str, columns: usize, bytes: &[u8]) -> Vec<u8> {
+    let size = if kind == "<f8" { 8 } else { 4 };
+    let shape = (bytes.len() / size / columns, columns);
+    let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape:?}, }}");
+    let mut file = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    file.extend(format!("{header:<117}\n").into_bytes());
+    file.extend(bytes);
+    file
+}
+
+fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+/// Over the glass, under it, on the floor under it, under the floor, and beside all.
+const POINTS: [f32; 30] = [
+    0.1, 1.2, 0.1, 0.0, 0.0, 0.0, //
+    0.1, 0.5, 0.1, 0.0, 0.0, 0.0, //
+    0.1, 0.0, 0.1, 0.0, 1.0, 0.0, //
+    0.1, -0.5, 0.1, 0.0, 0.0, 0.0, //
+    1.5, 0.5, 1.5, 0.0, 0.0, 0.0, //
+];
+
+#[test]
+fn shares_are_as_paper_says() {
+    let folder = Folder::new("light");
+    fs::write(folder.0.join("p.npy"), array("<f4", 6, &floats(&POINTS))).unwrap();
+    // A half covers of (1, 0.2, 0.1).
+    let behind = [1.0, 0.6, 0.55];
+    let expected = [[1.0; 3], behind, behind, [0.0; 3], [1.0; 3]];
+    for backend in ["auto", "cpu"] {
+        let arguments =
+            ["light", "scene.toml", "--points", "p.npy", "-o", "l.npy", "--backend", backend];
+        assert_eq!(folder.run(&arguments), "l.npy\n");
+        let (shape, shares) = npy(&folder.0.join("l.npy")).unwrap();
+        assert_eq!(shape, [5, 2, 3], "points, lights, channels");
+        for (i, share) in shares.iter().enumerate() {
+            let apart = (share - expected[i / 6][i % 3]).abs();
+            assert!(apart <= 1e-3, "{backend} {i}: {share}");
+        }
+    }
+    // The lamp moves below the glass; positions alone are enough.
+    fs::write(folder.0.join("p.npy"), array("<f4", 3, &floats(&[0.1, 0.3, 0.1]))).unwrap();
+    let set = "light.lamp.position=[0,0.5,0]";
+    folder.run(&["light", "scene.toml", "--points", "p.npy", "-o", "l.npy", "--set", set]);
+    let (shape, shares) = npy(&folder.0.join("l.npy")).unwrap();
+    assert_eq!(shape, [1, 2, 3]);
+    assert!((shares[1] - 0.6).abs() <= 1e-3 && (shares[4] - 1.0).abs() <= 1e-3, "{shares:?}");
+}
+
+#[test]
+fn points_that_are_none_are_refused() {
+    let folder = Folder::new("light-bad");
+    let refused = |points: Option<Vec<u8>>| {
+        let path = folder.0.join("p.npy");
+        let _ = fs::remove_file(&path);
+        if let Some(bytes) = points {
+            fs::write(path, bytes).unwrap();
+        }
+        let error = folder.fail(&["light", "scene.toml", "--points", "p.npy", "-o", "l.npy"], 2);
+        assert!(error.contains("p.npy: "), "{error}");
+        assert!(!folder.0.join("l.npy").exists());
+        error
+    };
+    assert!(refused(None).contains("No such file"));
+    assert!(refused(Some(b"x y z\n".to_vec())).contains("numpy.save"));
+    assert!(refused(Some(array("<f8", 3, &[0; 24]))).contains("astype"));
+    assert!(refused(Some(array("<f4", 2, &floats(&[0.0; 4])))).contains("N x 3"));
+    let nan = refused(Some(array("<f4", 3, &floats(&[0.0, 0.0, 0.0, 1.0, f32::NAN, 2.0]))));
+    assert!(nan.contains("row 1 "), "{nan}");
+    let mut cut = array("<f4", 3, &floats(&[0.0; 6]));
+    cut.truncate(cut.len() - 1);
+    assert!(refused(Some(cut)).contains("its shape [2, 3]"));
+    fs::write(folder.0.join("p.npy"), array("<f4", 3, &[])).unwrap();
+    folder.run(&["light", "scene.toml", "--points", "p.npy", "-o", "l.npy"]);
+    assert_eq!(npy(&folder.0.join("l.npy")).unwrap(), (vec![0, 2, 3], vec![]));
+}

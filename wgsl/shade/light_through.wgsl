@@ -1,0 +1,25 @@
+// What of a light reaches a point, for shaders of the host's and for `light_points`: 1 where nothing is
+// between, without falloff and cosine. CPU twin: `share` of src/reference/shading/mod.rs. Host:
+// src/shadows/host_shader.rs.
+
+import package::bind::uniform::picture_params;
+import package::records::light::light_record;
+import package::records::material::RECEIVES_CURVE;
+import package::records::owner::NO_OWNER;
+import package::shade::receive::{incoming, shadow};
+import package::shade::receiver::set_receiver;
+
+// `light`: among those that were bound; `position` [m] and unit `normal` in world space. The normal
+// lifts the point off its own surface's shadow, to the light's side; zero of what is no surface.
+fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let source = light_record(light);
+    let toward = incoming(source, position).toward;
+    let face = normal * select(-1.0, 1.0, dot(normal, toward) > 0.0);
+    set_receiver(RECEIVES_CURVE, NO_OWNER, false);
+    return shadow(source, position, face, toward, picture_params.bias);
+}
+
+// Of a point without a normal: smoke, fog.
+fn light_at(light: u32, position: vec3<f32>) -> vec3<f32> {
+    return light_through(light, position, vec3(0.0));
+}
