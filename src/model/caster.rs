@@ -240,7 +240,8 @@ pub struct Texture {
     pub rgba: Vec<u8>,
 }
 
-/// What casts, in world space. Particles and triangles name their material by its index, and
+/// What casts, in world space. Positions have 24 bits: a host with a large world gives them, and the
+/// views, relative to a place near the camera (10 km away a millimetre is lost). Particles and triangles name their material by its index, and
 /// materials their texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Casters<'a> {

@@ -5,7 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    model::{LightKind, Material, Particle, Pattern, Profile, Shape, Transfer},
+    model::{LightKind, Material, Particle, Pattern, Profile, Receiver, Shape, Transfer},
     records::ViewMaps,
     reference,
     scene::Scene,
@@ -88,20 +88,23 @@ fn gpu_matches_twin() {
 
 #[test]
 fn pictures_match_the_twin() {
-    let scene = mixture(Pattern::Blue);
-    let views = shadow_views(&scene);
-    let expected = reference::render_picture(&scene, &views, &twin(&scene)).rgb;
-    let mut grey = scene.clone();
-    grey.shadow.colored = false;
-    for tier in TIERS {
-        let apart = |scene: &Scene| {
-            let actual = render(tier, scene).picture.rgb;
-            let channels = expected.iter().flatten().zip(actual.iter().flatten());
-            channels.filter(|(a, b)| a.abs_diff(**b) > 4).count() as f64
-                / (3 * expected.len()) as f64
-        };
-        assert!(apart(&scene) <= 3e-3, "{tier:?}: {}", apart(&scene));
-        assert!(apart(&grey) > 3e-3, "the check can fail");
+    for receiver in [Receiver::Nearest, Receiver::Curve] {
+        let mut scene = mixture(Pattern::Blue);
+        scene.shadow.receiver = receiver;
+        let views = shadow_views(&scene);
+        let expected = reference::render_picture(&scene, &views, &twin(&scene)).rgb;
+        let mut grey = scene.clone();
+        grey.shadow.colored = false;
+        for tier in TIERS {
+            let apart = |scene: &Scene| {
+                let actual = render(tier, scene).picture.rgb;
+                let channels = expected.iter().flatten().zip(actual.iter().flatten());
+                channels.filter(|(a, b)| a.abs_diff(**b) > 4).count() as f64
+                    / (3 * expected.len()) as f64
+            };
+            assert!(apart(&scene) <= 3e-3, "{receiver:?} {tier:?}: {}", apart(&scene));
+            assert!(apart(&grey) > 3e-3, "the check can fail");
+        }
     }
 }
 

@@ -1,28 +1,23 @@
 //! Twin of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
 //! shaded instead of summed.
 mod layers;
+mod seen;
 
 use super::{
     air::AirVolume,
-    bin::{Bins, bin},
-    caster_hit::{Hit, Records, Target, metres_per_depth},
-    hit::TriangleHit,
-    maps::{SceneRecords, ViewCasters, depth_order},
+    caster_hit::{Hit, Target, metres_per_depth},
     occlude::is_solid,
-    project::ProjectParams,
     shading::{Gloss, Lighting, Point, PointKind, Receiver, to_screen, world_point},
     threads::each,
     tile::{Tile, TileTexels},
 };
 use crate::{
     model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
-    records::{
-        AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, TriangleRecord,
-        TriangleSetup, ViewMaps, from_octahedral,
-    },
+    records::{AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, ViewMaps},
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 use layers::{Face, Layer, Pixel};
+use seen::Seen;
 use std::ops::RangeInclusive;
 
 /// What is behind less than this is not seen.
@@ -73,67 +68,6 @@ fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
     part.triangles.retain(|t| classes.contains(&class(t.material)));
     part.triangles.sort_by_key(|t| class(t.material));
     part
-}
-
-/// Casters as the camera sees them.
-struct Seen<'a> {
-    records: SceneRecords<'a>,
-    casters: ViewCasters,
-    bins: Bins,
-    view: GpuView,
-}
-
-impl<'a> Seen<'a> {
-    fn new(scene: &'a Scene, view: &GpuView) -> Self {
-        let records = SceneRecords::new(scene);
-        let casters = records.project(
-            view,
-            ProjectParams { scatter: false, include_non_casters: true, by_distance: false },
-        );
-        let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(crate::model::TILE_SIZE);
-        let sorted = depth_order(&casters.keys);
-        let bins = bin(&sorted, &casters.rects, &[*view], tile_count, u32::MAX);
-        Self { records, casters, bins, view: *view }
-    }
-
-    fn records(&self) -> Records<'_> {
-        Records {
-            view: &self.view,
-            casters: &self.records.casters,
-            setups: &self.casters.setups,
-            materials: self.records.materials,
-            absorptions: &self.records.absorptions,
-            images: &self.records.images,
-        }
-    }
-
-    /// Of a triangle that a ray meets.
-    fn emission(&self, material: &Material, met: Option<TriangleHit>) -> Vec3 {
-        let texture = material.emissive_texture.zip(met);
-        texture.map_or(material.emission, |(texture, met)| {
-            material.emission * self.records.images[texture as usize].sample(met.uv).truncate()
-        })
-    }
-
-    /// Of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
-    /// the interpolated one may look away from the eye, and still is the face's.
-    fn normals(&self, footprint: &Footprint, met: Option<TriangleHit>, to_eye: Vec3) -> [Vec3; 2] {
-        let weights = met.map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
-        let [a, b, c] = self.record(footprint).normals.map(from_octahedral);
-        let normal = a * weights.x + b * weights.y + c * weights.z;
-        let normal = normal / normal.length().max(1e-6);
-        let toward = |side: Vec3, n: Vec3| if n.dot(side) >= 0.0 { n } else { -n };
-        let face = toward(to_eye, from_octahedral(self.setup(footprint).normal));
-        [face, toward(face, normal)]
-    }
-
-    fn record(&self, footprint: &Footprint) -> &TriangleRecord {
-        &self.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize]
-    }
-
-    fn setup(&self, footprint: &Footprint) -> &TriangleSetup {
-        &self.casters.setups[footprint.red_green as usize]
-    }
 }
 
 /// The camera and its light.

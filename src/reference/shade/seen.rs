@@ -1,0 +1,79 @@
+//! Casters as the camera sees them, and what their triangles are like where a ray meets them.
+use crate::{
+    model::{Material, Scene, TILE_SIZE},
+    records::{Footprint, GpuView, TRIANGLE_BIT, TriangleRecord, TriangleSetup, from_octahedral},
+    reference::{
+        bin::{Bins, bin},
+        caster_hit::Records,
+        hit::TriangleHit,
+        maps::{SceneRecords, ViewCasters, depth_order},
+        project::ProjectParams,
+    },
+};
+use glam::Vec3;
+
+/// Casters as the camera sees them.
+pub(super) struct Seen<'a> {
+    pub(super) records: SceneRecords<'a>,
+    pub(super) casters: ViewCasters,
+    pub(super) bins: Bins,
+    view: GpuView,
+}
+
+impl<'a> Seen<'a> {
+    pub(super) fn new(scene: &'a Scene, view: &GpuView) -> Self {
+        let records = SceneRecords::new(scene);
+        let casters = records.project(
+            view,
+            ProjectParams { scatter: false, include_non_casters: true, by_distance: false },
+        );
+        let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(TILE_SIZE);
+        let sorted = depth_order(&casters.keys);
+        let bins = bin(&sorted, &casters.rects, &[*view], tile_count, u32::MAX);
+        Self { records, casters, bins, view: *view }
+    }
+
+    pub(super) fn records(&self) -> Records<'_> {
+        Records {
+            view: &self.view,
+            casters: &self.records.casters,
+            setups: &self.casters.setups,
+            materials: self.records.materials,
+            absorptions: &self.records.absorptions,
+            images: &self.records.images,
+        }
+    }
+
+    /// Of a triangle that a ray meets.
+    pub(super) fn emission(&self, material: &Material, met: Option<TriangleHit>) -> Vec3 {
+        let texture = material.emissive_texture.zip(met);
+        texture.map_or(material.emission, |(texture, met)| {
+            material.emission * self.records.images[texture as usize].sample(met.uv).truncate()
+        })
+    }
+
+    /// Of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
+    /// the interpolated one may look away from the eye, and still is the face's.
+    pub(super) fn normals(
+        &self,
+        footprint: &Footprint,
+        met: Option<TriangleHit>,
+        to_eye: Vec3,
+    ) -> [Vec3; 2] {
+        let weights = met.map_or(Vec3::splat(1.0 / 3.0), |met| met.barycentric);
+        let [a, b, c] = self.record(footprint).normals.map(from_octahedral);
+        let normal = a * weights.x + b * weights.y + c * weights.z;
+        let normal = normal / normal.length().max(1e-6);
+        let toward = |side: Vec3, n: Vec3| if n.dot(side) >= 0.0 { n } else { -n };
+        let face = toward(to_eye, from_octahedral(self.setup(footprint).normal));
+        [face, toward(face, normal)]
+    }
+
+    pub(super) fn record(&self, footprint: &Footprint) -> &TriangleRecord {
+        &self.records.triangles[(footprint.caster & !TRIANGLE_BIT) as usize]
+    }
+
+    pub(super) fn setup(&self, footprint: &Footprint) -> &TriangleSetup {
+        &self.casters.setups[footprint.red_green as usize]
+    }
+}
