@@ -8,6 +8,10 @@ use gobo::{
 use serde::Serialize;
 use std::{collections::BTreeMap, fmt::Write as _};
 
+/// benches/NOTES.md has the figures.
+const ADVICE: &str = "a software adapter compiles each scene's kernels for seconds, once: \
+     --backend cpu is quicker for one picture of thousands of casters and a few lights";
+
 #[derive(Serialize)]
 struct Report {
     version: &'static str,
@@ -27,6 +31,9 @@ struct AdapterEntry {
     /// Why the adapter cannot be used at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     unusable: Option<String>,
+    /// What is quicker than this adapter, and when.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advice: Option<&'static str>,
     subgroup_size: [u32; 2],
     limits: BTreeMap<&'static str, u64>,
     /// Asked for when the device is opened.
@@ -74,6 +81,7 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterEntry {
         },
         reason: choice.reason,
         unusable: shortcoming(adapter).map(|error| error.to_string()),
+        advice: (info.device_type == wgpu::DeviceType::Cpu).then_some(ADVICE),
         subgroup_size: [info.subgroup_min_size, info.subgroup_max_size],
         limits: [
             ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size),
@@ -122,6 +130,9 @@ fn text(report: &Report) -> String {
         let _ = writeln!(text, "    driver    {}", adapter.driver);
         let _ = writeln!(text, "    tier      {}", adapter.reason);
         let _ = writeln!(text, "    features  {features}");
+        if let Some(advice) = adapter.advice.filter(|_| adapter.chosen) {
+            let _ = writeln!(text, "    advice    {advice}");
+        }
         let _ = writeln!(text, "    subgroups of {min} to {max}");
         for (name, value) in &adapter.limits {
             let _ = writeln!(text, "    {name:<38} {value}");

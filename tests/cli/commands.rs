@@ -198,7 +198,11 @@ fn info_marks_one_adapter() {
     assert!(chosen[0]["reason"].as_str().unwrap().starts_with(&format!("{tier}: ")));
     assert!(chosen[0]["limits"]["max_storage_buffer_binding_size"].as_u64() >= Some(128 << 20));
     let name = chosen[0]["name"].as_str().unwrap();
-    assert!(folder.run(&["info"]).contains(&format!("* {name}")));
+    let text = folder.run(&["info"]);
+    assert!(text.contains(&format!("* {name}")));
+    let is_software = chosen[0]["device_type"] == "Cpu";
+    assert_eq!(chosen[0]["advice"].is_string(), is_software);
+    assert_eq!(text.contains("--backend cpu is quicker"), is_software);
 }
 
 #[test]

@@ -53,6 +53,34 @@ fn shares_are_as_paper_says() {
     assert!((shares[1] - 0.6).abs() <= 1e-3 && (shares[4] - 1.0).abs() <= 1e-3, "{shares:?}");
 }
 
+/// A scene far away is moved near the origin, and points with it.
+#[test]
+fn points_of_a_scene_far_away_are_in_the_world() {
+    let folder = Folder::new("light-far");
+    let scene = "[shadow]\nsize = 64\n[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\n\
+                 [[material]]\nname = \"gel\"\ntint = [1, 0.5, 0.25, 1]\n\
+                 [[shape]]\nkind = \"plane\"\nmaterial = \"gel\"\ntranslation = [16384, 1, 0]\n";
+    fs::write(folder.0.join("far.toml"), scene).unwrap();
+    let points = [16384.125, 0.5, 0.125, 16384.125, 1.5, 0.125];
+    fs::write(folder.0.join("p.npy"), array("<f4", 3, &floats(&points))).unwrap();
+    for backend in ["auto", "cpu"] {
+        folder.run(&[
+            "light",
+            "far.toml",
+            "--points",
+            "p.npy",
+            "-o",
+            "l.npy",
+            "--backend",
+            backend,
+        ]);
+        let (_, shares) = npy(&folder.0.join("l.npy")).unwrap();
+        let expected = [1.0, 0.5, 0.25, 1.0, 1.0, 1.0];
+        let near = |(a, b): (&f32, f32)| (a - b).abs() <= 1e-3;
+        assert!(shares.iter().zip(expected).all(near), "{backend}: {shares:?}");
+    }
+}
+
 #[test]
 fn points_that_are_none_are_refused() {
     let folder = Folder::new("light-bad");
