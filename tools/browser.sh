@@ -1,7 +1,7 @@
 #!/bin/sh
 # Opens a page in a headless Chromium with WebGPU on SwiftShader and waits until it says on its console
 # `web-test: passed` or `web-test: failed`: tools/browser.sh PAGE. CHROMIUM may name the browser; LIMIT
-# [s]; SHOT a file for a picture of the page.
+# [s].
 set -eu
 
 say() { printf 'web-test: %s\n' "$*" >&2; }
@@ -39,7 +39,7 @@ folder=$(mktemp -d)
 pid=
 stop() {
     if [ -n "$pid" ]; then
-        kill "$pid" 2>/dev/null || true
+        kill -- "-$pid" 2>/dev/null || true
         wait "$pid" 2>/dev/null || true
     fi
     # What a helper of the browser still writes may stay.
@@ -47,16 +47,13 @@ stop() {
 }
 trap stop EXIT
 
-open() {
-    "$browser" --headless=new --no-sandbox --no-first-run --user-data-dir="$folder/profile" \
-        --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-unsafe-swiftshader \
-        --enable-features=Vulkan,VulkanFromANGLE,DefaultANGLEVulkan --use-angle=vulkan \
-        --use-vulkan=swiftshader --disable-vulkan-surface --disable-gpu-watchdog \
-        --enable-logging=stderr "$@" "file://$page"
-}
-
 log=$folder/log
-open >"$log" 2>&1 &
+# In a session of its own: Debian's `chromium` is a script, whose child outlives it.
+setsid "$browser" --headless=new --no-sandbox --no-first-run --user-data-dir="$folder/profile" \
+    --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-unsafe-swiftshader \
+    --enable-features=Vulkan,VulkanFromANGLE,DefaultANGLEVulkan --use-angle=vulkan \
+    --use-vulkan=swiftshader --disable-vulkan-surface --disable-gpu-watchdog \
+    --enable-logging=stderr "file://$page" >"$log" 2>&1 &
 pid=$!
 waited=0
 while ! grep -qE 'web-test: (passed|failed)' "$log"; do
@@ -70,9 +67,4 @@ while ! grep -qE 'web-test: (passed|failed)' "$log"; do
 done
 # [12:34:INFO:CONSOLE:56] "web-test: ...", source: file:///... (56)
 sed -n 's/.*"\(web-test: .*\)", source: .*/\1/p' "$log"
-if [ -n "${SHOT:-}" ]; then
-    kill "$pid" && wait "$pid" || true
-    pid=
-    open --timeout=60000 --window-size=1000,760 --screenshot="$SHOT" >/dev/null 2>&1
-fi
 grep -q 'web-test: passed' "$log"
