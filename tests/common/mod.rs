@@ -9,7 +9,7 @@ use gobo::{
     scene::Scene,
     shadows::{Config, Pipeline},
 };
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
@@ -38,7 +38,11 @@ pub(crate) fn two_devices() -> [Gpu; 2] {
 
 /// A renderer on the tier's device that scatters tiny particles, as on a GPU.
 pub(crate) fn renderer(tier: Tier) -> Renderer {
-    let mut renderer = Renderer::on(gpu(tier)).unwrap();
+    renderer_on(gpu(tier))
+}
+
+fn renderer_on(gpu: Gpu) -> Renderer {
+    let mut renderer = Renderer::on(gpu).unwrap();
     renderer.configure(|config| config.scatter_tiny = true);
     renderer
 }
@@ -48,6 +52,22 @@ pub(crate) fn pipeline(gpu: &Gpu) -> Pipeline {
     Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap()
 }
 
+/// One of two for each tier, which all tests share: a software adapter compiles on one thread for
+/// each device.
+fn any_renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
+    static RENDERERS: [[OnceLock<Mutex<Renderer>>; 2]; 2] =
+        [const { [const { OnceLock::new() }; 2] }; 2];
+    let [first, second] = &RENDERERS[tier as usize];
+    let first = first.get_or_init(|| Mutex::new(renderer(tier)));
+    match first.try_lock() {
+        Ok(renderer) => return renderer,
+        Err(TryLockError::Poisoned(poisoned)) => return poisoned.into_inner(),
+        Err(TryLockError::WouldBlock) => {}
+    }
+    let second = second.get_or_init(|| Mutex::new(renderer_on(own_gpu(tier))));
+    second.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// A frame with its maps; tiny particles take the scatter path, as on a GPU.
 pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
     render_tiny(tier, scene, true)
@@ -55,9 +75,7 @@ pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
 
 /// A frame with its maps; tiny particles take the scatter path or not.
 pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
-    static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
-    let own = RENDERERS[tier as usize].get_or_init(|| Mutex::new(renderer(tier)));
-    let mut renderer = own.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut renderer = any_renderer(tier);
     renderer.configure(|config| config.scatter_tiny = scatter);
     let options = RenderOptions { maps: true, light: true, ..RenderOptions::default() };
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))

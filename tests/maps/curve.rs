@@ -438,6 +438,7 @@ fn met(view: &View, triangle: &Triangle, at: Vec2) -> Option<f32> {
 
 /// Thirteen segments' curves after each other.
 #[test]
+#[ignore = "many casters: make test-all"]
 fn a_hundred_thousand_casters_on_one_tile() {
     const COUNT: u32 = 100_000;
     let mut scene = empty(vec![material(Transfer::Filter)]);
