@@ -56,9 +56,17 @@ fn a_host_that_grows_has_no_overflow_and_the_same_map() {
         let (casters, views) = (of(&particles, &materials), &views()[3..4]);
         let settings = ShadowSettings::default();
         let prepared = shadows.prepare(&casters, views, &settings).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        prepared.record_counts(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let first = prepared.counters().unwrap();
         let crowded = submit(&gpu, &prepared);
         let counters = prepared.counters().unwrap();
         assert!(counters.overflowed > 0, "{counters:?}");
+        assert_eq!(
+            (first.pairs_needed, first.pair_room),
+            (counters.pairs_needed, counters.pair_room)
+        );
         assert!(shadows.grow_from(counters));
         let prepared = shadows.prepare(&casters, views, &settings).unwrap();
         let roomy = submit(&gpu, &prepared);
