@@ -79,7 +79,7 @@ pub use gpu::{Gpu, Memory, Missing, Need, Requirement, Support, Tier, Timeline, 
 pub use model::{
     Bounds, Camera, Cascades, Casters, Counters, InvalidLight, Light, LightKind, Material, Part,
     Particle, Pattern, Profile, Projection, Receiver, ReceiverPoint, Receives, Scene, Shadow,
-    ShadowSettings, Shape, Texture, Transfer, Triangle, View,
+    ShadowSettings, Shape, Source, Texture, Transfer, Triangle, View,
 };
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};

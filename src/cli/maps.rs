@@ -198,6 +198,7 @@ mod tests {
             cascades: None,
             shadows: Vec::new(),
             shafts: true,
+            source: None,
         }
     }
 

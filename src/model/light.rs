@@ -1,4 +1,5 @@
 //! Lights as a scene describes them.
+use super::Source;
 use glam::{DVec3, Vec3};
 
 /// Where a light is and where it shines.
@@ -156,6 +157,8 @@ pub struct Light {
     pub shadows: Vec<Shadow>,
     /// Whether the air scatters its light, where the scene has any.
     pub shafts: bool,
+    /// The surface that its rays leave: they give shadows penumbrae. One place when `None`.
+    pub source: Option<Source>,
 }
 
 impl Default for Light {
@@ -173,6 +176,7 @@ impl Default for Light {
             cascades: None,
             shadows: Vec::new(),
             shafts: true,
+            source: None,
         }
     }
 }
@@ -204,14 +208,21 @@ impl Light {
         Self { kind: LightKind::Point { position }, ..Self::default() }
     }
 
-    /// Whether it and its further shadows have a place and a direction. `index`: among the lights.
+    /// Whether it and its further shadows have a place and a direction, and its source a size. `index`:
+    /// among the lights.
     ///
     /// # Errors
-    /// Where a number is not finite, a direction is zero or a cone has no angle.
+    /// Where a number is not finite, a direction is zero, a cone has no angle or a size is negative.
     pub fn check(&self, index: usize) -> Result<(), InvalidLight> {
         let kinds = std::iter::once(&self.kind).chain(self.shadows.iter().map(|own| &own.kind));
-        let problem = kinds.filter_map(LightKind::problem).next();
+        let of_source = self.source.iter().filter_map(|source| source.problem(&self.kind));
+        let problem = kinds.filter_map(LightKind::problem).chain(of_source).next();
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
+    }
+
+    /// The source that softens its shadows: of what casts some, and has a size.
+    pub fn area(&self) -> Option<Source> {
+        self.source.filter(|source| self.casts && !source.is_point())
     }
 
     /// How far the light reaches [m]; `None` for no end.

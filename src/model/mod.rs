@@ -1,4 +1,5 @@
 //! What a host describes: casters, lights, cameras and settings. Nothing here knows a GPU.
+mod area;
 mod bounds;
 mod camera;
 mod caster;
@@ -13,6 +14,7 @@ mod settings;
 mod view;
 pub mod volume;
 
+pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Source};
 pub use bounds::Bounds;
 pub use camera::Camera;
 pub use caster::{

@@ -4,7 +4,7 @@ use crate::{
     gpu::{Allocator, Gpu, Resources, Timeline, write_records},
     model::{Scene, View},
     records::{
-        ALL_LIGHTS, ClusterCounters, ClusterParams, GpuLight, GpuView, Grid, MAX_LIGHTS,
+        ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, LightRecords, MAX_LIGHTS,
         MAX_SHADOW_VIEWS, REACH_TEXELS, Reach,
     },
     shadows::{kernels::Kernels, light_texture},
@@ -31,18 +31,17 @@ pub(super) struct Clusters {
 }
 
 impl Clusters {
-    /// `shadow_views`: of all lights, in order.
+    /// `records`: of all lights, in order.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         kernels: &Kernels,
         scene: &Scene,
         camera: &View,
-        views: &[View],
-        shadow_views: &[GpuView],
+        records: &LightRecords,
     ) -> Result<Self, Error> {
         limit("lights of a picture", MAX_LIGHTS, scene.lights.len())?;
-        limit("shadow views of a picture", MAX_SHADOW_VIEWS, shadow_views.len())?;
+        limit("shadow views of a picture", MAX_SHADOW_VIEWS, records.views.len())?;
         let light_count = scene.lights.len();
         let grid = Grid::new(&scene.clusters, camera, light_count);
         let params = grid.params(&scene.clusters, light_count);
@@ -50,10 +49,9 @@ impl Clusters {
         queue.write_buffer(&params_buffer, 0, bytemuck::bytes_of(&params));
         let cluster_count = u64::from(params.cluster_count);
 
-        let light_records = GpuLight::all(&scene.lights, views);
         let reaches: Vec<_> = scene.lights.iter().map(|light| Reach::new(light, camera)).collect();
         let copied = TextureUsages::COPY_DST;
-        let lights = light_texture(allocator, queue, &light_records, shadow_views)?;
+        let lights = light_texture(allocator, queue, records)?;
         let reach_texels = light_count as u64 * u64::from(REACH_TEXELS);
         let reach_records = allocator.records("light_reaches", Rgba32Uint, reach_texels, copied)?;
         write_records(queue, &reach_records, bytemuck::cast_slice(&reaches).to_vec());

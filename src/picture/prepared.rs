@@ -10,10 +10,10 @@ use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline},
     model::{Class, Scene, View},
-    records::{ClusterCounters, Grid, Picture},
+    records::{ClusterCounters, Grid, LightRecords, Picture},
     shadows::{
-        CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels, list::ListCounters,
-        plan::Plan,
+        AreaLevels, CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels,
+        list::ListCounters, plan::Plan,
     },
     stage::{bin::BatchCounters, hits::Features, shade::PictureParams},
 };
@@ -25,6 +25,8 @@ use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 pub struct PreparedPicture {
     room: PictureRoom,
     clusters: Clusters,
+    /// Where some light has a size.
+    levels: Option<AreaLevels>,
     radiance: Texture,
     lit_texture: Texture,
     size: UVec2,
@@ -102,8 +104,8 @@ impl Pipeline {
             .zip(&maps.places)
             .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
             .collect();
-        let clusters =
-            Clusters::new(&mut allocator, queue, kernels, scene, &camera, views, &shadow_views)?;
+        let records = LightRecords::new(scene.lights.iter().enumerate(), views, shadow_views);
+        let clusters = Clusters::new(&mut allocator, queue, kernels, scene, &camera, &records)?;
         let grid = &clusters.grid;
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = PictureParams {
@@ -123,7 +125,7 @@ impl Pipeline {
             colored: u32::from(maps.colored.is_some()),
             air_slices: scene.air.map_or(0, |air| air.steps),
             exposure: scene.exposure.exp2(),
-            pad_0: 0,
+            first_area: records.first_area(),
             pad_1: 0,
             pad_2: 0,
         };
@@ -156,13 +158,20 @@ impl Pipeline {
             .with("pixels", &pixels);
         // Of the maps that light comes through.
         let of_maps = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let make = |variant, features| Ok(kernels.make(device, variant, features)?.clone());
+        let levels = AreaLevels::new(&mut allocator, queue, &records, &resources, of_maps, make)?;
+        let of_maps = Features { areas: levels.is_some(), ..of_maps };
+        let resources = match &levels {
+            Some(levels) => resources.with("levels", &levels.texture),
+            None => resources,
+        };
         let (air_volume, air) =
             PreparedAir::new(&mut allocator, queue, kernels, of_maps, scene, &resources)?;
         let to_shade = ToShade {
             allocator: &mut allocator,
             queue,
             kernels,
-            features: ShadeFeatures::new(&solid, &clear, maps, config.count_cost, air.is_some()),
+            features: ShadeFeatures::new(&solid, &clear, of_maps, config.count_cost, air.is_some()),
             solid: &solid,
             clear: &clear,
             rounds: room.rounds,
@@ -172,6 +181,7 @@ impl Pipeline {
         Ok(PreparedPicture {
             room,
             clusters,
+            levels,
             radiance,
             lit_texture,
             size: camera.size,
@@ -197,6 +207,9 @@ impl PreparedPicture {
         timeline: &mut Timeline,
     ) {
         self.clusters.record(kernels, encoder, timeline);
+        if let Some(levels) = &self.levels {
+            levels.record(encoder);
+        }
         if let Some(air) = &self.air {
             air.record(kernels, encoder, timeline);
         }

@@ -6,10 +6,7 @@ use super::{
 use crate::{
     error::Error,
     gpu::{Allocator, Resources, Timeline},
-    shadows::{
-        Maps,
-        kernels::{Kernels, Variant},
-    },
+    shadows::kernels::{Kernels, Variant},
     stage::{
         hits::Features,
         shade::{CARRIED, LAYER_TEXELS, PIXEL_POINTS, POINT_TEXELS, PointBatch, point_grid},
@@ -69,7 +66,7 @@ impl ShadeFeatures {
     pub(super) fn new(
         solid: &CameraList,
         clear: &CameraList,
-        maps: &Maps,
+        light: Features,
         cost: bool,
         air: bool,
     ) -> Self {
@@ -85,7 +82,7 @@ impl ShadeFeatures {
                 textures: clear.features.textures,
                 ..Features::NONE
             },
-            light: Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE },
+            light,
             composite: Features { cost, air, layers: has_layers, panes, ..Features::NONE },
         }
     }

@@ -21,6 +21,9 @@ pub const LIGHT_DIRECTIONAL: u32 = 0;
 pub const LIGHT_SPOT: u32 = 1;
 pub const LIGHT_POINT: u32 = 2;
 
+/// Of [`GpuLight::traits`].
+pub const SHAFTS_BIT: u32 = 1;
+
 /// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -40,8 +43,8 @@ pub struct GpuLight {
     pub cone_inner: f32,
     /// One over the square of the range [1/m^2]; 0 where the light has no end.
     pub per_range2: f32,
-    /// 1 where the air scatters its light.
-    pub shafts: u32,
+    /// [`SHAFTS_BIT`] where the air scatters its light; above it the number of its area, and 1.
+    pub traits: u32,
 }
 crate::gpu_layout!(GpuLight {
     position,
@@ -53,15 +56,10 @@ crate::gpu_layout!(GpuLight {
     cone_outer,
     cone_inner,
     per_range2,
-    shafts
+    traits
 });
 
 impl GpuLight {
-    /// Of all lights; `views`: their shadow views.
-    pub fn all(lights: &[Light], views: &[View]) -> Vec<Self> {
-        (0..).zip(lights).map(|(index, light)| Self::new(light, index, views)).collect()
-    }
-
     /// `views`: the shadow views of all lights.
     pub fn new(light: &Light, index: usize, views: &[View]) -> Self {
         let own = |view: &View| view.light == Some(index);
@@ -82,7 +80,12 @@ impl GpuLight {
             cone_outer: (angle * 0.5).cos(),
             cone_inner: (angle * 0.5 * 0.85).cos(),
             per_range2: light.range().map_or(0.0, |range| 1.0 / (range * range)),
-            shafts: u32::from(light.shafts),
+            traits: if light.shafts { SHAFTS_BIT } else { 0 },
         }
+    }
+
+    /// Number of its area.
+    pub fn area(&self) -> Option<usize> {
+        (self.traits as usize / 2).checked_sub(1)
     }
 }

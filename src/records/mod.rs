@@ -4,6 +4,7 @@
 //! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
 //! bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
 mod air;
+mod area;
 mod blue;
 mod caster;
 mod cluster;
@@ -19,6 +20,11 @@ mod triangle;
 mod view;
 
 pub use air::{AIR_CELL, AirParams, air_columns};
+pub use area::{
+    AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BLOCK_NODES, BLOCK_TEXELS, GpuArea,
+    LEVELED_TEXELS, LeveledView, LightRecords, MAX_AREAS, MAX_LEVELS, SKIRT, level_count,
+    level_size,
+};
 pub use blue::{BLUE_SIZE, blue_ranks};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use cluster::{
@@ -32,7 +38,7 @@ pub use hash::pcg;
 pub use layout::{Field, GpuLayout, size_of_field};
 pub use light::{
     GpuLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS,
-    MAX_SHADOW_VIEWS, VIEW_TEXELS,
+    MAX_SHADOW_VIEWS, SHAFTS_BIT, VIEW_TEXELS,
 };
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};

@@ -17,7 +17,7 @@ pub fn light_points(
     points: &[ReceiverPoint],
 ) -> Vec<[f32; 3]> {
     let lighting = Lighting::new(scene, views, maps);
-    let shares = |point| lighting.lights.iter().map(move |light| (light, point));
+    let shares = |point| lighting.lights().iter().map(move |light| (light, point));
     let runs: Vec<_> = points.chunks(RUN).collect();
     let of_runs = each(runs.len(), |run| {
         let asked = runs[run].iter().flat_map(shares);

@@ -43,6 +43,7 @@ pub(super) fn sun() -> Light {
         cascades: None,
         shadows: Vec::new(),
         shafts: true,
+        source: None,
     }
 }
 

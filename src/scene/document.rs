@@ -147,9 +147,31 @@ pub(super) struct LightTable {
     pub far: Option<f32>,
     pub size: Option<u32>,
     pub casts: Option<bool>,
+    pub source: Option<Spanned<SourceTable>>,
     /// Further shadows.
     #[serde(default)]
     pub shadow: Vec<Spanned<LightShadowTable>>,
+}
+
+/// The surface that a light's rays leave.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub(super) enum SourceTable {
+    /// [m]
+    Sphere { radius: f32 },
+    /// [m]
+    Disc { radius: f32 },
+    /// [m]
+    Rect { width: f32, height: f32 },
+    /// Of the whole sun [degrees].
+    Sun {
+        #[serde(default = "angle_of_the_sun")]
+        angle: f32,
+    },
+}
+
+fn angle_of_the_sun() -> f32 {
+    0.53
 }
 
 /// A further shadow of a light; what is left out of where it is and looks is the light's.

@@ -211,6 +211,7 @@ fn light(
         cascades: None,
         shadows: Vec::new(),
         shafts: true,
+        source: None,
     })
 }
 

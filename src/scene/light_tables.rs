@@ -1,11 +1,14 @@
 //! Tables of lights and of their shadows, checked and in the units of the library.
 use super::{
     SceneError,
-    document::{KindOfLight, LightShadowTable, LightTable},
+    document::{KindOfLight, LightShadowTable, LightTable, SourceTable},
     source::Source,
     tables::Table,
 };
-use crate::model::{Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+use crate::model::{
+    Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Shadow,
+    Source as LightSource,
+};
 use toml::Spanned;
 
 /// Nearest plane of a spot or a point [m]: matrices hold it.
@@ -20,10 +23,11 @@ pub(super) fn light(
 ) -> Result<Light, SceneError> {
     let check = Table { source, table };
     let light = table.get_ref();
+    let faces = matches!(light.kind, KindOfLight::Point) && faces(light);
     let own = LightShadowTable {
         kind: Some(light.kind),
         position: light.position,
-        direction: light.direction,
+        direction: light.direction.filter(|_| !faces),
         angle: light.angle,
         cascades: light.cascades,
         lambda: light.lambda,
@@ -59,8 +63,65 @@ pub(super) fn light(
         casts: light.casts.unwrap_or(true),
         cascades,
         shafts: light.shafts.unwrap_or(true),
+        source: source_of(source, &check, kind)?,
         shadows: light.shadow.iter().map(further).collect::<Result<_, _>>()?,
     })
+}
+
+/// Whether a light has a source that faces somewhere.
+fn faces(light: &LightTable) -> bool {
+    let source = light.source.as_ref().map(Spanned::get_ref);
+    matches!(source, Some(SourceTable::Disc { .. } | SourceTable::Rect { .. }))
+}
+
+/// `kind`: of the light of the table.
+fn source_of(
+    source: &Source<'_>,
+    light: &Table<'_, LightTable>,
+    kind: LightKind,
+) -> Result<Option<LightSource>, SceneError> {
+    let Some(table) = &light.table.get_ref().source else { return Ok(None) };
+    let check = Table { source, table };
+    let is_sun = matches!(table.get_ref(), SourceTable::Sun { .. });
+    if is_sun != matches!(kind, LightKind::Directional { .. }) {
+        let (message, help) = if is_sun {
+            ("a sun is the source of a directional light", "sphere, disc or rect")
+        } else {
+            ("the source of a directional light is a sun", "{ kind = \"sun\", angle = 0.53 }")
+        };
+        return Err(check.fault("kind", message, &format!("use {help}")));
+    }
+    let size = |key, value| {
+        let valid = |v| (0.0..=MAX_SOURCE_SIZE).contains(&v);
+        check.number(key, value, valid, "a size of 0 to 1e4 m")
+    };
+    let direction = || match kind {
+        LightKind::Spot { direction, .. } => Ok(direction),
+        _ => match light.table.get_ref().direction {
+            Some(direction) => light.direction("direction", direction),
+            None => {
+                let message = "a source that faces nowhere";
+                Err(light.fault("source", message, "give the light a direction, or use a sphere"))
+            }
+        },
+    };
+    Ok(Some(match *table.get_ref() {
+        SourceTable::Sphere { radius } => LightSource::Sphere { radius: size("radius", radius)? },
+        SourceTable::Disc { radius } => {
+            LightSource::Disc { radius: size("radius", radius)?, direction: direction()? }
+        }
+        SourceTable::Rect { width, height } => LightSource::Rect {
+            width: size("width", width)?,
+            height: size("height", height)?,
+            direction: direction()?,
+        },
+        SourceTable::Sun { angle } => {
+            let most = MAX_SUN_ANGLE.to_degrees();
+            let valid = |v| (0.0..=most).contains(&v);
+            let range = format!("0 to {most:.0} degrees");
+            LightSource::Sun { angle: check.number("angle", angle, valid, &range)?.to_radians() }
+        }
+    }))
 }
 
 /// `noun` says whose keys they are; `of_light` fills what the table leaves out.

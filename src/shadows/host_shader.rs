@@ -1,11 +1,15 @@
 //! The look-up of light in shaders of the host's: its text, and what it binds.
-use super::{Maps, Prepared};
+use super::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
-    gpu::{Allocator, KernelError, Library, Linked, Memory},
+    gpu::{Allocator, Choice, KernelError, Library, Linked, Memory},
     model::Light,
-    stage::hits::Features,
+    stage::{
+        hits::Features,
+        levels::{OF_AREA, OF_POINT},
+    },
 };
+use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
 
 /// What [`Maps::wgsl`] declares, bound. It holds until the maps are made anew: after each
 /// [`prepare`](crate::Shadows::prepare) there is another.
@@ -17,10 +21,23 @@ pub struct LightBindings {
     pub group: wgpu::BindGroup,
     /// Bytes by buffer and texture, beside the maps.
     pub memory: Memory,
+    levels: Option<AreaLevels>,
 }
 
-fn part() -> Result<Linked, KernelError> {
-    Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &[])?)
+impl LightBindings {
+    /// Records what lights that have a source need, after the maps and before the host's passes. Nothing
+    /// of [`Prepared::bind_lights`].
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(levels) = &self.levels {
+            levels.record(encoder);
+        }
+    }
+}
+
+/// `source`: what lights may be.
+fn part(source: Choice) -> Result<Linked, KernelError> {
+    let choices = [(source.name, source.files[0])];
+    Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &choices)?)
 }
 
 impl Maps {
@@ -38,6 +55,19 @@ impl Maps {
     /// # Errors
     /// Where `prefix` is not the beginning of a name.
     pub fn wgsl(&self, group: u32, prefix: &str) -> Result<String, Error> {
+        self.text(OF_POINT, group, prefix)
+    }
+
+    /// As [`Self::wgsl`], for the lights that [`Prepared::bind_area_lights`] bound: those that have a
+    /// source give penumbrae.
+    ///
+    /// # Errors
+    /// Where `prefix` is not the beginning of a name.
+    pub fn area_wgsl(&self, group: u32, prefix: &str) -> Result<String, Error> {
+        self.text(OF_AREA, group, prefix)
+    }
+
+    fn text(&self, source: Choice, group: u32, prefix: &str) -> Result<String, Error> {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let starts = prefix.starts_with(|c: char| c.is_ascii_digit()) || prefix.starts_with("__");
         if starts || prefix == "_" || !prefix.chars().all(is_letter) {
@@ -45,22 +75,53 @@ impl Maps {
             return Err(Error::Invalid { what: "prefix", index: 0, problem });
         }
         let features = Features { nodes: self.nodes, gain: self.gain, ..Features::NONE };
-        Ok(part()?.host_part(group, prefix, &features.constants()))
+        Ok(part(source)?.host_part(group, prefix, &features.constants()))
     }
 }
 
 impl Prepared {
-    /// Binds the maps and `chosen` of `lights`, which the views were made of, for [`Maps::wgsl`].
+    /// Binds the maps and `chosen` of `lights`, which the views were made of, for [`Maps::wgsl`]. Their
+    /// sources do not count.
     ///
     /// # Errors
     /// Where a light cannot be used or is not there.
     pub fn bind_lights(&self, lights: &[Light], chosen: &[usize]) -> Result<LightBindings, Error> {
+        self.bind_source(OF_POINT, lights, chosen)
+    }
+
+    /// As [`Self::bind_lights`], for [`Maps::area_wgsl`]. [`LightBindings::record`] must be recorded after
+    /// the maps of each frame.
+    ///
+    /// # Errors
+    /// Where a light cannot be used or is not there, or too many have a source.
+    pub fn bind_area_lights(
+        &self,
+        lights: &[Light],
+        chosen: &[usize],
+    ) -> Result<LightBindings, Error> {
+        self.bind_source(OF_AREA, lights, chosen)
+    }
+
+    fn bind_source(
+        &self,
+        choice: Choice,
+        lights: &[Light],
+        chosen: &[usize],
+    ) -> Result<LightBindings, Error> {
         let (device, _) = self.device();
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let source = self.light_source(&mut allocator, lights, chosen)?;
+        let with_areas = choice.files == OF_AREA.files;
+        let source = self.light_source(&mut allocator, lights, chosen, with_areas)?;
+        let none = match &source.levels {
+            None if with_areas => {
+                Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)
+            }
+            _ => None,
+        };
         let resources = source.resources(self.maps());
-        let (layout, group) = part()?.bind_host_part(device, "gobo lights", &resources)?;
-        Ok(LightBindings { layout, group, memory })
+        let resources = none.iter().fold(resources, |own, none| own.with("levels", none));
+        let (layout, group) = part(choice)?.bind_host_part(device, "gobo lights", &resources)?;
+        Ok(LightBindings { layout, group, memory, levels: source.levels })
     }
 }

@@ -3,8 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, occlude,
-        profile::Profile, project, resolve, shade, sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, levels, llvmpipe,
+        occlude, profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
 use std::{
@@ -40,6 +40,8 @@ pub(crate) enum Variant {
     LightPoints,
     LightShares,
     ShadeComposite,
+    FirstLevel,
+    NextLevel,
 }
 
 impl Variant {
@@ -72,6 +74,7 @@ impl Variant {
             Self::AccumulateOverflow => &accumulate::OVERFLOW,
             Self::ResolveTiles => &resolve::TILES,
             Self::ResolveOpaque => &resolve::OPAQUE,
+            Self::AirScatter if features.areas => &air::AREA_SCATTER,
             Self::AirScatter => &air::SCATTER,
             Self::CurveColumns => &filter::CURVE_COLUMNS,
             Self::ShadeClip => &shade::CLIP,
@@ -80,9 +83,13 @@ impl Variant {
             Self::ShadeSurfaces => &shade::SURFACES,
             Self::ShadePanes => &shade::PANES,
             Self::ShadeCasters => &shade::CASTERS,
+            Self::LightPoints if features.areas => &shade::AREA_LIGHT_POINTS,
+            Self::LightShares if features.areas => &shade::AREA_LIGHT_SHARES,
             Self::LightPoints => &shade::LIGHT_POINTS,
             Self::LightShares => &shade::LIGHT_SHARES,
             Self::ShadeComposite => &shade::COMPOSITE,
+            Self::FirstLevel => &levels::FIRST,
+            Self::NextLevel => &levels::NEXT,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Light on points: what of each light the maps let through to points of the host's, such as
 //! particles, probes and splats.
-use super::{Prepared, kernels::Variant};
+use super::{AreaLevels, Prepared, kernels::Variant};
 use crate::{
     error::Error,
     gpu::{Allocator, Kernel, Memory},
@@ -34,6 +34,7 @@ pub struct LightPoints {
     kernel: Kernel,
     bindings: BindGroup,
     groups: [u32; 3],
+    levels: Option<AreaLevels>,
     shares: Buffer,
     memory: Memory,
 }
@@ -58,7 +59,7 @@ impl Prepared {
         let maps = self.maps();
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let source = self.light_source(&mut allocator, lights, chosen)?;
+        let source = self.light_source(&mut allocator, lights, chosen, true)?;
         let answers = u64::from(points.count) * chosen.len() as u64;
         let copied = BufferUsages::COPY_SRC;
         let shares = allocator.storage::<[f32; 3]>("point_shares", answers, copied)?;
@@ -75,16 +76,21 @@ impl Prepared {
             .with("point_positions", points.positions)
             .with("point_normals", points.normals.unwrap_or(points.positions))
             .with("point_shares", &shares);
-        let features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let areas = source.levels.is_some();
+        let features = Features { nodes: maps.nodes, gain: maps.gain, areas, ..Features::NONE };
         let kernel = self.kernel(Variant::LightShares, features)?;
         let bindings = kernel.bind(device, &resources)?;
-        Ok(LightPoints { kernel, bindings, groups: point_grid(batch.count), shares, memory })
+        let groups = point_grid(batch.count);
+        Ok(LightPoints { kernel, bindings, groups, levels: source.levels, shares, memory })
     }
 }
 
 impl LightPoints {
     /// Records the look-up. The maps must have been recorded before.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(levels) = &self.levels {
+            levels.record(encoder);
+        }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("gobo light_points"),
             timestamp_writes: None,

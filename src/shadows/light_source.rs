@@ -1,11 +1,12 @@
-//! What every look-up of light reads beside the maps: the lights, their views and the biases.
-use super::{Maps, Prepared};
+//! What every look-up of light reads beside the maps: the lights, their views and the biases, and of
+//! lights that have a size the levels of their maps.
+use super::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
     gpu::{Allocator, Resources, write_records},
     model::Light,
-    records::{GpuLight, GpuView, LIGHT_TEXELS, VIEW_TEXELS},
-    stage::shade::PictureParams,
+    records::LightRecords,
+    stage::{hits::Features, shade::PictureParams},
 };
 use bytemuck::Zeroable as _;
 use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
@@ -15,25 +16,30 @@ use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
 pub(super) struct LightSource {
     lights: Texture,
     params: Buffer,
+    /// Where some light has a size.
+    pub levels: Option<AreaLevels>,
 }
 
 impl LightSource {
     /// All that `light_through` binds.
     pub(super) fn resources<'a>(&'a self, maps: &'a Maps) -> Resources<'a> {
-        maps.resources()
-            .with("opaques", maps.colored.as_ref().unwrap_or(&maps.opaques))
-            .with("lights", &self.lights)
-            .with("picture_params", &self.params)
+        let own = of_maps(maps).with("lights", &self.lights).with("picture_params", &self.params);
+        self.levels.iter().fold(own, |own, levels| own.with("levels", &levels.texture))
     }
 }
 
+fn of_maps(maps: &Maps) -> Resources<'_> {
+    maps.resources().with("opaques", maps.colored.as_ref().unwrap_or(&maps.opaques))
+}
+
 impl Prepared {
-    /// `chosen` of `lights`, which the views were made of.
+    /// `chosen` of `lights`, which the views were made of; what has a size counts `with_areas`.
     pub(super) fn light_source(
         &self,
         allocator: &mut Allocator<'_>,
         lights: &[Light],
         chosen: &[usize],
+        with_areas: bool,
     ) -> Result<LightSource, Error> {
         for &index in chosen {
             let (what, problem) = ("light", "it is not among the lights");
@@ -41,41 +47,44 @@ impl Prepared {
         }
         let (_, queue) = self.device();
         let maps = self.maps();
-        let records: Vec<_> =
-            chosen.iter().map(|&index| GpuLight::new(&lights[index], index, &self.views)).collect();
-        let views: Vec<_> = self
-            .views
-            .iter()
-            .zip(&maps.places)
-            .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
-            .collect();
-        let lights = light_texture(allocator, queue, &records, &views)?;
+        let views = self.views.iter().zip(&maps.places);
+        let views = views.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect();
+        let of_light = chosen.iter().map(|&index| (index, &lights[index]));
+        let records = LightRecords::new(of_light, &self.views, views);
+        let lights = light_texture(allocator, queue, &records)?;
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = PictureParams {
             light_count: chosen.len() as u32,
             bias: self.settings.bias,
             normal_bias: self.settings.normal_bias,
             colored: u32::from(maps.colored.is_some()),
+            first_area: records.first_area(),
             ..PictureParams::zeroed()
         };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
-        Ok(LightSource { lights, params })
+        let resources = of_maps(maps).with("lights", &lights).with("picture_params", &params);
+        let features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let make = |variant, features| self.kernel(variant, features);
+        let levels = if with_areas {
+            AreaLevels::new(allocator, queue, &records, &resources, features, make)?
+        } else {
+            None
+        };
+        Ok(LightSource { lights, params, levels })
     }
 }
 
-/// Records of all lights, then of all shadow views: what `wgsl/records/light.wgsl` reads.
+/// Records of all lights, then of all shadow views, then of areas: what `wgsl/records/light.wgsl` and
+/// `area.wgsl` read.
 pub(crate) fn light_texture(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
-    lights: &[GpuLight],
-    views: &[GpuView],
+    records: &LightRecords,
 ) -> Result<Texture, Error> {
-    let texels =
-        lights.len() as u64 * u64::from(LIGHT_TEXELS) + views.len() as u64 * u64::from(VIEW_TEXELS);
+    let bytes = records.bytes();
     let format = TextureFormat::Rgba32Uint;
+    let texels = bytes.len() as u64 / 16;
     let texture = allocator.records("lights", format, texels, TextureUsages::COPY_DST)?;
-    let mut bytes = bytemuck::cast_slice(lights).to_vec();
-    bytes.extend_from_slice(bytemuck::cast_slice(views));
     write_records(queue, &texture, bytes);
     Ok(texture)
 }

@@ -12,6 +12,7 @@ mod groups;
 mod host;
 mod host_shader;
 pub(crate) mod kernels;
+pub(crate) mod levels;
 mod light_points;
 mod light_source;
 pub(crate) mod list;
@@ -32,8 +33,9 @@ pub(crate) use host::check;
 pub use host::{Prepared, Shadows};
 pub use host_shader::LightBindings;
 pub use kernels::Kernels;
-pub use light_points::{LightPoints, PointBuffers};
 #[cfg(feature = "picture")]
+pub(crate) use levels::AreaLevels;
+pub use light_points::{LightPoints, PointBuffers};
 pub(crate) use light_source::light_texture;
 pub use list::ListCounters;
 pub use maps::Maps;

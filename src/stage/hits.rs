@@ -43,6 +43,8 @@ pub struct Features {
     pub layers: bool,
     /// Of these, some are triangles.
     pub panes: bool,
+    /// Some light has a size; no property of casters.
+    pub areas: bool,
 }
 
 impl Features {
@@ -71,6 +73,7 @@ impl Features {
         air: false,
         layers: false,
         panes: false,
+        areas: false,
     };
 
     pub const ALL: Self = Self {
@@ -97,6 +100,7 @@ impl Features {
         air: false,
         layers: false,
         panes: false,
+        areas: false,
     };
 
     /// Whether segments are composed one by one, and nothing is scattered by choice.
@@ -131,6 +135,7 @@ impl Features {
             air: false,
             layers: false,
             panes: false,
+            areas: false,
         }
     }
 

@@ -10,6 +10,7 @@ pub mod colored;
 pub mod curve;
 pub mod filter;
 pub mod hits;
+pub mod levels;
 pub mod llvmpipe;
 pub mod occlude;
 pub mod profile;
@@ -42,7 +43,10 @@ pub const KERNELS: &[&KernelDesc] = &[
     &colored::ROWS,
     &colored::COLUMNS,
     &air::SCATTER,
+    &air::AREA_SCATTER,
     &air::SUM,
+    &levels::FIRST,
+    &levels::NEXT,
     &cluster::COUNT,
     &cluster::SCAN,
     &cluster::EMIT,
@@ -54,6 +58,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::CASTERS,
     &shade::LIGHT_POINTS,
     &shade::LIGHT_SHARES,
+    &shade::AREA_LIGHT_POINTS,
+    &shade::AREA_LIGHT_SHARES,
     &shade::COMPOSITE,
     &occlude::SMALL,
     &occlude::TILES,

@@ -4,7 +4,10 @@
 //! `surfaces`, `panes` and `casters` write what they met as `points`, `light_points` looks up the
 //! light that these send to the eye, `composite` puts it together. Of a host's points the same
 //! kernel answers with the share of each light that reaches them.
-use super::walk::{CANDIDATE, IN_ORDER, WALK};
+use super::{
+    levels::{OF_AREA, OF_POINT},
+    walk::{CANDIDATE, IN_ORDER, WALK},
+};
 use crate::gpu::{Choice, Constant, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, UVec3, Vec3};
@@ -78,14 +81,20 @@ const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
 /// Of what the picture shows.
 pub const LIGHT_POINTS: KernelDesc =
-    KernelDesc { with: &[RADIANCE], ..of_points("light_points", LIGHT_POINTS_ROOT) };
+    KernelDesc { with: &[RADIANCE, OF_POINT], ..of_points("light_points", LIGHT_POINTS_ROOT) };
 /// Of a host's points.
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
     entry: LIGHT_POINTS.entry,
-    with: &[SHARES],
+    with: &[SHARES, OF_POINT],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
+/// As [`LIGHT_POINTS`], where some light has a size.
+pub const AREA_LIGHT_POINTS: KernelDesc =
+    KernelDesc { name: "area_light_points", with: &[RADIANCE, OF_AREA], ..LIGHT_POINTS };
+/// As [`LIGHT_SHARES`], where some light has a size.
+pub const AREA_LIGHT_SHARES: KernelDesc =
+    KernelDesc { name: "area_light_shares", with: &[SHARES, OF_AREA], ..LIGHT_SHARES };
 pub const CLIP: KernelDesc = of_points("shade_clip", "shade/shade_clip.wgsl");
 
 /// Workgroups for `count` points or footprints.
@@ -155,7 +164,8 @@ pub struct PictureParams {
     pub air_slices: u32,
     /// Light is shown so much brighter.
     pub exposure: f32,
-    pub pad_0: u32,
+    /// Texel of `lights` where areas begin.
+    pub first_area: u32,
     pub pad_1: u32,
     pub pad_2: u32,
 }
@@ -176,7 +186,7 @@ crate::gpu_layout!(PictureParams {
     colored,
     air_slices,
     exposure,
-    pad_0,
+    first_area,
     pad_1,
     pad_2
 });

@@ -1,3 +1,4 @@
+pub(crate) mod area_truth;
 pub(crate) mod brute_force;
 pub(crate) mod compare;
 pub(crate) mod files;

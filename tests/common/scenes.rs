@@ -81,6 +81,7 @@ pub(crate) fn light(kind: LightKind) -> Light {
         cascades: None,
         shadows: Vec::new(),
         shafts: true,
+        source: None,
     }
 }
 

@@ -3,11 +3,13 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
-        AirParams, ClusterCounters, ClusterParams, GpuLayout, GpuLight, GpuMaterial, GpuView,
+        AirParams, ClusterCounters, ClusterParams, GpuArea, GpuLayout, GpuLight, GpuMaterial,
+        GpuView,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
         filter::FilterParams,
+        levels::LevelParams,
         project::{Chunk, ProjectParams},
         shade::{Band, PictureParams, PointBatch},
         sort::{SERIAL_SCATTER, SortPass},
@@ -34,7 +36,9 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<FilterParams>,
     struct_agrees::<ClusterParams>,
     struct_agrees::<ClusterCounters>,
+    struct_agrees::<GpuArea>,
     struct_agrees::<GpuLight>,
+    struct_agrees::<LevelParams>,
     struct_agrees::<PictureParams>,
     struct_agrees::<Band>,
     struct_agrees::<PointBatch>,

@@ -3,7 +3,12 @@
 use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     gpu::{Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier, words},
-    stage::{KERNELS, bin, curve, sort::SERIAL_SCATTER, variants},
+    stage::{
+        KERNELS, bin, curve,
+        levels::{OF_AREA, OF_POINT},
+        sort::SERIAL_SCATTER,
+        variants,
+    },
     wgpu::{self, BufferUsages},
 };
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
@@ -62,7 +67,10 @@ fn every_declaration_is_some_kernels() {
     let mut linked: Vec<_> = variants().map(|(desc, tier)| desc.link(tier).unwrap()).collect();
     // What hosts link into shaders of their own.
     let library = Library::embedded().unwrap();
-    linked.push(library.link("shade/light_through.wgsl", "light_at", &[]).unwrap());
+    for source in [OF_POINT, OF_AREA] {
+        let choices = [(source.name, source.files[0])];
+        linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
+    }
     let used: HashSet<_> =
         linked.iter().flat_map(|linked| &linked.items).map(|item| (item.file, item.name)).collect();
     let items = Library::embedded().unwrap().items();

@@ -73,7 +73,7 @@ pub(crate) fn light_at(scene: &Scene, points: &[Vec3]) -> Vec<Vec3> {
     let views = shadow_views(scene);
     let maps = render_maps(scene, &views).0;
     let lighting = Lighting::new(scene, &views, &maps);
-    let light = &lighting.lights[0];
+    let light = &lighting.lights()[0];
     let toward = |p: Vec3| match scene.lights[0].kind {
         LightKind::Directional { direction } => -direction,
         LightKind::Spot { position, .. } | LightKind::Point { position } => {

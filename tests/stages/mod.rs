@@ -7,5 +7,6 @@ mod filter;
 mod host_shader;
 mod light_points;
 mod occlude;
+mod soft;
 mod soften_curves;
 mod sort;

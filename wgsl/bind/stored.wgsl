@@ -27,3 +27,4 @@
 @group(0) @binding(67) var seen_pixels: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(68) var radiance: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(69) var clipped_rects: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(77) var new_levels: texture_storage_2d<rgba32uint, write>;

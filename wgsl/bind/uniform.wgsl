@@ -1,5 +1,6 @@
 // Uniform buffers. A name has one number in the whole project.
 
+import package::levels::level_blocks::LevelParams;
 import package::records::air_params::AirParams;
 import package::records::bin::BinParams;
 import package::records::chunk::ProjectParams;
@@ -23,3 +24,4 @@ import package::sort::sort::SortPass;
 @group(0) @binding(8) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(62) var<uniform> band: Band;
 @group(0) @binding(63) var<uniform> point_batch: PointBatch;
+@group(0) @binding(78) var<uniform> level_params: LevelParams;

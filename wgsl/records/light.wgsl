@@ -17,12 +17,13 @@ struct GpuLight {
     cone_outer: f32,      // cosines of half the angle of a spot
     cone_inner: f32,
     per_range2: f32,      // [1/m^2]; 0: no end
-    shafts: u32,          // 1 where the air scatters its light
+    traits: u32,          // SHAFTS_BIT where the air scatters its light; above it its area's number, and 1
 }
 
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_SPOT: u32 = 1u;
 const LIGHT_POINT: u32 = 2u;
+const SHAFTS_BIT: u32 = 1u;
 const LIGHT_TEXELS: u32 = 4u;
 const VIEW_TEXELS: u32 = 8u;
 
@@ -43,7 +44,7 @@ struct PictureParams {
     colored: u32,     // 1 where opaque depths are by channel
     air_slices: u32,  // 0: the air is clear
     exposure: f32,    // light is shown so much brighter
-    pad_0: u32,
+    first_area: u32,  // texel of `lights` where areas begin
     pad_1: u32,
     pad_2: u32,
 }

@@ -6,7 +6,7 @@ import package::bind::sampled::lights;
 import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
 import package::records::air_params::AIR_CELL;
-import package::records::light::light_record;
+import package::records::light::{SHAFTS_BIT, light_record};
 import package::shade::receive::{incoming, shadow};
 
 const PER_FOUR_PI: f32 = 0.07957747;
@@ -25,7 +25,7 @@ fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
     for (var i = 0u; i < count; i += 1u) {
         let light = light_record(i);
         let arriving = incoming(light, point);
-        if light.shafts != 0u && any(arriving.color > vec3(0.0)) {
+        if (light.traits & SHAFTS_BIT) != 0u && any(arriving.color > vec3(0.0)) {
             let passed = shadow(light, point, vec3(0.0), arriving.toward, picture_params.bias);
             sum += arriving.color * passed * phase(dot(arriving.toward, ray), air_params.anisotropy);
         }

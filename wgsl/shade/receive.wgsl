@@ -1,5 +1,6 @@
-// The light that arrives at a point through the shadow maps. CPU twin: src/reference/receive.rs.
+// The light that arrives at a point through the shadow maps. CPU twin: src/reference/shading/receive.rs.
 
+import choice::source::receive_light;
 import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::curve::light::curve_light;
@@ -35,30 +36,44 @@ fn spline(t: f32) -> vec3<f32> {
     return vec3(0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t));
 }
 
-// Nine texels, each asked for itself, weighted by the spline.
-// `point`: lifted off what set_plane knows.
-fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
+// Nine texels of a view's map around a point, weighted by the spline.
+struct Taps {
+    middle: vec2<f32>, // [texels]
+    z: f32,            // light depth of the point
+    reaches: bool,     // the map reaches it
+    x: vec3<f32>,
+    y: vec3<f32>,
+}
+
+fn map_taps(view: GpuView, point: vec3<f32>) -> Taps {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let distance = -p.z;
     let perspective = view.perspective > 0.0;
     let place = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
-    let range = view.far - view.near;
-    let z = (distance - view.near) / range;
+    let z = (distance - view.near) / (view.far - view.near);
     let inside = all(place >= vec2(0.0)) && all(place <= view.size);
     // A cone or a cube's face ends where its map does.
     let reaches = z >= 0.0 && (inside || perspective);
     let middle = clamp(floor(place), vec2(-1e6), vec2(1e6));
     let t = clamp(place - middle - 0.5, vec2(-0.5), vec2(0.5));
-    let x = spline(t.x);
-    let y = spline(t.y);
+    return Taps(middle, z, reaches, spline(t.x), spline(t.y));
+}
+
+fn tap_weight(taps: Taps, i: u32) -> f32 {
+    return taps.x[i % 3u] * taps.y[i / 3u];
+}
+
+// `point`: lifted off what set_plane knows.
+fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
+    let taps = map_taps(view, point);
     var sum = vec3(0.0);
     // No constant ends the loop: compilers would write it out, with all the path to a texel's light.
-    let taps = select(0u, 9u, reaches);
-    for (var i = 0u; i < taps; i += 1u) {
-        let texel = middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
-        sum += receive_texel(view, texel, z, bias / range) * (x[i % 3u] * y[i / 3u]);
+    let count = select(0u, 9u, taps.reaches);
+    for (var i = 0u; i < count; i += 1u) {
+        let texel = taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
+        sum += receive_texel(view, texel, taps.z, bias / (view.far - view.near)) * tap_weight(taps, i);
     }
-    return select(vec3(1.0), sum, reaches);
+    return select(vec3(1.0), sum, taps.reaches);
 }
 
 // The face of a cube that looks towards `away` from its middle.
@@ -147,7 +162,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
             index += 1u;
         }
         set_plane(view, point, normal);
-        sum += receive(view, at, bias) * (rest * share);
+        sum += receive_light(light, index, view, at, point, normal, bias) * (rest * share);
         rest *= 1.0 - share;
         let is_done = rest <= 0.0 || index == last || view.part == PART_FACE;
         let passed = sum / max(1.0 - rest, 1e-6);

@@ -269,21 +269,19 @@ impl Streaming {
     pub fn pack(&self) -> impl Iterator<Item = PackedNode> {
         let stored = |node: &Node| {
             let length = (node.end() - node.start()).max(0.0);
-            let length = ((length / DEPTHS).sqrt() * LEVELS).round_ties_even() as u32;
-            let [r, g, b] = self.light_of(node).to_array().map(|v| self.stored_channel(v));
-            [(node.span & 0xffff_0000) | length << 4 | r >> 8, (r & 255) << 24 | g << 12 | b]
+            packed(node.span >> 16, length, self.light_of(node), self.gain)
         };
         self.nodes[..self.count].iter().map(stored)
     }
+}
 
-    fn stored_channel(&self, light: f32) -> u32 {
-        if self.gain {
-            let octave = (light.max(1e-9).log2() - DARKEST_LOG) / OCTAVES;
-            return (octave * LEVELS).clamp(0.0, LEVELS).round_ties_even() as u32;
-        }
-        let light = if light < BLACK { 0.0 } else { light };
-        (light * LEVELS).round_ties_even() as u32
+fn stored_channel(light: f32, gain: bool) -> u32 {
+    if gain {
+        let octave = (light.max(1e-9).log2() - DARKEST_LOG) / OCTAVES;
+        return (octave * LEVELS).clamp(0.0, LEVELS).round_ties_even() as u32;
     }
+    let light = if light < BLACK { 0.0 } else { light };
+    (light * LEVELS).round_ties_even() as u32
 }
 
 /// How far the light, `before` both, falls from the straight line over two neighbours, as an area;
@@ -320,8 +318,15 @@ fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     start << 16 | end
 }
 
+/// `start` and `length` in fixed point, and the light behind.
+pub(super) fn packed(start: u32, length: f32, light: Vec3, gain: bool) -> PackedNode {
+    let root = ((length.max(0.0) / DEPTHS).sqrt() * LEVELS).round_ties_even() as u32;
+    let [r, g, b] = light.to_array().map(|v| stored_channel(v, gain));
+    [start << 16 | root << 4 | r >> 8, (r & 255) << 24 | g << 12 | b]
+}
+
 /// Start and length in fixed point, and the light behind.
-fn unpack([first, second]: PackedNode, gain: bool) -> (f32, f32, Vec3) {
+pub(super) fn unpack([first, second]: PackedNode, gain: bool) -> (f32, f32, Vec3) {
     let root = (first >> 4 & 0xfff) as f32 / LEVELS;
     let red = (first & 15) << 8 | second >> 24;
     let channels = [red, second >> 12 & 0xfff, second & 0xfff];
@@ -361,7 +366,7 @@ impl CurveMap {
         self.packed.len() / self.nodes.max(1)
     }
 
-    fn nodes_of(&self, texel: usize) -> &[PackedNode] {
+    pub(super) fn nodes_of(&self, texel: usize) -> &[PackedNode] {
         &self.packed[texel * self.nodes..][..self.nodes]
     }
 

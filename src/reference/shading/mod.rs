@@ -1,14 +1,21 @@
 //! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `sheet.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
+mod levels;
 mod receive;
+pub mod soft;
 mod tone;
 
 pub use tone::to_screen;
 
+use levels::Levels;
+
 use super::air::phase;
 use crate::{
     model::{Material, ReceiverPoint, Receives, Scene, View},
-    records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, ViewMaps, owner_tag},
+    records::{
+        GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, SHAFTS_BIT, ViewMaps,
+        owner_tag,
+    },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
 use std::f32::consts::FRAC_1_PI;
@@ -16,8 +23,9 @@ use std::f32::consts::FRAC_1_PI;
 /// What lights the picture.
 #[derive(Clone, Debug)]
 pub struct Lighting<'a> {
-    pub lights: Vec<GpuLight>,
-    views: Vec<GpuView>,
+    records: LightRecords,
+    /// Of lights that have a size.
+    levels: Levels,
     maps: &'a [ViewMaps],
     pub ambient: Vec3,
     background: Vec3,
@@ -116,16 +124,21 @@ impl Gloss {
 impl<'a> Lighting<'a> {
     /// `maps` of `views`: the shadow views of the scene's lights.
     pub fn new(scene: &Scene, views: &[View], maps: &'a [ViewMaps]) -> Self {
-        let lights = scene.lights.iter().enumerate();
+        let of_views = views.iter().map(|view| view.to_gpu(0, UVec2::ZERO, 0)).collect();
+        let records = LightRecords::new(scene.lights.iter().enumerate(), views, of_views);
         Self {
-            lights: lights.map(|(index, light)| GpuLight::new(light, index, views)).collect(),
-            views: views.iter().map(|view| view.to_gpu(0, UVec2::ZERO, 0)).collect(),
+            levels: Levels::new(&records, maps),
+            records,
             maps,
             ambient: scene.ambient,
             background: scene.background,
             bias: scene.shadow.bias,
             normal_bias: scene.shadow.normal_bias,
         }
+    }
+
+    pub fn lights(&self) -> &[GpuLight] {
+        &self.records.lights
     }
 
     /// What is seen, and mirrored, where there is nothing: brighter above.
@@ -144,7 +157,7 @@ impl<'a> Lighting<'a> {
     pub fn light(&self, point: &Point) -> Vec3 {
         let bias = self.bias + point.reach;
         let (mut diffuse, mut shine) = (self.ambient_at(point), Vec3::ZERO);
-        for light in &self.lights {
+        for light in self.lights() {
             let (toward, color) = incoming(light, point.position);
             let (cosine, side) = (point.normal.dot(toward), point.face.dot(toward));
             let is_behind = point.kind == PointKind::Solid && !(cosine > 0.0 && side > 0.0);
@@ -176,7 +189,7 @@ impl<'a> Lighting<'a> {
     /// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
     pub fn scattered(&self, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
         let mut sum = self.ambient;
-        for light in self.lights.iter().filter(|light| light.shafts != 0) {
+        for light in self.lights().iter().filter(|light| light.traits & SHAFTS_BIT != 0) {
             let (toward, color) = incoming(light, point);
             if color.cmpgt(Vec3::ZERO).any() {
                 let passed =

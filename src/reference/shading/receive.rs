@@ -10,14 +10,14 @@ use std::ops::Range;
 
 /// What receives, in world space; `normal` is on the light's side, zero where there is none.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
-    point: Vec3,
-    normal: Vec3,
+pub(super) struct Surface {
+    pub point: Vec3,
+    pub normal: Vec3,
 }
 
 /// Of a surface, in view space.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+pub(super) struct Plane {
     point: Vec3,
     normal: Vec3,
 }
@@ -28,7 +28,7 @@ const TOUCH: f32 = 1.0 / 16.0;
 const EDGE_ON: f32 = 0.02;
 
 impl Plane {
-    fn new(view: &GpuView, surface: Surface) -> Self {
+    pub(super) fn new(view: &GpuView, surface: Surface) -> Self {
         Self {
             point: view.view_from_world.transform_point3(surface.point),
             normal: view.view_from_world.transform_vector3(surface.normal),
@@ -62,8 +62,26 @@ impl Plane {
     }
 }
 
+/// Nine texels of a map, around a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Taps {
+    /// Light depth of the point.
+    pub z: f32,
+    middle: Vec2,
+    x: [f32; 3],
+    y: [f32; 3],
+}
+
+impl Taps {
+    /// Texel and weight of number `i`.
+    pub(super) fn tap(&self, i: usize) -> (Vec2, f32) {
+        let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
+        (self.middle + step, self.x[i % 3] * self.y[i / 3])
+    }
+}
+
 impl Lighting<'_> {
-    fn receive_texel(
+    pub(super) fn receive_texel(
         &self,
         view: usize,
         texel: Vec2,
@@ -72,9 +90,9 @@ impl Lighting<'_> {
         bias: f32,
         receiver: Receiver,
     ) -> Vec3 {
-        let size = self.views[view].size;
+        let size = self.records.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0);
-        let tint_z = plane.tint_depth(&self.views[view], at + 0.5, z, bias, receiver);
+        let tint_z = plane.tint_depth(&self.records.views[view], at + 0.5, z, bias, receiver);
         let at = at.as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
         let tinted = match receiver.receives {
@@ -97,6 +115,38 @@ impl Lighting<'_> {
         by_channel(receive(z, &texel, bias))
     }
 
+    /// What of a texel lets light through to light depth `z` and no farther.
+    pub(super) fn light_before(&self, view: usize, texel: Vec2, z: f32) -> Vec3 {
+        let size = self.records.views[view].size;
+        let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
+        let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
+        let solid = map.colored.get(i).copied().unwrap_or([map.opaque[i]; 3]);
+        let light = match &map.curve {
+            Some(curve) => curve.light_at(i, z),
+            None if z > map.nearest[i] => Vec3::from_array(map.filter[i]),
+            None => Vec3::ONE,
+        };
+        light_by_channel(light, solid, z, 0.0)
+    }
+
+    /// Where the map of a view is asked about a point; `None` where it does not reach.
+    pub(super) fn taps(&self, view: usize, point: Vec3) -> Option<Taps> {
+        let view = &self.records.views[view];
+        let p = view.view_from_world.transform_point3(point);
+        let distance = -p.z;
+        let perspective = view.perspective > 0.0;
+        let spread = view.scale / if perspective { distance.max(1e-6) } else { 1.0 };
+        let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+        let z = (distance - view.near) / (view.far - view.near);
+        let inside = place.cmpge(Vec2::ZERO).all() && place.cmple(view.size).all();
+        if !(z >= 0.0 && (inside || perspective)) {
+            return None;
+        }
+        let middle = place.floor().clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
+        let t = (place - middle - 0.5).clamp(Vec2::splat(-0.5), Vec2::splat(0.5));
+        Some(Taps { z, middle, x: spline(t.x), y: spline(t.y) })
+    }
+
     /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
     fn receive(
         &self,
@@ -106,30 +156,34 @@ impl Lighting<'_> {
         bias: f32,
         receiver: Receiver,
     ) -> Vec3 {
-        let view = &self.views[index];
-        let p = view.view_from_world.transform_point3(point);
-        let distance = -p.z;
-        let perspective = view.perspective > 0.0;
-        let spread = view.scale / if perspective { distance.max(1e-6) } else { 1.0 };
-        let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
-        let range = view.far - view.near;
-        let z = (distance - view.near) / range;
-        let inside = place.cmpge(Vec2::ZERO).all() && place.cmple(view.size).all();
-        if !(z >= 0.0 && (inside || perspective)) {
-            return Vec3::ONE;
-        }
-        let middle = place.floor().clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
-        let t = (place - middle - 0.5).clamp(Vec2::splat(-0.5), Vec2::splat(0.5));
-        let (x, y) = (spline(t.x), spline(t.y));
-        let plane = Plane::new(view, surface);
+        let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
+        let view = &self.records.views[index];
+        let (plane, bias) = (Plane::new(view, surface), bias / (view.far - view.near));
         let mut light = Vec3::ZERO;
         for i in 0..9 {
-            let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
-            let weight = x[i % 3] * y[i / 3];
-            light +=
-                weight * self.receive_texel(index, middle + step, z, plane, bias / range, receiver);
+            let (texel, weight) = taps.tap(i);
+            light += weight * self.receive_texel(index, texel, taps.z, plane, bias, receiver);
         }
         light
+    }
+
+    /// What of a light reaches a point through one view. `point`: lifted off `surface`.
+    fn receive_light(
+        &self,
+        index: usize,
+        light: &GpuLight,
+        point: Vec3,
+        surface: Surface,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
+        // Levels tell nothing of what is one caster's and not another's.
+        let takes_all = matches!(receiver.receives, Receives::Curve | Receives::Nearest);
+        if light.area().is_some() && takes_all {
+            self.receive_area(index, light, point, surface, bias, receiver)
+        } else {
+            self.receive(index, point, surface, bias, receiver)
+        }
     }
 
     /// `normal` lifts the point off its own shadow; `sine` of the angle between the normal and the
@@ -145,6 +199,7 @@ impl Lighting<'_> {
     fn through_windows(
         &self,
         windows: Range<usize>,
+        light: &GpuLight,
         point: Vec3,
         normal: Vec3,
         sine: f32,
@@ -153,11 +208,12 @@ impl Lighting<'_> {
     ) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
-            let at = self.lifted(&self.views[index], point, normal, sine);
-            let share = window_share(&self.views[index], at);
+            let at = self.lifted(&self.records.views[index], point, normal, sine);
+            let share = window_share(&self.records.views[index], at);
             if share > 0.0 {
                 let surface = Surface { point, normal };
-                sum += self.receive(index, at, surface, bias, receiver) * (rest * share);
+                let passed = self.receive_light(index, light, at, surface, bias, receiver);
+                sum += passed * (rest * share);
                 rest *= 1.0 - share;
             }
         }
@@ -168,22 +224,24 @@ impl Lighting<'_> {
     fn through_shadow(
         &self,
         views: Range<usize>,
+        light: &GpuLight,
         point: Vec3,
         normal: Vec3,
         sine: f32,
         bias: f32,
         receiver: Receiver,
     ) -> (Vec3, f32) {
-        if self.views[views.start].part == PART_WINDOW {
-            return self.through_windows(views, point, normal, sine, bias, receiver);
+        if self.records.views[views.start].part == PART_WINDOW {
+            return self.through_windows(views, light, point, normal, sine, bias, receiver);
         }
-        let at = self.lifted(&self.views[views.start], point, normal, sine);
-        (self.receive(views.start, at, Surface { point, normal }, bias, receiver), 1.0)
+        let at = self.lifted(&self.records.views[views.start], point, normal, sine);
+        let surface = Surface { point, normal };
+        (self.receive_light(views.start, light, at, surface, bias, receiver), 1.0)
     }
 
     /// The views of the shadow that starts at `first`: of a cube the face that looks at the point.
     fn views_of(&self, first: usize, light: &GpuLight, point: Vec3) -> Range<usize> {
-        let view = &self.views[first];
+        let view = &self.records.views[first];
         let face = if view.part == PART_FACE { cube_face(point - light.position) } else { 0 };
         first + face..first + view.part_count as usize
     }
@@ -205,13 +263,15 @@ impl Lighting<'_> {
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let first = light.first_view as usize;
         let views = self.views_of(first, light, point);
-        let (own, share) = self.through_shadow(views.clone(), point, normal, sine, bias, receiver);
+        let (own, share) =
+            self.through_shadow(views.clone(), light, point, normal, sine, bias, receiver);
         let mut passed = Vec3::ONE.lerp(own, share);
         let mut next = views.end;
         while next < first + light.view_count as usize {
             let views = self.views_of(next, light, point);
             next = views.end;
-            let (further, share) = self.through_shadow(views, point, normal, sine, bias, receiver);
+            let (further, share) =
+                self.through_shadow(views, light, point, normal, sine, bias, receiver);
             passed = passed.lerp(passed.min(further), share);
         }
         passed
@@ -237,7 +297,7 @@ fn window_share(view: &GpuView, point: Vec3) -> f32 {
 }
 
 /// The face of a cube that looks towards `away` from its middle.
-fn cube_face(away: Vec3) -> usize {
+pub(super) fn cube_face(away: Vec3) -> usize {
     let size = away.abs();
     if size.x >= size.y && size.x >= size.z {
         usize::from(away.x <= 0.0)

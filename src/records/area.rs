@@ -1,0 +1,173 @@
+//! Lights that have a size, and where the levels of their shadow views are.
+//!
+//! A *level* of a map has a *block* for each 2^l x 2^l of its texels, and a border of [`SKIRT`] blocks
+//! around them: of a cube's face, those of its neighbours. A block holds the mean of its texels' light
+//! as a function of depth.
+use super::{GpuLight, GpuView, LIGHT_TEXELS, PART_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS};
+use crate::model::{Light, Source, View};
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec2, Vec3};
+
+/// Blocks around a level. WGSL: `wgsl/records/area.wgsl`.
+pub const SKIRT: u32 = 2;
+/// Most levels of a view: a map of 4,096 texels has 11. WGSL: `wgsl/records/area.wgsl`.
+pub const MAX_LEVELS: usize = 12;
+/// Texels of a block: four nodes of a curve. WGSL: `wgsl/records/area.wgsl`.
+pub const BLOCK_TEXELS: u32 = 2;
+/// Nodes of a block.
+pub const BLOCK_NODES: usize = 4;
+/// Texels of a [`GpuArea`]. WGSL: `wgsl/records/area.wgsl`.
+pub const AREA_TEXELS: u32 = 2;
+const _: () = assert!(size_of::<GpuArea>() == AREA_TEXELS as usize * 16);
+/// Texels of a [`LeveledView`]. WGSL: `wgsl/records/area.wgsl`.
+pub const LEVELED_TEXELS: u32 = 4;
+const _: () = assert!(size_of::<LeveledView>() == LEVELED_TEXELS as usize * 16);
+/// Most lights that have a size: a point that asks all of them stays below the 65,535 iterations that
+/// llvmpipe allows an invocation.
+pub const MAX_AREAS: usize = 64;
+
+/// Numbers of [`Source`] in [`GpuArea::kind`].
+pub const AREA_SPHERE: u32 = 0;
+pub const AREA_FLAT: u32 = 1;
+pub const AREA_SUN: u32 = 2;
+
+/// WGSL: `wgsl/records/area.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GpuArea {
+    /// [`Source::half_axes`], world space [m]; of a sun the x is a slope.
+    pub right: Vec3,
+    pub kind: u32,
+    pub up: Vec3,
+    /// Among the leveled views: that of the light's first.
+    pub first_leveled: u32,
+}
+crate::gpu_layout!(GpuArea { right, kind, up, first_leveled });
+
+impl GpuArea {
+    fn new(source: &Source, first_leveled: u32) -> Self {
+        let kind = match source {
+            Source::Sphere { .. } => AREA_SPHERE,
+            Source::Disc { .. } | Source::Rect { .. } => AREA_FLAT,
+            Source::Sun { .. } => AREA_SUN,
+        };
+        let [right, up] = source.half_axes();
+        Self { right, kind, up, first_leveled }
+    }
+}
+
+/// A shadow view of a light that has a size. WGSL: `wgsl/records/area.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct LeveledView {
+    /// The first block of levels 1, 2 and so on.
+    pub first_blocks: [u32; MAX_LEVELS],
+    /// Among the shadow views.
+    pub view: u32,
+    pub level_count: u32,
+    /// Of its cube, among the leveled views; itself of what is no cube.
+    pub first_face: u32,
+    pub pad: u32,
+}
+
+/// Blocks of level `level`, without its border.
+pub fn level_size(size: UVec2, level: u32) -> UVec2 {
+    UVec2::new(size.x.div_ceil(1 << level), size.y.div_ceil(1 << level))
+}
+
+/// Levels of a map: the last has at most two blocks a side.
+pub fn level_count(size: UVec2) -> u32 {
+    let enough = |&level: &u32| level_size(size, level).max_element() <= 2;
+    (1..MAX_LEVELS as u32).find(enough).unwrap_or(MAX_LEVELS as u32)
+}
+
+/// The lights of a look-up, their shadow views, and the levels of those that have a size.
+#[derive(Clone, Debug, Default)]
+pub struct LightRecords {
+    pub lights: Vec<GpuLight>,
+    pub views: Vec<GpuView>,
+    pub areas: Vec<GpuArea>,
+    pub leveled: Vec<LeveledView>,
+    /// Of each level, the blocks up to its end: whole rows of records.
+    pub level_ends: Vec<u32>,
+}
+
+impl LightRecords {
+    /// `lights`: number among all lights, and the light; `models` and `views`: all shadow views.
+    pub fn new<'a>(
+        lights: impl Iterator<Item = (usize, &'a Light)>,
+        models: &[View],
+        views: Vec<GpuView>,
+    ) -> Self {
+        let mut records = Self { views, ..Self::default() };
+        for (index, light) in lights {
+            let mut own = GpuLight::new(light, index, models);
+            if let Some(source) = light.area().filter(|_| own.view_count > 0) {
+                let first = records.leveled.len() as u32;
+                records.areas.push(GpuArea::new(&source, first));
+                own.traits |= (records.areas.len() as u32 * 2) & !SHAFTS_BIT;
+                for i in 0..own.view_count {
+                    records.add_view(own.first_view + i);
+                }
+            }
+            records.lights.push(own);
+        }
+        records.place_levels();
+        records
+    }
+
+    fn add_view(&mut self, view: u32) {
+        let GpuView { size, part, part_index, .. } = self.views[view as usize];
+        let number = self.leveled.len() as u32;
+        let face = if part == PART_FACE { part_index } else { 0 };
+        self.leveled.push(LeveledView {
+            first_blocks: [0; MAX_LEVELS],
+            view,
+            level_count: level_count(size.as_uvec2()),
+            first_face: number - face,
+            pad: 0,
+        });
+    }
+
+    /// Level by level: each is read while the next is made.
+    fn place_levels(&mut self) {
+        let deepest = self.leveled.iter().map(|view| view.level_count).max().unwrap_or(0);
+        let mut end = 0;
+        for level in 1..=deepest {
+            for i in 0..self.leveled.len() {
+                let size = self.view_of(i).size.as_uvec2();
+                let own = &mut self.leveled[i];
+                if level <= own.level_count {
+                    own.first_blocks[level as usize - 1] = end;
+                    end += (level_size(size, level) + 2 * SKIRT).element_product();
+                }
+            }
+            end = end.next_multiple_of(ROW / BLOCK_TEXELS);
+            self.level_ends.push(end);
+        }
+    }
+
+    /// Of a leveled view.
+    pub fn view_of(&self, leveled: usize) -> &GpuView {
+        &self.views[self.leveled[leveled].view as usize]
+    }
+
+    /// Texel of `lights` where areas begin.
+    pub fn first_area(&self) -> u32 {
+        self.lights.len() as u32 * LIGHT_TEXELS + self.views.len() as u32 * VIEW_TEXELS
+    }
+
+    /// What `wgsl/records/light.wgsl` and `area.wgsl` read.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut bytes = bytemuck::cast_slice(&self.lights).to_vec();
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.views));
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.areas));
+        if !self.areas.is_empty() {
+            // The leveled views follow at a place that does not depend on the count of areas.
+            let room = MAX_AREAS.saturating_sub(self.areas.len()) * size_of::<GpuArea>();
+            bytes.resize(bytes.len() + room, 0);
+        }
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.leveled));
+        bytes
+    }
+}

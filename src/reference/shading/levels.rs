@@ -1,0 +1,245 @@
+//! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels
+//! as a function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike
+//! theirs: four nodes whatever is below, which a block shares out by the longest gaps in depth.
+use super::receive::cube_face;
+use crate::{
+    records::{
+        BLOCK_NODES, GpuView, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size,
+    },
+    reference::{
+        curve::{DEPTHS, packed, unpack},
+        threads::each,
+    },
+};
+use glam::{IVec2, UVec2, Vec2, Vec3};
+
+/// Light as a function of depth, nearest node first.
+pub(super) type Block = [PackedNode; BLOCK_NODES];
+
+/// A stretch of depth over which light falls, evenly.
+#[derive(Clone, Copy, Debug)]
+struct Ramp {
+    /// In fixed point, from 1 on.
+    start: u32,
+    /// In fixed point.
+    length: f32,
+    drop: Vec3,
+}
+
+impl Ramp {
+    /// Twice its middle.
+    fn middle(&self) -> u32 {
+        2 * self.start + self.length.round_ties_even() as u32
+    }
+
+    fn weight(&self) -> f32 {
+        self.drop.abs().element_sum()
+    }
+}
+
+/// Parts of a block's depths that are told apart.
+pub const BINS: u32 = 32;
+
+/// One level of a view, its border included.
+#[derive(Clone, Debug)]
+pub(super) struct Level {
+    size: UVec2,
+    blocks: Vec<Block>,
+}
+
+impl Level {
+    /// `at` counts from the map's first block; what is beyond the border is on it.
+    pub(super) fn block(&self, at: IVec2) -> &Block {
+        let last = self.size.as_ivec2() - 1;
+        let at = (at + SKIRT as i32).clamp(IVec2::ZERO, last).as_uvec2();
+        &self.blocks[(at.y * self.size.x + at.x) as usize]
+    }
+}
+
+/// Of all leveled views, all levels, finest first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Levels(Vec<Vec<Level>>);
+
+impl Levels {
+    /// `maps`: of all shadow views.
+    pub(super) fn new(records: &LightRecords, maps: &[ViewMaps]) -> Self {
+        let mut levels = Self(vec![Vec::new(); records.leveled.len()]);
+        for level in 1..=records.level_ends.len() as u32 {
+            let views =
+                (0..records.leveled.len()).filter(|&i| level <= records.leveled[i].level_count);
+            for i in views.collect::<Vec<_>>() {
+                let own = level_size(records.view_of(i).size.as_uvec2(), level);
+                let size = own + 2 * SKIRT;
+                let block = |at: usize| {
+                    let at = UVec2::new(at as u32 % size.x, at as u32 / size.x);
+                    let at = at.as_ivec2() - SKIRT as i32;
+                    let (whose, at) = owner(records, i, level, own, at);
+                    merged(&levels.children(records, maps, whose, level, at), gain(maps))
+                };
+                let blocks = each(size.element_product() as usize, block);
+                levels.0[i].push(Level { size, blocks });
+            }
+        }
+        levels
+    }
+
+    /// Level `level`, from 1 on, of a leveled view.
+    pub(super) fn level(&self, leveled: usize, level: u32) -> &Level {
+        &self.0[leveled][level as usize - 1]
+    }
+
+    /// What the four texels or blocks below a block do to light.
+    fn children(
+        &self,
+        records: &LightRecords,
+        maps: &[ViewMaps],
+        leveled: usize,
+        level: u32,
+        at: UVec2,
+    ) -> Vec<Ramp> {
+        let size = records.view_of(leveled).size.as_uvec2();
+        let last = level_size(size, level - 1) - 1;
+        let mut ramps = Vec::new();
+        for i in 0..4 {
+            let at = (2 * at + UVec2::new(i % 2, i / 2)).min(last);
+            if level == 1 {
+                let map = &maps[records.leveled[leveled].view as usize];
+                of_texel(map, (at.y * size.x + at.x) as usize, &mut ramps);
+            } else {
+                let block = self.level(leveled, level - 1).block(at.as_ivec2());
+                of_nodes(block, gain(maps), &mut ramps);
+            }
+        }
+        ramps
+    }
+}
+
+fn gain(maps: &[ViewMaps]) -> bool {
+    maps.iter().any(|map| map.curve.as_ref().is_some_and(|curve| curve.gain))
+}
+
+/// The leveled view and block that a block stands for: beside a cube's face one of its neighbour's,
+/// else the nearest.
+fn owner(
+    records: &LightRecords,
+    leveled: usize,
+    level: u32,
+    size: UVec2,
+    at: IVec2,
+) -> (usize, UVec2) {
+    let last = size.as_ivec2() - 1;
+    let nearest = at.clamp(IVec2::ZERO, last);
+    let view = records.view_of(leveled);
+    if nearest == at || view.part != PART_FACE {
+        return (leveled, nearest.as_uvec2());
+    }
+    let edge = (1 << level) as f32;
+    let slope = ((at.as_vec2() + 0.5) * edge - view.size * 0.5) / view.scale;
+    let away =
+        view.view_from_world.transpose().transform_vector3(Vec3::new(slope.x, -slope.y, -1.0));
+    let other = records.leveled[leveled].first_face as usize + cube_face(away);
+    let place = place_of(records.view_of(other), away);
+    (other, (place / edge).floor().as_ivec2().clamp(IVec2::ZERO, last).as_uvec2())
+}
+
+/// In the map of a cube's face, of a direction that it sees.
+fn place_of(view: &GpuView, away: Vec3) -> Vec2 {
+    let p = view.view_from_world.transform_vector3(away);
+    Vec2::new(p.x, -p.y) * (view.scale / (-p.z).max(1e-6)) + view.size * 0.5
+}
+
+/// Light depth in fixed point.
+fn fixed(depth: f32) -> u32 {
+    ((depth * DEPTHS).round_ties_even() as u32).clamp(1, 65535)
+}
+
+fn of_texel(map: &ViewMaps, i: usize, ramps: &mut Vec<Ramp>) {
+    let mut left = Vec3::ONE;
+    if let Some(curve) = &map.curve {
+        left = of_nodes(curve.nodes_of(i), curve.gain, ramps);
+    } else if map.nearest[i] < 1.0 {
+        let light = Vec3::from_array(map.filter[i]);
+        ramps.push(Ramp { start: fixed(map.nearest[i]), length: 0.0, drop: left - light });
+        left = light;
+    }
+    let mut block = |depth: f32, channels: Vec3| {
+        if depth < 1.0 {
+            ramps.push(Ramp { start: fixed(depth), length: 0.0, drop: left * channels });
+        }
+    };
+    match map.colored.get(i) {
+        None => block(map.opaque[i], Vec3::ONE),
+        Some(&[red, green, blue]) => {
+            block(red, Vec3::X);
+            block(green, Vec3::Y);
+            block(blue, Vec3::Z);
+        }
+    }
+}
+
+/// And the light that they leave.
+fn of_nodes(nodes: &[PackedNode], gain: bool, ramps: &mut Vec<Ramp>) -> Vec3 {
+    let mut left = Vec3::ONE;
+    for &node in nodes {
+        let (start, length, light) = unpack(node, gain);
+        if start > 0.0 {
+            ramps.push(Ramp { start: start as u32, length, drop: left - light });
+            left = light;
+        }
+    }
+    left
+}
+
+/// The mean of four, of which `ramps` are all.
+fn merged(ramps: &[Ramp], gain: bool) -> Block {
+    let counted = || ramps.iter().filter(|ramp| ramp.weight() > 0.0);
+    let low = counted().map(Ramp::middle).min().unwrap_or(0);
+    let high = counted().map(Ramp::middle).max().unwrap_or(0);
+    let bin = |ramp: &Ramp| (ramp.middle() - low) * BINS / (high - low + 1);
+    let cuts = cuts(counted().fold(0, |mask, ramp| mask | 1 << bin(ramp)));
+    // Of the four parts the one that a ramp is in.
+    let part = |ramp: &Ramp| (cuts & (2u32 << bin(ramp)).wrapping_sub(1)).count_ones() as usize;
+    let mut light = Vec3::ONE;
+    let mut block = [[0, 0]; BLOCK_NODES];
+    for (number, node) in block.iter_mut().enumerate() {
+        let (mut weight, mut sum, mut square) = (0.0, 0.0, 0.0);
+        let (mut first, mut end, mut middle) = (DEPTHS, 0.0_f32, None);
+        for ramp in counted().filter(|ramp| part(ramp) == number) {
+            let (start, own) = (ramp.start as f32, ramp.weight());
+            let middle = *middle.get_or_insert(start + 0.5 * ramp.length);
+            let off = start + 0.5 * ramp.length - middle;
+            weight += own;
+            sum += own * off;
+            square += own * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
+            first = first.min(start);
+            end = end.max(start + ramp.length);
+            light -= ramp.drop * 0.25;
+        }
+        let (mut start, mut length) = (0, 0.0);
+        if let Some(middle) = middle {
+            let off = sum / weight;
+            let spread = (square / weight - off * off).max(0.0);
+            let mean = middle + off;
+            let half = (3.0 * spread).sqrt().min(mean - first).min(end - mean).max(0.0);
+            start = ((mean - half).round_ties_even() as u32).clamp(1, 65535);
+            length = 2.0 * half;
+        }
+        *node = packed(start, length, light.max(Vec3::ZERO), gain);
+    }
+    block
+}
+
+/// Bins from which on another part begins: behind the three longest gaps, the first of equal ones.
+fn cuts(mask: u32) -> u32 {
+    let mut longest = [(0, 0); BLOCK_NODES - 1];
+    let mut last = None;
+    for bin in (0..BINS).filter(|bin| mask >> bin & 1 == 1) {
+        let gap = bin - last.unwrap_or(bin);
+        if let Some(place) = longest.iter().position(|&(known, _)| gap > known) {
+            longest[place..].rotate_right(1);
+            longest[place] = (gap, bin);
+        }
+        last = Some(bin);
+    }
+    longest.iter().filter(|gap| gap.0 > 0).fold(0, |cuts, gap| cuts | 1 << gap.1)
+}

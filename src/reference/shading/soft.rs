@@ -1,0 +1,360 @@
+//! Twin of `wgsl/shade/soft.wgsl`: what of a light that has a size reaches a point.
+//!
+//! An occluder at distance d from the light hides, of a receiver at distance r, what the light's image
+//! through the receiver covers there: in the map, a spot that is as wide as the light is, times
+//! `scale (1/d - 1/r)`. Each node of a block is filtered by the spot of its own depth, so that all that
+//! is in between gets the penumbra of its distance, in colour. Spots from one power of two of texels to
+//! the next are filtered on one level, where they are one to three blocks wide.
+//!
+//! Levels are asked from the widest spots to the sharpest, from the light on. Of each, light behind it
+//! is a share of light before it, so that one occluder behind another takes what the other left. What
+//! no ray from the light's middle reaches shows nothing of what is behind; there the share is that
+//! which the level before saw around it.
+use super::{
+    Lighting, Receiver,
+    levels::{Block, Level},
+    receive::{Plane, Surface},
+};
+use crate::{
+    records::{AREA_FLAT, GpuArea, GpuLight, GpuView, LIGHT_DIRECTIONAL, level_count},
+    reference::curve::{DEPTHS, unpack},
+};
+use glam::{IVec2, Vec2, Vec3};
+
+/// Diameter of the widest spot that a level filters [blocks], of equal variance: three blocks, each
+/// itself a mean.
+pub const WIDEST: f32 = 1.914_854_2;
+/// Of spots up to here, the map itself is asked [texels].
+pub const SHARP: f32 = 1.5;
+/// A rectangle's longer edge counts as this times the shorter, at least: levels go by the shorter.
+pub const LONGEST: f32 = 2.33;
+/// Light before a level, on which what it tells is relied on in full, is 1 by this.
+pub const EVIDENCE: f32 = 30.0;
+/// Least light to divide by.
+pub const LEAST: f32 = 1e-4;
+/// Drops below this are none.
+pub const NOTHING: f32 = 1e-3;
+pub use super::levels::BINS;
+
+/// Cosine between a plane's normal and a ray below which the plane has no depth along it.
+const EDGE_ON: f32 = 0.02;
+
+/// The depth of the receiver's plane along the ray through a texel: `1 / d` of a perspective view, `d` of
+/// a parallel one, is linear in the texel.
+#[derive(Clone, Copy, Debug)]
+struct PlaneDepth {
+    middle: f32,
+    by_texel: Vec2,
+}
+
+/// A look-up of one point in one view.
+struct Spot<'a> {
+    view: &'a GpuView,
+    perspective: bool,
+    /// Of the point [texels].
+    place: Vec2,
+    /// [m]
+    distance: f32,
+    /// In fixed point.
+    depth: f32,
+    plane: PlaneDepth,
+    /// [fixed point]
+    bias: f32,
+    /// Texels of a spot's radius, times a distance [m] in a perspective view.
+    radius: f32,
+    /// Of the spot along x and y, of `radius`.
+    shape: Vec2,
+    gain: bool,
+}
+
+/// What a level tells, light-weighted.
+#[derive(Default)]
+struct Told {
+    /// Light before what the level filters, taken by it, left by it, and left at the receiver.
+    before: Vec3,
+    taken: Vec3,
+    behind: Vec3,
+    end: Vec3,
+}
+
+impl<'a> Spot<'a> {
+    fn new(
+        view: &'a GpuView,
+        light: &GpuLight,
+        area: &GpuArea,
+        surface: Surface,
+        bias: f32,
+        gain: bool,
+    ) -> Self {
+        let p = view.view_from_world.transform_point3(surface.point);
+        let normal = view.view_from_world.transform_vector3(surface.normal);
+        let perspective = view.perspective > 0.0;
+        let distance = if perspective { (-p.z).max(1e-6) } else { -p.z };
+        let spread = view.scale / if perspective { distance } else { 1.0 };
+        let range = view.far - view.near;
+        let half = half_widths(view, light, area, p, surface.point);
+        let radius = half.min_element().max(half.max_element() / LONGEST);
+        Self {
+            view,
+            perspective,
+            place: Vec2::new(p.x, -p.y) * spread + view.size * 0.5,
+            distance,
+            depth: (distance - view.near) / range * DEPTHS,
+            plane: plane_depth(view, p, normal, perspective),
+            bias: bias / range * DEPTHS,
+            radius: radius * view.scale,
+            shape: half / radius.max(1e-9),
+            gain,
+        }
+    }
+
+    fn fixed(&self, distance: f32) -> f32 {
+        (distance - self.view.near) / (self.view.far - self.view.near) * DEPTHS
+    }
+
+    /// Radius of a spot at a depth in fixed point [texels].
+    fn spot(&self, depth: f32) -> f32 {
+        let distance = depth / DEPTHS * (self.view.far - self.view.near) + self.view.near;
+        if self.perspective {
+            self.radius * (1.0 / distance.max(1e-6) - 1.0 / self.distance)
+        } else {
+            self.radius * (self.distance - distance)
+        }
+    }
+
+    /// Depth in fixed point where a spot has a radius of `spot` texels.
+    fn depth_of(&self, spot: f32) -> f32 {
+        let radius = self.radius.max(1e-9);
+        let distance = if self.perspective {
+            1.0 / (1.0 / self.distance + spot / radius)
+        } else {
+            self.distance - spot / radius
+        };
+        self.fixed(distance)
+    }
+
+    /// Where the receiver begins along the ray through `texel`, or somewhere within `around` texels: in
+    /// fixed point.
+    fn end(&self, texel: Vec2, around: f32) -> f32 {
+        let PlaneDepth { middle, by_texel } = self.plane;
+        let slack = by_texel.abs().element_sum() * around;
+        let linear = middle + by_texel.dot(texel - self.view.size * 0.5);
+        let distance =
+            if self.perspective { 1.0 / (linear + slack).max(1e-7) } else { linear - slack };
+        self.fixed(distance).min(self.depth) - self.bias
+    }
+
+    /// Width along x and y that filters a spot on blocks of an edge [blocks].
+    fn width(&self, spot: f32, edge: f32) -> Vec2 {
+        let radius = self.shape * (spot / edge);
+        (3.0 * radius * radius - 2.0).max(Vec2::splat(0.25)).map(f32::sqrt)
+    }
+
+    /// The first depth from `from` on at which something takes light around the point, seen on a level.
+    fn next(&self, level: &Level, edge: f32, from: f32, around: f32) -> Option<f32> {
+        let corner = (self.place / edge - 0.5).floor().as_ivec2();
+        let mut next = f32::INFINITY;
+        for i in 0..4 {
+            let at = corner + IVec2::new(i % 2, i / 2);
+            let end = self.end((at.as_vec2() + 0.5) * edge, around * edge);
+            let mut left = Vec3::ONE;
+            for &node in level.block(at) {
+                let (start, length, light) = unpack(node, self.gain);
+                let takes = (left - light).abs().max_element() > NOTHING;
+                left = light;
+                let first = start.max(from);
+                if start > 0.0 && takes && start + length >= from && first < end {
+                    next = next.min(first);
+                }
+            }
+        }
+        (next < f32::INFINITY).then_some(next)
+    }
+
+    /// What a level tells of depths `from` to `to`, the widest spot among which is `spot`.
+    fn tell(&self, level: &Level, edge: f32, spot: f32, from: f32, to: f32) -> Told {
+        let middle = self.place / edge - 0.5;
+        let width = self.width(spot, edge);
+        let low = (middle - 0.5 * (width + 1.0)).ceil();
+        let count = (middle + 0.5 * (width + 1.0)).floor() - low + 1.0;
+        let mut told = Told::default();
+        for i in 0..(count.x * count.y) as i32 {
+            let at = low + Vec2::new((i % count.x as i32) as f32, (i / count.x as i32) as f32);
+            let end = self.end((at + 0.5) * edge, 0.5 * edge);
+            let block = level.block(at.as_ivec2());
+            self.add_block(&mut told, block, at - middle, edge, width, [from, to, end]);
+        }
+        told
+    }
+
+    fn add_block(
+        &self,
+        told: &mut Told,
+        block: &Block,
+        off: Vec2,
+        edge: f32,
+        width: Vec2,
+        [from, to, end]: [f32; 3],
+    ) {
+        let weight = cover(off, width);
+        let (mut before, mut behind, mut last) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
+        let mut left = Vec3::ONE;
+        for &node in block {
+            let (start, length, light) = unpack(node, self.gain);
+            let drop = if start > 0.0 { left - light } else { Vec3::ZERO };
+            left = light;
+            let share = |depth: f32| ((depth.min(end) - start) / length.max(1e-3)).clamp(0.0, 1.0);
+            let shares = [from, to, end].map(share);
+            before -= drop * shares[0];
+            behind -= drop * shares[1];
+            last -= drop * shares[2];
+            let spot = self.spot(start + length * 0.5 * (shares[0] + shares[1]));
+            let own = cover(off, self.width(spot, edge).min(width));
+            told.taken += drop * ((shares[1] - shares[0]) * own);
+        }
+        told.before += before * weight;
+        told.behind += behind * weight;
+        told.end += last * weight;
+    }
+}
+
+/// How much of a window of `width` blocks, by its area, lies over the block `off` its middle.
+fn cover(off: Vec2, width: Vec2) -> f32 {
+    let over = (0.5 * (width + 1.0) - off.abs()).max(Vec2::ZERO).min(width.min(Vec2::ONE));
+    (over / width).element_product()
+}
+
+/// How far what a level told is relied on, per channel.
+fn evidence(before: Vec3) -> Vec3 {
+    (before * EVIDENCE).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// Of the light as the point sees it, along x and y of a view: in metres where rays leave the light, as
+/// slopes where they are parallel.
+fn half_widths(view: &GpuView, light: &GpuLight, area: &GpuArea, p: Vec3, point: Vec3) -> Vec2 {
+    let perspective = view.perspective > 0.0;
+    let aside = if perspective { Vec2::new(p.x, p.y) / (-p.z).max(1e-6) } else { Vec2::ZERO };
+    let half = if area.kind == AREA_FLAT {
+        let axis = |axis: Vec3| {
+            let axis = view.view_from_world.transform_vector3(axis);
+            // Along the ray to the point, into the plane of the view.
+            Vec2::new(axis.x, axis.y) + aside * axis.z
+        };
+        let (right, up) = (axis(area.right), axis(area.up));
+        (right * right + up * up).map(f32::sqrt)
+    } else {
+        // It faces the point.
+        (Vec2::ONE + aside * aside).map(f32::sqrt) * area.right.x
+    };
+    match (light.kind == LIGHT_DIRECTIONAL, perspective) {
+        (true, true) => Vec2::splat(area.right.x) * -p.z,
+        (false, false) => half / (point - light.position).length().max(1e-6),
+        _ => half,
+    }
+}
+
+fn plane_depth(view: &GpuView, p: Vec3, normal: Vec3, perspective: bool) -> PlaneDepth {
+    let by_slope = Vec2::new(normal.x, -normal.y) / view.scale;
+    // Of the plane through `p`, which none has that is edge-on or no surface.
+    let (meets, length) = if perspective { (normal.dot(p), p.length()) } else { (normal.z, 1.0) };
+    if meets.abs() < EDGE_ON * length || normal == Vec3::ZERO {
+        let distance = if perspective { 1.0 / (-p.z).max(1e-6) } else { -p.z };
+        return PlaneDepth { middle: distance, by_texel: Vec2::ZERO };
+    }
+    if perspective {
+        PlaneDepth { middle: -normal.z / meets, by_texel: by_slope / meets }
+    } else {
+        PlaneDepth { middle: -normal.dot(p) / meets, by_texel: by_slope / meets }
+    }
+}
+
+impl Lighting<'_> {
+    /// As [`Self::receive`], of a light that has a size. `point`: lifted off the surface.
+    pub(super) fn receive_area(
+        &self,
+        index: usize,
+        light: &GpuLight,
+        point: Vec3,
+        surface: Surface,
+        bias: f32,
+        receiver: Receiver,
+    ) -> Vec3 {
+        let Some(area) = light.area().map(|area| &self.records.areas[area]) else {
+            return Vec3::ONE;
+        };
+        let leveled = area.first_leveled as usize + index - light.first_view as usize;
+        let view = &self.records.views[index];
+        let Some(sharp) = self.taps(index, point) else { return Vec3::ONE };
+        if sharp.z > 1.0 + bias / (view.far - view.near) {
+            return Vec3::ZERO;
+        }
+        let range = view.far - view.near;
+        let gain = self.maps[index].curve.as_ref().is_some_and(|curve| curve.gain);
+        let spot = Spot::new(view, light, area, surface, bias, gain);
+        let level = |level| (self.levels.level(leveled, level), (1 << level) as f32);
+        let last = level_count(view.size.as_uvec2());
+        // Of the smallest number whose blocks are large enough.
+        let level_of = |radius: f32| {
+            let filters = |level: &u32| radius <= WIDEST * (1 << level) as f32;
+            if radius <= SHARP { 0 } else { (1..last).find(filters).unwrap_or(last) }
+        };
+        let (mut light, mut sum) = (Vec3::ONE, Vec3::ZERO);
+        // What comes through to the receiver, where a level tells nothing.
+        let mut around = Vec3::ONE;
+        let (mut from, mut number) = (-1.0, last);
+        let mut was_finest = false;
+        while number > 0 {
+            let above = (number + 2).min(last);
+            let (map, edge) = level(above);
+            let Some(next) = spot.next(map, edge, from, 0.0) else { break };
+            let radius = spot.spot(next);
+            let found = level_of(radius).min(number);
+            if found == 0 || found + 2 < above {
+                number = found;
+                continue;
+            }
+            number = found;
+            let (map, edge) = level(number);
+            let to = spot.depth_of(if number == 1 { SHARP } else { WIDEST * edge * 0.5 });
+            let told = spot.tell(map, edge, radius.min(WIDEST * edge), from, to);
+            let known = evidence(told.before);
+            let passed = Vec3::ONE - told.taken / told.before.max(Vec3::splat(LEAST));
+            sum += light * (Vec3::ONE - known) * around;
+            light *= known * passed.max(Vec3::ZERO);
+            let known = evidence(told.behind);
+            around = around.lerp_by(told.end / told.behind.max(Vec3::splat(LEAST)), known);
+            was_finest = number == 1;
+            from = to;
+            number -= 1;
+        }
+        let (map, edge) = level(1);
+        if spot.next(map, edge, from, 0.5).is_none() {
+            return sum + light;
+        }
+        // What is next to the receiver, on the map.
+        let plane = Plane::new(view, surface);
+        let (mut before, mut behind) = (Vec3::ZERO, Vec3::ZERO);
+        for i in 0..9 {
+            let (texel, weight) = sharp.tap(i);
+            behind +=
+                weight * self.receive_texel(index, texel, sharp.z, plane, bias / range, receiver);
+            // Where no level was asked so far, all light is before it.
+            let split = if was_finest { (from - 1.5) / DEPTHS } else { 0.0 };
+            before += weight * self.light_before(index, texel, split);
+        }
+        let known = evidence(before);
+        let passed = behind / before.max(Vec3::splat(LEAST));
+        let passed = if gain { passed } else { passed.min(Vec3::ONE) };
+        sum + light * around.lerp_by(passed, known)
+    }
+}
+
+trait LerpBy {
+    fn lerp_by(self, other: Self, share: Self) -> Self;
+}
+
+impl LerpBy for Vec3 {
+    fn lerp_by(self, other: Self, share: Self) -> Self {
+        self + (other - self) * share
+    }
+}

@@ -1,0 +1,45 @@
+//! levels: what look-ups of lights that have a size read, after the maps: ever coarser blocks of them,
+//! each with the mean light of its texels as a function of depth.
+//!
+//! In: the maps. Out: `levels`, records level by level (`src/records/area.rs`). `new_levels` takes one
+//! level at a time and is copied, as a level is read while the next is made.
+use crate::gpu::{Choice, KernelDesc, Tier};
+use bytemuck::{Pod, Zeroable};
+
+/// Edge of a workgroup [blocks].
+pub const GROUP_SIZE: u32 = 8;
+
+const fn of(name: &'static str, with: &'static [Choice]) -> KernelDesc {
+    KernelDesc {
+        name,
+        entry: "level_blocks",
+        root: "levels/level_blocks.wgsl",
+        with,
+        constants: &[],
+        tiers: &[Tier::Core],
+    }
+}
+
+/// Light of one place; what lights have a size gives no penumbra.
+pub const OF_POINT: Choice = Choice::new("source", "shade/source_point.wgsl");
+/// Some light has a size.
+pub const OF_AREA: Choice = Choice::new("source", "shade/source_area.wgsl");
+
+/// The first level.
+pub const FIRST: KernelDesc =
+    of("level_of_maps", &[Choice::new("below", "levels/below_maps.wgsl"), OF_POINT]);
+/// Every other.
+pub const NEXT: KernelDesc =
+    of("level_of_levels", &[Choice::new("below", "levels/below_levels.wgsl"), OF_POINT]);
+
+/// WGSL: `wgsl/levels/level_blocks.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct LevelParams {
+    pub level: u32,
+    /// Of the level, in all views.
+    pub first_block: u32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+}
+crate::gpu_layout!(LevelParams { level, first_block, pad_0, pad_1 });

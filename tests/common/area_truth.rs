@@ -1,0 +1,112 @@
+//! Light of lights that have a size, in 64 bits, straight from what a scene holds: a ray from each of
+//! many places of the light that the receiver sees asks every triangle. No map, no filter.
+use gobo::{
+    Source,
+    glam::{DVec3, Vec3},
+    model::{Light, LightKind, Transfer},
+    scene::Scene,
+};
+use std::f64::consts::{PI, TAU};
+
+/// Places on a light.
+const PLACES: usize = 1024;
+/// What touches the receiver is the receiver [m].
+const TOUCHING: f64 = 1e-3;
+/// How far away a directional light's places are [m].
+const FAR: f64 = 100.0;
+
+/// Mean over the light; `normal` is that of the receiver's surface.
+pub(crate) fn share(scene: &Scene, light: &Light, point: Vec3, normal: Vec3) -> DVec3 {
+    let start = point.as_dvec3() + normal.as_dvec3() * TOUCHING;
+    let places = (0..PLACES).map(|i| {
+        // Rank-1 lattice of the golden ratio.
+        let (u, v) = ((i as f64 + 0.5) / PLACES as f64, (i as f64 * 0.618_033_988_749_895).fract());
+        place(light, start, u, v)
+    });
+    places.map(|end| passed(scene, start, end)).sum::<DVec3>() / PLACES as f64
+}
+
+/// A place on the light that is seen from `start`; `u` and `v` are in 0..1.
+fn place(light: &Light, start: DVec3, u: f64, v: f64) -> DVec3 {
+    let disc = |radius: f64| {
+        let (radius, angle) = (radius * u.sqrt(), TAU * v);
+        (radius * angle.cos(), radius * angle.sin())
+    };
+    let center = match light.kind {
+        LightKind::Directional { direction } => {
+            let away = -direction.as_dvec3().normalize();
+            let Some(Source::Sun { angle }) = light.source else { return start + away * FAR };
+            let (x, y) = disc((f64::from(angle) * 0.5).tan());
+            let (right, up) = across(away);
+            return start + (away + right * x + up * y) * FAR;
+        }
+        LightKind::Spot { position, .. } | LightKind::Point { position } => position.as_dvec3(),
+    };
+    match light.source {
+        // Evenly over the angle that it fills, on the side that is seen.
+        Some(Source::Sphere { radius }) => {
+            let radius = f64::from(radius);
+            let away = center - start;
+            let sine2 = (radius / away.length()).powi(2);
+            let cosine = 1.0 - u * (1.0 - (1.0 - sine2).sqrt());
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let (right, up) = across(away.normalize());
+            let (x, y) = ((TAU * v).cos(), (TAU * v).sin());
+            let way = away.normalize() * cosine + (right * x + up * y) * sine;
+            let along = away.dot(way);
+            let root = (radius * radius - (away.length_squared() - along * along)).max(0.0).sqrt();
+            start + way * (along - root)
+        }
+        Some(Source::Disc { radius, direction }) => {
+            let (right, up) = across(direction.as_dvec3().normalize());
+            let (x, y) = disc(f64::from(radius));
+            center + right * x + up * y
+        }
+        Some(Source::Rect { width, height, direction }) => {
+            let (right, up) = across(direction.as_dvec3().normalize());
+            center + right * ((u - 0.5) * f64::from(width)) + up * ((v - 0.5) * f64::from(height))
+        }
+        Some(Source::Sun { .. }) | None => center,
+    }
+}
+
+/// `cross(along, up)`, and what is across both.
+fn across(along: DVec3) -> (DVec3, DVec3) {
+    let up = if along.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
+    let right = along.cross(up).normalize();
+    (right, right.cross(along))
+}
+
+fn passed(scene: &Scene, start: DVec3, end: DVec3) -> DVec3 {
+    let way = end - start;
+    let mut light = DVec3::ONE;
+    for triangle in &scene.triangles {
+        let [a, b, c] = triangle.positions.map(|p| p.as_dvec3());
+        // Möller and Trumbore 1997.
+        let (ab, ac) = (b - a, c - a);
+        let p = way.cross(ac);
+        let scale = ab.dot(p);
+        if scale.abs() < 1e-15 {
+            continue;
+        }
+        let s = start - a;
+        let q = s.cross(ab);
+        let (u, v, t) = (s.dot(p) / scale, way.dot(q) / scale, ac.dot(q) / scale);
+        if !(u >= 0.0 && v >= 0.0 && u + v < 1.0 && t > 0.0 && t < 1.0) {
+            continue;
+        }
+        let material = &scene.materials[triangle.material as usize];
+        let tint = material.tint.as_dvec4();
+        light *= match material.transfer {
+            Transfer::Opaque => return DVec3::ZERO,
+            Transfer::Filter => DVec3::ONE - tint.w * (DVec3::ONE - tint.truncate()),
+            other => panic!("{other:?} has no truth here"),
+        };
+    }
+    light
+}
+
+/// The angle of a cone of `angle` [degrees] in radians.
+pub(crate) fn degrees(angle: f64) -> f32 {
+    (angle * PI / 180.0) as f32
+}

@@ -1,0 +1,264 @@
+//! Lights that have a size: the look-up against many places of the light, against closed forms and
+//! against its twin.
+use crate::common::{
+    TIERS, area_truth,
+    area_truth::degrees,
+    gpu, render,
+    scenes::{Chance, empty, light, material, triangle},
+};
+use gobo::{
+    Light, LightKind, Material, Receiver, ReceiverPoint, Source, Transfer, Triangle,
+    glam::{Vec3, Vec4},
+    reference::light_points,
+    render::Renderer,
+    scene::Scene,
+    view::shadow_views,
+};
+
+const GROUND: u32 = 0;
+const RED: u32 = 1;
+const GREEN: u32 = 2;
+
+/// Two triangles with a corner and two edges.
+fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
+    let far = corner + right + up;
+    [[corner, corner + right, far], [corner, far, corner + up]].map(|p| triangle(p, material))
+}
+
+fn block(low: Vec3, high: Vec3) -> Vec<Triangle> {
+    let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * (high - low));
+    let sides = [(low, x, y), (low + z, x, y), (low, x, z), (low + y, x, z), (low, y, z)];
+    let sides = sides.into_iter().chain([(low + x, y, z)]);
+    sides.flat_map(|(corner, right, up)| sheet(corner, right, up, GROUND)).collect()
+}
+
+/// A ground of 12 x 12 m at y = 0.
+fn ground() -> Scene {
+    let glass = |tint| Material { tint, ..material(Transfer::Filter) };
+    let mut scene = empty(vec![
+        material(Transfer::Opaque),
+        glass(Vec4::new(0.9, 0.1, 0.2, 1.0)),
+        glass(Vec4::new(0.2, 0.8, 0.3, 0.9)),
+    ]);
+    let corner = Vec3::new(-6.0, 0.0, -6.0);
+    scene.triangles = sheet(corner, Vec3::X * 12.0, Vec3::Z * 12.0, GROUND).to_vec();
+    scene.shadow.size = 512;
+    scene
+}
+
+/// A box on the ground and one above it, a lattice, and two panes, one behind the other.
+fn crowd() -> Scene {
+    let mut scene = ground();
+    let mut add = |low, high| scene.triangles.extend(block(low, high));
+    add(Vec3::new(-1.2, 0.0, -0.4), Vec3::new(-0.7, 0.6, 0.1));
+    add(Vec3::new(0.3, 0.4, -1.0), Vec3::new(0.6, 0.7, -0.6));
+    for i in 0..4 {
+        let x = -0.5 + 0.25 * i as f32;
+        add(Vec3::new(x, 0.8, 0.2), Vec3::new(x + 0.06, 0.82, 1.0));
+    }
+    let glass = [(Vec3::new(0.5, 0.9, 0.2), RED), (Vec3::new(0.8, 0.5, 0.4), GREEN)];
+    for (corner, material) in glass {
+        scene.triangles.extend(sheet(corner, Vec3::X * 0.7, Vec3::Z * 0.7, material));
+    }
+    scene
+}
+
+/// Over the ground, on it.
+fn grid(count: usize, half: f32) -> Vec<ReceiverPoint> {
+    let at = |i: usize| ((i as f32 + 0.5) / count as f32 * 2.0 - 1.0) * half;
+    let point = |i| Vec3::new(at(i % count), 0.0, at(i / count));
+    let on_ground = |i| ReceiverPoint { position: point(i), normal: Vec3::Y };
+    (0..count * count).map(on_ground).collect()
+}
+
+fn spot(position: Vec3, source: impl Fn(Vec3) -> Source) -> Light {
+    let direction = -position;
+    Light {
+        source: Some(source(direction)),
+        ..light(LightKind::Spot { position, direction, angle: 1.1 })
+    }
+}
+
+/// One of each kind, in different places.
+fn sources() -> Vec<(&'static str, Light)> {
+    let point = |position, source| Light { source, ..light(LightKind::Point { position }) };
+    let sun = |angle: f64| {
+        let kind = LightKind::Directional { direction: Vec3::new(-0.5, -1.0, -0.4) };
+        Light { source: Some(Source::Sun { angle: degrees(angle) }), ..light(kind) }
+    };
+    vec![
+        ("sphere", spot(Vec3::new(0.8, 3.0, 0.9), |_| Source::Sphere { radius: 0.3 })),
+        (
+            "disc",
+            spot(Vec3::new(-1.0, 2.8, 0.6), |direction| Source::Disc { radius: 0.4, direction }),
+        ),
+        (
+            "rect",
+            spot(Vec3::new(1.2, 2.6, 1.2), |direction| Source::Rect {
+                width: 0.6,
+                height: 0.2,
+                direction,
+            }),
+        ),
+        ("lamp", point(Vec3::new(0.3, 2.0, 0.4), Some(Source::Sphere { radius: 0.25 }))),
+        (
+            "panel",
+            point(
+                Vec3::new(-0.2, 2.5, 0.1),
+                Some(Source::Rect { width: 0.5, height: 0.5, direction: Vec3::NEG_Y }),
+            ),
+        ),
+        ("small sun", sun(2.0)),
+        ("large sun", sun(10.0)),
+    ]
+}
+
+fn on_cpu(scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
+    let shares = Renderer::on_cpu().light_points(scene, points).unwrap();
+    shares.into_iter().map(Vec3::from_array).collect()
+}
+
+/// Mean over points and channels.
+fn mean_error(scene: &Scene, points: &[ReceiverPoint], found: &[Vec3]) -> f64 {
+    let apart = |(point, found): (&ReceiverPoint, &Vec3)| {
+        let truth = area_truth::share(scene, &scene.lights[0], point.position, point.normal);
+        (truth - found.as_dvec3()).abs().element_sum() / 3.0
+    };
+    points.iter().zip(found).map(apart).sum::<f64>() / points.len() as f64
+}
+
+#[test]
+fn sources_are_as_many_places_of_them() {
+    let mut scene = crowd();
+    // None of these is inside a box.
+    let mut points = grid(36, 1.8);
+    points.retain(|p| {
+        !(-1.25..-0.65).contains(&p.position.x) || !(-0.45..0.15).contains(&p.position.z)
+    });
+    for (name, source) in sources() {
+        scene.lights = vec![source.clone()];
+        let soft = mean_error(&scene, &points, &on_cpu(&scene, &points));
+        let hard = Scene { lights: vec![Light { source: None, ..source }], ..scene.clone() };
+        let hard = mean_error(&scene, &points, &on_cpu(&hard, &points));
+        println!("{name}: {soft:.4}, of one place {hard:.4}");
+        assert!(soft < 0.012, "{name}: {soft}");
+        assert!(soft < 0.5 * hard, "{name}: {soft} {hard}");
+    }
+}
+
+#[test]
+fn without_a_size_the_bits_are_those_of_a_point() {
+    let points = grid(24, 1.8);
+    for (name, source) in sources() {
+        let none = match source.source.unwrap() {
+            Source::Sphere { .. } => Source::Sphere { radius: 0.0 },
+            Source::Disc { direction, .. } => Source::Disc { radius: 0.0, direction },
+            Source::Rect { direction, .. } => Source::Rect { width: 0.0, height: 0.0, direction },
+            Source::Sun { .. } => Source::Sun { angle: 0.0 },
+        };
+        let with = |source: Option<Source>, of: &Light| {
+            let lights = vec![Light { source, ..of.clone() }];
+            let scene = Scene { lights, ..crowd() };
+            let gpu = Renderer::on(gpu(TIERS[0])).unwrap().light_points(&scene, &points).unwrap();
+            (on_cpu(&scene, &points), gpu)
+        };
+        let (point, sized) = (with(None, &source), with(source.source, &source));
+        assert_eq!(with(Some(none), &source), point, "{name}");
+        assert_ne!(sized.0, point.0, "{name}");
+        assert_ne!(sized.1, point.1, "{name}");
+    }
+}
+
+#[test]
+fn kernel_equals_twin_and_itself() {
+    let mut chance = Chance::new(9);
+    let mut points = grid(28, 1.9);
+    points.extend((0..800).map(|i| {
+        let normal = chance.vec3(-1.0, 1.0).normalize_or(Vec3::Y);
+        let normal = if i % 2 == 0 { Vec3::ZERO } else { normal };
+        ReceiverPoint { position: chance.vec3(-1.8, 1.8) + Vec3::Y * 1.2, normal }
+    }));
+    for receiver in [Receiver::Nearest, Receiver::Curve] {
+        let mut scene = crowd();
+        scene.shadow.receiver = receiver;
+        scene.shadow.size = 128;
+        scene.lights = sources().into_iter().map(|(_, light)| light).collect();
+        scene.lights[5].cascades = Some(gobo::Cascades::default());
+        let views = shadow_views(&scene);
+        for tier in TIERS {
+            let maps = render(tier, &scene).maps;
+            let expected = light_points(&scene, &views, &maps, &points);
+            let mut renderer = Renderer::on(gpu(tier)).unwrap();
+            let actual = renderer.light_points(&scene, &points).unwrap();
+            assert_eq!(actual, renderer.light_points(&scene, &points).unwrap());
+            let apart = |(a, b): (&[f32; 3], &[f32; 3])| {
+                (Vec3::from_array(*a) - Vec3::from_array(*b)).abs().max_element()
+            };
+            let pairs = actual.iter().zip(&expected);
+            let (at, worst) = pairs
+                .map(apart)
+                .enumerate()
+                .fold((0, 0.0), |worst, own| if own.1 > worst.1 { own } else { worst });
+            let (of, point) = (at % 7, points[at / 7]);
+            assert!(worst <= 1e-3, "{receiver:?} {tier}: {worst} light {of} {point:?}");
+            let grey = actual.iter().filter(|share| share[1] > 0.05 && share[1] < 0.95).count();
+            assert!(grey > 1000, "{grey}");
+        }
+    }
+}
+
+/// Under a straight edge at height h, a square light at height H lets `x / w + 1/2` pass at a distance
+/// x of the edge's own shadow, where `w = edge h / (H - h)`.
+#[test]
+fn penumbrae_widen_with_the_distance() {
+    let mut widths = Vec::new();
+    for height in [0.1_f32, 0.3, 0.6, 1.2] {
+        let mut scene = ground();
+        scene.shadow.size = 1024;
+        let corner = Vec3::new(-3.0, height, -3.0);
+        scene.triangles.extend(sheet(corner, Vec3::X * 3.0, Vec3::Z * 6.0, GROUND));
+        let source = |direction| Source::Rect { width: 0.4, height: 0.4, direction };
+        scene.lights = vec![spot(Vec3::Y * 3.0, source)];
+        let expected = 0.4 * height / (3.0 - height);
+        let count = 400;
+        let at = |i: usize| (i as f32 / count as f32 - 0.5) * 4.0 * expected;
+        let points: Vec<_> = (0..count)
+            .map(|i| ReceiverPoint { position: Vec3::new(at(i), 0.0, 0.07), normal: Vec3::Y })
+            .collect();
+        let found = on_cpu(&scene, &points);
+        let mut error = 0.0;
+        for (i, share) in found.iter().enumerate() {
+            let truth = (at(i) / expected + 0.5).clamp(0.0, 1.0);
+            error += (share.x - truth).abs() / count as f32;
+            assert!(i == 0 || share.x >= found[i - 1].x - 2e-3, "{height}: no step back at {i}");
+        }
+        assert!(error < 0.02, "{height}: {error}");
+        // From one quarter of the light to three.
+        let first = |least: f32| found.iter().position(|share| share.x >= least).unwrap();
+        widths.push((at(first(0.75)) - at(first(0.25))) / (0.5 * expected));
+    }
+    for width in &widths {
+        assert!((0.85..1.2).contains(width), "{widths:?}");
+    }
+}
+
+/// A pane's shadow crosses from one face of a cube to the next without a seam.
+#[test]
+fn faces_of_a_cube_share_their_penumbrae() {
+    let mut scene = ground();
+    let corner = Vec3::new(0.4, 1.0, -0.6);
+    scene.triangles.extend(sheet(corner, Vec3::X * 1.2, Vec3::Z * 1.2, RED));
+    let kind = LightKind::Point { position: Vec3::new(0.0, 2.0, 0.0) };
+    scene.lights = vec![Light { source: Some(Source::Sphere { radius: 0.4 }), ..light(kind) }];
+    // Past 2 m the ground is in the face beside.
+    let at = |i: usize| Vec3::new(1.0 + i as f32 * 0.01, 0.0, 0.3);
+    let points: Vec<_> =
+        (0..300).map(|i| ReceiverPoint { position: at(i), normal: Vec3::Y }).collect();
+    let found = on_cpu(&scene, &points);
+    let error = mean_error(&scene, &points, &found);
+    assert!(error < 0.01, "{error}");
+    for (i, pair) in found.windows(2).enumerate() {
+        let step = (pair[1] - pair[0]).abs().max_element();
+        assert!(step < 0.03, "{step} at {}", points[i].position);
+    }
+}

@@ -1,0 +1,66 @@
+// What is below a block of the first level: texels of the maps.
+
+import package::bind::sampled::{curves, filters, nearests, opaques};
+import package::bind::uniform::picture_params;
+import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
+import package::features::NODES;
+import package::levels::merge::Ramp;
+import package::records::area::leveled_view;
+import package::records::light::shadow_view;
+import package::records::view::GpuView;
+
+var<private> child_view: GpuView;
+var<private> first_child: vec2<u32>; // in the view
+var<private> child_at: vec2<u32>;    // in the atlas
+var<private> child_light: vec3<f32>; // behind what was met so far
+
+fn open_child(leveled: u32, level: u32, at: vec2<i32>) {
+    child_view = shadow_view(leveled_view(leveled).x);
+    first_child = vec2<u32>(at) * 2u;
+}
+
+fn start_child(i: u32) {
+    let at = first_child + vec2(i % 2u, i / 2u);
+    child_at = child_view.origin + min(at, vec2<u32>(child_view.size) - 1u);
+    child_light = vec3(1.0);
+}
+
+// What is translucent, then what is opaque, a channel each.
+fn ramp_count() -> u32 {
+    return max(NODES, 1u) + 3u;
+}
+
+fn fixed_depth(depth: f32) -> f32 {
+    return clamp(round(depth * DEPTHS), 1.0, DEPTHS);
+}
+
+fn opaque_ramp(channel: u32) -> Ramp {
+    let depths = textureLoad(opaques, child_at, child_view.layer, 0).rgb;
+    let by_channel = picture_params.colored != 0u;
+    let depth = select(depths.r, depths[channel], by_channel);
+    let own = vec3(channel) == vec3(0u, 1u, 2u);
+    let all_at_once = select(vec3(0.0), child_light, channel == 0u);
+    let drop = select(all_at_once, select(vec3(0.0), child_light, own), by_channel);
+    return Ramp(select(0.0, fixed_depth(depth), depth < 1.0), 0.0, drop);
+}
+
+fn child_ramp(k: u32) -> Ramp {
+    if k >= max(NODES, 1u) {
+        return opaque_ramp(k - max(NODES, 1u));
+    }
+    if NODES > 0u {
+        let nodes = textureLoad(curves, child_at, curve_layer(child_view.layer, k / 2u), 0);
+        let node = select(nodes.xy, nodes.zw, (k & 1u) != 0u);
+        let start = node_start(node);
+        let light = node_light(node);
+        let drop = child_light - light;
+        child_light = select(child_light, light, start > 0.0);
+        return Ramp(start, node_length(node), drop);
+    }
+    let nearest = textureLoad(nearests, child_at, child_view.layer, 0).r;
+    let light = textureLoad(filters, child_at, child_view.layer, 0).rgb;
+    let drop = child_light - light;
+    let is = nearest < 1.0;
+    child_light = select(child_light, light, is);
+    return Ramp(select(0.0, fixed_depth(nearest), is), 0.0, drop);
+}

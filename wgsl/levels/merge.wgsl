@@ -1,0 +1,138 @@
+// Four curves' mean in four nodes: a block's depths are cut at the three longest gaps. CPU twin:
+// src/reference/shading/levels.rs.
+
+import choice::below::{child_ramp, start_child};
+import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
+import package::features::HAS_GAIN;
+import package::sums::sums::BLACK;
+
+// A stretch of depth over which light falls, evenly.
+struct Ramp {
+    start: f32,      // in fixed point; 0 for none
+    length: f32,
+    drop: vec3<f32>,
+}
+
+const BINS: u32 = 32u; // parts of a block's depths that are told apart
+
+var<private> part_low: u32;  // twice the first middle, and the last
+var<private> part_high: u32;
+var<private> part_cuts: u32; // bins from which on another part begins
+var<private> part_light: vec3<f32>; // behind the parts so far
+
+fn ramp_weight(ramp: Ramp) -> f32 {
+    return select(0.0, abs(ramp.drop.x) + abs(ramp.drop.y) + abs(ramp.drop.z), ramp.start > 0.0);
+}
+
+// Twice its middle.
+fn ramp_middle(ramp: Ramp) -> u32 {
+    return 2u * u32(ramp.start) + u32(round(ramp.length));
+}
+
+fn ramp_bin(ramp: Ramp) -> u32 {
+    return (ramp_middle(ramp) - part_low) * BINS / (part_high - part_low + 1u);
+}
+
+// Where the parts of a block begin.
+fn find_parts(children: u32, ramps: u32) {
+    part_light = vec3(1.0);
+    part_low = 0xffffffffu;
+    part_high = 0u;
+    for (var i = 0u; i < children; i += 1u) {
+        start_child(i);
+        for (var k = 0u; k < ramps; k += 1u) {
+            let ramp = child_ramp(k);
+            let counts = ramp_weight(ramp) > 0.0;
+            part_low = select(part_low, min(part_low, ramp_middle(ramp)), counts);
+            part_high = select(part_high, max(part_high, ramp_middle(ramp)), counts);
+        }
+    }
+    var mask = 0u;
+    for (var i = 0u; i < children; i += 1u) {
+        start_child(i);
+        for (var k = 0u; k < ramps; k += 1u) {
+            let ramp = child_ramp(k);
+            let counts = ramp_weight(ramp) > 0.0;
+            mask |= select(0u, 1u << (ramp_bin(ramp) & 31u), counts);
+        }
+    }
+    part_cuts = longest_gaps(mask);
+}
+
+// Bins behind the three longest gaps, the first of equal ones.
+fn longest_gaps(mask: u32) -> u32 {
+    var longest = vec3(0u);
+    var places = vec3(0u);
+    var last = firstTrailingBit(mask);
+    var rest = mask & (mask - 1u);
+    while rest != 0u {
+        let bin = firstTrailingBit(rest);
+        rest &= rest - 1u;
+        let gap = bin - last;
+        last = bin;
+        let is = vec3(gap) > longest;
+        // Behind those that are at least as long.
+        longest = vec3(
+            select(longest.x, gap, is.x),
+            select(select(longest.y, gap, is.y), longest.x, is.x),
+            select(select(longest.z, gap, is.z), longest.y, is.y),
+        );
+        places = vec3(
+            select(places.x, bin, is.x),
+            select(select(places.y, bin, is.y), places.x, is.x),
+            select(select(places.z, bin, is.z), places.y, is.y),
+        );
+    }
+    let cuts = select(vec3(0u), vec3(1u) << places, longest > vec3(0u));
+    return cuts.x | cuts.y | cuts.z;
+}
+
+fn stored_share(light: vec3<f32>) -> vec3<u32> {
+    if HAS_GAIN {
+        let octave = (log2(max(light, vec3(1e-9))) - DARKEST_LOG) / OCTAVES;
+        return vec3<u32>(round(clamp(octave * LEVELS, vec3(0.0), vec3(LEVELS))));
+    }
+    return vec3<u32>(round(select(light, vec3(0.0), light < vec3(BLACK)) * LEVELS));
+}
+
+// The node of part `number`, after those of the parts before.
+fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
+    var weight = 0.0;
+    var sum = 0.0;
+    var square = 0.0;
+    var first = DEPTHS;
+    var end = 0.0;
+    var middle = 0.0;
+    for (var i = 0u; i < children; i += 1u) {
+        start_child(i);
+        for (var k = 0u; k < ramps; k += 1u) {
+            let ramp = child_ramp(k);
+            let below = (2u << (ramp_bin(ramp) & 31u)) - 1u;
+            let is_own = countOneBits(part_cuts & below) == number;
+            let own = select(0.0, ramp_weight(ramp), is_own);
+            let counts = own > 0.0;
+            let own_middle = ramp.start + 0.5 * ramp.length;
+            middle = select(middle, own_middle, counts && weight == 0.0);
+            let off = own_middle - middle;
+            weight += own;
+            sum += own * off;
+            square += own * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
+            first = select(first, min(first, ramp.start), counts);
+            end = select(end, max(end, ramp.start + ramp.length), counts);
+            part_light -= select(vec3(0.0), ramp.drop * 0.25, counts);
+        }
+    }
+    let off = sum / max(weight, 1e-30);
+    let spread = max(square / max(weight, 1e-30) - off * off, 0.0);
+    let mean = middle + off;
+    let half = max(min(sqrt(3.0 * spread), min(mean - first, end - mean)), 0.0);
+    let is = weight > 0.0;
+    let start = select(0u, clamp(u32(round(max(mean - half, 0.0))), 1u, 65535u), is);
+    let length = select(0.0, 2.0 * half, is);
+    let root = u32(round(sqrt(length / DEPTHS) * LEVELS));
+    let share = stored_share(max(part_light, vec3(0.0)));
+    return vec2(
+        (start << 16u) | (root << 4u) | (share.r >> 8u),
+        ((share.r & 255u) << 24u) | (share.g << 12u) | share.b,
+    );
+}

@@ -1,0 +1,121 @@
+// Lights that have a size: from the widest spots to the sharpest, from the light on. CPU twin:
+// src/reference/shading/soft.rs.
+
+import package::bind::sampled::{filters, nearests, opaques};
+import package::bind::uniform::picture_params;
+import package::curve::light::curve_light;
+import package::curve::node::DEPTHS;
+import package::features::{HAS_GAIN, NODES};
+import package::records::area::{area_of, has_area, level_map, leveled_view};
+import package::records::light::GpuLight;
+import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
+import package::records::view::GpuView;
+import package::shade::receive::{map_taps, receive, receive_texel, tap_weight};
+import package::shade::receiver::receives;
+import package::shade::spot::{
+    NEVER, SHARP, WIDEST, depth_of_spot, next_taker, set_spot, spot_at, tell_level, told,
+};
+
+// Light before a level on which what it tells is relied on in full is 1 by this.
+const EVIDENCE: f32 = 30.0;
+// Least light to divide by.
+const LEAST: f32 = 1e-4;
+
+fn relied_on(before: vec3<f32>) -> vec3<f32> {
+    return clamp(before * EVIDENCE, vec3(0.0), vec3(1.0));
+}
+
+// The smallest level whose blocks are large enough for a spot; 0 for the map.
+fn level_of(texels: f32, last: u32) -> u32 {
+    let near = u32(clamp(ceil(log2(texels / WIDEST)), 1.0, 12.0));
+    // Of a logarithm that errs.
+    let up = select(near, near + 1u, texels > WIDEST * f32(1u << near));
+    let enough = select(up, up - 1u, up > 1u && texels <= WIDEST * f32(1u << (up - 1u)));
+    return select(min(enough, last), 0u, texels <= SHARP);
+}
+
+// What of a texel lets light through to light depth z and no farther.
+fn light_before(view: GpuView, texel: vec2<f32>, z: f32) -> vec3<f32> {
+    let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
+    let depths = textureLoad(opaques, at, view.layer, 0).rgb;
+    let solid = select(depths.rrr, depths, picture_params.colored != 0u);
+    if NODES > 0u {
+        return select(curve_light(view, at, z), vec3(0.0), vec3(z) > solid);
+    }
+    let nearest = textureLoad(nearests, at, view.layer, 0).r;
+    let filtered = textureLoad(filters, at, view.layer, 0).rgb;
+    let passed = select(vec3(1.0), filtered, z > nearest);
+    return select(passed, vec3(0.0), vec3(z) > solid);
+}
+
+fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
+    let taps = map_taps(view, at);
+    let range = view.far - view.near;
+    if !taps.reaches {
+        return vec3(1.0);
+    }
+    if taps.z > 1.0 + bias / range {
+        return vec3(0.0);
+    }
+    let area = area_of(light);
+    let leveled = area.first_leveled + index - light.first_view;
+    let last = leveled_view(leveled).y;
+    set_spot(view, light, area, point, normal, bias);
+    // No constant ends the loops: compilers would write them out.
+    let four = select(0u, 4u, last > 0u);
+    var passed = vec3(1.0);
+    var sum = vec3(0.0);
+    var around = vec3(1.0); // what comes through to the receiver, where a level tells nothing
+    var since = -1.0;
+    var number = last;
+    var was_finest = false;
+    while number > 0u {
+        let above = min(number + 2u, last);
+        let next = next_taker(level_map(view, leveled, above), four, since, 0.0);
+        if next == NEVER {
+            break;
+        }
+        let texels = spot_at(next);
+        let found = min(level_of(texels, last), number);
+        number = found;
+        if found == 0u || found + 2u < above {
+            continue;
+        }
+        let map = level_map(view, leveled, number);
+        let to = depth_of_spot(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
+        tell_level(map, four, min(texels, WIDEST * map.edge), since, to);
+        let known = relied_on(told.before);
+        let share = max(vec3(1.0) - told.taken / max(told.before, vec3(LEAST)), vec3(0.0));
+        sum += passed * (1.0 - known) * around;
+        passed *= known * share;
+        let rest = told.end / max(told.behind, vec3(LEAST));
+        around = mix(around, rest, relied_on(told.behind));
+        was_finest = number == 1u;
+        since = to;
+        number -= 1u;
+    }
+    // What is next to the receiver, on the map.
+    let is_near = next_taker(level_map(view, leveled, 1u), four, since, 0.5) != NEVER;
+    let split = select(0.0, (since - 1.5) / DEPTHS, was_finest);
+    let count = select(0u, 9u, is_near);
+    var before = vec3(0.0);
+    var behind = vec3(0.0);
+    for (var i = 0u; i < count; i += 1u) {
+        let texel = taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
+        let weight = tap_weight(taps, i);
+        behind += receive_texel(view, texel, taps.z, bias / range) * weight;
+        before += light_before(view, texel, split) * weight;
+    }
+    let share = behind / max(before, vec3(LEAST));
+    let at_map = mix(around, select(min(share, vec3(1.0)), share, HAS_GAIN), relied_on(before));
+    return sum + passed * select(vec3(1.0), at_map, is_near);
+}
+
+fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
+    // Levels tell nothing of what is one caster's and not another's.
+    let takes_all = receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST;
+    if has_area(light) && takes_all {
+        return receive_area(light, index, view, at, point, normal, bias);
+    }
+    return receive(view, at, bias);
+}

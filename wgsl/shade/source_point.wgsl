@@ -1,0 +1,9 @@
+// Lights of one place.
+
+import package::records::light::GpuLight;
+import package::records::view::GpuView;
+import package::shade::receive::receive;
+
+fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
+    return receive(view, at, bias);
+}

@@ -1,0 +1,196 @@
+// What a light that has a size covers of a shadow map, seen from a point through a place on the way: a
+// spot. CPU twin: src/reference/shading/soft.rs, `Spot`.
+
+import package::curve::node::{DEPTHS, node_length, node_light, node_start};
+import package::records::area::{AREA_FLAT, GpuArea, LevelMap, block_nodes, block_number};
+import package::records::light::{GpuLight, LIGHT_DIRECTIONAL};
+import package::records::view::GpuView;
+
+// Radius of the widest spot that a level filters [blocks].
+const WIDEST: f32 = 1.9148542;
+// Of spots up to here, the map itself is asked [texels].
+const SHARP: f32 = 1.5;
+// Levels go by a rectangle's shorter edge, or by the longer one divided by this.
+const LONGEST: f32 = 2.33;
+// Drops below this are none.
+const NOTHING: f32 = 1e-3;
+const NEVER: f32 = 1e30;
+// Cosine between a plane's normal and a ray below which the plane has no depth along it.
+const EDGE_ON_PLANE: f32 = 0.02;
+
+// Of the point that is looked up, in one view. Depths are in fixed point.
+var<private> spot_view: GpuView;
+var<private> spot_place: vec2<f32>;    // [texels]
+var<private> spot_distance: f32;       // [m]
+var<private> spot_depth: f32;
+var<private> spot_bias: f32;
+var<private> spot_radius: f32;         // [texels], times a distance [m] in a perspective view
+var<private> spot_shape: vec2<f32>;    // along x and y, of the radius
+// Depth of the receiver's plane along the ray through a texel: `1 / d` of a perspective view, `d` of a
+// parallel one, is linear in the texel.
+var<private> plane_middle: f32;
+var<private> plane_by_texel: vec2<f32>;
+
+// What a level tells, weighted by light.
+struct Told {
+    before: vec3<f32>, // light before what it filters
+    taken: vec3<f32>,
+    behind: vec3<f32>,
+    end: vec3<f32>,    // light at the receiver
+}
+
+var<private> told: Told;
+
+fn fixed_of(distance: f32) -> f32 {
+    return (distance - spot_view.near) / (spot_view.far - spot_view.near) * DEPTHS;
+}
+
+// Of the light as the point sees it, along x and y of the view: in metres where rays leave the light,
+// as slopes where they are parallel.
+fn half_widths(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point: vec3<f32>) -> vec2<f32> {
+    let perspective = view.perspective > 0.0;
+    let aside = select(vec2(0.0), p.xy / max(-p.z, 1e-6), perspective);
+    let right = (view.view_from_world * vec4(area.right, 0.0)).xyz;
+    let up = (view.view_from_world * vec4(area.up, 0.0)).xyz;
+    // Along the ray to the point, into the plane of the view.
+    let x = right.xy + aside * right.z;
+    let y = up.xy + aside * up.z;
+    // What is not flat faces the point.
+    let facing = sqrt(vec2(1.0) + aside * aside) * area.right.x;
+    let half = select(facing, sqrt(x * x + y * y), area.kind == AREA_FLAT);
+    let is_sun = light.kind == LIGHT_DIRECTIONAL;
+    let as_slope = half / max(length(point - light.position), 1e-6);
+    let of_local = select(as_slope, half, perspective);
+    return select(of_local, select(half, vec2(area.right.x) * -p.z, perspective), is_sun);
+}
+
+fn set_plane_depth(view: GpuView, p: vec3<f32>, normal: vec3<f32>) {
+    let perspective = view.perspective > 0.0;
+    let by_slope = vec2(normal.x, -normal.y) / view.scale;
+    let meets = select(normal.z, dot(normal, p), perspective);
+    let long = select(1.0, length(p), perspective);
+    // A plane that is edge-on, or no surface, has the depth of the point everywhere.
+    let is_none = abs(meets) < EDGE_ON_PLANE * long || all(normal == vec3(0.0));
+    let divisor = select(meets, 1.0, is_none);
+    let own = select(-p.z, 1.0 / max(-p.z, 1e-6), perspective);
+    plane_middle = select(select(-dot(normal, p), -normal.z, perspective) / divisor, own, is_none);
+    plane_by_texel = select(by_slope / divisor, vec2(0.0), is_none);
+}
+
+// `normal`: of the surface, on the light's side; zero of what is none.
+fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, normal: vec3<f32>, bias: f32) {
+    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
+    let perspective = view.perspective > 0.0;
+    spot_view = view;
+    spot_distance = select(-p.z, max(-p.z, 1e-6), perspective);
+    let spread = view.scale / select(1.0, spot_distance, perspective);
+    spot_place = vec2(p.x, -p.y) * spread + view.size * 0.5;
+    spot_depth = fixed_of(spot_distance);
+    spot_bias = bias / (view.far - view.near) * DEPTHS;
+    let half = half_widths(view, light, area, p, point);
+    let radius = max(min(half.x, half.y), max(half.x, half.y) / LONGEST);
+    spot_radius = radius * view.scale;
+    spot_shape = half / max(radius, 1e-9);
+    set_plane_depth(view, p, (view.view_from_world * vec4(normal, 0.0)).xyz);
+}
+
+// Radius of a spot at a depth [texels].
+fn spot_at(depth: f32) -> f32 {
+    let distance = depth / DEPTHS * (spot_view.far - spot_view.near) + spot_view.near;
+    let by_distance = 1.0 / max(distance, 1e-6) - 1.0 / spot_distance;
+    return spot_radius * select(spot_distance - distance, by_distance, spot_view.perspective > 0.0);
+}
+
+// Where a spot has a radius of `texels`.
+fn depth_of_spot(texels: f32) -> f32 {
+    let part = texels / max(spot_radius, 1e-9);
+    let distance = 1.0 / (1.0 / spot_distance + part);
+    return fixed_of(select(spot_distance - part, distance, spot_view.perspective > 0.0));
+}
+
+// Where the receiver begins along the ray through `texel`, or somewhere within `around` texels.
+fn receiver_end(texel: vec2<f32>, around: f32) -> f32 {
+    let slack = (abs(plane_by_texel.x) + abs(plane_by_texel.y)) * around;
+    let linear = plane_middle + dot(plane_by_texel, texel - spot_view.size * 0.5);
+    let by_distance = 1.0 / max(linear + slack, 1e-7);
+    let distance = select(linear - slack, by_distance, spot_view.perspective > 0.0);
+    return min(fixed_of(distance), spot_depth) - spot_bias;
+}
+
+// Width along x and y that filters a spot on blocks of an edge [blocks].
+fn filter_width(texels: f32, edge: f32) -> vec2<f32> {
+    let radius = spot_shape * (texels / edge);
+    return sqrt(max(3.0 * radius * radius - 2.0, vec2(0.25)));
+}
+
+// How much of a window of `width` blocks, by its area, lies over the block `off` its middle.
+fn window_cover(off: vec2<f32>, width: vec2<f32>) -> f32 {
+    let over = min(max(0.5 * (width + 1.0) - abs(off), vec2(0.0)), min(width, vec2(1.0)));
+    return over.x / width.x * (over.y / width.y);
+}
+
+// The first depth from `since` on at which something takes light around the point, seen on a level of
+// which four blocks are asked; NEVER for none.
+fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
+    let corner = vec2<i32>(floor(spot_place / map.edge - 0.5));
+    var next = NEVER;
+    for (var i = 0u; i < blocks; i += 1u) {
+        let at = corner + vec2<i32>(vec2(i % 2u, i / 2u));
+        let end = receiver_end((vec2<f32>(at) + 0.5) * map.edge, around * map.edge);
+        let block = block_number(map, at);
+        var left = vec3(1.0);
+        for (var k = 0u; k < blocks; k += 1u) {
+            let nodes = block_nodes(block, k / 2u);
+            let node = select(nodes.xy, nodes.zw, (k & 1u) != 0u);
+            let start = node_start(node);
+            let light = node_light(node);
+            let drop = abs(left - light);
+            left = light;
+            let first = max(start, since);
+            let takes = max(drop.x, max(drop.y, drop.z)) > NOTHING;
+            let is = start > 0.0 && takes && start + node_length(node) >= since && first < end;
+            next = select(next, min(next, first), is);
+        }
+    }
+    return next;
+}
+
+// What a block tells of depths from `span.x` to `span.y`, and to the receiver at `span.z`.
+fn tell_block(block: u32, nodes: u32, off: vec2<f32>, edge: f32, width: vec2<f32>, span: vec3<f32>) {
+    let weight = window_cover(off, width);
+    let bounds = min(span, span.zzz);
+    var passed = mat3x3(vec3(1.0), vec3(1.0), vec3(1.0));
+    var left = vec3(1.0);
+    for (var k = 0u; k < nodes; k += 1u) {
+        let pair = block_nodes(block, k / 2u);
+        let node = select(pair.xy, pair.zw, (k & 1u) != 0u);
+        let start = node_start(node);
+        let length = node_length(node);
+        let light = node_light(node);
+        let drop = select(vec3(0.0), left - light, start > 0.0);
+        left = light;
+        let shares = clamp((bounds - start) / max(length, 1e-3), vec3(0.0), vec3(1.0));
+        passed -= mat3x3(drop * shares.x, drop * shares.y, drop * shares.z);
+        let texels = spot_at(start + length * 0.5 * (shares.x + shares.y));
+        let own = window_cover(off, min(filter_width(texels, edge), width));
+        told.taken += drop * ((shares.y - shares.x) * own);
+    }
+    told.before += passed[0] * weight;
+    told.behind += passed[1] * weight;
+    told.end += passed[2] * weight;
+}
+
+// What a level tells of depths `since` to `to`, the widest spot among which is `texels`.
+fn tell_level(map: LevelMap, nodes: u32, texels: f32, since: f32, to: f32) {
+    let middle = spot_place / map.edge - 0.5;
+    let width = filter_width(texels, map.edge);
+    let low = ceil(middle - 0.5 * (width + 1.0));
+    let count = vec2<u32>(floor(middle + 0.5 * (width + 1.0)) - low + 1.0);
+    told = Told(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    for (var i = 0u; i < count.x * count.y; i += 1u) {
+        let at = low + vec2<f32>(vec2(i % count.x, i / count.x));
+        let end = receiver_end((at + 0.5) * map.edge, 0.5 * map.edge);
+        let block = block_number(map, vec2<i32>(at));
+        tell_block(block, nodes, at - middle, map.edge, width, vec3(since, to, end));
+    }
+}
