@@ -1,5 +1,11 @@
 //! What a frame will do, known on the CPU: its batches, and what each of their lists projects.
-use super::{Config, casters::CasterSet};
+use super::{
+    Config,
+    casters::CasterSet,
+    cull::{PairBound, TileLoadBound},
+    groups::Group,
+    small::TriangleExtent,
+};
 use crate::{
     error::Error,
     model::{Class, View},
@@ -46,6 +52,8 @@ pub(crate) struct ListPlan {
     /// Of particles, then of triangles.
     pub footprint_count: u32,
     pub first_setup: u32,
+    /// What it never exceeds.
+    pub bound: PairBound,
 }
 
 impl ListPlan {
@@ -124,6 +132,22 @@ fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u
     groups.filter(|group| list.contains(&group.class)).map(|group| group.casters.len() as u64).sum()
 }
 
+/// What the listed groups of the views never exceed.
+fn bound(
+    casters: &CasterSet,
+    visible: &[&[u32]],
+    views: &[GpuView],
+    is_listed: impl Fn(&Group, &GpuView) -> bool,
+) -> PairBound {
+    let of_view = |(groups, view): (&&[u32], &GpuView)| {
+        let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+        let mut load = TileLoadBound::new(view);
+        groups.filter(|group| is_listed(group, view)).for_each(|group| group.count_in(&mut load));
+        load.bound()
+    };
+    visible.iter().zip(views).map(of_view).fold(PairBound::default(), PairBound::and)
+}
+
 impl Plan {
     /// (caster, view) that are projected.
     pub(crate) fn caster_count(&self) -> u64 {
@@ -145,16 +169,26 @@ impl Plan {
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
             ListPlan::new(&list, features, casters, &groups)
         });
+        let is_small = |extent: TriangleExtent, view: &GpuView| extent.is_small(view);
         let small_chunks = blocking.take_triangles(|chunk| {
             let small = casters.triangle_group(chunk.first_caster).triangles;
-            small.is_some_and(|extent| extent.is_small(&views[chunk.view as usize]))
+            small.is_some_and(|extent| is_small(extent, &views[chunk.view as usize]))
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
         let dense = filtering.footprint_count >= DENSE * tile_count;
         let features = filtering.features.of_walk(dense, config.queued);
         let features = Features { nodes: config.nodes, ..features };
-        let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
+        let [blocking_bound, filtering_bound] = LISTS.map(|list| {
+            let is_listed = |group: &Group, view: &GpuView| {
+                let small = group.triangles.is_some_and(|extent| is_small(extent, view));
+                list.contains(&group.class) && !small
+            };
+            bound(casters, &groups, &views, is_listed)
+        });
+        let blocking = ListPlan { bound: blocking_bound, ..blocking };
+        let bound = filtering_bound;
+        let lists = [blocking, ListPlan { tiny_chunks, features, bound, ..filtering }];
         Self { views, tile_count, lists, small_chunks, kept, cleared: false, camera: false }
     }
 
@@ -173,7 +207,8 @@ impl Plan {
         } else {
             Features { plain: false, ..features }
         };
-        let seen = ListPlan::new(list, features, casters, &[&visible]);
+        let bound = bound(casters, &[&visible], &[view], |group, _| list.contains(&group.class));
+        let seen = ListPlan { bound, ..ListPlan::new(list, features, casters, &[&visible]) };
         let nothing = ListPlan::new(list, Features::NONE, casters, &[]);
         Self {
             views: vec![view],
@@ -223,6 +258,7 @@ impl ListPlan {
             triangle_chunks,
             footprint_count,
             first_setup,
+            bound: PairBound::default(),
         }
     }
 
