@@ -177,12 +177,6 @@ impl Shadows {
         grows
     }
 
-    /// Whether a frame has told how many pairs there are.
-    #[cfg(feature = "picture")]
-    pub(crate) fn has_counted(&self) -> bool {
-        self.room.pairs.is_some()
-    }
-
     /// Gives the casters and maps of the last frame back to the device.
     pub fn forget(&mut self) {
         let mut engine = lock(&self.engine);

@@ -8,12 +8,10 @@ use super::{
 use crate::{
     error::Error,
     gpu::Timeline,
-    records::{CURVE_SEGMENT, DEPTH_BITS},
+    records::DEPTH_BITS,
     stage::{
-        bin::{self, BatchCounters, BinParams, DISC_SEGMENT, SEGMENT_LENGTH},
-        hits::Features,
+        bin::{self, BatchCounters, BinParams},
         project::grid,
-        shade::ROUND_LENGTH,
         sort::{SortBindings, SortCount},
     },
 };
@@ -92,19 +90,9 @@ impl List {
             mapped_at_creation: false,
         });
         let curved = plan.features.nodes > 0 && !context.camera;
-        let run_length = bin::run_length(context.config.profile.shape, plan.footprint_count);
+        let shape = context.config.profile.shape;
+        let run_length = bin::run_length(shape, plan.footprint_count);
         let run_count = plan.footprint_count.div_ceil(run_length);
-        let segment_length = match plan.features {
-            _ if context.camera => ROUND_LENGTH,
-            Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            Features { plain: true, .. } => DISC_SEGMENT,
-            _ => SEGMENT_LENGTH,
-        };
-        // A tile has each footprint once.
-        let has_segments = plan.footprint_count > segment_length;
-        let most = |footprints: u32| u64::from(footprints) * u64::from(tile_count);
-        let may_overflow = most(plan.footprint_count) > u64::from(scratch.pair_capacity)
-            || most(run_length) > u64::from(bin::RUN_PAIRS);
         let params = context.uniform(
             "bin_params",
             &BinParams {
@@ -115,7 +103,7 @@ impl List {
                 tile_count,
                 view_count,
                 segment_capacity: scratch.segment_capacity,
-                segment_length,
+                segment_length: plan.segment_length(),
             },
         );
         let (mut depth_sort, mut tile_sort) = (None, None);
@@ -154,8 +142,8 @@ impl List {
             kernels.bin_tiles.bind(device, &resources.with("scattered_tiles", scattered))?;
         Ok(Self {
             footprint_count: plan.footprint_count,
-            has_segments,
-            may_overflow,
+            has_segments: plan.has_segments(),
+            may_overflow: plan.may_overflow(shape, scratch.pair_capacity),
             run_count,
             tile_count,
             particle_chunks,

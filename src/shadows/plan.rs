@@ -1,10 +1,22 @@
 //! What a frame will do, known on the CPU: its batches, and what each of their lists projects.
-use super::{Config, casters::CasterSet};
+use super::{
+    Config,
+    casters::CasterSet,
+    cull::{PairBound, TileLoadBound},
+    groups::Group,
+    small::TriangleExtent,
+};
 use crate::{
     error::Error,
     model::{Class, View},
-    records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
-    stage::{hits::Features, project::Chunk},
+    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
+    stage::{
+        bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
+        hits::Features,
+        project::Chunk,
+        shade::ROUND_LENGTH,
+        sort::Shape,
+    },
     view::atlas::MapPlace,
 };
 use std::ops::RangeInclusive;
@@ -38,6 +50,8 @@ pub(crate) struct Plan {
 pub(crate) struct ListPlan {
     /// Whether it is what filters light in shadow views.
     pub filters: bool,
+    /// Whether it is what the camera sees.
+    pub camera: bool,
     pub features: Features,
     pub particle_chunks: Vec<Chunk>,
     /// Those of `particle_chunks` that may have particles for the scatter path.
@@ -46,12 +60,36 @@ pub(crate) struct ListPlan {
     /// Of particles, then of triangles.
     pub footprint_count: u32,
     pub first_setup: u32,
+    /// What it never exceeds.
+    pub bound: PairBound,
 }
 
 impl ListPlan {
     /// Whether segments are composed one by one.
     pub(crate) fn is_composed(&self) -> bool {
         self.filters && self.features.is_composed()
+    }
+
+    /// Pairs that one workgroup walks at a time.
+    pub(crate) fn segment_length(&self) -> u32 {
+        match self.features {
+            _ if self.camera => ROUND_LENGTH,
+            Features { nodes: 1.., .. } => CURVE_SEGMENT,
+            Features { plain: true, .. } => DISC_SEGMENT,
+            _ => SEGMENT_LENGTH,
+        }
+    }
+
+    /// Whether a tile may have more pairs than a segment.
+    pub(crate) fn has_segments(&self) -> bool {
+        self.bound.of_tile > self.segment_length()
+    }
+
+    /// Whether some footprints' pairs may not fit.
+    pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
+        let of_run = u64::from(bin::run_length(shape, self.footprint_count))
+            * u64::from(self.bound.of_caster);
+        self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
     }
 
     pub(crate) fn setup_count(&self) -> u32 {
@@ -124,6 +162,22 @@ fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u
     groups.filter(|group| list.contains(&group.class)).map(|group| group.casters.len() as u64).sum()
 }
 
+/// What the listed groups of the views never exceed.
+fn bound(
+    casters: &CasterSet,
+    visible: &[&[u32]],
+    views: &[GpuView],
+    is_listed: impl Fn(&Group, &GpuView) -> bool,
+) -> PairBound {
+    let of_view = |(groups, view): (&&[u32], &GpuView)| {
+        let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+        let mut load = TileLoadBound::new(view);
+        groups.filter(|group| is_listed(group, view)).for_each(|group| group.count_in(&mut load));
+        load.bound()
+    };
+    visible.iter().zip(views).map(of_view).fold(PairBound::default(), PairBound::and)
+}
+
 impl Plan {
     /// (caster, view) that are projected.
     pub(crate) fn caster_count(&self) -> u64 {
@@ -145,16 +199,26 @@ impl Plan {
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
             ListPlan::new(&list, features, casters, &groups)
         });
+        let is_small = |extent: TriangleExtent, view: &GpuView| extent.is_small(view);
         let small_chunks = blocking.take_triangles(|chunk| {
             let small = casters.triangle_group(chunk.first_caster).triangles;
-            small.is_some_and(|extent| extent.is_small(&views[chunk.view as usize]))
+            small.is_some_and(|extent| is_small(extent, &views[chunk.view as usize]))
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
         let dense = filtering.footprint_count >= DENSE * tile_count;
         let features = filtering.features.of_walk(dense, config.queued);
         let features = Features { nodes: config.nodes, ..features };
-        let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
+        let [blocking_bound, filtering_bound] = LISTS.map(|list| {
+            let is_listed = |group: &Group, view: &GpuView| {
+                let small = group.triangles.is_some_and(|extent| is_small(extent, view));
+                list.contains(&group.class) && !small
+            };
+            bound(casters, &groups, &views, is_listed)
+        });
+        let blocking = ListPlan { bound: blocking_bound, ..blocking };
+        let bound = filtering_bound;
+        let lists = [blocking, ListPlan { tiny_chunks, features, bound, ..filtering }];
         Self { views, tile_count, lists, small_chunks, kept, cleared: false, camera: false }
     }
 
@@ -173,7 +237,10 @@ impl Plan {
         } else {
             Features { plain: false, ..features }
         };
-        let seen = ListPlan::new(list, features, casters, &[&visible]);
+        let bound = bound(casters, &[&visible], &[view], |group, _| list.contains(&group.class));
+        let camera = true;
+        let seen =
+            ListPlan { bound, camera, ..ListPlan::new(list, features, casters, &[&visible]) };
         let nothing = ListPlan::new(list, Features::NONE, casters, &[]);
         Self {
             views: vec![view],
@@ -217,12 +284,14 @@ impl ListPlan {
         let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
         Self {
             filters: *list == Class::FILTERING,
+            camera: false,
             features,
             particle_chunks,
             tiny_chunks: Vec::new(),
             triangle_chunks,
             footprint_count,
             first_setup,
+            bound: PairBound::default(),
         }
     }
 
