@@ -198,8 +198,10 @@ type Record =
     fn(&PreparedPicture, &crate::shadows::Kernels, &mut wgpu::CommandEncoder, &mut Timeline);
 
 /// What a frame's picture and its heat maps are made from.
+#[derive(Clone)]
 struct Lit<'a> {
     scene: &'a Scene,
+    camera: View,
     views: &'a [View],
     maps: &'a Maps,
 }
@@ -216,7 +218,8 @@ impl GpuEngine {
         } else {
             Vec::new()
         };
-        let lit = Lit { scene, views: &views, maps: prepared.maps() };
+        let camera = View::from_camera(&scene.camera, &scene.bounds());
+        let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
         let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
         let (shown, room, overflowed) = self.shade_whole_picture(&lit, budget)?;
         let of_picture: f64 = self.timeline.read(&self.gpu.device).iter().map(|(_, ms)| ms).sum();
@@ -226,9 +229,11 @@ impl GpuEngine {
             memory.add(name, bytes);
         }
         let mut picture = shown.read(&self.gpu)?;
-        if options.light {
-            let radiance = shown.read_radiance(&self.gpu)?;
-            picture.light = radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        if options.light || scene.samples > 1 {
+            picture.light = self.read_light(&shown)?;
+        }
+        if scene.samples > 1 {
+            picture = self.shade_samples(lit.clone(), budget, picture.light)?;
         }
         let clusters = shown.read_cluster_counters(&self.gpu)?;
         let debug = options
@@ -310,6 +315,28 @@ impl GpuEngine {
         }
     }
 
+    fn read_light(&self, shown: &PreparedPicture) -> Result<Vec<[f32; 3]>, Error> {
+        let radiance = shown.read_radiance(&self.gpu)?;
+        Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
+    }
+
+    /// The mean over all places of the pixels; `first`: the light through their middles.
+    fn shade_samples(
+        &mut self,
+        lit: Lit<'_>,
+        budget: u32,
+        first: Vec<[f32; 3]>,
+    ) -> Result<Picture, Error> {
+        let vectors = |light: Vec<[f32; 3]>| light.into_iter().map(Vec3::from_array).collect();
+        let mut samples: Vec<Vec<Vec3>> = vec![vectors(first)];
+        for offset in lit.scene.sample_offsets().skip(1) {
+            let camera = lit.camera.clone().through(offset);
+            let (shown, ..) = self.shade_whole_picture(&Lit { camera, ..lit }, budget)?;
+            samples.push(vectors(self.read_light(&shown)?));
+        }
+        Ok(reference::mean_picture(lit.scene, &samples))
+    }
+
     /// The picture once nothing is missing, what it then was prepared for, and how many casters
     /// did not fit at a time.
     fn shade_whole_picture(
@@ -352,10 +379,10 @@ impl GpuEngine {
         room: PictureRoom,
     ) -> Result<PreparedPicture, Error> {
         let Self { gpu, shadows, .. } = self;
-        let &Lit { scene, views, maps } = lit;
+        let Lit { scene, camera, views, maps } = lit;
         let (device, queue) = (&gpu.device, &gpu.queue);
         shadows.with_casters(|pipeline, casters| {
-            pipeline.prepare_picture(device, queue, casters, scene, views, maps, room)
+            pipeline.prepare_picture(device, queue, casters, scene, camera, views, maps, room)
         })
     }
 
@@ -378,7 +405,7 @@ impl GpuEngine {
         picture: &Picture,
         room: PictureRoom,
     ) -> Result<Picture, Error> {
-        let &Lit { scene, views, maps } = lit;
+        let &Lit { scene, views, maps, .. } = lit;
         match mode {
             DebugMode::Clusters => debug::clusters(&self.gpu, shown, scene, picture),
             DebugMode::Cascades => debug::cascades(&self.gpu, shown, scene, views, picture),

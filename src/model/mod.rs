@@ -26,7 +26,7 @@ pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 pub use point::ReceiverPoint;
-pub use scene::{Motion, Scene};
+pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
     Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Receiver,
     ShadowSettings,

@@ -3,8 +3,11 @@ use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Light, Material, Particle, ShadowSettings,
     Skipped, Texture, Triangle,
 };
-use glam::Vec3;
+use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
+
+/// Most places in a pixel that a picture is the mean of.
+pub const MAX_SAMPLES: u32 = 16;
 
 /// Everything a frame is made from, in world space (less [`Self::origin`]). Every number in it is finite and in range:
 /// what was not is in `skipped`.
@@ -16,6 +19,9 @@ pub struct Scene {
     pub camera: Camera,
     /// Of the picture [stops]: light is shown 2 to this power as bright.
     pub exposure: f32,
+    /// Places in a pixel that the picture is the mean of: 1 to [`MAX_SAMPLES`], less or more count as
+    /// these.
+    pub samples: u32,
     /// Of all its lights.
     pub shadow: ShadowSettings,
     /// Of the picture.
@@ -56,6 +62,14 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
 }
 
 impl Scene {
+    /// Places in a pixel, from its middle [pixels]: the first is the middle, and all together lie evenly
+    /// (Roberts 2018, the R2 sequence).
+    pub fn sample_offsets(&self) -> impl Iterator<Item = Vec2> {
+        const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
+        let place = |i| (0.5 + STEP * f64::from(i)).fract() - 0.5;
+        (0..self.samples.clamp(1, MAX_SAMPLES)).map(move |i| place(i).as_vec2())
+    }
+
     /// Of all casters and receivers.
     pub fn bounds(&self) -> Bounds {
         let particles =
@@ -92,6 +106,7 @@ impl Default for Scene {
             origin: Vec3::ZERO,
             camera: Camera::default(),
             exposure: 0.0,
+            samples: 1,
             shadow: ShadowSettings::default(),
             clusters: ClusterSettings::default(),
             lights: Vec::new(),

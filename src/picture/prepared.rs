@@ -69,7 +69,7 @@ impl PictureRoom {
 }
 
 impl Pipeline {
-    /// `views` and `maps`: the shadow views of the scene's lights.
+    /// `camera`: of the scene, through some place of its pixels; `views` and `maps`: the shadow views of the scene's lights.
     #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     pub fn prepare_picture(
         &mut self,
@@ -77,13 +77,13 @@ impl Pipeline {
         queue: &wgpu::Queue,
         casters: &CasterSet,
         scene: &Scene,
+        camera: &View,
         views: &[View],
         maps: &Maps,
         room: PictureRoom,
     ) -> Result<PreparedPicture, Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let camera = View::from_camera(&scene.camera, &scene.bounds());
         let tiles = camera.tiles();
         let view = camera.to_gpu(0, UVec2::ZERO, 0);
         let camera_views = view_uniform(&mut allocator, queue, &[view]);
@@ -105,7 +105,7 @@ impl Pipeline {
             .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
             .collect();
         let records = LightRecords::new(scene.lights.iter().enumerate(), views, shadow_views);
-        let clusters = Clusters::new(&mut allocator, queue, kernels, scene, &camera, &records)?;
+        let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let grid = &clusters.grid;
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = PictureParams {

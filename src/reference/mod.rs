@@ -26,5 +26,5 @@ pub mod tile;
 pub use light_points::light_points;
 pub use maps::render_maps;
 pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
-pub use shade::{FAINT, render_picture};
+pub use shade::{FAINT, mean_picture, render_picture};
 pub use sort::{Pair, sort};

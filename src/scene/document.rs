@@ -69,6 +69,8 @@ pub(super) struct CameraTable {
     pub size: Option<[u32; 2]>,
     /// [stops]
     pub exposure: Option<f32>,
+    /// Places in a pixel.
+    pub samples: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

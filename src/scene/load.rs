@@ -72,6 +72,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     scene.camera = match &document.camera {
         Some(table) => {
             scene.exposure = tables::exposure(&source, table)?;
+            scene.samples = tables::samples(&source, table)?;
             tables::camera(&source, table, model_camera, &bounds)?
         }
         None => usual,

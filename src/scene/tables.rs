@@ -7,8 +7,8 @@ use super::{
 };
 use crate::{
     model::{
-        Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MIN_MAP_SIZE, Material, ShadowSettings,
-        Transfer, dither::MAX_SCALE,
+        Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_SAMPLES, MIN_MAP_SIZE, Material,
+        ShadowSettings, Transfer, dither::MAX_SCALE,
     },
     records::MAX_TILE,
 };
@@ -220,6 +220,18 @@ pub(super) fn camera(
 }
 
 /// Of the picture [stops].
+pub(super) fn samples(
+    source: &Source<'_>,
+    table: &Spanned<CameraTable>,
+) -> Result<u32, SceneError> {
+    let samples = table.get_ref().samples.unwrap_or(1);
+    if (1..=MAX_SAMPLES).contains(&samples) {
+        return Ok(samples);
+    }
+    let help = format!("a pixel has 1 to {MAX_SAMPLES} samples");
+    Err(Table { source, table }.fault("samples", format!("samples is {samples}"), &help))
+}
+
 pub(super) fn exposure(
     source: &Source<'_>,
     table: &Spanned<CameraTable>,

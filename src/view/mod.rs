@@ -10,6 +10,7 @@ pub use fit::{fitted_views, light_views, shadow_views, views_around};
 
 use crate::model::{Bounds, Camera, Part, Projection, View};
 use fit::{depth_range, looking};
+use glam::{Mat4, Vec2, Vec4};
 
 impl View {
     /// The picture's camera; near and far enclose `bounds`.
@@ -31,5 +32,16 @@ impl View {
             view_from_world,
             scale: camera.size.y as f32 * 0.5 / (camera.fov_y * 0.5).tan(),
         }
+    }
+
+    /// A camera's view through another place of its pixels: what lies `offset` [pixels] right and below
+    /// a pixel's middle is in the middle.
+    #[must_use]
+    pub fn through(self, offset: Vec2) -> Self {
+        let aside = offset / self.scale;
+        // Along the axis z is negative.
+        let shear =
+            Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::new(aside.x, -aside.y, 1.0, 0.0), Vec4::W);
+        Self { view_from_world: shear * self.view_from_world, ..self }
     }
 }

@@ -160,6 +160,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
         queue,
         &casters,
         scene,
+        &View::from_camera(&scene.camera, &scene.bounds()),
         &views,
         maps,
         PictureRoom::default(),

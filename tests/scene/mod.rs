@@ -12,3 +12,4 @@ mod messages;
 mod noise;
 mod particles;
 mod ply;
+mod sources;

@@ -3,10 +3,10 @@
 // src/stage/levels.rs.
 
 import choice::below::{open_child, ramp_count};
-import package::bind::sampled::lights;
 import package::bind::stored::new_levels;
 import package::bind::uniform::level_params;
-import package::levels::merge::{find_parts, part_node};
+import package::curve::node::DEPTHS;
+import package::levels::merge::{find_parts, part_node, ramp_shift};
 import package::records::area::{
     BLOCK_TEXELS, LevelMap, SKIRT, block_number, level_map, leveled_view,
 };
@@ -23,23 +23,31 @@ struct LevelParams {
 }
 
 // What a block stands for: beside a cube's face a block of its neighbour's, else the nearest.
+// Its depths are those of the block by `shift`: times x, plus y, in fixed point.
 struct BlockOwner {
     leveled: u32,
     at: vec2<i32>,
+    shift: vec2<f32>,
 }
 
 fn block_owner(view: GpuView, leveled: u32, first_face: u32, map: LevelMap, at: vec2<i32>) -> BlockOwner {
     let nearest = clamp(at, vec2(0), map.size - 1);
     if all(nearest == at) || view.part != PART_FACE {
-        return BlockOwner(leveled, nearest);
+        return BlockOwner(leveled, nearest, vec2(1.0, 0.0));
     }
     let slope = ((vec2<f32>(at) + 0.5) * map.edge - view.size * 0.5) / view.scale;
     let away = (vec4(slope.x, -slope.y, -1.0, 0.0) * view.view_from_world).xyz;
     let other = first_face + cube_face(away);
     let of_other = shadow_view(leveled_view(other).x);
     let p = (of_other.view_from_world * vec4(away, 0.0)).xyz;
-    let place = vec2(p.x, -p.y) * (of_other.scale / max(-p.z, 1e-6)) + of_other.size * 0.5;
-    return BlockOwner(other, clamp(vec2<i32>(floor(place / map.edge)), vec2(0), map.size - 1));
+    // Of a depth of 1 along the own axis, that along the other's.
+    let along = max(-p.z, 1e-6);
+    let place = vec2(p.x, -p.y) * (of_other.scale / along) + of_other.size * 0.5;
+    let range = view.far - view.near;
+    let offset = (of_other.near / along - view.near) / range * DEPTHS;
+    let shift = vec2((of_other.far - of_other.near) / (along * range), offset);
+    let there = clamp(vec2<i32>(floor(place / map.edge)), vec2(0), map.size - 1);
+    return BlockOwner(other, there, shift);
 }
 
 @compute @workgroup_size(8, 8)
@@ -54,6 +62,7 @@ fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = vec2<i32>(id.xy) - i32(SKIRT);
     let owner = block_owner(view, id.z, own.z, map, at);
     open_child(owner.leveled, level_params.level, owner.at);
+    ramp_shift = owner.shift;
     // No constant ends the loops: compilers would write them out.
     let some = map.first < 0xffffffffu;
     let children = select(0u, 4u, some);

@@ -20,6 +20,13 @@ var<private> part_high: u32;
 var<private> part_cuts: u32; // bins from which on another part begins
 var<private> part_light: vec3<f32>; // behind the parts so far
 
+var<private> ramp_shift: vec2<f32>; // of depths: times x, plus y
+
+fn shifted(ramp: Ramp) -> Ramp {
+    let start = clamp(round(ramp.start * ramp_shift.x + ramp_shift.y), 1.0, DEPTHS);
+    return Ramp(select(0.0, start, ramp.start > 0.0), ramp.length * ramp_shift.x, ramp.drop);
+}
+
 fn ramp_weight(ramp: Ramp) -> f32 {
     return select(0.0, abs(ramp.drop.x) + abs(ramp.drop.y) + abs(ramp.drop.z), ramp.start > 0.0);
 }
@@ -41,7 +48,7 @@ fn find_parts(children: u32, ramps: u32) {
     for (var i = 0u; i < children; i += 1u) {
         start_child(i);
         for (var k = 0u; k < ramps; k += 1u) {
-            let ramp = child_ramp(k);
+            let ramp = shifted(child_ramp(k));
             let counts = ramp_weight(ramp) > 0.0;
             part_low = select(part_low, min(part_low, ramp_middle(ramp)), counts);
             part_high = select(part_high, max(part_high, ramp_middle(ramp)), counts);
@@ -51,7 +58,7 @@ fn find_parts(children: u32, ramps: u32) {
     for (var i = 0u; i < children; i += 1u) {
         start_child(i);
         for (var k = 0u; k < ramps; k += 1u) {
-            let ramp = child_ramp(k);
+            let ramp = shifted(child_ramp(k));
             let counts = ramp_weight(ramp) > 0.0;
             mask |= select(0u, 1u << (ramp_bin(ramp) & 31u), counts);
         }
@@ -106,7 +113,7 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     for (var i = 0u; i < children; i += 1u) {
         start_child(i);
         for (var k = 0u; k < ramps; k += 1u) {
-            let ramp = child_ramp(k);
+            let ramp = shifted(child_ramp(k));
             let below = (2u << (ramp_bin(ramp) & 31u)) - 1u;
             let is_own = countOneBits(part_cuts & below) == number;
             let own = select(0.0, ramp_weight(ramp), is_own);

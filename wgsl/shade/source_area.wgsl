@@ -83,7 +83,7 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         }
         let map = level_map(view, leveled, number);
         let to = depth_of_spot(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
-        tell_level(map, four, min(texels, WIDEST * map.edge), since, to);
+        tell_level(map, min(texels, WIDEST * map.edge), since, to);
         let known = relied_on(told.before);
         let share = max(vec3(1.0) - told.taken / max(told.before, vec3(LEAST)), vec3(0.0));
         sum += passed * (1.0 - known) * around;

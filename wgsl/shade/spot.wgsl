@@ -2,12 +2,12 @@
 // spot. CPU twin: src/reference/shading/soft.rs, `Spot`.
 
 import package::curve::node::{DEPTHS, node_length, node_light, node_start};
-import package::records::area::{AREA_FLAT, GpuArea, LevelMap, block_nodes, block_number};
-import package::records::light::{GpuLight, LIGHT_DIRECTIONAL};
+import package::records::area::{AREA_FLAT, AREA_SUN, GpuArea, LevelMap, block_nodes, block_number};
+import package::records::light::GpuLight;
 import package::records::view::GpuView;
 
 // Radius of the widest spot that a level filters [blocks].
-const WIDEST: f32 = 1.9148542;
+const WIDEST: f32 = 2.4494898;
 // Of spots up to here, the map itself is asked [texels].
 const SHARP: f32 = 1.5;
 // Levels go by a rectangle's shorter edge, or by the longer one divided by this.
@@ -58,7 +58,7 @@ fn half_widths(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, poin
     // What is not flat faces the point.
     let facing = sqrt(vec2(1.0) + aside * aside) * area.right.x;
     let half = select(facing, sqrt(x * x + y * y), area.kind == AREA_FLAT);
-    let is_sun = light.kind == LIGHT_DIRECTIONAL;
+    let is_sun = area.kind == AREA_SUN;
     let as_slope = half / max(length(point - light.position), 1e-6);
     let of_local = select(as_slope, half, perspective);
     return select(of_local, select(half, vec2(area.right.x) * -p.z, perspective), is_sun);
@@ -129,59 +129,60 @@ fn window_cover(off: vec2<f32>, width: vec2<f32>) -> f32 {
     return over.x / width.x * (over.y / width.y);
 }
 
+// What is left of light on the way through a block, and the first depth found so far.
+var<private> seek_left: vec3<f32>;
+var<private> seek_next: f32;
+
+fn seek_taker(node: vec2<u32>, since: f32, end: f32) {
+    let start = node_start(node);
+    let light = node_light(node);
+    let drop = abs(seek_left - light);
+    seek_left = light;
+    let first = max(start, since);
+    let takes = max(drop.x, max(drop.y, drop.z)) > NOTHING;
+    let is = start > 0.0 && takes && start + node_length(node) >= since && first < end;
+    seek_next = select(seek_next, min(seek_next, first), is);
+}
+
 // The first depth from `since` on at which something takes light around the point, seen on a level of
-// which four blocks are asked; NEVER for none.
+// which `blocks` are asked, four; NEVER for none.
 fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
     let corner = vec2<i32>(floor(spot_place / map.edge - 0.5));
-    var next = NEVER;
+    seek_next = NEVER;
     for (var i = 0u; i < blocks; i += 1u) {
         let at = corner + vec2<i32>(vec2(i % 2u, i / 2u));
         let end = receiver_end((vec2<f32>(at) + 0.5) * map.edge, around * map.edge);
         let block = block_number(map, at);
-        var left = vec3(1.0);
-        for (var k = 0u; k < blocks; k += 1u) {
-            let nodes = block_nodes(block, k / 2u);
-            let node = select(nodes.xy, nodes.zw, (k & 1u) != 0u);
-            let start = node_start(node);
-            let light = node_light(node);
-            let drop = abs(left - light);
-            left = light;
-            let first = max(start, since);
-            let takes = max(drop.x, max(drop.y, drop.z)) > NOTHING;
-            let is = start > 0.0 && takes && start + node_length(node) >= since && first < end;
-            next = select(next, min(next, first), is);
-        }
+        seek_left = vec3(1.0);
+        let near = block_nodes(block, 0u);
+        let far = block_nodes(block, 1u);
+        seek_taker(near.xy, since, end);
+        seek_taker(near.zw, since, end);
+        seek_taker(far.xy, since, end);
+        seek_taker(far.zw, since, end);
     }
-    return next;
+    return seek_next;
 }
 
-// What a block tells of depths from `span.x` to `span.y`, and to the receiver at `span.z`.
-fn tell_block(block: u32, nodes: u32, off: vec2<f32>, edge: f32, width: vec2<f32>, span: vec3<f32>) {
-    let weight = window_cover(off, width);
-    let bounds = min(span, span.zzz);
-    var passed = mat3x3(vec3(1.0), vec3(1.0), vec3(1.0));
-    var left = vec3(1.0);
-    for (var k = 0u; k < nodes; k += 1u) {
-        let pair = block_nodes(block, k / 2u);
-        let node = select(pair.xy, pair.zw, (k & 1u) != 0u);
-        let start = node_start(node);
-        let length = node_length(node);
-        let light = node_light(node);
-        let drop = select(vec3(0.0), left - light, start > 0.0);
-        left = light;
-        let shares = clamp((bounds - start) / max(length, 1e-3), vec3(0.0), vec3(1.0));
-        passed -= mat3x3(drop * shares.x, drop * shares.y, drop * shares.z);
-        let texels = spot_at(start + length * 0.5 * (shares.x + shares.y));
-        let own = window_cover(off, min(filter_width(texels, edge), width));
-        told.taken += drop * ((shares.y - shares.x) * own);
-    }
-    told.before += passed[0] * weight;
-    told.behind += passed[1] * weight;
-    told.end += passed[2] * weight;
+// Of a block: light behind the nodes so far, and at three depths.
+var<private> tell_left: vec3<f32>;
+var<private> tell_passed: mat3x3<f32>;
+
+fn tell_node(node: vec2<u32>, off: vec2<f32>, edge: f32, width: vec2<f32>, bounds: vec3<f32>) {
+    let start = node_start(node);
+    let length = node_length(node);
+    let light = node_light(node);
+    let drop = select(vec3(0.0), tell_left - light, start > 0.0);
+    tell_left = light;
+    let shares = clamp((bounds - start) / max(length, 1e-3), vec3(0.0), vec3(1.0));
+    tell_passed -= mat3x3(drop * shares.x, drop * shares.y, drop * shares.z);
+    let texels = spot_at(start + length * 0.5 * (shares.x + shares.y));
+    let own = window_cover(off, min(filter_width(texels, edge), width));
+    told.taken += drop * ((shares.y - shares.x) * own);
 }
 
 // What a level tells of depths `since` to `to`, the widest spot among which is `texels`.
-fn tell_level(map: LevelMap, nodes: u32, texels: f32, since: f32, to: f32) {
+fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
     let middle = spot_place / map.edge - 0.5;
     let width = filter_width(texels, map.edge);
     let low = ceil(middle - 0.5 * (width + 1.0));
@@ -190,7 +191,20 @@ fn tell_level(map: LevelMap, nodes: u32, texels: f32, since: f32, to: f32) {
     for (var i = 0u; i < count.x * count.y; i += 1u) {
         let at = low + vec2<f32>(vec2(i % count.x, i / count.x));
         let end = receiver_end((at + 0.5) * map.edge, 0.5 * map.edge);
+        let bounds = min(vec3(since, to, end), vec3(end));
         let block = block_number(map, vec2<i32>(at));
-        tell_block(block, nodes, at - middle, map.edge, width, vec3(since, to, end));
+        let off = at - middle;
+        let weight = window_cover(off, width);
+        tell_left = vec3(1.0);
+        tell_passed = mat3x3(vec3(1.0), vec3(1.0), vec3(1.0));
+        let near = block_nodes(block, 0u);
+        let far = block_nodes(block, 1u);
+        tell_node(near.xy, off, map.edge, width, bounds);
+        tell_node(near.zw, off, map.edge, width, bounds);
+        tell_node(far.xy, off, map.edge, width, bounds);
+        tell_node(far.zw, off, map.edge, width, bounds);
+        told.before += tell_passed[0] * weight;
+        told.behind += tell_passed[1] * weight;
+        told.end += tell_passed[2] * weight;
     }
 }

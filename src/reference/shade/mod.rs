@@ -25,13 +25,36 @@ pub const FAINT: f32 = 1.0 / 1024.0;
 /// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let lighting = Lighting::new(scene, views, maps);
+    let samples = scene.sample_offsets();
+    let samples: Vec<_> = samples
+        .map(|offset| render_sample(scene, &lighting, camera.clone().through(offset)))
+        .collect();
+    mean_picture(scene, &samples)
+}
+
+/// The mean of pictures through several places of each pixel: of their light, not of what is shown.
+pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
+    let exposure = scene.exposure.exp2();
+    let count = scene.camera.size.element_product() as usize;
+    let share = 1.0 / samples.len() as f32;
+    let mean = |i: usize| samples.iter().map(|sample| sample[i]).sum::<Vec3>() * share;
+    let light: Vec<Vec3> = (0..count).map(mean).collect();
+    Picture {
+        size: scene.camera.size,
+        rgb: light.iter().map(|&light| to_screen(light * exposure)).collect(),
+        light: light.into_iter().map(|light| light.to_array()).collect(),
+    }
+}
+
+/// Linear light, row by row.
+fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: View) -> Vec<Vec3> {
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let world_from_view = camera.view_from_world.inverse();
-    let lighting = Lighting::new(scene, views, maps);
     let air = scene
         .air
         .as_ref()
-        .map(|air| AirVolume::new(&view, &world_from_view, &lighting, &AirParams::new(air)));
+        .map(|air| AirVolume::new(&view, &world_from_view, lighting, &AirParams::new(air)));
     let eye = Eye { view, world_from_view, lighting, air };
     let solid_scene = of_classes(scene, Class::SOLID);
     let clear_scene = of_classes(scene, Class::BLENDED);
@@ -45,18 +68,14 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
         eye.composite(&clear, &lit, index, &tile, &surfaces)
     });
     let size = scene.camera.size;
-    let count = (size.x * size.y) as usize;
-    let mut picture = Picture { size, rgb: vec![[0; 3]; count], light: vec![[0.0; 3]; count] };
-    let exposure = scene.exposure.exp2();
+    let mut light = vec![Vec3::ZERO; size.element_product() as usize];
     for (index, colors) in tiles.iter().enumerate() {
         for (place, pixel) in Tile::new(&view, index as u32).texels() {
             let at = pixel.as_uvec2();
-            let index = (at.y * size.x + at.x) as usize;
-            picture.light[index] = colors[place].to_array();
-            picture.rgb[index] = to_screen(colors[place] * exposure);
+            light[(at.y * size.x + at.x) as usize] = colors[place];
         }
     }
-    picture
+    light
 }
 
 /// Only casters of `classes`, in that order.
@@ -74,7 +93,7 @@ fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
 struct Eye<'a> {
     view: GpuView,
     world_from_view: Mat4,
-    lighting: Lighting<'a>,
+    lighting: &'a Lighting<'a>,
     air: Option<AirVolume>,
 }
 

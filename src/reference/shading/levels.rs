@@ -3,9 +3,7 @@
 //! theirs: four nodes whatever is below, which a block shares out by the longest gaps in depth.
 use super::receive::cube_face;
 use crate::{
-    records::{
-        BLOCK_NODES, GpuView, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size,
-    },
+    records::{BLOCK_NODES, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size},
     reference::{
         curve::{DEPTHS, packed, unpack},
         threads::each,
@@ -34,6 +32,22 @@ impl Ramp {
 
     fn weight(&self) -> f32 {
         self.drop.abs().element_sum()
+    }
+}
+
+/// From one view's depths to another's, in fixed point.
+#[derive(Clone, Copy, Debug)]
+struct Shift {
+    scale: f32,
+    offset: f32,
+}
+
+impl Shift {
+    const NONE: Self = Self { scale: 1.0, offset: 0.0 };
+
+    fn of(self, ramp: Ramp) -> Ramp {
+        let start = (ramp.start as f32 * self.scale + self.offset).round_ties_even();
+        Ramp { start: start.clamp(1.0, DEPTHS) as u32, length: ramp.length * self.scale, ..ramp }
     }
 }
 
@@ -73,8 +87,10 @@ impl Levels {
                 let block = |at: usize| {
                     let at = UVec2::new(at as u32 % size.x, at as u32 / size.x);
                     let at = at.as_ivec2() - SKIRT as i32;
-                    let (whose, at) = owner(records, i, level, own, at);
-                    merged(&levels.children(records, maps, whose, level, at), gain(maps))
+                    let (whose, at, shift) = owner(records, i, level, own, at);
+                    let ramps = levels.children(records, maps, whose, level, at);
+                    let ramps: Vec<_> = ramps.into_iter().map(|ramp| shift.of(ramp)).collect();
+                    merged(&ramps, gain(maps))
                 };
                 let blocks = each(size.element_product() as usize, block);
                 levels.0[i].push(Level { size, blocks });
@@ -119,33 +135,36 @@ fn gain(maps: &[ViewMaps]) -> bool {
 }
 
 /// The leveled view and block that a block stands for: beside a cube's face one of its neighbour's,
-/// else the nearest.
+/// else the nearest. And how depths of the one are depths of the other.
 fn owner(
     records: &LightRecords,
     leveled: usize,
     level: u32,
     size: UVec2,
     at: IVec2,
-) -> (usize, UVec2) {
+) -> (usize, UVec2, Shift) {
     let last = size.as_ivec2() - 1;
     let nearest = at.clamp(IVec2::ZERO, last);
     let view = records.view_of(leveled);
     if nearest == at || view.part != PART_FACE {
-        return (leveled, nearest.as_uvec2());
+        return (leveled, nearest.as_uvec2(), Shift::NONE);
     }
     let edge = (1 << level) as f32;
     let slope = ((at.as_vec2() + 0.5) * edge - view.size * 0.5) / view.scale;
     let away =
         view.view_from_world.transpose().transform_vector3(Vec3::new(slope.x, -slope.y, -1.0));
     let other = records.leveled[leveled].first_face as usize + cube_face(away);
-    let place = place_of(records.view_of(other), away);
-    (other, (place / edge).floor().as_ivec2().clamp(IVec2::ZERO, last).as_uvec2())
-}
-
-/// In the map of a cube's face, of a direction that it sees.
-fn place_of(view: &GpuView, away: Vec3) -> Vec2 {
-    let p = view.view_from_world.transform_vector3(away);
-    Vec2::new(p.x, -p.y) * (view.scale / (-p.z).max(1e-6)) + view.size * 0.5
+    let face = records.view_of(other);
+    let p = face.view_from_world.transform_vector3(away);
+    // Of a depth of 1 along the own axis, that along the other's.
+    let along = (-p.z).max(1e-6);
+    let place = Vec2::new(p.x, -p.y) * (face.scale / along) + face.size * 0.5;
+    let range = view.far - view.near;
+    let shift = Shift {
+        scale: (face.far - face.near) / (along * range),
+        offset: (face.near / along - view.near) / range * DEPTHS,
+    };
+    (other, (place / edge).floor().as_ivec2().clamp(IVec2::ZERO, last).as_uvec2(), shift)
 }
 
 /// Light depth in fixed point.

@@ -4,7 +4,7 @@
 //! through the receiver covers there: in the map, a spot that is as wide as the light is, times
 //! `scale (1/d - 1/r)`. Each node of a block is filtered by the spot of its own depth, so that all that
 //! is in between gets the penumbra of its distance, in colour. Spots from one power of two of texels to
-//! the next are filtered on one level, where they are one to three blocks wide.
+//! the next are filtered on one level, where they are up to four blocks wide.
 //!
 //! Levels are asked from the widest spots to the sharpest, from the light on. Of each, light behind it
 //! is a share of light before it, so that one occluder behind another takes what the other left. What
@@ -16,14 +16,14 @@ use super::{
     receive::{Plane, Surface},
 };
 use crate::{
-    records::{AREA_FLAT, GpuArea, GpuLight, GpuView, LIGHT_DIRECTIONAL, level_count},
+    records::{AREA_FLAT, AREA_SUN, GpuArea, GpuLight, GpuView, level_count},
     reference::curve::{DEPTHS, unpack},
 };
 use glam::{IVec2, Vec2, Vec3};
 
-/// Diameter of the widest spot that a level filters [blocks], of equal variance: three blocks, each
+/// Diameter of the widest spot that a level filters [blocks], of equal variance: four blocks, each
 /// itself a mean.
-pub const WIDEST: f32 = 1.914_854_2;
+pub const WIDEST: f32 = 2.449_489_8;
 /// Of spots up to here, the map itself is asked [texels].
 pub const SHARP: f32 = 1.5;
 /// A rectangle's longer edge counts as this times the shorter, at least: levels go by the shorter.
@@ -246,7 +246,7 @@ fn half_widths(view: &GpuView, light: &GpuLight, area: &GpuArea, p: Vec3, point:
         // It faces the point.
         (Vec2::ONE + aside * aside).map(f32::sqrt) * area.right.x
     };
-    match (light.kind == LIGHT_DIRECTIONAL, perspective) {
+    match (area.kind == AREA_SUN, perspective) {
         (true, true) => Vec2::splat(area.right.x) * -p.z,
         (false, false) => half / (point - light.position).length().max(1e-6),
         _ => half,

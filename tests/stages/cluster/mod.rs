@@ -53,6 +53,7 @@ fn on_device<T>(
         queue,
         &casters,
         scene,
+        &View::from_camera(&scene.camera, &scene.bounds()),
         &views,
         &maps.maps,
         PictureRoom::default(),

@@ -1,0 +1,75 @@
+//! `camera.samples`: edges against the share of each pixel that they cover.
+use crate::common::{
+    TIERS, gpu,
+    scenes::{empty, material, triangle},
+};
+use gobo::{
+    Camera, Material, Transfer,
+    glam::{UVec2, Vec3},
+    render::{RenderOptions, Renderer},
+    scene::Scene,
+};
+
+const SIZE: u32 = 32;
+/// How far right the edge moves for each metre up.
+const SLANT: f64 = 0.37;
+
+/// All that is left of a slanted edge shines.
+fn edge(samples: u32) -> Scene {
+    let mut scene = empty(vec![Material { emission: Vec3::ONE, ..material(Transfer::Opaque) }]);
+    scene.camera = Camera {
+        eye: Vec3::Z * 5.0,
+        target: Vec3::ZERO,
+        up: Vec3::Y,
+        fov_y: 0.4,
+        size: UVec2::splat(SIZE),
+    };
+    let far = 40.0;
+    let on_edge = |y: f32| Vec3::new(y * SLANT as f32, y, 0.0);
+    let corners = [on_edge(-far), on_edge(far), Vec3::new(-2.0 * far, 0.0, 0.0)];
+    scene.triangles = vec![triangle(corners, 0)];
+    scene.samples = samples;
+    scene
+}
+
+/// What of a pixel the edge covers.
+fn covered(pixel: usize) -> f64 {
+    const PLACES: usize = 64;
+    let metre = f64::from(SIZE) * 0.5 / (0.2_f32.tan() as f64) / 5.0;
+    let (x, y) = (pixel % SIZE as usize, pixel / SIZE as usize);
+    let place = |i: usize| (i as f64 + 0.5) / PLACES as f64;
+    let middle = f64::from(SIZE) * 0.5;
+    let is_left = |i: usize| {
+        let right = (x as f64 + place(i % PLACES) - middle) / metre;
+        let up = (middle - y as f64 - place(i / PLACES)) / metre;
+        right < up * SLANT
+    };
+    (0..PLACES * PLACES).filter(|&i| is_left(i)).count() as f64 / (PLACES * PLACES) as f64
+}
+
+#[test]
+fn edges_are_as_wide_as_they_cover() {
+    let options = RenderOptions { light: true, ..RenderOptions::default() };
+    let renderers = [Renderer::on(gpu(TIERS[0])).unwrap(), Renderer::on_cpu()];
+    let mut lights = Vec::new();
+    for mut renderer in renderers {
+        let mut error_of = |samples: u32| {
+            let picture = renderer.render(&edge(samples), &options).unwrap().picture;
+            let apart = |(i, light): (usize, &[f32; 3])| (f64::from(light[0]) - covered(i)).abs();
+            let error: f64 = picture.light.iter().enumerate().map(apart).sum();
+            lights.push(picture.light);
+            error / f64::from(SIZE)
+        };
+        // Per row of pixels.
+        let [one, four, sixteen] = [1, 4, 16].map(&mut error_of);
+        assert!(one > 0.2 && four < 0.6 * one && sixteen < 0.25 * one, "{one} {four} {sixteen}");
+    }
+    let is_hard = |light: &[f32; 3]| light[0] == 0.0 || light[0] == 1.0;
+    assert!(lights[0].iter().all(is_hard));
+    assert!(!lights[2].iter().all(is_hard));
+    // The kernels see what the twin sees, but for what rounding decides.
+    for i in 0..3 {
+        let pairs = lights[i].iter().zip(&lights[3 + i]);
+        assert!(pairs.filter(|(a, b)| a != b).count() <= 2, "{i}");
+    }
+}

@@ -1,0 +1,76 @@
+//! `source` of a light: what is read, and what a refusal says.
+use crate::common::files::read;
+use gobo::{
+    Source,
+    glam::Vec3,
+    scene::{Scene, SceneError},
+};
+
+const SPOT: &str =
+    "[[light]]\nkind = \"spot\"\nposition = [0, 2, 0]\ndirection = [0, -2, 0]\nsource = ";
+const LAMP: &str = "[[light]]\nkind = \"point\"\nposition = [0, 2, 0]\nsource = ";
+const SUN: &str = "[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nsource = ";
+
+fn light_of(head: &str, source: &str) -> Result<Scene, SceneError> {
+    read(&format!("{head}{source}\n"))
+}
+
+#[test]
+fn sources_are_read() {
+    let down = Vec3::NEG_Y;
+    let rect = Source::Rect { width: 0.4, height: 0.2, direction: down };
+    for (head, source, expected) in [
+        (SPOT, "{ kind = \"sphere\", radius = 0.1 }", Source::Sphere { radius: 0.1 }),
+        (SPOT, "{ kind = \"disc\", radius = 0.1 }", Source::Disc { radius: 0.1, direction: down }),
+        (SPOT, "{ kind = \"rect\", width = 0.4, height = 0.2 }", rect),
+        (LAMP, "{ kind = \"sphere\", radius = 0 }", Source::Sphere { radius: 0.0 }),
+        (LAMP, "{ kind = \"rect\", width = 0.4, height = 0.2 }\ndirection = [0, -3, 0]", rect),
+        (SUN, "{ kind = \"sun\", angle = 2 }", Source::Sun { angle: 2f32.to_radians() }),
+        (SUN, "{ kind = \"sun\" }", Source::Sun { angle: 0.53f32.to_radians() }),
+    ] {
+        let scene = light_of(head, source).unwrap_or_else(|error| panic!("{source}: {error}"));
+        assert_eq!(scene.lights[0].source, Some(expected), "{source}");
+        assert!(scene.lights[0].check(0).is_ok());
+    }
+    let none = read(&SUN[..SUN.len() - "source = ".len()]).unwrap();
+    assert_eq!(none.lights[0].source, None);
+}
+
+#[test]
+fn what_is_no_source_is_refused_with_a_remedy() {
+    for (head, source, said) in [
+        (SPOT, "{ kind = \"spere\", radius = 0.1 }", "sphere"),
+        (SPOT, "{ kind = \"disc\", radios = 0.1 }", "radius"),
+        (SPOT, "{ kind = \"disc\" }", "radius"),
+        (SPOT, "{ kind = \"disc\", radius = -0.1 }", "0 to 1e4"),
+        (SPOT, "{ kind = \"disc\", radius = inf }", "0 to 1e4"),
+        (SPOT, "{ kind = \"rect\", width = nan, height = 1 }", "0 to 1e4"),
+        (SPOT, "{ kind = \"rect\", width = 1, height = 2e4 }", "0 to 1e4"),
+        (SPOT, "{ kind = \"sun\", angle = 1 }", "sphere"),
+        (SUN, "{ kind = \"sphere\", radius = 1 }", "sun"),
+        (SUN, "{ kind = \"sun\", angle = -1 }", "0 to 60"),
+        (SUN, "{ kind = \"sun\", angle = 61 }", "0 to 60"),
+        (SUN, "0.53", "table"),
+        (LAMP, "{ kind = \"disc\", radius = 0.1 }", "direction"),
+        (LAMP, "{ kind = \"sphere\", radius = 0.1 }\ndirection = [0, -1, 0]", "direction"),
+    ] {
+        match light_of(head, source) {
+            Err(SceneError::Document { message, help, line, .. }) => {
+                let help = help.unwrap_or_default();
+                assert!(!help.is_empty() && line > 0, "{source}: {message}");
+                assert!((message.clone() + &help).contains(said), "{source}: {message}; {help}");
+            }
+            other => panic!("{source}: {:?}", other.map(|scene| scene.lights)),
+        }
+    }
+}
+
+#[test]
+fn samples_are_1_to_16() {
+    assert_eq!(read("[camera]\nsamples = 16\n").unwrap().samples, 16);
+    assert_eq!(read("[camera]\n").unwrap().samples, 1);
+    for wrong in [0, 17] {
+        let error = read(&format!("[camera]\nsamples = {wrong}\n")).unwrap_err().to_string();
+        assert!(error.contains("1 to 16"), "{error}");
+    }
+}
