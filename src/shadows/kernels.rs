@@ -3,8 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, occlude,
-        profile::Profile, project, resolve, shade, sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, load,
+        occlude, profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
 use std::{
@@ -133,6 +133,7 @@ impl OnDemand {
 #[derive(Debug)]
 pub struct Kernels {
     pub(crate) tier: Tier,
+    pub(crate) cull_groups: OnDemand,
     pub(crate) project_particles: OnDemand,
     pub(crate) project_triangles: OnDemand,
     pub(crate) occlude_small: OnDemand,
@@ -173,6 +174,7 @@ impl Kernels {
         let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);
         Ok(Self {
             tier: config.tier,
+            cull_groups: kernel(&load::GROUPS),
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
             occlude_small: kernel(&occlude::SMALL),

@@ -163,7 +163,7 @@ impl Pipeline {
         let mut plans = plan::batches(&pending, casters, &self.config, kept)?;
         let culled = culled_count(casters, pending.len(), &plans);
         let (scratch, scratch_memory) = self.scratch(request, reuse.scratch, &plans)?;
-        let mut memory = casters.memory.clone();
+        let mut memory = casters.memory();
         for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
             memory.add(name, bytes);
         }
@@ -184,6 +184,7 @@ impl Pipeline {
         Ok(PreparedMaps {
             maps,
             batches,
+            host: casters.shared_host(),
             soften,
             scratch,
             cache,

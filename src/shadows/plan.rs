@@ -1,5 +1,5 @@
 //! What a frame will do, known on the CPU: its batches, and what each of their lists projects.
-use super::{Config, casters::CasterSet};
+use super::{Config, casters::CasterSet, host_casters::planes};
 use crate::{
     error::Error,
     model::{Class, View},
@@ -7,7 +7,8 @@ use crate::{
     stage::{hits::Features, project::Chunk},
     view::atlas::MapPlace,
 };
-use std::ops::RangeInclusive;
+use glam::Vec4;
+use std::ops::{Range, RangeInclusive};
 
 /// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
@@ -43,9 +44,22 @@ pub(crate) struct ListPlan {
     /// Those of `particle_chunks` that may have particles for the scatter path.
     pub tiny_chunks: Vec<Chunk>,
     pub triangle_chunks: Vec<Chunk>,
-    /// Of particles, then of triangles.
+    /// Casters that only the device knows.
+    pub host: Option<HostList>,
+    /// Of particles, then of triangles, then of the host's casters as many as there may be.
     pub footprint_count: u32,
     pub first_setup: u32,
+}
+
+/// What a list has of casters in buffers of the host's.
+#[derive(Clone, Debug)]
+pub(crate) struct HostList {
+    pub groups: Range<u32>,
+    /// Six of each view.
+    pub planes: Vec<Vec4>,
+    pub first_footprint: u32,
+    /// Casters that a view may see at most.
+    pub capacity: u32,
 }
 
 impl ListPlan {
@@ -55,7 +69,33 @@ impl ListPlan {
     }
 
     pub(crate) fn setup_count(&self) -> u32 {
-        self.footprint_count - self.first_setup
+        let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
+        end - self.first_setup
+    }
+
+    /// How many footprints to expect: a caster of the host's is seldom seen by more than two of the
+    /// views of a batch.
+    pub(crate) fn likely_count(&self) -> u64 {
+        const VIEWS: u64 = 2;
+        self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
+            let most = u64::from(self.footprint_count - host.first_footprint);
+            u64::from(host.first_footprint) + most.min(VIEWS * u64::from(host.capacity))
+        })
+    }
+
+    /// After all that is uploaded.
+    fn add_host(&mut self, casters: &CasterSet, list: usize, views: &[GpuView]) {
+        let Some(sets) = casters.host().filter(|sets| !sets.spans[list].groups.is_empty()) else {
+            return;
+        };
+        let span = sets.spans[list].clone();
+        self.host = Some(HostList {
+            groups: span.groups,
+            planes: planes(views),
+            first_footprint: self.footprint_count,
+            capacity: span.capacity,
+        });
+        self.footprint_count += span.capacity * views.len() as u32;
     }
 }
 
@@ -86,7 +126,9 @@ pub(crate) fn batches(
     let mut tile_count = 0;
     for pending in views {
         let PendingView { view, place, groups } = *pending;
-        let listed = LISTS.map(|list| count(casters, groups, &list));
+        let host =
+            |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
+        let listed = [0, 1].map(|i| count(casters, groups, &LISTS[i]) + host(i));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {
                 limit: "casters of one class in a view",
@@ -125,9 +167,12 @@ fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u
 }
 
 impl Plan {
-    /// (caster, view) that are projected.
+    /// (caster, view) that are projected, but for the host's.
     pub(crate) fn caster_count(&self) -> u64 {
-        let listed: u64 = self.lists.iter().map(|list| u64::from(list.footprint_count)).sum();
+        let uploaded = |list: &ListPlan| {
+            list.host.as_ref().map_or(list.footprint_count, |host| host.first_footprint)
+        };
+        let listed: u64 = self.lists.iter().map(|list| u64::from(uploaded(list))).sum();
         listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
     }
 
@@ -140,8 +185,8 @@ impl Plan {
     ) -> Self {
         let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
         let perspective = views[0].perspective > 0.0;
-        let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
-        let [mut blocking, filtering] = LISTS.map(|list| {
+        let has_opaque = casters.has(0);
+        let [mut blocking, mut filtering] = LISTS.map(|list| {
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
             ListPlan::new(&list, features, casters, &groups)
         });
@@ -151,6 +196,8 @@ impl Plan {
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
+        blocking.add_host(casters, 0, &views);
+        filtering.add_host(casters, 1, &views);
         let dense = filtering.footprint_count >= DENSE * tile_count;
         let features = filtering.features.of_walk(dense, config.queued);
         let features = Features { nodes: config.nodes, ..features };
@@ -221,6 +268,7 @@ impl ListPlan {
             particle_chunks,
             tiny_chunks: Vec::new(),
             triangle_chunks,
+            host: None,
             footprint_count,
             first_setup,
         }

@@ -92,7 +92,8 @@ impl ScratchSizes {
         let least = if camera { u32::try_from(footprints).unwrap_or(u32::MAX).max(1) } else { 1 };
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
         // A first guess; a frame that needed more says so, and the next is prepared with it.
-        let guess = u32::try_from(footprints * 5 + 65536).unwrap_or(u32::MAX);
+        let likely = lists().map(ListPlan::likely_count).max().unwrap_or(0);
+        let guess = u32::try_from(likely * 5 + 65536).unwrap_or(u32::MAX);
         let changes = lists().any(|list| list.features.over || list.features.volumes);
         let segment_bytes = partial_bytes(nodes, changes);
         let limit = match nodes {
@@ -173,7 +174,7 @@ impl Scratch {
 
     /// What a list expects to be zero.
     pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
-        encoder.clear_buffer(&list.counters, 0, None);
+        encoder.clear_buffer(list.counters(), 0, None);
         encoder.clear_buffer(&self.dispatches, 0, None);
         encoder.clear_buffer(&self.scattered_tiles, 0, None);
     }

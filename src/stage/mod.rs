@@ -11,6 +11,7 @@ pub mod curve;
 pub mod filter;
 pub mod hits;
 pub mod llvmpipe;
+pub mod load;
 pub mod occlude;
 pub mod profile;
 pub mod project;
@@ -23,6 +24,8 @@ use crate::gpu::{KernelDesc, Tier};
 
 /// Every kernel.
 pub const KERNELS: &[&KernelDesc] = &[
+    &load::CASTERS,
+    &load::GROUPS,
     &project::PARTICLES,
     &project::TRIANGLES,
     &sort::SERIAL_COUNT,

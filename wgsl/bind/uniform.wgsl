@@ -4,6 +4,7 @@ import package::records::air_params::AirParams;
 import package::records::bin::BinParams;
 import package::records::chunk::ProjectParams;
 import package::records::cluster::ClusterParams;
+import package::records::host::{CullParams, LoadParams};
 import package::records::light::PictureParams;
 import package::records::material::{GpuMaterial, MAX_MATERIALS};
 import package::records::point::PointBatch;
@@ -23,3 +24,6 @@ import package::sort::sort::SortPass;
 @group(0) @binding(8) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(62) var<uniform> band: Band;
 @group(0) @binding(63) var<uniform> point_batch: PointBatch;
+@group(0) @binding(80) var<uniform> cull_params: CullParams;
+@group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six a view
+@group(0) @binding(82) var<uniform> load_params: LoadParams;

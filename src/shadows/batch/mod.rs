@@ -44,9 +44,12 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (blocking, filtering) = (list(0)?, list(1)?);
-        let may_scatter = context.config.scatters() && !plan.lists[1].is_composed();
+        let may_scatter = context.scatters(&plan.lists[1]);
         let tiny = if may_scatter { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
+        let host = filtering.host_chunks.as_ref().filter(|_| may_scatter);
+        let host = host.map(|host| host.buffers.clone());
+        let tiny: Vec<_> = tiny.iter().chain(&host).collect();
         let small = SmallTriangles::new(context, &plan.small_chunks, &views)?;
         // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
         let has_old_depths = plan.kept && small.is_none();
@@ -76,7 +79,7 @@ impl Batch {
                 filtering,
                 plan.lists[1].features,
                 &views,
-                tiny,
+                &tiny,
                 reads_filtering,
             )?,
         })

@@ -29,6 +29,8 @@ struct CachedView {
     view: View,
     /// Indices of the groups that it may see.
     groups: Vec<u32>,
+    /// What it may see of the host's: which, and its version.
+    inputs: Vec<(usize, Option<u64>)>,
     /// What hid others, and how many casters it hid.
     occluders: Arc<Occluders>,
     hidden: u64,
@@ -59,6 +61,8 @@ impl MapCache {
         let views = views.iter().enumerate().map(|(index, view)| {
             let gpu_view = view.to_gpu(0, glam::UVec2::ZERO, 0);
             let mut groups = casters.visible(&gpu_view);
+            let inputs: Vec<_> =
+                casters.host().iter().flat_map(|sets| sets.versions(&gpu_view)).collect();
             let before = before.next();
             let same = before.as_ref().filter(|before| {
                 same_set && before.view == *view && before.at >= casters.occluders_at()
@@ -76,12 +80,21 @@ impl MapCache {
                     && !lost(index)
                     && before.view == *view
                     && before.groups == groups
+                    && before.inputs == inputs
+                    && inputs.iter().all(|(_, version)| version.is_some())
                     && !groups.iter().any(changed)
             });
             if !is_kept {
                 pending.push(index);
             }
-            CachedView { view: view.clone(), groups, occluders, hidden, at: casters.changed_at() }
+            CachedView {
+                view: view.clone(),
+                groups,
+                inputs,
+                occluders,
+                hidden,
+                at: casters.changed_at(),
+            }
         });
         let views = views.collect();
         Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }
