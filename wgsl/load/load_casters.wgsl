@@ -56,10 +56,8 @@ fn load_casters(
         return;
     }
     let index = group * CHUNK_SIZE + lane;
-    var count = load_params.capacity;
-    if load_params.is_counted == 1u {
-        count = min(host_counts[load_params.count_index], count);
-    }
+    let counted = min(host_counts[load_params.count_index], load_params.capacity);
+    let count = select(load_params.capacity, counted, load_params.is_counted == 1u);
     var caster: Caster;
     var taken = false;
     if index < count {
