@@ -159,8 +159,7 @@ fn cpu_cull(criterion: &mut Criterion) {
 fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
-    let sort =
-        Sort::new(&gpu.device, Profile::of(&gpu.adapter).shape).expect("the kernels are made");
+    let sort = Sort::new(Profile::of(&gpu.adapter).shape);
     for count in COUNTS {
         let textures = ["unsorted", "pairs", "sorted_pairs"]
             .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));

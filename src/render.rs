@@ -281,7 +281,7 @@ impl GpuEngine {
         let mut has_counted = self.shadows.has_counted();
         loop {
             let prepared = self.shadows.prepare(&casters, views, &scene.shadow)?;
-            if !has_counted {
+            if !has_counted && prepared.may_overflow() {
                 has_counted = true;
                 submit(&self.gpu, &mut self.timeline, |encoder, _| prepared.record_counts(encoder));
                 if self.shadows.grow_from(prepared.counters()?) {

@@ -216,7 +216,7 @@ fn compare_sort(gpu: &Gpu) {
     let Gpu { device, queue, .. } = gpu;
     // Of both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
-    let sort = Sort::new(device, Profile::of(&gpu.adapter).shape).expect("the kernels are made");
+    let sort = Sort::new(Profile::of(&gpu.adapter).shape);
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);
     for (count, bits) in SORTS {
         let keys = pairs(count).into_iter();

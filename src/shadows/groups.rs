@@ -45,9 +45,18 @@ pub struct Extent {
     pub bounds: Bounds,
     /// [m]
     pub min_radius: f32,
+    /// Half of the longest side of a box around any one caster [m].
+    pub reach: f32,
 }
 
 impl Group {
+    /// Among what may touch the tiles of a view.
+    pub(super) fn count_in(&self, load: &mut TileLoadBound) {
+        let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };
+        let around = if self.is_volume() { wherever } else { self.extent.bounds };
+        load.add(&around, self.casters.len() as u32, self.extent.reach);
+    }
+
     /// Whether some of it counts wherever it is.
     fn is_volume(&self) -> bool {
         self.triangles.is_some_and(|extent| extent.volume)
@@ -57,13 +66,15 @@ impl Group {
 impl Extent {
     /// Of spheres.
     fn of(spheres: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
-        let mut extent = Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY };
+        let mut extent = Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY, reach: 0.0 };
         for (center, radius) in spheres {
             if !(center.is_finite() && radius.is_finite()) {
-                return Self { bounds: Bounds { min: Vec3::NAN, max: Vec3::NAN }, min_radius: 0.0 };
+                let bounds = Bounds { min: Vec3::NAN, max: Vec3::NAN };
+                return Self { bounds, min_radius: 0.0, reach: f32::NAN };
             }
             extent.bounds = extent.bounds.with_sphere(center, radius);
             extent.min_radius = extent.min_radius.min(radius);
+            extent.reach = extent.reach.max(radius);
         }
         extent
     }
@@ -130,6 +141,7 @@ impl Group {
             let corners = triangles.clone().flat_map(|triangle| triangle.positions);
             self.extent = Extent::of(corners.map(|corner| (corner, 0.0)));
             *of_triangles = TriangleExtent::of(triangles, members.materials);
+            self.extent.reach = 0.5 * of_triangles.longest;
         } else {
             let particles = &members.casters[casters.start as usize..casters.end as usize];
             self.extent = Extent::of(particles.iter().map(|caster| {
@@ -268,11 +280,7 @@ impl Groups {
             // sums round otherwise.
             let mut crowd = TileLoadBound::new(view);
             let seen = visible.iter().map(|&index| group(index));
-            for group in seen.filter(|group| filtering(group)) {
-                let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };
-                let around = if group.is_volume() { wherever } else { group.extent.bounds };
-                crowd.add(&around, group.casters.len() as u32);
-            }
+            seen.filter(|group| filtering(group)).for_each(|group| group.count_in(&mut crowd));
             hidden.retain(|&index| {
                 let group = group(index);
                 !filtering(group) || crowd.most(&group.extent.bounds) <= SEGMENT_LENGTH

@@ -272,6 +272,11 @@ impl Prepared {
         }
     }
 
+    /// Whether pairs may need more room than there is, so that counting them first pays.
+    pub fn may_overflow(&self) -> bool {
+        self.current(&lock(&self.engine)).is_ok_and(PreparedMaps::may_overflow)
+    }
+
     fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {
         engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
     }

@@ -157,11 +157,7 @@ pub struct Kernels {
 }
 
 impl Kernels {
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        config: Config,
-        cache: KernelCache,
-    ) -> Result<Self, KernelError> {
+    pub(crate) fn new(config: Config, cache: KernelCache) -> Self {
         let Profile { shape, .. } = config.profile;
         let make = |desc, constants| OnDemand {
             desc,
@@ -172,13 +168,13 @@ impl Kernels {
         };
         let kernel = |desc| make(desc, Vec::new());
         let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);
-        Ok(Self {
+        Self {
             tier: config.tier,
             cull_groups: kernel(&load::GROUPS),
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
             occlude_small: kernel(&occlude::SMALL),
-            sort: Sort::sharing(device, shape, &cache)?,
+            sort: Sort::sharing(shape, cache.clone()),
             bin_count: bin_kernel(&bin::COUNT),
             bin_scan: kernel(&bin::SCAN),
             bin_emit: bin_kernel(&bin::EMIT),
@@ -195,7 +191,7 @@ impl Kernels {
             profile: config.profile,
             variants: HashMap::new(),
             cache,
-        })
+        }
     }
 
     /// For `prepare`: makes the kernel where there is none yet.

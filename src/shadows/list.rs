@@ -1,6 +1,7 @@
 //! From casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
     context::{ChunkBuffers, Chunks, Context},
+    cull::PairBound,
     host_list::HostChunks,
     kernels::{Kernels, OnDemand},
     plan::ListPlan,
@@ -100,11 +101,11 @@ impl List {
             Features { plain: true, .. } => DISC_SEGMENT,
             _ => SEGMENT_LENGTH,
         };
-        // A tile has each footprint once.
-        let has_segments = plan.footprint_count > segment_length;
-        let most = |footprints: u32| u64::from(footprints) * u64::from(tile_count);
-        let may_overflow = most(plan.footprint_count) > u64::from(scratch.pair_capacity)
-            || most(run_length) > u64::from(bin::RUN_PAIRS);
+        let PairBound { pairs: most, of_tile, of_caster } = plan.bound;
+        let has_segments = of_tile > segment_length;
+        let of_run = u64::from(run_length) * u64::from(of_caster);
+        let may_overflow =
+            most > u64::from(scratch.pair_capacity) || of_run > u64::from(bin::RUN_PAIRS);
         let params = context.uniform(
             "bin_params",
             &BinParams {

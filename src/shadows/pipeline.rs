@@ -72,7 +72,7 @@ impl Pipeline {
         let features = device.features().contains(FETCH_FEATURES);
         let may_queue = config.queued && config.tier == Tier::Native && features;
         let config = Config { queued: may_queue, ..config };
-        Ok(Self { kernels: Kernels::new(device, config, cache)?, config, may_queue })
+        Ok(Self { kernels: Kernels::new(config, cache), config, may_queue })
     }
 
     pub fn kernels(&self) -> &Kernels {

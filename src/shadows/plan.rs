@@ -1,8 +1,15 @@
 //! What a frame will do, known on the CPU: its batches, and what each of their lists projects.
-use super::{Config, casters::CasterSet, host_casters::planes};
+use super::{
+    Config,
+    casters::CasterSet,
+    cull::{PairBound, TileLoadBound},
+    groups::Group,
+    host_casters::planes,
+    small::TriangleExtent,
+};
 use crate::{
     error::Error,
-    model::{Class, View},
+    model::{Class, View, tiles_of},
     records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{hits::Features, project::Chunk},
     view::atlas::MapPlace,
@@ -49,6 +56,8 @@ pub(crate) struct ListPlan {
     /// Of particles, then of triangles, then of the host's casters as many as there may be.
     pub footprint_count: u32,
     pub first_setup: u32,
+    /// What it never exceeds.
+    pub bound: PairBound,
 }
 
 /// What a list has of casters in buffers of the host's.
@@ -96,6 +105,15 @@ impl ListPlan {
             capacity: span.capacity,
         });
         self.footprint_count += span.capacity * views.len() as u32;
+        // Anywhere, and of any size.
+        let tiles = |view: &GpuView| tiles_of(view.size.as_uvec2()).element_product();
+        let most = views.iter().map(tiles).max().unwrap_or(0);
+        let pairs = u64::from(span.capacity) * views.iter().map(tiles).map(u64::from).sum::<u64>();
+        self.bound = PairBound {
+            pairs: self.bound.pairs.saturating_add(pairs),
+            of_tile: self.bound.of_tile.saturating_add(span.capacity),
+            of_caster: self.bound.of_caster.max(most),
+        };
     }
 }
 
@@ -166,6 +184,22 @@ fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u
     groups.filter(|group| list.contains(&group.class)).map(|group| group.casters.len() as u64).sum()
 }
 
+/// What the listed groups of the views never exceed.
+fn bound(
+    casters: &CasterSet,
+    visible: &[&[u32]],
+    views: &[GpuView],
+    is_listed: impl Fn(&Group, &GpuView) -> bool,
+) -> PairBound {
+    let of_view = |(groups, view): (&&[u32], &GpuView)| {
+        let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+        let mut load = TileLoadBound::new(view);
+        groups.filter(|group| is_listed(group, view)).for_each(|group| group.count_in(&mut load));
+        load.bound()
+    };
+    visible.iter().zip(views).map(of_view).fold(PairBound::default(), PairBound::and)
+}
+
 impl Plan {
     /// (caster, view) that are projected, but for the host's.
     pub(crate) fn caster_count(&self) -> u64 {
@@ -190,12 +224,21 @@ impl Plan {
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
             ListPlan::new(&list, features, casters, &groups)
         });
+        let is_small = |extent: TriangleExtent, view: &GpuView| extent.is_small(view);
         let small_chunks = blocking.take_triangles(|chunk| {
             let small = casters.triangle_group(chunk.first_caster).triangles;
-            small.is_some_and(|extent| extent.is_small(&views[chunk.view as usize]))
+            small.is_some_and(|extent| is_small(extent, &views[chunk.view as usize]))
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
+        let [blocking_bound, filtering_bound] = LISTS.map(|list| {
+            let is_listed = |group: &Group, view: &GpuView| {
+                let small = group.triangles.is_some_and(|extent| is_small(extent, view));
+                list.contains(&group.class) && !small
+            };
+            bound(casters, &groups, &views, is_listed)
+        });
+        (blocking.bound, filtering.bound) = (blocking_bound, filtering_bound);
         blocking.add_host(casters, 0, &views);
         filtering.add_host(casters, 1, &views);
         let dense = filtering.footprint_count >= DENSE * tile_count;
@@ -220,7 +263,8 @@ impl Plan {
         } else {
             Features { plain: false, ..features }
         };
-        let seen = ListPlan::new(list, features, casters, &[&visible]);
+        let bound = bound(casters, &[&visible], &[view], |group, _| list.contains(&group.class));
+        let seen = ListPlan { bound, ..ListPlan::new(list, features, casters, &[&visible]) };
         let nothing = ListPlan::new(list, Features::NONE, casters, &[]);
         Self {
             views: vec![view],
@@ -271,6 +315,7 @@ impl ListPlan {
             host: None,
             footprint_count,
             first_setup,
+            bound: PairBound::default(),
         }
     }
 

@@ -21,6 +21,9 @@ use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureV
 /// Segments whose effects on their texels fit a storage binding of 128 MiB, 32 bytes a texel.
 const MAX_COMPOSED: u64 = (128 << 20) / (32 * (TILE_SIZE * TILE_SIZE) as u64);
 
+/// Room that every frame may have [pairs]: 16 MiB of them.
+const FREE_PAIRS: u64 = 1 << 20;
+
 /// What lists and batches write on the way, one after another in the same memory.
 #[derive(Debug)]
 pub(crate) struct Scratch {
@@ -91,9 +94,16 @@ impl ScratchSizes {
         let camera = plans.iter().any(|plan| plan.camera);
         let least = if camera { u32::try_from(footprints).unwrap_or(u32::MAX).max(1) } else { 1 };
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
-        // A first guess; a frame that needed more says so, and the next is prepared with it.
+        // What never overflows, or a first guess: a frame that needed more says so, and the next is
+        // prepared with it.
+        let bound = lists().map(|list| list.bound.pairs).max().unwrap_or(0);
         let likely = lists().map(ListPlan::likely_count).max().unwrap_or(0);
-        let guess = u32::try_from(likely * 5 + 65536).unwrap_or(u32::MAX);
+        let guess = if bound <= FREE_PAIRS {
+            bound.next_power_of_two()
+        } else {
+            (likely * 5 + 65536).max(FREE_PAIRS)
+        };
+        let guess = u32::try_from(guess).unwrap_or(u32::MAX);
         let changes = lists().any(|list| list.features.over || list.features.volumes);
         let segment_bytes = partial_bytes(nodes, changes);
         let limit = match nodes {

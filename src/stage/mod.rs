@@ -31,6 +31,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &sort::SERIAL_COUNT,
     &sort::SERIAL_SCAN,
     &sort::SERIAL_SCATTER,
+    &sort::LONG_COUNT,
+    &sort::LONG_SCATTER,
     &sort::WIDE_COUNT,
     &sort::WIDE_SCAN,
     &sort::WIDE_SCATTER,

@@ -15,11 +15,11 @@
 //! ```
 use crate::{
     error::Error,
-    gpu::{Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
+    gpu::{Choice, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     model::MAX_PAIRS,
 };
 use bytemuck::{Pod, Zeroable};
-use std::ops::Range;
+use std::{ops::Range, sync::OnceLock};
 use wgpu::TextureFormat::{R32Uint, Rg32Uint};
 
 /// Pairs in a row of a pair texture.
@@ -45,6 +45,13 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
     ("RUN_TARGET", RUN_TARGET as f64),
     ("RUN_LIMIT", RUN_LIMIT as f64),
 ];
+
+/// Of a digit with 64 values [bits].
+pub const FEW_BITS: u32 = 6;
+/// Of a digit with 256 values [bits].
+pub const MOST_BITS: u32 = 8;
+/// Up to so many pairs another digit costs less than compiling kernels with more counters.
+const FEW_PAIRS: u32 = 1 << 19;
 
 /// Pairs per workgroup.
 pub const WIDE_BLOCK: u32 = 4096;
@@ -77,11 +84,16 @@ pub struct SortPass {
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
+/// Values of a digit, as many as a run has counters: on software adapters 256 of them take two
+/// seconds to compile (benches/NOTES.md), 64 half a second.
+const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
+const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
+
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     name: "sort_serial_count",
     entry: "sort_serial_count",
     root: "sort/sort_serial_count.wgsl",
-    with: &[],
+    with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
     tiers: &[Tier::Core],
 };
@@ -99,7 +111,25 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     name: "sort_serial_scatter",
     entry: "sort_serial_scatter",
     root: "sort/sort_serial_scatter.wgsl",
-    with: &[],
+    with: &[DIGITS_64],
+    constants: SERIAL_CONSTANTS,
+    tiers: &[Tier::Core],
+};
+
+pub const LONG_COUNT: KernelDesc = KernelDesc {
+    name: "sort_serial_count",
+    entry: "sort_serial_count",
+    root: "sort/sort_serial_count.wgsl",
+    with: &[DIGITS_256],
+    constants: SERIAL_CONSTANTS,
+    tiers: &[Tier::Core],
+};
+
+pub const LONG_SCATTER: KernelDesc = KernelDesc {
+    name: "sort_serial_scatter",
+    entry: "sort_serial_scatter",
+    root: "sort/sort_serial_scatter.wgsl",
+    with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
     tiers: &[Tier::Core],
 };
@@ -152,6 +182,15 @@ impl Shape {
             Self::Wide => count.div_ceil(WIDE_BLOCK),
         }
     }
+
+    /// The most that a digit of these keys has [bits].
+    fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
+        let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MOST_BITS).len();
+        match self {
+            Self::Serial if as_few || capacity <= FEW_PAIRS => FEW_BITS,
+            _ => MOST_BITS,
+        }
+    }
 }
 
 /// Where the number of pairs comes from.
@@ -163,32 +202,47 @@ pub enum SortCount<'a> {
     FromBuffer { counts: &'a wgpu::Buffer, index: u32, capacity: u32 },
 }
 
+/// Sorts of one device. Kernels are made when something is first bound to them.
 #[derive(Debug)]
 pub struct Sort {
     shape: Shape,
+    cache: KernelCache,
+    usual: OnceLock<Steps>,
+    long: OnceLock<Steps>,
+}
+
+#[derive(Debug)]
+struct Steps {
     count: Kernel,
     scan: Kernel,
     scatter: Kernel,
 }
 
 impl Sort {
-    pub fn new(device: &wgpu::Device, shape: Shape) -> Result<Self, KernelError> {
-        Self::sharing(device, shape, &KernelCache::default())
+    pub fn new(shape: Shape) -> Self {
+        Self::sharing(shape, KernelCache::default())
     }
 
     /// As [`Self::new`], without making kernels again that `cache` has.
-    pub fn sharing(
-        device: &wgpu::Device,
-        shape: Shape,
-        cache: &KernelCache,
-    ) -> Result<Self, KernelError> {
-        let kernels = match shape {
-            Shape::Serial => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
-            Shape::Wide => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
+    pub fn sharing(shape: Shape, cache: KernelCache) -> Self {
+        Self { shape, cache, usual: OnceLock::new(), long: OnceLock::new() }
+    }
+
+    fn steps(&self, device: &wgpu::Device, digit_bits: u32) -> Result<&Steps, KernelError> {
+        let (made, descs) = match (self.shape, digit_bits) {
+            (Shape::Serial, FEW_BITS) => {
+                (&self.usual, [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER])
+            }
+            (Shape::Serial, _) => (&self.long, [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER]),
+            (Shape::Wide, _) => (&self.usual, [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER]),
+        };
+        if let Some(steps) = made.get() {
+            return Ok(steps);
         }
-        .map(|desc| cache.kernel(device, desc, Tier::Core, &[], &[]));
-        let [count, scan, scatter] = kernels;
-        Ok(Self { shape, count: count?, scan: scan?, scatter: scatter? })
+        let [count, scan, scatter] =
+            descs.map(|desc| self.cache.kernel(device, desc, Tier::Core, &[], &[]));
+        let steps = Steps { count: count?, scan: scan?, scatter: scatter? };
+        Ok(made.get_or_init(|| steps))
     }
 
     /// Allocates the scratch of a sort of `pairs[0]` by the `bits` of the keys. The textures are of
@@ -232,6 +286,8 @@ impl Sort {
             usage: wgpu::TextureUsages::STORAGE_BINDING,
             view_formats: &[],
         });
+        let digit_bits = self.shape.digit_bits(capacity, bits.clone());
+        let steps = self.steps(device, digit_bits)?;
         let bind_digit = |at: usize, digit: Range<u32>| {
             let digit_count = 1 << digit.len();
             let pass = SortPass { shift: digit.start, digit_count, capacity, count_index: index };
@@ -245,18 +301,19 @@ impl Sort {
                 .with("sorted_pairs", to);
             Ok(PassBindings {
                 digit_count,
-                count: self.count.bind(device, &resources)?,
-                scan: self.scan.bind(device, &resources)?,
-                scatter: self.scatter.bind(device, &resources)?,
+                count: steps.count.bind(device, &resources)?,
+                scan: steps.scan.bind(device, &resources)?,
+                scatter: steps.scatter.bind(device, &resources)?,
             })
         };
-        let passes = digits(bits)
+        let passes = digits(bits, digit_bits)
             .enumerate()
             .map(|(at, digit)| bind_digit(at, digit))
             .collect::<Result<_, Error>>()?;
         let size = histograms.size();
         Ok(SortBindings {
             passes,
+            is_long: self.shape == Shape::Serial && digit_bits > FEW_BITS,
             own_count: matches!(count, SortCount::Known(_)).then(|| counts.clone()),
             capacity,
             count: capacity,
@@ -270,6 +327,9 @@ impl Sort {
         if partitions == 0 {
             return;
         }
+        let steps = if bindings.is_long { &self.long } else { &self.usual };
+        // `bindings` are theirs, so that they have been made.
+        let Some(steps) = steps.get() else { return };
         for digit in &bindings.passes {
             let [partition_groups, digit_groups] = match self.shape {
                 Shape::Serial => {
@@ -277,9 +337,9 @@ impl Sort {
                 }
                 Shape::Wide => [partitions, digit.digit_count],
             };
-            self.count.record(pass, &digit.count, [partition_groups, 1, 1]);
-            self.scan.record(pass, &digit.scan, [digit_groups, 1, 1]);
-            self.scatter.record(pass, &digit.scatter, [partition_groups, 1, 1]);
+            steps.count.record(pass, &digit.count, [partition_groups, 1, 1]);
+            steps.scan.record(pass, &digit.scan, [digit_groups, 1, 1]);
+            steps.scatter.record(pass, &digit.scatter, [partition_groups, 1, 1]);
         }
     }
 }
@@ -296,6 +356,7 @@ struct PassBindings {
 #[derive(Debug)]
 pub struct SortBindings {
     passes: Vec<PassBindings>,
+    is_long: bool,
     /// Where the count is known on the CPU.
     own_count: Option<wgpu::Buffer>,
     /// [pairs]
@@ -330,12 +391,12 @@ impl SortBindings {
     }
 }
 
-/// As few digits of at most 8 bits as hold `bits`, as even as can be, lowest first. A key has no
+/// As few digits of at most `most` bits as hold `bits`, as even as can be, lowest first. A key has no
 /// bits past 32.
-pub fn digits(bits: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+pub fn digits(bits: Range<u32>, most: u32) -> impl ExactSizeIterator<Item = Range<u32>> {
     let end = bits.end.min(32);
     let start = bits.start.min(end);
-    let digit_count = (end - start).div_ceil(8);
+    let digit_count = (end - start).div_ceil(most);
     let edge = move |digit: u32| start + (end - start) * digit / digit_count;
     (0..digit_count).map(move |digit| edge(digit)..edge(digit + 1))
 }

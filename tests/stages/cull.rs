@@ -11,14 +11,14 @@ use gobo::{
 use std::{collections::BTreeSet, f32::consts::SQRT_2, time::Instant};
 
 /// Shapes that differ in how far they reach.
-const SHAPES: [Shape; 3] = [Shape::Disc, Shape::Quad, Shape::Puff];
+pub(super) const SHAPES: [Shape; 3] = [Shape::Disc, Shape::Quad, Shape::Puff];
 
 fn gpu_view(view: &View) -> GpuView {
     view.to_gpu(0, UVec2::ZERO, 0)
 }
 
 /// Views of all kinds, from all sides; some narrow, some almost flat, some far from the origin.
-fn views(chance: &mut Chance, count: usize) -> Vec<GpuView> {
+pub(super) fn views(chance: &mut Chance, count: usize) -> Vec<GpuView> {
     let all = |chance: &mut Chance| -> Vec<View> {
         let position = chance.vec3(-30.0, 30.0);
         let direction = (chance.vec3(-1.0, 1.0) + Vec3::splat(1e-3)).normalize();
@@ -39,7 +39,7 @@ fn views(chance: &mut Chance, count: usize) -> Vec<GpuView> {
     std::iter::repeat_with(|| all(chance)).flatten().take(count).map(|v| gpu_view(&v)).collect()
 }
 
-fn particle(chance: &mut Chance) -> Particle {
+pub(super) fn particle(chance: &mut Chance) -> Particle {
     let center = match chance.below(40) {
         0 => chance.vec3(-1e7, 1e7),
         1 => Vec3::ZERO,
@@ -60,11 +60,11 @@ fn particle(chance: &mut Chance) -> Particle {
     }
 }
 
-fn materials() -> Vec<Material> {
+pub(super) fn materials() -> Vec<Material> {
     SHAPES.iter().map(|&shape| Material { shape, ..Material::default() }).collect()
 }
 
-const PARAMS: ProjectParams =
+pub(super) const PARAMS: ProjectParams =
     ProjectParams { scatter: true, include_non_casters: false, by_distance: false };
 
 /// Whether the projection finds a texel that the particle may touch.
@@ -82,7 +82,7 @@ fn touches(view: &GpuView, particle: &Particle) -> bool {
 }
 
 /// What the pipeline puts into a group's box.
-fn reach(particle: &Particle) -> Bounds {
+pub(super) fn reach(particle: &Particle) -> Bounds {
     let reach = if particle.material == 1 { SQRT_2 } else { 1.0 };
     Bounds::EMPTY.with_sphere(particle.center, particle.radius * reach)
 }

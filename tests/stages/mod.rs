@@ -2,6 +2,7 @@
 mod bin;
 mod cluster;
 mod cull;
+mod cull_bound;
 mod dither;
 mod filter;
 mod host_shader;

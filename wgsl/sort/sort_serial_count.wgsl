@@ -6,6 +6,7 @@ import package::bind::stored::histograms;
 import package::bind::uniform::sort_pass;
 import package::sort::serial::{STEP, WORKGROUP_SIZE, run_length};
 import package::sort::sort::{pair_count, texel_from_pair};
+import choice::digits::DIGITS;
 
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn sort_serial_count(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -16,7 +17,7 @@ fn sort_serial_count(@builtin(global_invocation_id) id: vec3<u32>) {
     let shift = sort_pass.shift;
     let mask = sort_pass.digit_count - 1u;
 
-    var counters: array<u32, 256>;
+    var counters: array<u32, DIGITS>;
     var i = begin;
     for (; i + STEP <= end; i += STEP) {
         let key0 = textureLoad(pairs, texel_from_pair(i)).x;

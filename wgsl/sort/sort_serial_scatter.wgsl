@@ -6,9 +6,10 @@ import package::bind::stored::sorted_pairs;
 import package::bind::uniform::sort_pass;
 import package::sort::serial::{STEP, WORKGROUP_SIZE, run_length};
 import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
+import choice::digits::DIGITS;
 
 // Where the next pair of this run with that digit goes.
-var<private> places: array<u32, 256>;
+var<private> places: array<u32, DIGITS>;
 
 fn store(pair: vec4<u32>, digit: u32) {
     let place = places[digit];

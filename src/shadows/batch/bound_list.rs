@@ -107,8 +107,10 @@ impl BoundList {
         is_read: bool,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
-        // A tile's pairs meet those of another segment, or what was scattered.
-        let is_merged = list.has_segments || list.may_overflow || !tiny.is_empty();
+        // A tile's pairs meet those of another segment, or what was scattered; the tiles of curves
+        // take the latter themselves.
+        let may_scatter = list.may_overflow || !tiny.is_empty();
+        let is_merged = list.has_segments || (may_scatter && features.nodes == 0);
         let needed = [
             (Variant::AccumulateTiny, is_read && !tiny.is_empty()),
             (readers.overflow, is_read && list.may_overflow),

@@ -10,12 +10,7 @@ use super::{
     scratch::Scratch,
     small::{SmallTriangles, copy_depths},
 };
-use crate::{
-    error::Error,
-    gpu::Timeline,
-    model::TILE_SIZE,
-    records::{CURVE_SEGMENT, GpuView},
-};
+use crate::{error::Error, gpu::Timeline, model::TILE_SIZE, records::GpuView};
 use bound_list::BoundList;
 use std::sync::Arc;
 
@@ -97,6 +92,10 @@ impl Batch {
         }
     }
 
+    pub(super) fn may_overflow(&self) -> bool {
+        [&self.blocking, &self.filtering].iter().any(|bound| bound.list.may_overflow)
+    }
+
     /// Counts the pairs of both lists, and touches no map.
     pub(super) fn record_counts(
         &self,
@@ -144,11 +143,6 @@ impl Batch {
         filtering.record_lists(scratch, kernels, encoder, timeline);
         let mut pass = timeline.pass(encoder, filtering.readers.stage);
         filtering.record_tiles(kernels, &mut pass, self.tile_count);
-        // A tile has each footprint once: few make no second segment of a curve.
-        let curved = filtering.features.nodes > 0;
-        if curved && filtering.list.footprint_count <= CURVE_SEGMENT {
-            return;
-        }
         filtering.record_segments(scratch, kernels, &mut pass);
         drop(pass);
         filtering.record_resolve(scratch, kernels, &mut timeline.pass(encoder, "resolve"));

@@ -21,5 +21,5 @@ mod tree;
 
 pub use frustum::{Frustum, widened};
 pub use occluders::{MOST_OCCLUDERS, OccluderPolygons, Occluders};
-pub use tile_load::TileLoadBound;
+pub use tile_load::{PairBound, TileLoadBound};
 pub use tree::{DOUBLED, GroupTree, typical_size};

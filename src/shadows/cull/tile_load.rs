@@ -1,4 +1,4 @@
-//! How many casters may touch a tile at most.
+//! How many casters may touch a tile at most, and how many pairs they may make.
 use super::frustum::{rigid_axes, widened};
 use crate::{
     model::{Bounds, TILE_SIZE},
@@ -7,15 +7,42 @@ use crate::{
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
+/// What a list never exceeds. `Default`: of no caster.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PairBound {
+    /// All that it makes.
+    pub pairs: u64,
+    /// Casters that touch one tile.
+    pub of_tile: u32,
+    /// Tiles that one caster touches.
+    pub of_caster: u32,
+}
+
+impl PairBound {
+    /// Of all views of a batch, whose tiles are apart.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            pairs: self.pairs.saturating_add(other.pairs),
+            of_tile: self.of_tile.max(other.of_tile),
+            of_caster: self.of_caster.max(other.of_caster),
+        }
+    }
+}
+
 /// Cells in a row and column of the map, at most.
 const CELLS: usize = 32;
 /// What rectangles have to spare beyond what is in them [texels].
 const SPARE: f64 = 2.0;
 
-/// Counts by whole tiles of a view's map.
+/// Counts by whole tiles of a view's map, and pairs.
 #[derive(Clone, Debug)]
 pub struct TileLoadBound {
     counts: [u32; CELLS * CELLS],
+    pairs: u64,
+    of_caster: u32,
+    /// Columns and rows of tiles.
+    tiles: [u32; 2],
     /// `None` where the view cannot be judged.
     axes: Option<([DVec3; 3], DVec3)>,
     /// Of a cell [texels].
@@ -32,6 +59,9 @@ impl TileLoadBound {
         let edge = tiles.div_ceil(CELLS as u32).max(1) * TILE_SIZE;
         Self {
             counts: [0; CELLS * CELLS],
+            pairs: 0,
+            of_caster: 0,
+            tiles: view.size.to_array().map(|side| (side as u32).div_ceil(TILE_SIZE)),
             axes: rigid_axes(view).filter(|_| view.scale > 0.0),
             edge: edge.into(),
             middle: (view.size.as_dvec2() * 0.5).to_array(),
@@ -40,29 +70,74 @@ impl TileLoadBound {
         }
     }
 
-    /// The casters of a box.
-    pub fn add(&mut self, bounds: &Bounds, count: u32) {
-        let [columns, rows] = self.cells(bounds);
+    /// The casters of a box. `reach`: half of the longest side of a box around any one of them [m].
+    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: f32) {
+        let touched = self.touched(bounds);
+        let [columns, rows] = self.cells(touched.as_ref());
         for row in rows {
             for cell in &mut self.counts[row * CELLS..][columns.clone()] {
                 *cell = cell.saturating_add(count);
             }
         }
+        let of_one = self.tiles_of_one(touched.as_ref(), reach.into());
+        self.of_caster = self.of_caster.max(of_one);
+        self.pairs = self.pairs.saturating_add(u64::from(of_one) * u64::from(count));
     }
 
     /// At most so many of what was added touch a tile that what is in the box touches too.
     pub fn most(&self, bounds: &Bounds) -> u32 {
-        let [columns, rows] = self.cells(bounds);
+        let [columns, rows] = self.cells(self.touched(bounds).as_ref());
         let counts = rows.flat_map(|row| &self.counts[row * CELLS..][columns.clone()]);
         counts.copied().max().unwrap_or(u32::MAX)
     }
 
+    /// Of all that was added.
+    pub fn bound(&self) -> PairBound {
+        let of_tile = self.counts.iter().copied().max().unwrap_or(u32::MAX);
+        PairBound { pairs: self.pairs, of_tile, of_caster: self.of_caster }
+    }
+
+    /// Tiles that a caster of half-side `reach` in what is `touched` touches at most.
+    fn tiles_of_one(&self, touched: Option<&Touched>, reach: f64) -> u32 {
+        let all = self.tiles[0] * self.tiles[1];
+        let Some(touched) = touched else { return all };
+        let sides = [0, 1].map(|i| {
+            let [low, high] = touched.sides[i];
+            let tile = |texels: f64| (texels / f64::from(TILE_SIZE)) as u32;
+            let last = self.tiles[i] - 1;
+            // Between the first tile and the last one that what is in the box touches.
+            let within = tile(high).min(last) - tile(low).min(last) + 1;
+            // A box of side 2 r whose near side is at the depth n, its middle x beside the axis:
+            // its slopes are at most 2 r (n + r + x) / (n (n + 2 r)) apart.
+            let r = reach + touched.texel;
+            let n = touched.nearest;
+            let slopes = if self.perspective {
+                2.0 * r * (n + r + touched.beside[i]) / (n * (n + 2.0 * r))
+            } else {
+                2.0 * r
+            };
+            // What is no number makes the most tiles.
+            let wide = (slopes * self.scale + 2.0 * SPARE) / f64::from(TILE_SIZE);
+            let wide = if wide < f64::from(self.tiles[i]) { wide as u32 + 2 } else { u32::MAX };
+            wide.min(within)
+        });
+        sides[0] * sides[1]
+    }
+
     /// Columns and rows that the box may touch.
-    fn cells(&self, bounds: &Bounds) -> [RangeInclusive<usize>; 2] {
-        let all = [0..=CELLS - 1, 0..=CELLS - 1];
-        let (Some((axes, shift)), Some(Bounds { min, max })) = (self.axes, widened(bounds)) else {
-            return all;
-        };
+    fn cells(&self, touched: Option<&Touched>) -> [RangeInclusive<usize>; 2] {
+        let Some(touched) = touched else { return [0..=CELLS - 1, 0..=CELLS - 1] };
+        touched.sides.map(|[low, high]| {
+            // A NaN becomes 0, and so does what is before the first.
+            let cell = |texels: f64| ((texels / self.edge) as usize).min(CELLS - 1);
+            cell(low)..=cell(high)
+        })
+    }
+
+    /// What of the map the box may touch; `None` where that cannot be judged.
+    fn touched(&self, bounds: &Bounds) -> Option<Touched> {
+        let (axes, shift) = self.axes?;
+        let Bounds { min, max } = widened(bounds)?;
         let (min, max) = (min.as_dvec3(), max.as_dvec3());
         let (center, half) = ((min + max) * 0.5, (max - min) * 0.5);
         let at = |i: usize| axes[i].dot(center) + shift[i];
@@ -73,19 +148,28 @@ impl TileLoadBound {
         (nearest, farthest) =
             if self.perspective { (nearest - texel, farthest + texel) } else { (1.0, 1.0) };
         if nearest.is_nan() || nearest <= 0.0 {
-            return all;
+            return None;
         }
         let side = |i: usize, sign: f64| {
             let (low, high) = (at(i) * sign - reach(i) - texel, at(i) * sign + reach(i) + texel);
             let low = low / if low < 0.0 { nearest } else { farthest };
             let high = high / if high < 0.0 { farthest } else { nearest };
-            let cell = |slope: f64, spare: f64| {
-                let texels = slope * self.scale + self.middle[i] + spare;
-                // A NaN becomes 0, and so does what is before the first.
-                ((texels / self.edge) as usize).min(CELLS - 1)
-            };
-            cell(low, -SPARE)..=cell(high, SPARE)
+            let texels = |slope: f64, spare: f64| slope * self.scale + self.middle[i] + spare;
+            [texels(low, -SPARE), texels(high, SPARE)]
         };
-        [side(0, 1.0), side(1, -1.0)]
+        let beside = [0, 1].map(|i| at(i).abs() + reach(i) + texel);
+        Some(Touched { sides: [side(0, 1.0), side(1, -1.0)], nearest, beside, texel })
     }
+}
+
+/// What of a map a box touches at most.
+struct Touched {
+    /// First and last column, first and last row [texels].
+    sides: [[f64; 2]; 2],
+    /// Along the axis [m]; 1 of a parallel view.
+    nearest: f64,
+    /// How far from the axis, to the right and upwards [m].
+    beside: [f64; 2],
+    /// Of the farthest texel [m].
+    texel: f64,
 }

@@ -1,0 +1,128 @@
+//! cull: no list makes more pairs than is said on the CPU.
+use super::cull::{PARAMS, materials, particle, reach, views};
+use crate::common::scenes::{Chance, triangle};
+use gobo::{
+    glam::Vec3,
+    model::{Bounds, Particle, Triangle},
+    records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+    reference::project::{ProjectParams, project_particle, project_triangle},
+    shadows::cull::{PairBound, TileLoadBound},
+};
+use std::collections::HashMap;
+
+/// Every caster has tiles.
+const TILES: ProjectParams = ProjectParams { scatter: false, ..PARAMS };
+
+/// What the rectangles of one list make.
+fn counted(rects: impl IntoIterator<Item = TileRect>) -> PairBound {
+    let mut of_tile: HashMap<(u32, u32), u32> = HashMap::new();
+    let (mut pairs, mut of_caster) = (0, 0);
+    for rect in rects {
+        let mut tiles = 0;
+        for tile in rect.tiles() {
+            *of_tile.entry(tile).or_default() += 1;
+            tiles += 1;
+        }
+        pairs += u64::from(tiles);
+        of_caster = of_caster.max(tiles);
+    }
+    PairBound { pairs, of_tile: of_tile.into_values().max().unwrap_or(0), of_caster }
+}
+
+fn particle_rect(view: &GpuView, particle: &Particle) -> TileRect {
+    let material = &materials()[particle.material as usize];
+    let (caster, record) = (Caster::new(particle, material), GpuMaterial::new(material, &[]));
+    project_particle(view, 0, &caster, 0, &record, TILES).rect
+}
+
+fn assert_holds(bound: PairBound, counted: PairBound, what: impl Fn() -> String) {
+    let holds = counted.pairs <= bound.pairs
+        && counted.of_tile <= bound.of_tile
+        && counted.of_caster <= bound.of_caster;
+    assert!(holds, "{counted:?} is more than {bound:?}: {}", what());
+}
+
+/// Groups of one: nothing hides a bound that is too small.
+#[test]
+fn one_caster_makes_no_more_pairs_than_its_bound() {
+    let mut chance = Chance::new(21);
+    let mut tight = 0;
+    for view in views(&mut chance, 400) {
+        for _ in 0..300 {
+            let particle = particle(&mut chance);
+            let around = reach(&particle);
+            let mut load = TileLoadBound::new(&view);
+            load.add(&around, 1, (around.max - around.min).max_element() * 0.5);
+            let counted = counted([particle_rect(&view, &particle)]);
+            assert_holds(load.bound(), counted, || format!("{particle:?} in {view:?}"));
+            tight += usize::from(counted.pairs > 0 && load.bound().pairs <= 4 * counted.pairs);
+        }
+    }
+    assert!(tight > 5_000, "and not by far: {tight}");
+}
+
+#[test]
+fn one_triangle_makes_no_more_pairs_than_its_bound() {
+    let mut chance = Chance::new(22);
+    let mut seen = 0;
+    for view in views(&mut chance, 300) {
+        for id in 0..200 {
+            let (corner, size) = (chance.vec3(-20.0, 20.0), 0.01 * 3000_f32.powf(chance.unit()));
+            let positions = [0; 3].map(|_| corner + chance.vec3(-size, size));
+            let triangle = Triangle { id, ..triangle(positions, 0) };
+            let bounds = positions.iter().fold(Bounds::EMPTY, |b, &p| b.with_sphere(p, 0.0));
+            let [a, b, c] = positions;
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let mut load = TileLoadBound::new(&view);
+            load.add(&bounds, 1, 0.5 * longest);
+            let record = TriangleRecord::new(&triangle);
+            let (projected, _) = project_triangle(&view, 0, &record, 0, 0, TILES);
+            let counted = counted([projected.rect]);
+            assert_holds(load.bound(), counted, || format!("{triangle:?} in {view:?}"));
+            seen += usize::from(counted.pairs > 0);
+        }
+    }
+    assert!(seen > 5_000, "{seen}");
+}
+
+/// Groups as the pipeline forms them: of many sizes, side by side and on top of each other.
+#[test]
+fn a_list_makes_no_more_pairs_than_its_bound() {
+    let mut chance = Chance::new(23);
+    for view in views(&mut chance, 200) {
+        let mut load = TileLoadBound::new(&view);
+        let mut rects = Vec::new();
+        for _ in 0..1 + chance.below(6) {
+            let (middle, spread) = (chance.vec3(-10.0, 10.0), chance.within(0.01, 4.0));
+            let mut bounds = Bounds::EMPTY;
+            let (mut most, count) = (0.0_f32, 1 + chance.below(100) as u32);
+            for _ in 0..count {
+                let place = middle + chance.vec3(-spread, spread);
+                let one = Particle {
+                    center: place,
+                    radius: 0.2 * chance.unit() + 0.01,
+                    ..particle(&mut chance)
+                };
+                let around = reach(&one);
+                bounds =
+                    Bounds { min: bounds.min.min(around.min), max: bounds.max.max(around.max) };
+                most = most.max((around.max - around.min).max_element() * 0.5);
+                rects.push(particle_rect(&view, &one));
+            }
+            load.add(&bounds, count, most);
+        }
+        assert_holds(load.bound(), counted(rects), || format!("{view:?}"));
+    }
+}
+
+/// Where nothing is known everything may be touched.
+#[test]
+fn what_is_no_number_may_touch_all_tiles() {
+    let mut chance = Chance::new(24);
+    let view = views(&mut chance, 1)[0];
+    let tiles = (view.size / 16.0).ceil();
+    let mut load = TileLoadBound::new(&view);
+    load.add(&Bounds { min: Vec3::NAN, max: Vec3::NAN }, 7, f32::NAN);
+    let all = (tiles.x * tiles.y) as u32;
+    assert_eq!(load.bound(), PairBound { pairs: 7 * u64::from(all), of_tile: 7, of_caster: all });
+}

@@ -1,0 +1,3 @@
+// Digits of at most 8 bits: few passes.
+
+const DIGITS: u32 = 256u;
