@@ -9,6 +9,7 @@ pub mod curve;
 pub mod dither;
 pub mod filter;
 pub mod hit;
+pub mod import;
 mod light_points;
 pub mod maps;
 pub mod occlude;

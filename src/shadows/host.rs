@@ -1,7 +1,7 @@
 //! The library's face: a host's casters and views in, maps to be recorded out.
 use super::{
     CasterSet, Config, HostInputs, ListCounters, Maps, Pipeline, PreparedMaps, Room,
-    kernels::Variant,
+    host_depths::depth_inputs, kernels::Variant,
 };
 use crate::{
     error::Error,
@@ -145,6 +145,11 @@ impl Shadows {
         check_alive(&self.device)?;
         casters.check()?;
         check(views, settings)?;
+        let depths = depth_inputs(views, inputs.depths)?;
+        if settings.colored && !inputs.depths.is_empty() {
+            let problem = "coloured dithering has depths by channel, which it cannot lower";
+            return Err(Error::Invalid { what: "depth map of the host's", index: 0, problem });
+        }
         let Self { device, queue, room, .. } = self;
         room.budget = settings.pair_budget.min(pair_limit(device));
         let mut engine = lock(&self.engine);
@@ -165,12 +170,8 @@ impl Shadows {
         };
         new.take_host(device, queue, casters.materials, inputs.casters)?;
         let new = set.insert(new);
-        let prepared = match maps.take() {
-            Some(earlier) => {
-                pipeline.prepare_again(device, queue, new, views, room.pairs, earlier)?
-            }
-            None => pipeline.prepare(device, queue, new, views, room.pairs)?,
-        };
+        let (pairs, earlier) = (room.pairs, maps.take());
+        let prepared = pipeline.prepare_with(device, queue, new, views, pairs, earlier, &depths)?;
         *frame += 1;
         let prepared = maps.insert(prepared);
         Ok(Prepared {

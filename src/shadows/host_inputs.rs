@@ -6,13 +6,15 @@ use crate::{
     model::Bounds,
     stage::load,
 };
-use wgpu::{BindGroup, BindGroupLayout, Buffer};
+use glam::Mat4;
+use wgpu::{BindGroup, BindGroupLayout, Buffer, Texture};
 
 /// What a host has on the device already, for [`Shadows::prepare_with`].
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct HostInputs<'a> {
     pub(super) casters: &'a [HostCasters<'a>],
+    pub(super) depths: &'a [HostDepth<'a>],
 }
 
 impl<'a> HostInputs<'a> {
@@ -24,7 +26,13 @@ impl<'a> HostInputs<'a> {
     /// Sets of casters, in this order behind those that are uploaded.
     #[must_use]
     pub fn casters(self, casters: &'a [HostCasters<'a>]) -> Self {
-        Self { casters }
+        Self { casters, ..self }
+    }
+
+    /// Depth maps of some views, at most one each.
+    #[must_use]
+    pub fn depths(self, depths: &'a [HostDepth<'a>]) -> Self {
+        Self { depths, ..self }
     }
 }
 
@@ -166,5 +174,56 @@ impl<'a> HostCasters<'a> {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// A depth map that the host rendered of a view: what is opaque, read when the frame runs, beside our
+/// own opaque casters or instead of them. Depth may be reversed, infinite, perspective or not: the
+/// host's matrix says it. Where the map has what it was cleared to (1, or 0 where it is reversed), there
+/// is nothing.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct HostDepth<'a> {
+    pub(super) view: usize,
+    pub(super) texture: &'a Texture,
+    pub(super) layer: u32,
+    pub(super) clip_from_world: Option<Mat4>,
+    pub(super) instead: bool,
+    pub(super) version: Option<u64>,
+}
+
+impl<'a> HostDepth<'a> {
+    /// Of `view`, an index. `texture`: of a format of depth or r32float, of any size, with the usage
+    /// `TEXTURE_BINDING`; rendered with [`View::clip_from_world`](crate::View::clip_from_world), if
+    /// [`Self::clip_from_world`] does not say otherwise.
+    pub fn new(view: usize, texture: &'a Texture) -> Self {
+        let (layer, clip_from_world, instead, version) = (0, None, false, None);
+        Self { view, texture, layer, clip_from_world, instead, version }
+    }
+
+    /// Of an array.
+    #[must_use]
+    pub fn layer(self, layer: u32) -> Self {
+        Self { layer, ..self }
+    }
+
+    /// What the host rendered with: world space (the one that views and casters are in) to clip space,
+    /// in columns. It sees from where the view does, and at least what the view does.
+    #[must_use]
+    pub fn clip_from_world(self, columns: [[f32; 4]; 4]) -> Self {
+        Self { clip_from_world: Some(Mat4::from_cols_array_2d(&columns)), ..self }
+    }
+
+    /// Our own opaque casters are not rendered in this view: the host's map has them.
+    #[must_use]
+    pub fn instead(self) -> Self {
+        Self { instead: true, ..self }
+    }
+
+    /// Changes when the map does: while it stays, the view may stay. Without it the view is rendered
+    /// in every frame, because what filters counts before the opaque surface only.
+    #[must_use]
+    pub fn version(self, version: u64) -> Self {
+        Self { version: Some(version), ..self }
     }
 }

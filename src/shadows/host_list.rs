@@ -108,6 +108,11 @@ impl HostList {
         self.view_count() * self.groups.len() as u32
     }
 
+    /// The view sees none of them.
+    pub(crate) fn hide(&mut self, view: usize) {
+        self.planes[6 * view] = Vec4::NEG_W;
+    }
+
     fn view_count(&self) -> u32 {
         (self.planes.len() / 6) as u32
     }

@@ -3,8 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, llvmpipe, load,
-        occlude, profile::Profile, project, resolve, shade, sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, import, llvmpipe,
+        load, occlude, profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
 use std::{
@@ -136,6 +136,7 @@ pub struct Kernels {
     pub(crate) cull_groups: OnDemand,
     pub(crate) project_particles: OnDemand,
     pub(crate) project_triangles: OnDemand,
+    pub(crate) import_depths: OnDemand,
     pub(crate) occlude_small: OnDemand,
     pub(crate) sort: Sort,
     pub(crate) bin_count: OnDemand,
@@ -173,6 +174,7 @@ impl Kernels {
             cull_groups: kernel(&load::GROUPS),
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
+            import_depths: kernel(&import::DEPTHS),
             occlude_small: kernel(&occlude::SMALL),
             sort: Sort::sharing(shape, cache.clone()),
             bin_count: bin_kernel(&bin::COUNT),

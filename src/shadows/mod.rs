@@ -11,6 +11,7 @@ pub mod cull;
 mod groups;
 mod host;
 mod host_casters;
+mod host_depths;
 mod host_inputs;
 mod host_list;
 mod host_shader;
@@ -34,7 +35,7 @@ pub use groups::{Extent, Group};
 #[cfg(feature = "picture")]
 pub(crate) use host::check;
 pub use host::{Prepared, Shadows};
-pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostInputs};
+pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
 pub use host_shader::LightBindings;
 pub use kernels::Kernels;
 pub use light_points::{LightPoints, PointBuffers};

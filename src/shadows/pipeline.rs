@@ -4,6 +4,7 @@ use super::{
     batch::Batch,
     cache::{MapCache, Relocation},
     context::Context,
+    host_depths::DepthInput,
     plan::{self, LISTS, PendingView, Plan},
     scratch::Scratch,
     soften::Soften,
@@ -45,6 +46,8 @@ struct Request<'a> {
     window: u32,
     gain: bool,
     colored: bool,
+    /// Of the host's, by view; empty where there are none.
+    depths: &'a [Option<DepthInput>],
 }
 
 /// What of an earlier frame is used again.
@@ -109,6 +112,21 @@ impl Pipeline {
         self.prepare_from(&self.request(device, queue, casters, views, pairs), Some(earlier))
     }
 
+    /// As [`Self::prepare_again`], or as [`Self::prepare`], with depth maps of the host's by view.
+    pub(super) fn prepare_with(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        views: &[View],
+        pairs: Option<u32>,
+        earlier: Option<PreparedMaps>,
+        depths: &[Option<DepthInput>],
+    ) -> Result<PreparedMaps, Error> {
+        let request = self.request(device, queue, casters, views, pairs);
+        self.prepare_from(&Request { depths, ..request }, earlier)
+    }
+
     fn request<'a>(
         &self,
         device: &'a wgpu::Device,
@@ -126,6 +144,7 @@ impl Pipeline {
             window: if self.config.soften { casters.dither_window } else { 0 },
             gain: casters.span(LISTS[1].clone()).features.gain,
             colored: self.config.colored && casters.dither_window > 0,
+            depths: &[],
         }
     }
 
@@ -146,7 +165,8 @@ impl Pipeline {
         };
         let MapSet { maps, mut soften, memory: maps_memory } = set;
         let maps = Maps { gain: request.gain, ..maps };
-        let cache = MapCache::after(reuse.cache, casters, views, self.config.hide.then_some(nodes));
+        let hides = self.config.hide.then_some(nodes);
+        let cache = MapCache::after(reuse.cache, casters, views, hides, request.depths);
         let relocation = reuse
             .relocated
             .and_then(|old| Relocation::new(old.maps, old.soften, cache.kept(), views, &maps));
@@ -158,6 +178,7 @@ impl Pipeline {
                 view: &views[index],
                 place: maps.places[index],
                 groups: cache.groups(index),
+                depth: request.depths.get(index).and_then(Option::as_ref),
             })
             .collect();
         let mut plans = plan::batches(&pending, casters, &self.config, kept)?;

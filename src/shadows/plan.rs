@@ -5,6 +5,7 @@ use super::{
     cull::{PairBound, TileLoadBound},
     groups::Group,
     host_casters::planes,
+    host_depths::DepthInput,
     small::TriangleExtent,
 };
 use crate::{
@@ -37,6 +38,8 @@ pub(crate) struct Plan {
     pub cleared: bool,
     /// Of opaque triangles that are in no list.
     pub small_chunks: Vec<Chunk>,
+    /// Depth maps of the host's, by view.
+    pub depths: Vec<(usize, DepthInput)>,
     /// Of the camera: nothing is summed, and a tile's pairs must fit.
     pub camera: bool,
 }
@@ -127,6 +130,15 @@ pub(crate) struct PendingView<'a> {
     pub place: MapPlace,
     /// Indices of the groups that it may see, in order.
     pub groups: &'a [u32],
+    /// Of the host's.
+    pub depth: Option<&'a DepthInput>,
+}
+
+impl PendingView<'_> {
+    /// Whether our own opaque casters count.
+    fn blocks(&self) -> bool {
+        self.depth.is_none_or(|depth| !depth.instead)
+    }
 }
 
 /// Cuts the views into batches and lists their casters. `kept`: the maps hold something
@@ -143,7 +155,7 @@ pub(crate) fn batches(
     let mut footprints = [0; 2];
     let mut tile_count = 0;
     for pending in views {
-        let PendingView { view, place, groups } = *pending;
+        let PendingView { view, place, groups, .. } = *pending;
         let host =
             |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
         let listed = [0, 1].map(|i| count(casters, groups, &LISTS[i]) + host(i));
@@ -159,16 +171,16 @@ pub(crate) fn batches(
         let mut gpu_view = view.to_gpu(tile_count, place.origin, place.layer);
         let full = tile_count + tiles > MAX_TILES
             || batch.len() == MAX_VIEWS
-            || batch
-                .first()
-                .is_some_and(|(v, _): &(GpuView, _)| v.perspective != gpu_view.perspective)
+            || batch.first().is_some_and(|(v, _): &(GpuView, PendingView<'_>)| {
+                v.perspective != gpu_view.perspective
+            })
             || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
         if full && !batch.is_empty() {
             plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, config, kept));
             (tile_count, footprints) = (0, [0; 2]);
             gpu_view.first_tile = 0;
         }
-        batch.push((gpu_view, groups));
+        batch.push((gpu_view, *pending));
         tile_count += tiles;
         footprints = [0, 1].map(|i| footprints[i] + listed[i]);
     }
@@ -211,18 +223,26 @@ impl Plan {
     }
 
     fn new(
-        seen: Vec<(GpuView, &[u32])>,
+        seen: Vec<(GpuView, PendingView<'_>)>,
         tile_count: u32,
         casters: &CasterSet,
         config: &Config,
         kept: bool,
     ) -> Self {
-        let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let (views, pending): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let of_depths = pending.iter().enumerate();
+        let depths: Vec<_> =
+            of_depths.filter_map(|(i, pending)| Some((i, pending.depth?.clone()))).collect();
+        let groups: Vec<_> = pending.iter().map(|pending| pending.groups).collect();
+        let none: &[u32] = &[];
+        let groups_that_block = pending.iter().map(|p| if p.blocks() { p.groups } else { none });
+        let by_list = [groups_that_block.collect(), groups.clone()];
         let perspective = views[0].perspective > 0.0;
-        let has_opaque = casters.has(0);
-        let [mut blocking, mut filtering] = LISTS.map(|list| {
+        let has_opaque = casters.has(0) || !depths.is_empty();
+        let [mut blocking, mut filtering] = [0, 1].map(|i| {
+            let (list, groups): (_, &Vec<_>) = (&LISTS[i], &by_list[i]);
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
-            ListPlan::new(&list, features, casters, &groups)
+            ListPlan::new(list, features, casters, groups)
         });
         let is_small = |extent: TriangleExtent, view: &GpuView| extent.is_small(view);
         let small_chunks = blocking.take_triangles(|chunk| {
@@ -241,11 +261,15 @@ impl Plan {
         (blocking.bound, filtering.bound) = (blocking_bound, filtering_bound);
         blocking.add_host(casters, 0, &views);
         filtering.add_host(casters, 1, &views);
+        if let Some(host) = &mut blocking.host {
+            let not_blocked = (0..).zip(&pending).filter(|(_, pending)| !pending.blocks());
+            not_blocked.for_each(|(view, _)| host.hide(view));
+        }
         let dense = filtering.footprint_count >= DENSE * tile_count;
         let features = filtering.features.of_walk(dense, config.queued);
         let features = Features { nodes: config.nodes, ..features };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
-        Self { views, tile_count, lists, small_chunks, kept, cleared: false, camera: false }
+        Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }
 
     /// What the camera sees of the classes of `list`, as the first list.
@@ -271,6 +295,7 @@ impl Plan {
             tile_count,
             lists: [seen, nothing],
             small_chunks: Vec::new(),
+            depths: Vec::new(),
             kept: false,
             cleared: false,
             camera: true,

@@ -10,6 +10,7 @@ pub mod colored;
 pub mod curve;
 pub mod filter;
 pub mod hits;
+pub mod import;
 pub mod llvmpipe;
 pub mod load;
 pub mod occlude;
@@ -26,6 +27,7 @@ use crate::gpu::{KernelDesc, Tier};
 pub const KERNELS: &[&KernelDesc] = &[
     &load::CASTERS,
     &load::GROUPS,
+    &import::DEPTHS,
     &project::PARTICLES,
     &project::TRIANGLES,
     &sort::SERIAL_COUNT,

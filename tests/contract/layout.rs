@@ -4,7 +4,7 @@ use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
         AirParams, ClusterCounters, ClusterParams, CullParams, GpuLayout, GpuLight, GpuMaterial,
-        GpuView, HostGroup, Listed, LoadCounters, LoadParams,
+        GpuView, HostGroup, ImportParams, Listed, LoadCounters, LoadParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -44,6 +44,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<LoadCounters>,
     struct_agrees::<CullParams>,
     struct_agrees::<Listed>,
+    struct_agrees::<ImportParams>,
 ];
 
 /// Every one is in the list: the sources are searched for `gpu_layout!`.

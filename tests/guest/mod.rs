@@ -1,5 +1,6 @@
-//! What a host has on the device already: casters in its buffers.
+//! What a host has on the device already: casters in its buffers, and depth maps.
 mod casters;
+mod depths;
 mod kernels;
 mod wrong;
 

@@ -5,6 +5,7 @@ import package::records::bin::BinParams;
 import package::records::chunk::ProjectParams;
 import package::records::cluster::ClusterParams;
 import package::records::host::{CullParams, LoadParams};
+import package::records::import::ImportParams;
 import package::records::light::PictureParams;
 import package::records::material::{GpuMaterial, MAX_MATERIALS};
 import package::records::point::PointBatch;
@@ -27,3 +28,4 @@ import package::sort::sort::SortPass;
 @group(0) @binding(80) var<uniform> cull_params: CullParams;
 @group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six a view
 @group(0) @binding(82) var<uniform> load_params: LoadParams;
+@group(0) @binding(84) var<uniform> import_params: ImportParams;

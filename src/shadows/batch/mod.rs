@@ -3,6 +3,7 @@ mod bound_list;
 
 use super::{
     context::{Context, view_uniform},
+    host_depths::Imports,
     kernels::Kernels,
     list::{List, ListCounters},
     maps::Maps,
@@ -24,6 +25,7 @@ pub(super) struct Batch {
     reads_filtering: bool,
     opaques: wgpu::Texture,
     small: Option<SmallTriangles>,
+    imports: Imports,
     blocking: BoundList,
     filtering: BoundList,
 }
@@ -52,6 +54,8 @@ impl Batch {
         let reads_blocking = blocking.footprint_count > 0 || has_old_depths || by_channel;
         // `prepare` may have filled the maps with what they are without casters that filter.
         let reads_filtering = filtering.footprint_count > 0 || !plan.cleared;
+        let is_rendered = reads_blocking || small.is_some();
+        let imports = Imports::new(context, maps, &plan.views, &plan.depths, is_rendered)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             views: plan.views.clone(),
@@ -60,6 +64,7 @@ impl Batch {
             reads_blocking,
             reads_filtering,
             small,
+            imports,
             blocking: BoundList::blocking(
                 context,
                 maps,
@@ -130,6 +135,9 @@ impl Batch {
             blocking.record_tiles(kernels, &mut pass, self.tile_count);
             blocking.record_segments(scratch, kernels, &mut pass);
             blocking.record_resolve(scratch, kernels, &mut pass);
+        }
+        if !self.imports.is_empty() {
+            self.imports.record(kernels, &mut timeline.pass(encoder, "import"));
         }
     }
 
