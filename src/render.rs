@@ -68,6 +68,8 @@ struct GpuEngine {
     timeline: Timeline,
     /// Of the last picture, where all its pairs fitted.
     room: Option<PictureRoom>,
+    /// A frame of the casters that are kept has counted its pairs.
+    has_counted: bool,
 }
 
 impl Renderer {
@@ -91,7 +93,15 @@ impl Renderer {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        Ok(Self { engine: Engine::Gpu(Box::new(GpuEngine { gpu, shadows, timeline, room: None })) })
+        Ok(Self {
+            engine: Engine::Gpu(Box::new(GpuEngine {
+                gpu,
+                shadows,
+                timeline,
+                room: None,
+                has_counted: false,
+            })),
+        })
     }
 
     /// Without any device, by the plain twins of the kernels.
@@ -102,7 +112,7 @@ impl Renderer {
     /// Gives what was kept for the next frame back to the device.
     pub fn forget(&mut self) {
         if let Engine::Gpu(engine) = &mut self.engine {
-            engine.shadows.forget();
+            engine.forget();
         }
     }
 
@@ -228,7 +238,7 @@ impl GpuEngine {
             .collect::<Result<_, Error>>()?;
         self.gpu.check()?;
         if !options.keep {
-            self.shadows.forget();
+            self.forget();
         }
         let counters = Counters {
             shrunk: shrunk as u64,
@@ -239,6 +249,11 @@ impl GpuEngine {
             ..counted
         };
         Ok(Frame { picture, debug, maps, counters, stages, memory: memory.0 })
+    }
+
+    fn forget(&mut self) {
+        self.shadows.forget();
+        self.has_counted = false;
     }
 
     /// As many points at a time as a buffer has room for.
@@ -278,16 +293,12 @@ impl GpuEngine {
     /// Renders the maps until their pairs fit.
     fn shade_maps(&mut self, scene: &Scene, views: &[View]) -> Result<(Prepared, Counters), Error> {
         let casters = scene.casters();
-        let mut has_counted = self.shadows.has_counted();
+        let count_first = !self.has_counted;
+        self.shadows.configure(|config| config.count_first = count_first);
         loop {
             let prepared = self.shadows.prepare(&casters, views, &scene.shadow)?;
-            if !has_counted && prepared.may_overflow() {
-                has_counted = true;
-                submit(&self.gpu, &mut self.timeline, |encoder, _| prepared.record_counts(encoder));
-                if self.shadows.grow_from(prepared.counters()?) {
-                    continue;
-                }
-            }
+            self.shadows.configure(|config| config.count_first = false);
+            self.has_counted = true;
             submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
                 prepared.record_timed(encoder, timeline);
             });

@@ -23,6 +23,9 @@ pub struct Config {
     pub count_cost: bool,
     /// Whether groups wholly behind an opaque surface are left out, which changes no bit.
     pub hide: bool,
+    /// Whether `prepare` counts what lists make, where that is not known: it then submits and waits,
+    /// and makes no kernel that nothing needs.
+    pub count_first: bool,
 }
 
 impl Config {
@@ -39,6 +42,7 @@ impl Config {
             nodes: 0,
             count_cost: false,
             hide: true,
+            count_first: false,
         }
     }
 

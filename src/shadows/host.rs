@@ -204,12 +204,6 @@ impl Shadows {
         grows
     }
 
-    /// Whether a frame has told how many pairs there are.
-    #[cfg(feature = "picture")]
-    pub(crate) fn has_counted(&self) -> bool {
-        self.room.pairs.is_some()
-    }
-
     /// Gives the casters and maps of the last frame back to the device.
     pub fn forget(&mut self) {
         let mut engine = lock(&self.engine);
@@ -271,11 +265,6 @@ impl Prepared {
         if let Ok(maps) = self.current(&engine) {
             maps.record_counts(engine.pipeline.kernels(), encoder, &mut Timeline::untimed());
         }
-    }
-
-    /// Whether pairs may need more room than there is, so that counting them first pays.
-    pub fn may_overflow(&self) -> bool {
-        self.current(&lock(&self.engine)).is_ok_and(PreparedMaps::may_overflow)
     }
 
     fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {

@@ -1,7 +1,6 @@
 //! From casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
     context::{ChunkBuffers, Chunks, Context},
-    cull::PairBound,
     host_list::HostChunks,
     kernels::{Kernels, OnDemand},
     plan::ListPlan,
@@ -11,12 +10,10 @@ use super::{
 use crate::{
     error::Error,
     gpu::Timeline,
-    records::{CURVE_SEGMENT, DEPTH_BITS},
+    records::DEPTH_BITS,
     stage::{
-        bin::{self, BatchCounters, BinParams, DISC_SEGMENT, SEGMENT_LENGTH},
-        hits::Features,
+        bin::{self, BatchCounters, BinParams},
         project::grid,
-        shade::ROUND_LENGTH,
         sort::{SortBindings, SortCount},
     },
 };
@@ -93,19 +90,9 @@ impl List {
         let counted = ReadBack::<BatchCounters>::new(context.allocator, "counters")?;
         let counters = counted.buffer();
         let curved = plan.features.nodes > 0 && !context.camera;
-        let run_length = bin::run_length(context.config.profile.shape, plan.footprint_count);
+        let shape = context.config.profile.shape;
+        let run_length = bin::run_length(shape, plan.footprint_count);
         let run_count = plan.footprint_count.div_ceil(run_length);
-        let segment_length = match plan.features {
-            _ if context.camera => ROUND_LENGTH,
-            Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            Features { plain: true, .. } => DISC_SEGMENT,
-            _ => SEGMENT_LENGTH,
-        };
-        let PairBound { pairs: most, of_tile, of_caster } = plan.bound;
-        let has_segments = of_tile > segment_length;
-        let of_run = u64::from(run_length) * u64::from(of_caster);
-        let may_overflow =
-            most > u64::from(scratch.pair_capacity) || of_run > u64::from(bin::RUN_PAIRS);
         let params = context.uniform(
             "bin_params",
             &BinParams {
@@ -116,7 +103,7 @@ impl List {
                 tile_count,
                 view_count,
                 segment_capacity: scratch.segment_capacity,
-                segment_length,
+                segment_length: plan.segment_length(),
             },
         );
         let (mut depth_sort, mut tile_sort) = (None, None);
@@ -158,8 +145,8 @@ impl List {
             kernels.bin_tiles.bind(device, &resources.with("scattered_tiles", scattered))?;
         Ok(Self {
             footprint_count: plan.footprint_count,
-            has_segments,
-            may_overflow,
+            has_segments: plan.has_segments(),
+            may_overflow: plan.may_overflow(shape, scratch.pair_capacity),
             run_count,
             tile_count,
             particle_chunks,

@@ -7,6 +7,7 @@ mod cache;
 mod casters;
 mod config;
 pub(crate) mod context;
+mod count;
 pub mod cull;
 mod groups;
 mod host;

@@ -35,10 +35,10 @@ pub(super) struct MapSet {
 
 /// What one frame asks for.
 #[derive(Clone, Copy)]
-struct Request<'a> {
-    device: &'a wgpu::Device,
-    queue: &'a wgpu::Queue,
-    casters: &'a CasterSet,
+pub(super) struct Request<'a> {
+    pub device: &'a wgpu::Device,
+    pub queue: &'a wgpu::Queue,
+    pub casters: &'a CasterSet,
     views: &'a [View],
     /// Pairs that the largest batch is thought to have.
     pairs: Option<u32>,
@@ -183,7 +183,14 @@ impl Pipeline {
             .collect();
         let mut plans = plan::batches(&pending, casters, &self.config, kept)?;
         let culled = culled_count(casters, pending.len(), &plans);
-        let (scratch, scratch_memory) = self.scratch(request, reuse.scratch, &plans)?;
+        let (mut scratch, mut scratch_memory) = self.scratch(request, reuse.scratch, &plans)?;
+        if self.config.count_first {
+            let needed = self.count(request, &mut plans, &scratch)?;
+            if needed > scratch.pair_capacity {
+                let request = &Request { pairs: Some(needed), ..*request };
+                (scratch, scratch_memory) = self.scratch(request, None, &plans)?;
+            }
+        }
         let mut memory = casters.memory();
         for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
             memory.add(name, bytes);

@@ -11,8 +11,14 @@ use super::{
 use crate::{
     error::Error,
     model::{Class, View, tiles_of},
-    records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
-    stage::{hits::Features, project::Chunk},
+    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
+    stage::{
+        bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
+        hits::Features,
+        project::Chunk,
+        shade::ROUND_LENGTH,
+        sort::Shape,
+    },
     view::atlas::MapPlace,
 };
 use glam::Vec4;
@@ -49,6 +55,8 @@ pub(crate) struct Plan {
 pub(crate) struct ListPlan {
     /// Whether it is what filters light in shadow views.
     pub filters: bool,
+    /// Whether it is what the camera sees.
+    pub camera: bool,
     pub features: Features,
     pub particle_chunks: Vec<Chunk>,
     /// Those of `particle_chunks` that may have particles for the scatter path.
@@ -78,6 +86,28 @@ impl ListPlan {
     /// Whether segments are composed one by one.
     pub(crate) fn is_composed(&self) -> bool {
         self.filters && self.features.is_composed()
+    }
+
+    /// Pairs that one workgroup walks at a time.
+    pub(crate) fn segment_length(&self) -> u32 {
+        match self.features {
+            _ if self.camera => ROUND_LENGTH,
+            Features { nodes: 1.., .. } => CURVE_SEGMENT,
+            Features { plain: true, .. } => DISC_SEGMENT,
+            _ => SEGMENT_LENGTH,
+        }
+    }
+
+    /// Whether a tile may have more pairs than a segment.
+    pub(crate) fn has_segments(&self) -> bool {
+        self.bound.of_tile > self.segment_length()
+    }
+
+    /// Whether some footprints' pairs may not fit.
+    pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
+        let of_run = u64::from(bin::run_length(shape, self.footprint_count))
+            * u64::from(self.bound.of_caster);
+        self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
     }
 
     pub(crate) fn setup_count(&self) -> u32 {
@@ -288,7 +318,9 @@ impl Plan {
             Features { plain: false, ..features }
         };
         let bound = bound(casters, &[&visible], &[view], |group, _| list.contains(&group.class));
-        let seen = ListPlan { bound, ..ListPlan::new(list, features, casters, &[&visible]) };
+        let camera = true;
+        let seen =
+            ListPlan { bound, camera, ..ListPlan::new(list, features, casters, &[&visible]) };
         let nothing = ListPlan::new(list, Features::NONE, casters, &[]);
         Self {
             views: vec![view],
@@ -333,6 +365,7 @@ impl ListPlan {
         let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
         Self {
             filters: *list == Class::FILTERING,
+            camera: false,
             features,
             particle_chunks,
             tiny_chunks: Vec::new(),

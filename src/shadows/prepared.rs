@@ -41,11 +41,6 @@ impl PreparedMaps {
         self.scratch.pair_capacity
     }
 
-    /// Whether some list may make more pairs than there is room for.
-    pub fn may_overflow(&self) -> bool {
-        self.batches.iter().any(Batch::may_overflow)
-    }
-
     /// Views that [`Self::record`] renders; the others are as they were.
     pub fn rendered_count(&self) -> usize {
         self.cache.pending.len()

@@ -88,20 +88,26 @@ fn walk(view: GpuView, first: u32, end: u32) {
         flush(true);
         slab_first = base;
     }
-    while base < end {
-        for (var whole = false; !whole;) {
+    // The last time round with what comes behind all pairs.
+    loop {
+        let rests = base >= end;
+        for (var whole = rests; !whole;) {
             let stretch = fetch(view, lane, end, lo, hi);
             for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {
                 let placed = visit_disc(view, broadcast_disc(stretch.disc, first_lane(mask)));
             }
             whole = next_stretch(stretch, size);
         }
+        if rests {
+            open_rest(view, 0u);
+        }
         flush(true);
+        if rests {
+            break;
+        }
         slab_first = base;
         base = select(base, end, subgroupAll(settled(key_depth(slab_key))));
     }
-    open_rest(view, 0u);
-    flush(true);
 }
 
 // True at the end of the slab; where it ends, the next begins.

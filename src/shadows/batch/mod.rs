@@ -97,10 +97,6 @@ impl Batch {
         }
     }
 
-    pub(super) fn may_overflow(&self) -> bool {
-        [&self.blocking, &self.filtering].iter().any(|bound| bound.list.may_overflow)
-    }
-
     /// Counts the pairs of both lists, and touches no map.
     pub(super) fn record_counts(
         &self,

@@ -1,0 +1,83 @@
+//! What lists make, counted before anything is walked.
+use super::{
+    Pipeline,
+    context::{Context, view_uniform},
+    list::List,
+    pipeline::Request,
+    plan::Plan,
+    scratch::Scratch,
+};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Memory, Timeline},
+};
+use std::sync::Arc;
+
+impl Pipeline {
+    /// Puts what lists make in place of their bounds, where these leave open whether all pairs fit
+    /// and every tile is one segment. Submits and waits: twice as fast a first frame where a driver
+    /// compiles for long, because kernels that nothing needs are not made.
+    ///
+    /// Returns how many pairs the largest list needs.
+    pub(super) fn count(
+        &mut self,
+        request: &Request<'_>,
+        plans: &mut [Plan],
+        scratch: &Arc<Scratch>,
+    ) -> Result<u32, Error> {
+        let mut needed = 0;
+        for plan in plans {
+            for i in 0..plan.lists.len() {
+                needed = needed.max(self.count_list(request, plan, i, scratch)?);
+            }
+        }
+        Ok(needed)
+    }
+
+    fn count_list(
+        &mut self,
+        request: &Request<'_>,
+        plan: &mut Plan,
+        i: usize,
+        scratch: &Arc<Scratch>,
+    ) -> Result<u32, Error> {
+        let &Request { device, queue, casters, .. } = request;
+        let listed = &plan.lists[i];
+        let may_overflow = listed.may_overflow(self.config.profile.shape, scratch.pair_capacity);
+        // What is in the host's buffers now says nothing of later frames.
+        if listed.host.is_some() || !(may_overflow || listed.has_segments()) {
+            return Ok(0);
+        }
+        let mut memory = Memory::default();
+        let mut context = Context {
+            allocator: &mut Allocator { device, memory: &mut memory },
+            queue,
+            kernels: &mut self.kernels,
+            config: &self.config,
+            casters,
+            scratch,
+            camera: false,
+            binned_rects: None,
+        };
+        let views = view_uniform(context.allocator, queue, &plan.views);
+        let view_count = plan.views.len() as u32;
+        let list = List::new(&mut context, &plan.lists[i], &views, view_count, plan.tile_count)?;
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let timeline = &mut Timeline::untimed();
+        scratch.clear(&list, &mut encoder);
+        list.record_project(&self.kernels, &mut encoder, timeline);
+        list.record_emit(&self.kernels, &mut encoder, timeline);
+        list.record_tiles(&self.kernels, &mut encoder, timeline);
+        queue.submit([encoder.finish()]);
+        let counters = list.read_counters(device, queue)?;
+        let bound = &mut plan.lists[i].bound;
+        bound.pairs = bound.pairs.min(counters.pairs_needed.into());
+        if counters.overflowed == 0 {
+            bound.of_caster = 0;
+            if counters.segment_count == 0 {
+                bound.of_tile = 0;
+            }
+        }
+        Ok(counters.pairs_needed)
+    }
+}
