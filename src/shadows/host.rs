@@ -171,7 +171,8 @@ impl Shadows {
         new.take_host(device, queue, casters.materials, inputs.casters)?;
         let new = set.insert(new);
         let (pairs, earlier) = (room.pairs, maps.take());
-        let prepared = pipeline.prepare_with(device, queue, new, views, pairs, earlier, &depths)?;
+        let request = pipeline.request(device, queue, new, views, pairs);
+        let prepared = pipeline.prepare_from(&request.with_depths(&depths), earlier)?;
         *frame += 1;
         let prepared = maps.insert(prepared);
         Ok(Prepared {

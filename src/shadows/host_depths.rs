@@ -101,11 +101,10 @@ fn params(depth: &HostDepth<'_>, view: &View) -> Result<ImportParams, &'static s
         }
         let [first, last] = [first, last].map(|at| at.truncate().truncate() / at.w);
         let astray = (first - last).abs() * host_size.as_dvec2() * 0.5;
-        // Written so that a NaN is refused.
-        if !(astray.max_element() <= ASTRAY) {
+        if astray.is_nan() || astray.max_element() > ASTRAY {
             return Err("its camera must see along the view's own rays");
         }
-        if !(last.abs().max_element() <= 1.0 + 1e-5) {
+        if last.abs().max_element() > 1.0 + 1e-5 {
             return Err("it does not cover the view");
         }
     }

@@ -50,6 +50,13 @@ pub(super) struct Request<'a> {
     depths: &'a [Option<DepthInput>],
 }
 
+impl<'a> Request<'a> {
+    /// With depth maps of the host's, by view.
+    pub(super) fn with_depths(self, depths: &'a [Option<DepthInput>]) -> Self {
+        Self { depths, ..self }
+    }
+}
+
 /// What of an earlier frame is used again.
 #[derive(Default)]
 struct Reuse {
@@ -112,22 +119,7 @@ impl Pipeline {
         self.prepare_from(&self.request(device, queue, casters, views, pairs), Some(earlier))
     }
 
-    /// As [`Self::prepare_again`], or as [`Self::prepare`], with depth maps of the host's by view.
-    pub(super) fn prepare_with(
-        &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        casters: &CasterSet,
-        views: &[View],
-        pairs: Option<u32>,
-        earlier: Option<PreparedMaps>,
-        depths: &[Option<DepthInput>],
-    ) -> Result<PreparedMaps, Error> {
-        let request = self.request(device, queue, casters, views, pairs);
-        self.prepare_from(&Request { depths, ..request }, earlier)
-    }
-
-    fn request<'a>(
+    pub(super) fn request<'a>(
         &self,
         device: &'a wgpu::Device,
         queue: &'a wgpu::Queue,
@@ -148,7 +140,7 @@ impl Pipeline {
         }
     }
 
-    fn prepare_from(
+    pub(super) fn prepare_from(
         &mut self,
         request: &Request<'_>,
         earlier: Option<PreparedMaps>,
