@@ -9,7 +9,7 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo features test test-all test-swiftshader web-test export-check web soak doc deny bench \
+.PHONY: demo examples features test test-all test-swiftshader web-test export-check web soak doc deny bench \
 	results native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
@@ -18,6 +18,12 @@ demo: setup
 		cargo run --release --quiet -- render data/$$scene.toml -o out/$$scene --maps || exit; \
 	done
 	@echo "The pictures are above; the shadow maps are in out/*/maps/."
+
+# Hosts of several kinds, each of which fails where it sees something wrong.
+examples: setup
+	@for example in minimal embed gpu_particles host_renderer; do \
+		cargo run --quiet --example $$example || exit; \
+	done
 
 # Most of the time lavapipe compiles kernels, each on one core: without LLVM's optimisations in half
 # of it, to the same results, and with other tests beside.

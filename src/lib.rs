@@ -83,6 +83,9 @@ pub use model::{
 };
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};
-pub use shadows::{LightBindings, LightPoints, Maps, PointBuffers, Prepared, Shadows};
+pub use shadows::{
+    CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs, LightBindings, LightPoints,
+    Maps, PointBuffers, Prepared, Shadows,
+};
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

@@ -9,6 +9,7 @@ mod curves;
 #[path = "../examples/measure/dither.rs"]
 mod dither_study;
 mod docs;
+mod guest;
 mod maps;
 mod picture;
 #[path = "../examples/measure/rivals.rs"]

@@ -11,11 +11,23 @@ impl Linked {
     /// The source with `prefix` before every name that the host's own might meet, bound in `group`.
     /// Overrides are constants: what `constants` say, or else their usual value.
     pub fn host_part(&self, group: u32, prefix: &str, constants: &[Constant]) -> String {
-        let names: HashSet<_> = self.items.iter().map(|item| item.name).collect();
+        self.prefixed(group, prefix, constants, &[])
+    }
+
+    /// As [`Self::host_part`], but the names `shared` stay as they are. Each line stays where it is.
+    pub(super) fn prefixed(
+        &self,
+        group: u32,
+        prefix: &str,
+        constants: &[Constant],
+        shared: &[&str],
+    ) -> String {
+        let names = self.items.iter().map(|item| item.name);
+        let names: HashSet<_> = names.filter(|name| !shared.contains(name)).collect();
         let mut part = String::new();
         for item in &self.items {
             match constant(item, constants) {
-                Some(constant) => part += &format!("const {prefix}{constant}"),
+                Some((comment, constant)) => part += &format!("{comment}const {prefix}{constant}"),
                 None => {
                     let own = prefixed(item, &names, prefix);
                     part += &own.replace("@group(0)", &format!("@group({group})"));
@@ -45,9 +57,11 @@ impl Linked {
     }
 }
 
-/// `NAME: u32 = 8u;` of an override.
-fn constant(item: &Item, constants: &[Constant]) -> Option<String> {
-    let code = item.text.split_once("override ").filter(|_| item.keyword == "override")?.1;
+/// The comment before an override, and `NAME: u32 = 8u;` of it.
+fn constant(item: &Item, constants: &[Constant]) -> Option<(&'static str, String)> {
+    let declared = format!("override {}", item.name);
+    let at = item.text.find(&declared).filter(|_| item.keyword == "override")?;
+    let (comment, code) = item.text.split_at(at);
     let (kind, usual) = code.split_once(':')?.1.split(';').next()?.split_once('=')?;
     let (name, kind) = (item.name, kind.trim());
     let value = constants.iter().find(|(known, _)| *known == name).map(|&(_, value)| match kind {
@@ -55,7 +69,7 @@ fn constant(item: &Item, constants: &[Constant]) -> Option<String> {
         "u32" => format!("{value}u"),
         _ => format!("{value:?}"),
     });
-    Some(format!("{name}: {kind} = {};", value.as_deref().unwrap_or(usual.trim())))
+    Some((comment, format!("{name}: {kind} = {};", value.as_deref().unwrap_or(usual.trim()))))
 }
 
 fn prefixed(item: &Item, names: &HashSet<&str>, prefix: &str) -> String {

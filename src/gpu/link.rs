@@ -19,6 +19,9 @@ type SourceFile = (&'static str, &'static str);
 static LIBRARY: LazyLock<Result<Library, LinkError>> =
     LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
 
+/// In place of a file: the text beside the kernel declares what is imported from it.
+pub(super) const BESIDE: &str = "";
+
 /// Why a kernel cannot be linked.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("wgsl/{file}:{line}: {reason}")]
@@ -131,7 +134,13 @@ impl Library {
             Some(("choice", "root")) => root,
             Some(("choice", choice)) => {
                 let chosen = choices.iter().find(|(name, _)| *name == choice);
-                chosen.ok_or_else(|| fail(format!("the kernel does not choose `{choice}`")))?.1
+                match chosen
+                    .ok_or_else(|| fail(format!("the kernel does not choose `{choice}`")))?
+                    .1
+                {
+                    BESIDE => return Ok(None),
+                    file => file,
+                }
             }
             Some(("package", path)) => {
                 let path = path.replace("::", "/") + ".wgsl";
@@ -217,20 +226,27 @@ impl Linked {
     /// An error of a compiler, whose places in the kernel's source become those of `wgsl/`. wgpu
     /// calls the source `wgsl` or by its `label`.
     pub fn located(&self, error: &str, label: &str) -> String {
-        ["wgsl:", &format!("{label}:")].iter().fold(error.to_owned(), |error, mark| {
-            let mut parts = error.split(mark);
-            let mut text = parts.next().unwrap_or_default().to_owned();
-            for part in parts {
-                let rest = part.trim_start_matches(|c: char| c.is_ascii_digit());
-                let line = part[..part.len() - rest.len()].parse().ok();
-                text += &match line.and_then(|line| self.locate(line)) {
-                    Some((file, line)) => format!("wgsl/{file}:{line}{rest}"),
-                    None => format!("{mark}{part}"),
-                };
-            }
-            text
+        located(error, label, |line| {
+            self.locate(line).map(|(file, line)| format!("wgsl/{file}:{line}"))
         })
     }
+}
+
+/// An error of a compiler, with other places in place of lines of the source.
+pub(super) fn located(error: &str, label: &str, place: impl Fn(usize) -> Option<String>) -> String {
+    ["wgsl:", &format!("{label}:")].iter().fold(error.to_owned(), |error, mark| {
+        let mut parts = error.split(mark);
+        let mut text = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let rest = part.trim_start_matches(|c: char| c.is_ascii_digit());
+            let line = part[..part.len() - rest.len()].parse().ok();
+            text += &match line.and_then(&place) {
+                Some(place) => format!("{place}{rest}"),
+                None => format!("{mark}{part}"),
+            };
+        }
+        text
+    })
 }
 
 /// Where the declaration that starts at `start` ends, with a comment on its last line.

@@ -21,7 +21,7 @@ pub use adapter::{
 pub use allocate::{Allocator, Memory, array_view, view, write_records};
 pub use cache::KernelCache;
 pub use context::{Gpu, unusable_adapter};
-pub use kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
+pub use kernel::{Choice, Constant, HostText, Kernel, KernelDesc, KernelError, Tier};
 pub use link::{Item, Library, LinkError, Linked, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};

@@ -194,8 +194,10 @@ impl BindingKind {
                 let own = texture.format().sample_type(None, None);
                 let is_float =
                     |sample: TextureSampleType| matches!(sample, TextureSampleType::Float { .. });
+                let is_depth = texture.format().has_depth_aspect() && is_float(sample);
+                let is_alike = |own| own == sample || is_float(own) && is_float(sample);
                 texture.usage().contains(TextureUsages::TEXTURE_BINDING)
-                    && own.is_some_and(|own| own == sample || is_float(own) && is_float(sample))
+                    && (is_depth || own.is_some_and(is_alike))
             }
         }
     }

@@ -253,4 +253,8 @@ pub struct Casters<'a> {
     pub materials: &'a [Material],
     /// What materials sample.
     pub textures: &'a [Texture],
+    /// Particles stay in the order that they are given in, which counts where several are at the same
+    /// depth. Otherwise neighbours are put together, so that views need not look at all of them: a host
+    /// whose particles lie together already saves that.
+    pub in_order: bool,
 }

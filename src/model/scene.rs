@@ -83,7 +83,7 @@ impl Scene {
     /// What casts and what is seen, as [`crate::shadows::Shadows::prepare`] takes it.
     pub fn casters(&self) -> Casters<'_> {
         let Self { particles, triangles, materials, textures, .. } = self;
-        Casters { particles, triangles, materials, textures }
+        Casters { particles, triangles, materials, textures, in_order: false }
     }
 
     /// Frames of a second of [`Self::set_time`], where frames are numbered.

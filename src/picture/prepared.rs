@@ -249,7 +249,7 @@ impl PreparedPicture {
         for (i, list) in (0..).zip([&self.solid, &self.clear]) {
             list.record_pairs(part, kernels, encoder, timeline);
             let at = (2 * part as u64 + i) * SIZE;
-            encoder.copy_buffer_to_buffer(&list.list.counters, 0, &self.counters, at, SIZE);
+            encoder.copy_buffer_to_buffer(list.list.counters(), 0, &self.counters, at, SIZE);
         }
     }
 

@@ -10,6 +10,8 @@ mod caster;
 mod cluster;
 mod footprint;
 mod hash;
+mod host;
+mod import;
 mod layout;
 mod light;
 mod maps;
@@ -35,6 +37,8 @@ pub use footprint::{
     TileRect,
 };
 pub use hash::pcg;
+pub use host::{CullParams, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
+pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};
 pub use light::{
     GpuLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS,

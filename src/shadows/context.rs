@@ -48,16 +48,36 @@ impl Context<'_, '_> {
         if chunks.is_empty() {
             return Ok(None);
         }
-        let may_scatter = plan.filters && !plan.is_composed();
-        let scatter = self.config.scatters() && may_scatter;
-        let params = ProjectParams {
-            chunk_count: chunks.len() as u32,
-            scatter: u32::from(scatter),
+        let params = self.project_params(plan, chunks.len() as u32);
+        self.chunk_buffers_with(&params, chunks).map(Some)
+    }
+
+    /// For so many chunks, which a kernel writes and counts.
+    pub(crate) fn room_for_chunks(
+        &mut self,
+        plan: &ListPlan,
+        count: u32,
+    ) -> Result<ChunkBuffers, Error> {
+        let params = self.project_params(plan, 0);
+        let params = self.uniform("project_params", &params);
+        let none = BufferUsages::empty();
+        let chunks = self.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
+        Ok(ChunkBuffers { count, chunks, params })
+    }
+
+    fn project_params(&self, plan: &ListPlan, chunk_count: u32) -> ProjectParams {
+        ProjectParams {
+            chunk_count,
+            scatter: u32::from(self.scatters(plan)),
             first_setup: plan.first_setup,
             include_non_casters: u32::from(self.camera),
             by_distance: u32::from(plan.filters && plan.features.over),
-        };
-        self.chunk_buffers_with(&params, chunks).map(Some)
+        }
+    }
+
+    /// Whether tiny particles of the list skip sort and bin.
+    pub(crate) fn scatters(&self, plan: &ListPlan) -> bool {
+        self.config.scatters() && plan.filters && !plan.is_composed()
     }
 
     pub(crate) fn chunk_buffers_with(
@@ -75,7 +95,7 @@ impl Context<'_, '_> {
 }
 
 /// Chunks on the device.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ChunkBuffers {
     pub count: u32,
     pub chunks: Buffer,

@@ -1,11 +1,14 @@
 //! The library's face: a host's casters and views in, maps to be recorded out.
 use super::{
-    CasterSet, Config, ListCounters, Maps, Pipeline, PreparedMaps, Room, kernels::Variant,
+    CasterSet, Config, HostInputs, ListCounters, Maps, Pipeline, PreparedMaps, Room,
+    host_depths::depth_inputs, kernels::Variant,
 };
 use crate::{
     error::Error,
     gpu::{Kernel, KernelCache, Memory, Tier, Timeline, check_alive, missing},
-    model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
+    model::{
+        Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, Skipped, View,
+    },
     stage::{hits::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -124,9 +127,29 @@ impl Shadows {
         views: &[View],
         settings: &ShadowSettings,
     ) -> Result<Prepared, Error> {
+        self.prepare_with(casters, views, settings, &HostInputs::new())
+    }
+
+    /// As [`Self::prepare`], with what the host has on the device already. That is read whenever the
+    /// [`Prepared`] is recorded: what changes in the host's buffers asks for no other `prepare`.
+    ///
+    /// # Errors
+    /// As [`Self::prepare`], and where an input is not as it is said to be.
+    pub fn prepare_with(
+        &mut self,
+        casters: &Casters<'_>,
+        views: &[View],
+        settings: &ShadowSettings,
+        inputs: &HostInputs<'_>,
+    ) -> Result<Prepared, Error> {
         check_alive(&self.device)?;
         casters.check()?;
         check(views, settings)?;
+        let depths = depth_inputs(views, inputs.depths)?;
+        if settings.colored && !inputs.depths.is_empty() {
+            let problem = "coloured dithering has depths by channel, which it cannot lower";
+            return Err(Error::Invalid { what: "depth map of the host's", index: 0, problem });
+        }
         let Self { device, queue, room, .. } = self;
         room.budget = settings.pair_budget.min(pair_limit(device));
         let mut engine = lock(&self.engine);
@@ -138,18 +161,18 @@ impl Shadows {
             nodes: settings.curve_nodes(),
             ..pipeline.config
         };
-        let kept = set.take().and_then(|mut set| set.update(queue, casters).then_some(set));
-        let new = match kept {
+        let kept = set.take().and_then(|mut set| {
+            (set.has_room(inputs.casters) && set.update(queue, casters)).then_some(set)
+        });
+        let mut new = match kept {
             Some(kept) => kept,
-            None => CasterSet::new(device, queue, casters)?,
+            None => CasterSet::with_room(device, queue, casters, inputs.casters)?,
         };
+        new.take_host(device, queue, casters.materials, inputs.casters)?;
         let new = set.insert(new);
-        let prepared = match maps.take() {
-            Some(earlier) => {
-                pipeline.prepare_again(device, queue, new, views, room.pairs, earlier)?
-            }
-            None => pipeline.prepare(device, queue, new, views, room.pairs)?,
-        };
+        let (pairs, earlier) = (room.pairs, maps.take());
+        let request = pipeline.request(device, queue, new, views, pairs);
+        let prepared = pipeline.prepare_from(&request.with_depths(&depths), earlier)?;
         *frame += 1;
         let prepared = maps.insert(prepared);
         Ok(Prepared {
@@ -164,6 +187,11 @@ impl Shadows {
             maps: prepared.maps.clone(),
             memory: prepared.memory.clone(),
         })
+    }
+
+    /// The device, and what its kernels may use.
+    pub(super) fn device(&self) -> (&wgpu::Device, Tier) {
+        (&self.device, lock(&self.engine).pipeline.config.tier)
     }
 
     /// Takes over how many pairs a frame needed. Whether it grew: then some casters took the
@@ -252,10 +280,15 @@ impl Prepared {
         let engine = lock(&self.engine);
         let maps = self.current(&engine)?;
         let (opaque, translucent) = maps.read_counters(&self.device, &self.queue)?;
+        let loaded = maps.read_load_counters(&self.device, &self.queue)?;
+        let mut skipped = Skipped::new();
+        if loaded.skipped > 0 {
+            skipped.insert("a number of a host's caster is out of range", loaded.skipped.into());
+        }
         let sum =
             |of: fn(&ListCounters) -> u32| u64::from(of(&opaque)) + u64::from(of(&translucent));
         Ok(Counters {
-            casters: self.caster_count,
+            casters: self.caster_count + u64::from(loaded.taken),
             views_rendered: maps.rendered_count() as u64,
             views_kept: (maps.view_count() - maps.rendered_count()) as u64,
             culled: maps.culled_count(),
@@ -269,6 +302,7 @@ impl Prepared {
             unordered: u64::from(translucent.overflowed) * u64::from(self.ordered),
             pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
             pair_room: maps.pair_capacity(),
+            skipped,
             ..Counters::default()
         })
     }

@@ -3,8 +3,8 @@ use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, levels, llvmpipe,
-        occlude, profile::Profile, project, resolve, shade, sort::Sort,
+        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, import, levels,
+        llvmpipe, load, occlude, profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
 use std::{
@@ -140,8 +140,10 @@ impl OnDemand {
 #[derive(Debug)]
 pub struct Kernels {
     pub(crate) tier: Tier,
+    pub(crate) cull_groups: OnDemand,
     pub(crate) project_particles: OnDemand,
     pub(crate) project_triangles: OnDemand,
+    pub(crate) import_depths: OnDemand,
     pub(crate) occlude_small: OnDemand,
     pub(crate) sort: Sort,
     pub(crate) bin_count: OnDemand,
@@ -176,8 +178,10 @@ impl Kernels {
         let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);
         Self {
             tier: config.tier,
+            cull_groups: kernel(&load::GROUPS),
             project_particles: kernel(&project::PARTICLES),
             project_triangles: kernel(&project::TRIANGLES),
+            import_depths: kernel(&import::DEPTHS),
             occlude_small: kernel(&occlude::SMALL),
             sort: Sort::sharing(shape, cache.clone()),
             bin_count: bin_kernel(&bin::COUNT),

@@ -1,8 +1,10 @@
 //! From casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
     context::{ChunkBuffers, Chunks, Context},
+    host_list::HostChunks,
     kernels::{Kernels, OnDemand},
     plan::ListPlan,
+    read_back::ReadBack,
     scratch::Scratch,
 };
 use crate::{
@@ -15,7 +17,7 @@ use crate::{
         sort::{SortBindings, SortCount},
     },
 };
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{BindGroup, Buffer};
 
 /// What one list counted.
 pub type ListCounters = BatchCounters;
@@ -45,8 +47,9 @@ pub(crate) struct List {
     tile_count: u32,
     particle_chunks: Option<Chunks>,
     triangle_chunks: Option<Chunks>,
-    pub counters: Buffer,
-    readback: Buffer,
+    /// Of casters that only the device knows.
+    pub host_chunks: Option<HostChunks>,
+    counters: ReadBack<BatchCounters>,
     depth_sort: Option<SortBindings>,
     tile_sort: Option<SortBindings>,
     /// Which of the pair textures holds the sorted pairs.
@@ -81,14 +84,11 @@ impl List {
         let triangle_chunks = triangle_chunks
             .map(|buffers| bind_chunks(&context.kernels.project_triangles, buffers))
             .transpose()?;
-        let copied = BufferUsages::COPY_SRC;
-        let counters = context.allocator.storage::<BatchCounters>("counters", 1, copied)?;
-        let readback = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("counters_readback"),
-            size: size_of::<BatchCounters>() as u64,
-            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
+        let host = plan.host.as_ref().zip(context.casters.host());
+        let mut host_chunks =
+            host.map(|host| HostChunks::new(context, plan, host, views)).transpose()?;
+        let counted = ReadBack::<BatchCounters>::new(context.allocator, "counters")?;
+        let counters = counted.buffer();
         let curved = plan.features.nodes > 0 && !context.camera;
         let shape = context.config.profile.shape;
         let run_length = bin::run_length(shape, plan.footprint_count);
@@ -113,7 +113,7 @@ impl List {
             let mut depth = sort.bind(device, [&keys[0], &keys[1]], known, 0..DEPTH_BITS)?;
             depth.write_count(context.queue, plan.footprint_count);
             let counted = SortCount::FromBuffer {
-                counts: &counters,
+                counts: counters,
                 index: bin::PAIR_COUNT_INDEX,
                 capacity: scratch.pair_capacity,
             };
@@ -122,12 +122,15 @@ impl List {
             context.allocator.memory.add("histograms", depth.scratch_size() + tile.scratch_size());
             (depth_sort, tile_sort) = (Some(depth), Some(tile));
         }
+        if let Some(host) = &mut host_chunks {
+            host.count_into(&params, depth_sort.as_ref().and_then(SortBindings::count_buffer));
+        }
         let sorted_pairs = tile_sort.as_ref().map_or(0, SortBindings::result);
         let kernels = &context.kernels;
         let resources = context
             .resources(views)
             .with("bin_params", &params)
-            .with("counters", &counters)
+            .with("counters", counters)
             .with("sorted", &keys[depth_sort.as_ref().map_or(0, SortBindings::result)]);
         let binned = match context.binned_rects {
             Some(rects) => resources.clone().with("rects", rects),
@@ -148,8 +151,8 @@ impl List {
             tile_count,
             particle_chunks,
             triangle_chunks,
-            counters,
-            readback,
+            host_chunks,
+            counters: counted,
             depth_sort,
             tile_sort,
             sorted_pairs,
@@ -170,6 +173,9 @@ impl List {
         if self.footprint_count == 0 {
             return;
         }
+        if let Some(host) = &self.host_chunks {
+            host.record_cull(kernels, encoder, timeline);
+        }
         let mut pass = timeline.pass(encoder, "project");
         if let Some(chunks) = &self.particle_chunks {
             kernels.project_particles.record(&mut pass, &chunks.bindings, grid(chunks.count));
@@ -177,6 +183,13 @@ impl List {
         if let Some(chunks) = &self.triangle_chunks {
             kernels.project_triangles.record(&mut pass, &chunks.bindings, grid(chunks.count));
         }
+        if let Some(host) = &self.host_chunks {
+            host.record_project(kernels, &mut pass);
+        }
+    }
+
+    pub(crate) fn counters(&self) -> &Buffer {
+        self.counters.buffer()
     }
 
     /// sort and bin, up to the pairs in depth order and the list of those that did not fit.
@@ -241,16 +254,6 @@ impl List {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
     ) -> Result<ListCounters, Error> {
-        let mut encoder = device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&self.counters, 0, &self.readback, 0, self.readback.size());
-        queue.submit([encoder.finish()]);
-        self.readback.slice(..).map_async(wgpu::MapMode::Read, |_| ());
-        let lost = |error: &dyn std::fmt::Display| Error::Lost(error.to_string());
-        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
-        let bytes = self.readback.slice(..).get_mapped_range().map_err(|e| lost(&e))?;
-        let counters = bytemuck::pod_read_unaligned(&bytes);
-        drop(bytes);
-        self.readback.unmap();
-        Ok(counters)
+        self.counters.read(device, queue)
     }
 }

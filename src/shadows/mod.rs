@@ -11,6 +11,10 @@ mod count;
 pub mod cull;
 mod groups;
 mod host;
+mod host_casters;
+mod host_depths;
+mod host_inputs;
+mod host_list;
 mod host_shader;
 pub(crate) mod kernels;
 pub(crate) mod levels;
@@ -21,6 +25,7 @@ mod maps;
 mod pipeline;
 pub(crate) mod plan;
 mod prepared;
+mod read_back;
 mod room;
 pub(crate) mod scratch;
 mod small;
@@ -32,6 +37,7 @@ pub use groups::{Extent, Group};
 #[cfg(feature = "picture")]
 pub(crate) use host::check;
 pub use host::{Prepared, Shadows};
+pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
 pub use host_shader::LightBindings;
 pub use kernels::Kernels;
 #[cfg(feature = "picture")]

@@ -4,6 +4,7 @@ use super::{
     batch::Batch,
     cache::{MapCache, Relocation},
     context::Context,
+    host_depths::DepthInput,
     plan::{self, LISTS, PendingView, Plan},
     scratch::Scratch,
     soften::Soften,
@@ -45,6 +46,15 @@ pub(super) struct Request<'a> {
     window: u32,
     gain: bool,
     colored: bool,
+    /// Of the host's, by view; empty where there are none.
+    depths: &'a [Option<DepthInput>],
+}
+
+impl<'a> Request<'a> {
+    /// With depth maps of the host's, by view.
+    pub(super) fn with_depths(self, depths: &'a [Option<DepthInput>]) -> Self {
+        Self { depths, ..self }
+    }
 }
 
 /// What of an earlier frame is used again.
@@ -109,7 +119,7 @@ impl Pipeline {
         self.prepare_from(&self.request(device, queue, casters, views, pairs), Some(earlier))
     }
 
-    fn request<'a>(
+    pub(super) fn request<'a>(
         &self,
         device: &'a wgpu::Device,
         queue: &'a wgpu::Queue,
@@ -126,10 +136,11 @@ impl Pipeline {
             window: if self.config.soften { casters.dither_window } else { 0 },
             gain: casters.span(LISTS[1].clone()).features.gain,
             colored: self.config.colored && casters.dither_window > 0,
+            depths: &[],
         }
     }
 
-    fn prepare_from(
+    pub(super) fn prepare_from(
         &mut self,
         request: &Request<'_>,
         earlier: Option<PreparedMaps>,
@@ -146,7 +157,8 @@ impl Pipeline {
         };
         let MapSet { maps, mut soften, memory: maps_memory } = set;
         let maps = Maps { gain: request.gain, ..maps };
-        let cache = MapCache::after(reuse.cache, casters, views, self.config.hide.then_some(nodes));
+        let hides = self.config.hide.then_some(nodes);
+        let cache = MapCache::after(reuse.cache, casters, views, hides, request.depths);
         let relocation = reuse
             .relocated
             .and_then(|old| Relocation::new(old.maps, old.soften, cache.kept(), views, &maps));
@@ -158,6 +170,7 @@ impl Pipeline {
                 view: &views[index],
                 place: maps.places[index],
                 groups: cache.groups(index),
+                depth: request.depths.get(index).and_then(Option::as_ref),
             })
             .collect();
         let mut plans = plan::batches(&pending, casters, &self.config, kept)?;
@@ -170,7 +183,7 @@ impl Pipeline {
                 (scratch, scratch_memory) = self.scratch(request, None, &plans)?;
             }
         }
-        let mut memory = casters.memory.clone();
+        let mut memory = casters.memory();
         for &(name, bytes) in maps_memory.0.iter().chain(&scratch_memory.0) {
             memory.add(name, bytes);
         }
@@ -191,6 +204,7 @@ impl Pipeline {
         Ok(PreparedMaps {
             maps,
             batches,
+            host: casters.shared_host(),
             soften,
             scratch,
             cache,

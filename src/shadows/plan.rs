@@ -4,11 +4,13 @@ use super::{
     casters::CasterSet,
     cull::{PairBound, TileLoadBound},
     groups::Group,
+    host_casters::planes,
+    host_depths::DepthInput,
     small::TriangleExtent,
 };
 use crate::{
     error::Error,
-    model::{Class, View},
+    model::{Class, View, tiles_of},
     records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
         bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
@@ -19,7 +21,8 @@ use crate::{
     },
     view::atlas::MapPlace,
 };
-use std::ops::RangeInclusive;
+use glam::Vec4;
+use std::ops::{Range, RangeInclusive};
 
 /// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
@@ -41,6 +44,8 @@ pub(crate) struct Plan {
     pub cleared: bool,
     /// Of opaque triangles that are in no list.
     pub small_chunks: Vec<Chunk>,
+    /// Depth maps of the host's, by view.
+    pub depths: Vec<(usize, DepthInput)>,
     /// Of the camera: nothing is summed, and a tile's pairs must fit.
     pub camera: bool,
 }
@@ -57,11 +62,24 @@ pub(crate) struct ListPlan {
     /// Those of `particle_chunks` that may have particles for the scatter path.
     pub tiny_chunks: Vec<Chunk>,
     pub triangle_chunks: Vec<Chunk>,
-    /// Of particles, then of triangles.
+    /// Casters that only the device knows.
+    pub host: Option<HostList>,
+    /// Of particles, then of triangles, then of the host's casters as many as there may be.
     pub footprint_count: u32,
     pub first_setup: u32,
     /// What it never exceeds.
     pub bound: PairBound,
+}
+
+/// What a list has of casters in buffers of the host's.
+#[derive(Clone, Debug)]
+pub(crate) struct HostList {
+    pub groups: Range<u32>,
+    /// Six of each view.
+    pub planes: Vec<Vec4>,
+    pub first_footprint: u32,
+    /// Casters that a view may see at most.
+    pub capacity: u32,
 }
 
 impl ListPlan {
@@ -93,7 +111,42 @@ impl ListPlan {
     }
 
     pub(crate) fn setup_count(&self) -> u32 {
-        self.footprint_count - self.first_setup
+        let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
+        end - self.first_setup
+    }
+
+    /// How many footprints to expect: a caster of the host's is seldom seen by more than two of the
+    /// views of a batch.
+    pub(crate) fn likely_count(&self) -> u64 {
+        const VIEWS: u64 = 2;
+        self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
+            let most = u64::from(self.footprint_count - host.first_footprint);
+            u64::from(host.first_footprint) + most.min(VIEWS * u64::from(host.capacity))
+        })
+    }
+
+    /// After all that is uploaded.
+    fn add_host(&mut self, casters: &CasterSet, list: usize, views: &[GpuView]) {
+        let Some(sets) = casters.host().filter(|sets| !sets.spans[list].groups.is_empty()) else {
+            return;
+        };
+        let span = sets.spans[list].clone();
+        self.host = Some(HostList {
+            groups: span.groups,
+            planes: planes(views),
+            first_footprint: self.footprint_count,
+            capacity: span.capacity,
+        });
+        self.footprint_count += span.capacity * views.len() as u32;
+        // Anywhere, and of any size.
+        let tiles = |view: &GpuView| tiles_of(view.size.as_uvec2()).element_product();
+        let most = views.iter().map(tiles).max().unwrap_or(0);
+        let pairs = u64::from(span.capacity) * views.iter().map(tiles).map(u64::from).sum::<u64>();
+        self.bound = PairBound {
+            pairs: self.bound.pairs.saturating_add(pairs),
+            of_tile: self.bound.of_tile.saturating_add(span.capacity),
+            of_caster: self.bound.of_caster.max(most),
+        };
     }
 }
 
@@ -107,6 +160,15 @@ pub(crate) struct PendingView<'a> {
     pub place: MapPlace,
     /// Indices of the groups that it may see, in order.
     pub groups: &'a [u32],
+    /// Of the host's.
+    pub depth: Option<&'a DepthInput>,
+}
+
+impl PendingView<'_> {
+    /// Whether our own opaque casters count.
+    fn blocks(&self) -> bool {
+        self.depth.is_none_or(|depth| !depth.instead)
+    }
 }
 
 /// Cuts the views into batches and lists their casters. `kept`: the maps hold something
@@ -123,8 +185,10 @@ pub(crate) fn batches(
     let mut footprints = [0; 2];
     let mut tile_count = 0;
     for pending in views {
-        let PendingView { view, place, groups } = *pending;
-        let listed = LISTS.map(|list| count(casters, groups, &list));
+        let PendingView { view, place, groups, .. } = *pending;
+        let host =
+            |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
+        let listed = [0, 1].map(|i| count(casters, groups, &LISTS[i]) + host(i));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {
                 limit: "casters of one class in a view",
@@ -137,16 +201,16 @@ pub(crate) fn batches(
         let mut gpu_view = view.to_gpu(tile_count, place.origin, place.layer);
         let full = tile_count + tiles > MAX_TILES
             || batch.len() == MAX_VIEWS
-            || batch
-                .first()
-                .is_some_and(|(v, _): &(GpuView, _)| v.perspective != gpu_view.perspective)
+            || batch.first().is_some_and(|(v, _): &(GpuView, PendingView<'_>)| {
+                v.perspective != gpu_view.perspective
+            })
             || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
         if full && !batch.is_empty() {
             plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, config, kept));
             (tile_count, footprints) = (0, [0; 2]);
             gpu_view.first_tile = 0;
         }
-        batch.push((gpu_view, groups));
+        batch.push((gpu_view, *pending));
         tile_count += tiles;
         footprints = [0, 1].map(|i| footprints[i] + listed[i]);
     }
@@ -179,25 +243,36 @@ fn bound(
 }
 
 impl Plan {
-    /// (caster, view) that are projected.
+    /// (caster, view) that are projected, but for the host's.
     pub(crate) fn caster_count(&self) -> u64 {
-        let listed: u64 = self.lists.iter().map(|list| u64::from(list.footprint_count)).sum();
+        let uploaded = |list: &ListPlan| {
+            list.host.as_ref().map_or(list.footprint_count, |host| host.first_footprint)
+        };
+        let listed: u64 = self.lists.iter().map(|list| u64::from(uploaded(list))).sum();
         listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
     }
 
     fn new(
-        seen: Vec<(GpuView, &[u32])>,
+        seen: Vec<(GpuView, PendingView<'_>)>,
         tile_count: u32,
         casters: &CasterSet,
         config: &Config,
         kept: bool,
     ) -> Self {
-        let (views, groups): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let (views, pending): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let of_depths = pending.iter().enumerate();
+        let depths: Vec<_> =
+            of_depths.filter_map(|(i, pending)| Some((i, pending.depth?.clone()))).collect();
+        let groups: Vec<_> = pending.iter().map(|pending| pending.groups).collect();
+        let none: &[u32] = &[];
+        let groups_that_block = pending.iter().map(|p| if p.blocks() { p.groups } else { none });
+        let by_list = [groups_that_block.collect(), groups.clone()];
         let perspective = views[0].perspective > 0.0;
-        let has_opaque = casters.span(LISTS[0].clone()).count() > 0;
-        let [mut blocking, filtering] = LISTS.map(|list| {
+        let has_opaque = casters.has(0) || !depths.is_empty();
+        let [mut blocking, mut filtering] = [0, 1].map(|i| {
+            let (list, groups): (_, &Vec<_>) = (&LISTS[i], &by_list[i]);
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
-            ListPlan::new(&list, features, casters, &groups)
+            ListPlan::new(list, features, casters, groups)
         });
         let is_small = |extent: TriangleExtent, view: &GpuView| extent.is_small(view);
         let small_chunks = blocking.take_triangles(|chunk| {
@@ -206,9 +281,6 @@ impl Plan {
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
-        let dense = filtering.footprint_count >= DENSE * tile_count;
-        let features = filtering.features.of_walk(dense, config.queued);
-        let features = Features { nodes: config.nodes, ..features };
         let [blocking_bound, filtering_bound] = LISTS.map(|list| {
             let is_listed = |group: &Group, view: &GpuView| {
                 let small = group.triangles.is_some_and(|extent| is_small(extent, view));
@@ -216,10 +288,18 @@ impl Plan {
             };
             bound(casters, &groups, &views, is_listed)
         });
-        let blocking = ListPlan { bound: blocking_bound, ..blocking };
-        let bound = filtering_bound;
-        let lists = [blocking, ListPlan { tiny_chunks, features, bound, ..filtering }];
-        Self { views, tile_count, lists, small_chunks, kept, cleared: false, camera: false }
+        (blocking.bound, filtering.bound) = (blocking_bound, filtering_bound);
+        blocking.add_host(casters, 0, &views);
+        filtering.add_host(casters, 1, &views);
+        if let Some(host) = &mut blocking.host {
+            let not_blocked = (0..).zip(&pending).filter(|(_, pending)| !pending.blocks());
+            not_blocked.for_each(|(view, _)| host.hide(view));
+        }
+        let dense = filtering.footprint_count >= DENSE * tile_count;
+        let features = filtering.features.of_walk(dense, config.queued);
+        let features = Features { nodes: config.nodes, ..features };
+        let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
+        Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }
 
     /// What the camera sees of the classes of `list`, as the first list.
@@ -247,6 +327,7 @@ impl Plan {
             tile_count,
             lists: [seen, nothing],
             small_chunks: Vec::new(),
+            depths: Vec::new(),
             kept: false,
             cleared: false,
             camera: true,
@@ -289,6 +370,7 @@ impl ListPlan {
             particle_chunks,
             tiny_chunks: Vec::new(),
             triangle_chunks,
+            host: None,
             footprint_count,
             first_setup,
             bound: PairBound::default(),

@@ -3,12 +3,14 @@ use super::{
     Kernels, ListCounters, Maps,
     batch::Batch,
     cache::{MapCache, Relocation},
+    host_casters::HostSets,
     scratch::Scratch,
     soften::Soften,
 };
 use crate::{
     error::Error,
     gpu::{Memory, Timeline},
+    records::LoadCounters,
 };
 use std::sync::Arc;
 
@@ -17,6 +19,7 @@ use std::sync::Arc;
 pub struct PreparedMaps {
     pub maps: Maps,
     pub(super) batches: Vec<Batch>,
+    pub(super) host: Option<Arc<HostSets>>,
     pub(super) soften: Option<Soften>,
     pub(super) scratch: Arc<Scratch>,
     pub(super) cache: MapCache,
@@ -74,6 +77,7 @@ impl PreparedMaps {
         if let Some(relocation) = &self.relocation {
             relocation.record(&self.maps, self.soften.as_ref(), encoder);
         }
+        self.record_load(encoder, timeline);
         for batch in &self.batches {
             batch.record(kernels, encoder, timeline);
         }
@@ -90,9 +94,26 @@ impl PreparedMaps {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
+        self.record_load(encoder, timeline);
         for batch in &self.batches {
             batch.record_counts(kernels, encoder, timeline);
         }
+    }
+
+    fn record_load(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        if let Some(host) = self.host.as_ref().filter(|_| !self.batches.is_empty()) {
+            host.record(encoder, timeline);
+        }
+    }
+
+    /// Of the host's casters: those that were loaded last.
+    pub(super) fn read_load_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<LoadCounters, Error> {
+        let none = LoadCounters::default();
+        self.host.as_ref().map_or(Ok(none), |host| host.read_counters(device, queue))
     }
 
     /// What the last frame counted; blocks. `(opaque, translucent)`, summed over the batches.

@@ -97,10 +97,11 @@ impl ScratchSizes {
         // What never overflows, or a first guess: a frame that needed more says so, and the next is
         // prepared with it.
         let bound = lists().map(|list| list.bound.pairs).max().unwrap_or(0);
+        let likely = lists().map(ListPlan::likely_count).max().unwrap_or(0);
         let guess = if bound <= FREE_PAIRS {
             bound.next_power_of_two()
         } else {
-            (footprints * 5 + 65536).max(FREE_PAIRS)
+            (likely * 5 + 65536).max(FREE_PAIRS)
         };
         let guess = u32::try_from(guess).unwrap_or(u32::MAX);
         let changes = lists().any(|list| list.features.over || list.features.volumes);
@@ -183,7 +184,7 @@ impl Scratch {
 
     /// What a list expects to be zero.
     pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
-        encoder.clear_buffer(&list.counters, 0, None);
+        encoder.clear_buffer(list.counters(), 0, None);
         encoder.clear_buffer(&self.dispatches, 0, None);
         encoder.clear_buffer(&self.scattered_tiles, 0, None);
     }

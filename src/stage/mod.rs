@@ -10,8 +10,10 @@ pub mod colored;
 pub mod curve;
 pub mod filter;
 pub mod hits;
+pub mod import;
 pub mod levels;
 pub mod llvmpipe;
+pub mod load;
 pub mod occlude;
 pub mod profile;
 pub mod project;
@@ -24,6 +26,9 @@ use crate::gpu::{KernelDesc, Tier};
 
 /// Every kernel.
 pub const KERNELS: &[&KernelDesc] = &[
+    &load::CASTERS,
+    &load::GROUPS,
+    &import::DEPTHS,
     &project::PARTICLES,
     &project::TRIANGLES,
     &sort::SERIAL_COUNT,

@@ -377,6 +377,11 @@ impl SortBindings {
         self.scratch_size
     }
 
+    /// Where the number of pairs is, for [`SortCount::Known`]: a kernel may lower it.
+    pub fn count_buffer(&self) -> Option<&wgpu::Buffer> {
+        self.own_count.as_ref()
+    }
+
     /// The number of pairs of the next frame, at most the capacity; for [`SortCount::Known`].
     pub fn write_count(&mut self, queue: &wgpu::Queue, count: u32) {
         if let Some(own) = &self.own_count {

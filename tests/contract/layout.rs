@@ -3,8 +3,8 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
-        AirParams, ClusterCounters, ClusterParams, GpuArea, GpuLayout, GpuLight, GpuMaterial,
-        GpuView,
+        AirParams, ClusterCounters, ClusterParams, CullParams, GpuArea, GpuLayout, GpuLight,
+        GpuMaterial, GpuView, HostGroup, ImportParams, Listed, LoadCounters, LoadParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -42,6 +42,12 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<PictureParams>,
     struct_agrees::<Band>,
     struct_agrees::<PointBatch>,
+    struct_agrees::<LoadParams>,
+    struct_agrees::<HostGroup>,
+    struct_agrees::<LoadCounters>,
+    struct_agrees::<CullParams>,
+    struct_agrees::<Listed>,
+    struct_agrees::<ImportParams>,
 ];
 
 /// Every one is in the list: the sources are searched for `gpu_layout!`.

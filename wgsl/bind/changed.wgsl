@@ -1,9 +1,12 @@
 // Storage buffers that are written. A name has one number in the whole project.
 
 import package::records::bin::BatchCounters;
+import package::records::chunk::Chunk;
 import package::records::cluster::ClusterCounters;
+import package::records::host::{HostGroup, Listed, LoadCounters};
 import package::records::tile::Segment;
 
+@group(0) @binding(9) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(11) var<storage, read_write> dispatches: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read_write> merged_tiles: array<u32>;
 @group(0) @binding(13) var<storage, read_write> overflow: array<u32>;
@@ -22,3 +25,7 @@ import package::records::tile::Segment;
 @group(0) @binding(26) var<storage, read_write> sum_red: array<atomic<u32>>;
 @group(0) @binding(64) var<storage, read_write> carried: array<vec4<u32>>;
 @group(0) @binding(72) var<storage, read_write> point_shares: array<f32>;
+@group(0) @binding(75) var<storage, read_write> host_counters: LoadCounters;
+@group(0) @binding(76) var<storage, read_write> host_groups: array<HostGroup>;
+@group(0) @binding(77) var<storage, read_write> listed: Listed;
+@group(0) @binding(78) var<storage, read_write> listed_counts: array<u32>;

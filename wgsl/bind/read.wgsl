@@ -1,6 +1,7 @@
 // Storage buffers that are read. A name has one number in the whole project.
 
 import package::records::chunk::Chunk;
+import package::records::host::{Caster, HostGroup};
 import package::records::tile::Segment;
 
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;
@@ -14,3 +15,6 @@ import package::records::tile::Segment;
 @group(0) @binding(17) var<storage, read> small_depths: array<u32>;
 @group(0) @binding(73) var<storage, read> point_positions: array<f32>;
 @group(0) @binding(71) var<storage, read> point_normals: array<f32>;
+@group(0) @binding(74) var<storage, read> host_casters: array<Caster>;
+@group(0) @binding(79) var<storage, read> host_counts: array<u32>;
+@group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>;

@@ -24,5 +24,6 @@
 @group(0) @binding(54) var triangles: texture_2d<u32>;
 @group(0) @binding(65) var layers: texture_2d<u32>;
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;
+@group(0) @binding(83) var host_depths: texture_2d<f32>;
 @group(0) @binding(70) var raw_curves: texture_2d_array<u32>;
-@group(0) @binding(76) var levels: texture_2d<u32>;
+@group(0) @binding(86) var levels: texture_2d<u32>;

@@ -1,6 +1,7 @@
 // Storage textures that are written. A name has one number in the whole project.
 
 @group(0) @binding(32) var air: texture_storage_2d_array<rgba32float, write>;
+@group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(35) var clusters: texture_storage_2d<r32uint, write>;
 @group(0) @binding(36) var colored: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(37) var curves: texture_storage_2d_array<rgba32uint, write>;
@@ -27,4 +28,4 @@
 @group(0) @binding(67) var seen_pixels: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(68) var radiance: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(69) var clipped_rects: texture_storage_2d<rg32uint, write>;
-@group(0) @binding(77) var new_levels: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(87) var new_levels: texture_storage_2d<rgba32uint, write>;

@@ -5,6 +5,8 @@ import package::records::air_params::AirParams;
 import package::records::bin::BinParams;
 import package::records::chunk::ProjectParams;
 import package::records::cluster::ClusterParams;
+import package::records::host::{CullParams, LoadParams};
+import package::records::import::ImportParams;
 import package::records::light::PictureParams;
 import package::records::material::{GpuMaterial, MAX_MATERIALS};
 import package::records::point::PointBatch;
@@ -24,4 +26,8 @@ import package::sort::sort::SortPass;
 @group(0) @binding(8) var<uniform> views: array<GpuView, MAX_VIEWS>;
 @group(0) @binding(62) var<uniform> band: Band;
 @group(0) @binding(63) var<uniform> point_batch: PointBatch;
-@group(0) @binding(78) var<uniform> level_params: LevelParams;
+@group(0) @binding(80) var<uniform> cull_params: CullParams;
+@group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six a view
+@group(0) @binding(82) var<uniform> load_params: LoadParams;
+@group(0) @binding(84) var<uniform> import_params: ImportParams;
+@group(0) @binding(88) var<uniform> level_params: LevelParams;

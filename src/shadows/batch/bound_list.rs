@@ -23,8 +23,8 @@ pub(super) struct BoundList {
     pub list: List,
     pub readers: Readers,
     pub features: Features,
-    /// Of tiny particles; of what filters only.
-    tiny: Option<Chunks>,
+    /// Of tiny particles, uploaded ones and the host's; of what filters only.
+    tiny: Vec<Chunks>,
     /// Of what a list never needs there is none.
     overflow: Option<BindGroup>,
     tiles: Option<BindGroup>,
@@ -78,17 +78,17 @@ impl BoundList {
         is_read: bool,
     ) -> Result<Self, Error> {
         let readers = if maps.colored.is_some() { Readers::COLORED } else { Readers::OCCLUDE };
-        Self::new(context, maps, list, readers, features, views, None, is_read)
+        Self::new(context, maps, list, readers, features, views, &[], is_read)
     }
 
-    /// `tiny`: chunks of tiny particles.
+    /// `tiny`: chunks that may have tiny particles.
     pub(super) fn filtering(
         context: &mut Context<'_, '_>,
         maps: &Maps,
         list: List,
         features: Features,
         views: &Buffer,
-        tiny: Option<ChunkBuffers>,
+        tiny: &[&ChunkBuffers],
         is_read: bool,
     ) -> Result<Self, Error> {
         Self::new(context, maps, list, Readers::ACCUMULATE, features, views, tiny, is_read)
@@ -103,16 +103,16 @@ impl BoundList {
         readers: Readers,
         features: Features,
         views: &Buffer,
-        tiny: Option<ChunkBuffers>,
+        tiny: &[&ChunkBuffers],
         is_read: bool,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
         // A tile's pairs meet those of another segment, or what was scattered; the tiles of curves
         // take the latter themselves.
-        let may_scatter = list.may_overflow || tiny.is_some();
+        let may_scatter = list.may_overflow || !tiny.is_empty();
         let is_merged = list.has_segments || (may_scatter && features.nodes == 0);
         let needed = [
-            (Variant::AccumulateTiny, is_read && tiny.is_some()),
+            (Variant::AccumulateTiny, is_read && !tiny.is_empty()),
             (readers.overflow, is_read && list.may_overflow),
             (readers.tiles, is_read),
             (readers.segments, is_read && is_merged),
@@ -130,21 +130,21 @@ impl BoundList {
             .resources(views)
             .and(&maps.resources())
             .with("pairs", &scratch.pairs[list.sorted_pairs])
-            .with("counters", &list.counters)
+            .with("counters", list.counters())
             .with("partials", partials);
         let bind = |i: usize, resources: &Resources<'_>| {
             let (variant, is_needed) = needed[i];
             let kernel = is_needed.then(|| context.kernels.get(variant, features));
             kernel.map(|kernel| kernel.bind(device, resources)).transpose()
         };
-        let tiny = match tiny {
-            Some(buffers) => bind(0, &resources.clone().and(&buffers.resources()))?
-                .map(|bindings| Chunks { count: buffers.count, bindings }),
-            None => None,
-        };
+        let mut tiny_chunks = Vec::new();
+        for buffers in tiny {
+            let bindings = bind(0, &resources.clone().and(&buffers.resources()))?;
+            tiny_chunks.extend(bindings.map(|bindings| Chunks { count: buffers.count, bindings }));
+        }
         let [overflow, tiles, segments, resolve] = [1, 2, 3, 4].map(|i| bind(i, &resources));
         let (overflow, tiles, segments, resolve) = (overflow?, tiles?, segments?, resolve?);
-        Ok(Self { list, readers, features, tiny, overflow, tiles, segments, resolve })
+        Ok(Self { list, readers, features, tiny: tiny_chunks, overflow, tiles, segments, resolve })
     }
 
     /// From casters to segments; what takes the scatter path is added on the way.
@@ -159,7 +159,7 @@ impl BoundList {
         timeline.step(encoder, "clear");
         scratch.clear(list, encoder);
         list.record_project(kernels, encoder, timeline);
-        if let Some(chunks) = &self.tiny {
+        for chunks in &self.tiny {
             let mut pass = timeline.pass(encoder, readers.stage);
             let kernel = kernels.get(Variant::AccumulateTiny, *features);
             kernel.record(&mut pass, &chunks.bindings, [chunks.count.min(TINY_GROUPS), 1, 1]);

@@ -3,6 +3,7 @@ mod bound_list;
 
 use super::{
     context::{Context, view_uniform},
+    host_depths::Imports,
     kernels::Kernels,
     list::{List, ListCounters},
     maps::Maps,
@@ -24,6 +25,7 @@ pub(super) struct Batch {
     reads_filtering: bool,
     opaques: wgpu::Texture,
     small: Option<SmallTriangles>,
+    imports: Imports,
     blocking: BoundList,
     filtering: BoundList,
 }
@@ -39,9 +41,12 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, plan.tile_count);
         let (blocking, filtering) = (list(0)?, list(1)?);
-        let may_scatter = context.config.scatters() && !plan.lists[1].is_composed();
+        let may_scatter = context.scatters(&plan.lists[1]);
         let tiny = if may_scatter { &plan.lists[1].tiny_chunks[..] } else { &[] };
         let tiny = context.chunk_buffers(&plan.lists[1], tiny)?;
+        let host = filtering.host_chunks.as_ref().filter(|_| may_scatter);
+        let host = host.map(|host| host.buffers.clone());
+        let tiny: Vec<_> = tiny.iter().chain(&host).collect();
         let small = SmallTriangles::new(context, &plan.small_chunks, &views)?;
         // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
         let has_old_depths = plan.kept && small.is_none();
@@ -49,6 +54,8 @@ impl Batch {
         let reads_blocking = blocking.footprint_count > 0 || has_old_depths || by_channel;
         // `prepare` may have filled the maps with what they are without casters that filter.
         let reads_filtering = filtering.footprint_count > 0 || !plan.cleared;
+        let is_rendered = reads_blocking || small.is_some();
+        let imports = Imports::new(context, maps, &plan.views, &plan.depths, is_rendered)?;
         Ok(Self {
             scratch: Arc::clone(context.scratch),
             views: plan.views.clone(),
@@ -57,6 +64,7 @@ impl Batch {
             reads_blocking,
             reads_filtering,
             small,
+            imports,
             blocking: BoundList::blocking(
                 context,
                 maps,
@@ -71,7 +79,7 @@ impl Batch {
                 filtering,
                 plan.lists[1].features,
                 &views,
-                tiny,
+                &tiny,
                 reads_filtering,
             )?,
         })
@@ -123,6 +131,9 @@ impl Batch {
             blocking.record_tiles(kernels, &mut pass, self.tile_count);
             blocking.record_segments(scratch, kernels, &mut pass);
             blocking.record_resolve(scratch, kernels, &mut pass);
+        }
+        if !self.imports.is_empty() {
+            self.imports.record(kernels, &mut timeline.pass(encoder, "import"));
         }
     }
 

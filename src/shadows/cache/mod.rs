@@ -4,7 +4,7 @@ mod relocation;
 
 pub(super) use relocation::Relocation;
 
-use super::casters::CasterSet;
+use super::{casters::CasterSet, host_depths::DepthInput};
 use crate::{model::View, shadows::cull::Occluders};
 use std::sync::{
     Arc,
@@ -24,11 +24,24 @@ pub(super) struct MapCache {
     recorded: AtomicBool,
 }
 
+/// Something of the host's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Input {
+    /// Which set.
+    Casters(usize),
+    Depth {
+        /// Of our own opaque casters.
+        instead: bool,
+    },
+}
+
 #[derive(Debug)]
 struct CachedView {
     view: View,
     /// Indices of the groups that it may see.
     groups: Vec<u32>,
+    /// What it may see of the host's: which, and its version.
+    inputs: Vec<(Input, Option<u64>)>,
     /// What hid others, and how many casters it hid.
     occluders: Arc<Occluders>,
     hidden: u64,
@@ -47,6 +60,7 @@ impl MapCache {
         casters: &CasterSet,
         views: &[View],
         hides: Option<u32>,
+        depths: &[Option<DepthInput>],
     ) -> Self {
         let same_set = earlier.set == casters.id();
         let was_recorded = earlier.recorded.load(Ordering::Relaxed);
@@ -59,6 +73,16 @@ impl MapCache {
         let views = views.iter().enumerate().map(|(index, view)| {
             let gpu_view = view.to_gpu(0, glam::UVec2::ZERO, 0);
             let mut groups = casters.visible(&gpu_view);
+            let depth = depths.get(index).and_then(Option::as_ref);
+            let of_casters = casters.host().into_iter().flat_map(|sets| sets.versions(&gpu_view));
+            let of_depth =
+                depth.map(|depth| (Input::Depth { instead: depth.instead }, depth.version));
+            let inputs: Vec<_> = of_casters
+                .map(|(set, version)| (Input::Casters(set), version))
+                .chain(of_depth)
+                .collect();
+            // What the host's map has instead of them hides nothing that we know of.
+            let hides = hides.filter(|_| depth.is_none_or(|depth| !depth.instead));
             let before = before.next();
             let same = before.as_ref().filter(|before| {
                 same_set && before.view == *view && before.at >= casters.occluders_at()
@@ -76,12 +100,21 @@ impl MapCache {
                     && !lost(index)
                     && before.view == *view
                     && before.groups == groups
+                    && before.inputs == inputs
+                    && inputs.iter().all(|(_, version)| version.is_some())
                     && !groups.iter().any(changed)
             });
             if !is_kept {
                 pending.push(index);
             }
-            CachedView { view: view.clone(), groups, occluders, hidden, at: casters.changed_at() }
+            CachedView {
+                view: view.clone(),
+                groups,
+                inputs,
+                occluders,
+                hidden,
+                at: casters.changed_at(),
+            }
         });
         let views = views.collect();
         Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }

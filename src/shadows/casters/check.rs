@@ -8,7 +8,7 @@ use crate::{
 impl Casters<'_> {
     /// Whether all indices are in range and all positions finite.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { particles, triangles, materials, textures } = self;
+        let Self { particles, triangles, materials, textures, .. } = self;
         if materials.len() > MAX_MATERIALS {
             return Err(Error::Limit {
                 limit: "materials of a scene",

@@ -1,6 +1,7 @@
 //! What the casters of each class have, so that kernels can leave out the rest.
 use crate::{
     model::{CLASSES, Class, Material, Particle, Receives, Shape, Transfer, Triangle},
+    shadows::host_inputs::HostCasters,
     stage::hits::Features,
 };
 
@@ -28,6 +29,24 @@ pub(super) fn features_of(
     features
 }
 
+/// What sets of the host's may have: all that their materials have.
+pub(super) fn add_host_features(
+    features: &mut [Features; CLASSES],
+    materials: &[Material],
+    host: &[HostCasters<'_>],
+) {
+    let owners = asks_for_owners(materials);
+    for set in host.iter().filter(|set| set.count.capacity() > 0) {
+        for material in set.materials.iter().map(|&index| &materials[index as usize]) {
+            add_features(features, material, true);
+            let faintest = opacity(material, set.least_alpha);
+            let features = &mut features[Class::of(material) as usize];
+            features.faint |= faintest < FAINTEST && !material.transfer.is_opaque();
+            features.plain &= !owners;
+        }
+    }
+}
+
 /// Whether some receiver is tinted by all casters but its own.
 pub(super) fn asks_for_owners(materials: &[Material]) -> bool {
     materials.iter().any(|m| m.visible && m.receives == Receives::Others)
@@ -39,9 +58,14 @@ const FAINTEST: f32 = 1.0 / 4096.0;
 
 /// `alpha`: of the caster.
 fn add_opacity(features: &mut [Features; CLASSES], material: &Material, alpha: f32) {
-    let opacity = 1.0 - (1.0 - alpha * material.tint.w) * (1.0 - material.reflectivity);
+    let opacity = opacity(material, alpha);
     let is_faint = opacity > 0.0 && opacity < FAINTEST;
     features[Class::of(material) as usize].faint |= is_faint && !material.transfer.is_opaque();
+}
+
+/// Of a caster without texture or profile.
+fn opacity(material: &Material, alpha: f32) -> f32 {
+    1.0 - (1.0 - alpha * material.tint.w) * (1.0 - material.reflectivity)
 }
 
 fn add_features(features: &mut [Features; CLASSES], material: &Material, is_particle: bool) {

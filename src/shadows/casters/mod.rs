@@ -5,7 +5,12 @@ mod features;
 mod update;
 mod upload;
 
-use super::groups::{Group, Groups, Members, next_generation, sort_by_place};
+use super::{
+    groups::{Group, Groups, Members, next_generation, sort_by_place},
+    host_casters::{HostSets, room},
+    host_inputs::HostCasters,
+    plan::LISTS,
+};
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Resources},
@@ -17,10 +22,11 @@ use crate::{
     shadows::cull::Occluders,
     stage::hits::Features,
 };
-use features::{asks_for_owners, features_of};
+use features::{add_host_features, asks_for_owners, features_of};
 use std::{
     hash::{DefaultHasher, Hash as _, Hasher as _},
     ops::{Range, RangeInclusive},
+    sync::Arc,
 };
 use upload::{upload, upload_images, upload_materials};
 
@@ -51,12 +57,17 @@ pub struct CasterSet {
     particle_ranges: [Range<u32>; CLASSES],
     triangle_ranges: [Range<u32>; CLASSES],
     features: [Features; CLASSES],
+    /// Sets in buffers of the host's.
+    host: Option<Arc<HostSets>>,
+    /// Records behind the uploaded ones that their casters have.
+    host_room: Range<u32>,
     /// Whether some receiver is tinted by all casters but its own.
     pub owners: bool,
     /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
     pub dither_window: u32,
-    /// Bytes by texture and buffer.
-    pub memory: Memory,
+    memory: Memory,
+    /// Of the host's sets.
+    host_memory: Memory,
     groups: Groups,
     source: Source,
     /// When it was made: no other set has the same.
@@ -78,6 +89,7 @@ struct Source {
     /// [texels]
     texture_sizes: Vec<(u32, u32)>,
     blue_first: u32,
+    in_order: bool,
 }
 
 /// What decides where a material's casters are in the upload.
@@ -106,7 +118,17 @@ impl CasterSet {
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
     ) -> Result<Self, Error> {
-        let &Casters { particles, triangles, materials, textures } = casters;
+        Self::with_room(device, queue, casters, &[])
+    }
+
+    /// With room for casters of the host's, which [`Self::take_host`] takes.
+    pub(super) fn with_room(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &Casters<'_>,
+        host: &[HostCasters<'_>],
+    ) -> Result<Self, Error> {
+        let &Casters { particles, triangles, materials, textures, in_order } = casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
@@ -115,7 +137,7 @@ impl CasterSet {
             by_class(&particles.iter().map(|p| classes[p.material as usize]));
         let is_ordered = |class| layouts.iter().any(|&(of, over, _)| of == class && over);
         for (class, range) in Class::ALL.into_iter().zip(&particle_ranges) {
-            if !is_ordered(class) {
+            if !is_ordered(class) && !in_order {
                 let particles_of = &mut particle_order[range.start as usize..range.end as usize];
                 sort_by_place(particles_of, |i| particles[i as usize].center);
             }
@@ -141,9 +163,18 @@ impl CasterSet {
             // Behind the particles, because every kernel that dithers reads these already.
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
+        let host_first = casters.len() as u32;
+        let host_room = host_first..host_first.saturating_add(room(host));
         Ok(Self {
-            casters: upload(&mut allocator, queue, "casters", &casters, CASTER_TEXELS)?,
-            triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS)?,
+            casters: upload(
+                &mut allocator,
+                queue,
+                "casters",
+                &casters,
+                CASTER_TEXELS,
+                host_room.len(),
+            )?,
+            triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS, 0)?,
             images: upload_images(&mut allocator, queue, textures)?,
             materials: upload_materials(
                 &mut allocator,
@@ -156,9 +187,12 @@ impl CasterSet {
             particle_ranges,
             triangle_ranges,
             features,
+            host: None,
+            host_room,
             owners,
             dither_window: window(materials),
             memory,
+            host_memory: Memory::default(),
             groups,
             source: Source {
                 particle_order,
@@ -169,9 +203,54 @@ impl CasterSet {
                 textures: textures.iter().map(hash).collect(),
                 texture_sizes: textures.iter().map(|t| (t.width, t.height)).collect(),
                 blue_first,
+                in_order,
             },
             id: next_generation(),
         })
+    }
+
+    /// Whether [`Self::take_host`] has room for these.
+    pub(super) fn has_room(&self, host: &[HostCasters<'_>]) -> bool {
+        room(host) as usize <= self.host_room.len()
+    }
+
+    /// Casters in buffers of the host's, in place of those that it had. `materials`: those of the
+    /// uploaded casters.
+    pub(super) fn take_host(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        materials: &[Material],
+        host: &[HostCasters<'_>],
+    ) -> Result<(), Error> {
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let first = self.host_room.start;
+        self.host = HostSets::new(&mut allocator, queue, self, materials, first, host)?;
+        self.host_memory = memory;
+        add_host_features(&mut self.features, materials, host);
+        Ok(())
+    }
+
+    pub(crate) fn host(&self) -> Option<&HostSets> {
+        self.host.as_deref()
+    }
+
+    pub(super) fn shared_host(&self) -> Option<Arc<HostSets>> {
+        self.host.clone()
+    }
+
+    /// Whether there is a caster of one of [`LISTS`].
+    pub(super) fn has(&self, list: usize) -> bool {
+        self.span(LISTS[list].clone()).count() > 0
+            || self.host().is_some_and(|host| !host.spans[list].groups.is_empty())
+    }
+
+    /// Bytes by texture and buffer.
+    pub(crate) fn memory(&self) -> Memory {
+        let mut memory = self.memory.clone();
+        self.host_memory.0.iter().for_each(|&(name, bytes)| memory.add(name, bytes));
+        memory
     }
 
     /// Casters that lie together, in the order of the upload: particles first.
@@ -207,7 +286,9 @@ impl CasterSet {
     ) -> u64 {
         // What a curve merges hangs on how many pairs lie between; and a map of owners that is
         // cleared has other bits, which nobody reads, than one that nothing filters.
-        let filters = nodes == 0 && !self.owners;
+        // And of how many casters of the host's share a tile nobody knows.
+        let alone = self.host().is_none_or(|host| host.spans[1].groups.is_empty());
+        let filters = nodes == 0 && !self.owners && alone;
         self.groups.hide(visible, view, occluders, filters)
     }
 

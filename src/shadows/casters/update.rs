@@ -20,8 +20,10 @@ impl CasterSet {
     /// sizes of textures, casters of another class, or particles that have drifted so far apart
     /// that other neighbours should be together.
     pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
-        let &Casters { particles, triangles, materials, textures } = casters;
-        if !self.is_laid_out_as(particles, triangles, materials, textures) {
+        let &Casters { particles, triangles, materials, textures, in_order } = casters;
+        if self.source.in_order != in_order
+            || !self.is_laid_out_as(particles, triangles, materials, textures)
+        {
             return false;
         }
         let is_new = self.update_materials(queue, triangles, materials, textures);

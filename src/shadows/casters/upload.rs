@@ -13,14 +13,16 @@ use wgpu::{
     TextureUsages,
 };
 
+/// `room`: for so many more records.
 pub(super) fn upload<T: bytemuck::Pod>(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
     name: &'static str,
     records: &[T],
     texels: u32,
+    room: usize,
 ) -> Result<wgpu::Texture, Error> {
-    let count = records.len() as u64 * u64::from(texels);
+    let count = (records.len() + room) as u64 * u64::from(texels);
     let texture = allocator.records(
         name,
         Rgba32Uint,

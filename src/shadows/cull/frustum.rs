@@ -109,6 +109,14 @@ impl Frustum {
         Self { sides: all, depths: all }
     }
 
+    /// Left, right, bottom, top, near and far; inside is where `dot(p, xyz) + w >= 0`.
+    pub fn planes(&self) -> [Vec4; 6] {
+        let Self { sides, depths } = self;
+        let plane = |of: &Planes, i: usize| Vec4::new(of.x[i], of.y[i], of.z[i], of.d[i]);
+        [(sides, 0), (sides, 1), (sides, 2), (sides, 3), (depths, 0), (depths, 1)]
+            .map(|(of, i)| plane(of, i))
+    }
+
     /// Whether something within the box, which [`widened`] made, may be seen.
     pub fn sees(&self, bounds: &Bounds) -> bool {
         self.cross(bounds.min, bounds.max, CROSSES_ALL).is_some()

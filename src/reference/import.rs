@@ -1,0 +1,42 @@
+//! import: a depth of the host's to light depth. WGSL: `wgsl/import/import_depths.wgsl`.
+use crate::records::ImportParams;
+use glam::{UVec2, Vec2, Vec4, Vec4Swizzles as _};
+
+/// Along the ray through a point of our map, clip coordinates of the host's camera are
+/// `slope * distance + start`, `distance` along our axis [m].
+#[derive(Clone, Copy, Debug)]
+pub struct ClipRay {
+    slope: Vec4,
+    start: Vec4,
+}
+
+impl ClipRay {
+    /// `texel`: a point of our map [texels].
+    pub fn new(params: &ImportParams, texel: Vec2) -> Self {
+        let across = (texel - params.size * 0.5) / params.scale * Vec2::new(1.0, -1.0);
+        let clip = params.clip_from_view;
+        if params.perspective > 0.0 {
+            let slope = clip * across.extend(-1.0).extend(0.0);
+            return Self { slope, start: clip.w_axis };
+        }
+        Self { slope: -clip.z_axis, start: clip * across.extend(0.0).extend(1.0) }
+    }
+
+    /// Where the ray is in the host's map [texels].
+    pub fn host_texel(&self, params: &ImportParams) -> UVec2 {
+        let seen = self.slope * params.far + self.start;
+        let place =
+            (seen.xy() / seen.w * Vec2::new(0.5, -0.5) + Vec2::splat(0.5)) * params.host_size;
+        place.clamp(Vec2::ZERO, params.host_size - 1.0).as_uvec2()
+    }
+
+    /// Of a depth of the host's. 1 where there is nothing, or too far away; what is before the near
+    /// plane blocks all the same.
+    pub fn light_depth(&self, params: &ImportParams, depth: f32) -> f32 {
+        let Self { slope, start } = self;
+        let distance = (depth * start.w - start.z) / (slope.z - depth * slope.w);
+        let own = (distance - params.near) / (params.far - params.near);
+        // A NaN is none.
+        if depth != params.empty && own <= 1.0 { own.max(0.0) } else { 1.0 }
+    }
+}

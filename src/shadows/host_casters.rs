@@ -1,0 +1,191 @@
+//! Casters in buffers of the host's: what a host says of them, and how they become records.
+use super::{
+    casters::CasterSet,
+    cull::{Frustum, widened},
+    host_inputs::HostCasters,
+    plan::LISTS,
+    read_back::ReadBack,
+};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Kernel, Resources, Timeline},
+    model::{Bounds, Class, Material},
+    records::{GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
+    stage::{
+        load::group_count,
+        project::{CHUNK_SIZE, grid},
+    },
+};
+use glam::Vec4;
+use std::{ops::Range, sync::Arc};
+use wgpu::{BindGroup, Buffer, BufferUsages};
+
+/// A frame's sets, bound, and the groups that they are loaded into.
+#[derive(Debug)]
+pub(crate) struct HostSets {
+    sets: Vec<HostSet>,
+    /// Boxes of all groups, which only the device knows.
+    pub groups: Buffer,
+    counters: ReadBack<LoadCounters>,
+    /// Record of the first group's first caster.
+    pub first_caster: u32,
+    /// By list.
+    pub spans: [HostSpan; 2],
+}
+
+/// What a list has of them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct HostSpan {
+    pub groups: Range<u32>,
+    /// Casters at most.
+    pub capacity: u32,
+}
+
+#[derive(Debug)]
+struct HostSet {
+    kernel: Kernel,
+    bindings: BindGroup,
+    /// The host's own.
+    beside: BindGroup,
+    group_count: u32,
+    bounds: Option<Bounds>,
+    version: Option<u64>,
+}
+
+/// Which of [`LISTS`] the set belongs to.
+fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Result<usize, Error> {
+    let invalid = |problem| Error::Invalid { what: "set of host casters", index, problem };
+    let mut list = None;
+    for &material in set.materials {
+        let class = materials.get(material as usize).map(Class::of);
+        let class = class.ok_or(invalid("a material of it is not among the materials"))?;
+        let of = (0..LISTS.len()).find(|&i| LISTS[i].contains(&class));
+        let of = of.ok_or(invalid("a material of it casts nothing"))?;
+        if *list.get_or_insert(of) != of {
+            return Err(invalid(
+                "some of its materials block light and some filter it: make two sets",
+            ));
+        }
+    }
+    list.ok_or(invalid("it has no material"))
+}
+
+/// Records that sets need: whole groups.
+pub(super) fn room(sets: &[HostCasters<'_>]) -> u32 {
+    sets.iter()
+        .map(|set| group_count(set.count.capacity()).saturating_mul(CHUNK_SIZE))
+        .fold(0, u32::saturating_add)
+}
+
+impl HostSets {
+    /// `first_caster`: where `casters` has [`room`] for them. `None` where there is none at all.
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
+        set: &CasterSet,
+        materials: &[Material],
+        first_caster: u32,
+        given: &[HostCasters<'_>],
+    ) -> Result<Option<Arc<Self>>, Error> {
+        let mut by_list = [Vec::new(), Vec::new()];
+        for (index, casters) in given.iter().enumerate() {
+            casters.check(index)?;
+            let list = list_of(index, casters, materials)?;
+            if casters.count.capacity() > 0 {
+                by_list[list].push(casters);
+            }
+        }
+        let total: u32 =
+            by_list.iter().flatten().map(|set| group_count(set.count.capacity())).sum();
+        if total == 0 {
+            return Ok(None);
+        }
+        let none = BufferUsages::empty();
+        let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
+        let counters = ReadBack::new(allocator, "host_counters")?;
+        // Where the count is fixed nobody reads one.
+        let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
+        let mut sets = Vec::new();
+        let mut first_group = 0;
+        let spans = by_list.map(|casters| {
+            let start = first_group;
+            let capacity = casters.iter().map(|casters| casters.count.capacity()).sum();
+            for casters in casters {
+                let group_count = group_count(casters.count.capacity());
+                sets.push((casters, first_group, group_count));
+                first_group += group_count;
+            }
+            HostSpan { groups: start..first_group, capacity }
+        });
+        let mut bind = |(casters, first_group, group_count): (&HostCasters<'_>, u32, u32)| {
+            let (counts, count_index) = casters.count.buffer();
+            let mut bits = [[0; 4]; MAX_MATERIALS / 128];
+            for &material in casters.materials {
+                let word = material as usize / 32;
+                bits[word / 4][word % 4] |= 1 << (material % 32);
+            }
+            let params = allocator.uniform::<LoadParams>("load_params");
+            let values = LoadParams {
+                capacity: casters.count.capacity(),
+                is_counted: u32::from(counts.is_some()),
+                count_index,
+                group_count,
+                first_group,
+                first_caster: first_caster + first_group * CHUNK_SIZE,
+                materials: bits,
+                ..LoadParams::default()
+            };
+            queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+            let resources = Resources::new()
+                .with("casters", &set.casters)
+                .with("materials", &set.materials)
+                .with("load_params", &params)
+                .with("host_counts", counts.unwrap_or(&no_counts))
+                .with("host_groups", &groups)
+                .with("host_counters", counters.buffer());
+            let kernel = casters.loader.kernel.clone();
+            let bindings = kernel.bind(allocator.device, &resources)?;
+            let (beside, bounds) = (casters.bindings.clone(), casters.bounds);
+            let version = casters.version;
+            Ok::<_, Error>(HostSet { kernel, bindings, beside, group_count, bounds, version })
+        };
+        let sets = sets.into_iter().map(&mut bind).collect::<Result<_, _>>()?;
+        Ok(Some(Arc::new(Self { sets, groups, counters, first_caster, spans })))
+    }
+
+    /// Of the sets that a view may see, which they are and what they were when last told.
+    pub(super) fn versions<'a>(
+        &'a self,
+        view: &GpuView,
+    ) -> impl Iterator<Item = (usize, Option<u64>)> + use<'a> {
+        let frustum = Frustum::new(view);
+        let sees = move |set: &HostSet| {
+            set.bounds.as_ref().and_then(widened).is_none_or(|bounds| frustum.sees(&bounds))
+        };
+        let seen = self.sets.iter().enumerate().filter(move |(_, set)| sees(set));
+        seen.map(|(index, set)| (index, set.version))
+    }
+
+    /// Records and boxes, from what the host's buffers hold by then.
+    pub(super) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        encoder.clear_buffer(self.counters.buffer(), 0, None);
+        let mut pass = timeline.pass(encoder, "load");
+        for set in &self.sets {
+            pass.set_bind_group(1, &set.beside, &[]);
+            set.kernel.record(&mut pass, &set.bindings, grid(set.group_count));
+        }
+    }
+
+    pub(super) fn read_counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<LoadCounters, Error> {
+        self.counters.read(device, queue)
+    }
+}
+
+/// Six planes of each view, for [`crate::stage::load::GROUPS`].
+pub(super) fn planes(views: &[GpuView]) -> Vec<Vec4> {
+    views.iter().flat_map(|view| Frustum::new(view).planes()).collect()
+}

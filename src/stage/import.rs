@@ -1,0 +1,21 @@
+//! import: depth maps of the host's to opaque depths, after `occlude` and before `accumulate`.
+//!
+//! In: `host_depths`, of one view. Out: `opaques`, lowered or replaced.
+use crate::gpu::{KernelDesc, Tier};
+
+/// Edge of a workgroup [texels].
+const EDGE: u32 = 8;
+
+pub const DEPTHS: KernelDesc = KernelDesc {
+    name: "import_depths",
+    entry: "import_depths",
+    root: "import/import_depths.wgsl",
+    with: &[],
+    constants: &[("WORKGROUP_EDGE", EDGE as f64)],
+    tiers: &[Tier::Core],
+};
+
+/// Workgroups for a map of so many texels.
+pub fn grid(size: glam::UVec2) -> [u32; 3] {
+    [size.x.div_ceil(EDGE), size.y.div_ceil(EDGE), 1]
+}

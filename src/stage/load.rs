@@ -1,0 +1,34 @@
+//! load: casters in buffers of the host's to records, and what each view may see of them.
+//!
+//! `load_casters` (once a frame) In: the host's `load_caster`. Out: `casters`, as if they had been
+//! uploaded, and a box around each group of [`CHUNK_SIZE`]. `cull_groups` (once a list) In: the boxes,
+//! six planes a view. Out: chunks for `project`, and how many there are, which nobody reads back:
+//! what is dispatched is enough for all, and ends early.
+use super::project::CHUNK_SIZE;
+use crate::gpu::{Choice, KernelDesc, Tier};
+
+/// The import that a host's text stands for.
+pub const LOADER: &str = "loader";
+
+pub const CASTERS: KernelDesc = KernelDesc {
+    name: "load_casters",
+    entry: "load_casters",
+    root: "load/load_casters.wgsl",
+    with: &[Choice::new(LOADER, "load/load_plain.wgsl")],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+pub const GROUPS: KernelDesc = KernelDesc {
+    name: "cull_groups",
+    entry: "cull_groups",
+    root: "load/cull_groups.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+/// Groups of a set of `capacity` casters.
+pub fn group_count(capacity: u32) -> u32 {
+    capacity.div_ceil(CHUNK_SIZE)
+}

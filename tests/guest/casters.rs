@@ -1,0 +1,222 @@
+//! Casters in buffers of the host's leave the same maps as uploads of them, to the last bit.
+use super::{
+    HostBuffers, Particle, ShadowSettings, Vec3, Vec4, count_buffer, counted, materials, on_device,
+    particles, shadows, submit, uploaded, views,
+};
+use crate::common::{TIERS, gpu, own_gpu};
+use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver};
+
+const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
+
+/// Fixed or counted on the device, none, few, a group and one more, and many.
+#[test]
+fn maps_equal_those_of_uploads() {
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let mut shadows = shadows(&gpu);
+        for count in [0, 1, 255, 257, 5000] {
+            let all = particles(count, 7);
+            let expected = uploaded(&gpu, &mut shadows, &all, &SETTINGS());
+            let host = HostBuffers::new(&gpu, &all);
+            let loader = host.loader(&shadows);
+            let counts = count_buffer(&gpu, count as u32);
+            for counter in [CasterCount::Fixed(count as u32), counted(&counts, count as u32 + 300)]
+            {
+                let set = HostCasters::new(&loader, &host.bindings, counter, &[0, 1]);
+                let prepared = on_device(&mut shadows, &[], &[set.least_alpha(0.01)], &SETTINGS());
+                let bits = submit(&gpu, &prepared);
+                assert!(bits == expected, "{tier}: {counter:?}");
+                let counters = prepared.counters().unwrap();
+                assert_eq!((counters.casters, counters.skipped.len()), (count as u64, 0));
+            }
+            let shade = expected.filters.iter().filter(|texel| texel[1] < 0x3b00).count();
+            assert!(count < 255 || shade > 500, "{count}: {shade} texels are in shade");
+        }
+    }
+}
+
+/// Curves, the order of `over`, brightening, and discs that block.
+#[test]
+fn all_that_filters_or_blocks_can_come_from_the_host() {
+    let curve = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..SETTINGS() };
+    let cases: [(&[u32], ShadowSettings); 5] = [
+        (&[0], curve),
+        (&[3], SETTINGS()),
+        (&[0, 4], SETTINGS()),
+        (&[2], SETTINGS()),
+        (&[3], curve),
+    ];
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let mut shadows = shadows(&gpu);
+        for (used, settings) in cases {
+            let mut all = particles(700, 9);
+            for (i, particle) in all.iter_mut().enumerate() {
+                particle.material = used[i % used.len()];
+                if particle.material == 4 {
+                    particle.color *= Vec4::new(16.0, 3.0, 2.0, 1.0);
+                }
+            }
+            let expected = uploaded(&gpu, &mut shadows, &all, &settings);
+            let host = HostBuffers::new(&gpu, &all);
+            let loader = host.loader(&shadows);
+            let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(700), used);
+            let prepared = on_device(&mut shadows, &[], &[set.least_alpha(0.01)], &settings);
+            assert!(
+                submit(&gpu, &prepared) == expected,
+                "{tier}: {used:?} {:?}",
+                settings.receiver
+            );
+        }
+    }
+}
+
+/// Some uploaded, some in two sets of the host's, of which one blocks light: as all uploaded.
+#[test]
+fn uploads_and_sets_are_one_frame() {
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let mut shadows = shadows(&gpu);
+        let (first, second) = (particles(300, 1), particles(520, 2));
+        let mut blocking = particles(40, 3);
+        blocking.iter_mut().for_each(|particle| particle.material = 2);
+        let all = [&first[..], &second, &blocking].concat();
+        let expected = uploaded(&gpu, &mut shadows, &all, &SETTINGS());
+        let [of_second, of_blocking] =
+            [&second, &blocking].map(|particles| HostBuffers::new(&gpu, particles));
+        let loader = of_second.loader(&shadows);
+        let counts = count_buffer(&gpu, 520);
+        let sets = [
+            HostCasters::new(&loader, &of_second.bindings, counted(&counts, 1000), &[0, 1])
+                .least_alpha(0.01),
+            HostCasters::new(&loader, &of_blocking.bindings, CasterCount::Fixed(40), &[2]),
+        ];
+        let prepared = on_device(&mut shadows, &first, &sets, &SETTINGS());
+        let bits = submit(&gpu, &prepared);
+        assert!(bits == expected, "{tier}");
+        assert!(bits.opaques.iter().any(|&depth| depth < 1.0_f32.to_bits()));
+        let counters = prepared.counters().unwrap();
+        assert_eq!(counters.casters, 860);
+        assert!(prepared.memory().0.iter().any(|(name, _)| *name == "host_groups"));
+    }
+}
+
+#[test]
+fn what_cannot_be_used_is_counted_and_changes_nothing() {
+    let good = Particle { material: 0, ..particles(1, 5)[0] };
+    let wrong = [
+        Particle { center: Vec3::new(0.0, f32::NAN, 0.0), ..good },
+        Particle { center: Vec3::new(f32::INFINITY, 0.0, 0.0), ..good },
+        Particle { center: Vec3::new(0.0, 0.0, -1.1e7), ..good },
+        Particle { radius: 0.0, ..good },
+        Particle { radius: -1.0, ..good },
+        Particle { radius: f32::NAN, ..good },
+        Particle { radius: f32::INFINITY, ..good },
+        Particle { rotation: f32::NAN, ..good },
+        Particle { color: Vec4::new(0.5, 1.1, 0.5, 0.5), ..good },
+        Particle { color: Vec4::new(0.5, f32::NAN, 0.5, 0.5), ..good },
+        Particle { color: Vec4::new(0.5, 0.5, 0.5, -0.1), ..good },
+        Particle { color: Vec4::new(0.5, 0.5, 0.5, f32::INFINITY), ..good },
+        // Of no material, of one that the set has not, and of a number past all bits.
+        Particle { material: 99, ..good },
+        Particle { material: 2, ..good },
+        Particle { material: u32::MAX, ..good },
+    ];
+    // Beside all views, and at the border of what is allowed.
+    let far = [
+        Particle { center: Vec3::new(900.0, -300.0, 20.0), ..good },
+        Particle { center: Vec3::splat(1e7), ..good },
+        Particle { color: Vec4::new(0.0, -0.0, 1.0, 1.0), ..good },
+    ];
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let mut shadows = shadows(&gpu);
+        let mut usable = particles(400, 6);
+        let mut all = usable.clone();
+        for (i, &particle) in wrong.iter().enumerate() {
+            all.insert(i * 23, particle);
+        }
+        usable.extend(far);
+        all.extend(far);
+        let expected = uploaded(&gpu, &mut shadows, &usable, &SETTINGS());
+        let host = HostBuffers::new(&gpu, &all);
+        let loader = host.loader(&shadows);
+        let count = CasterCount::Fixed(all.len() as u32);
+        let set = HostCasters::new(&loader, &host.bindings, count, &[0, 1]).least_alpha(0.01);
+        let prepared = on_device(&mut shadows, &[], &[set], &SETTINGS());
+        assert!(submit(&gpu, &prepared) == expected, "{tier}");
+        let counters = prepared.counters().unwrap();
+        let skipped: u64 = counters.skipped.values().sum();
+        assert_eq!((counters.casters, skipped), (403, wrong.len() as u64), "{counters:?}");
+    }
+}
+
+/// Frame after frame from one `prepare`: casters move, come and go, and nothing is made.
+#[test]
+fn frames_follow_the_buffers_and_make_nothing() {
+    for tier in TIERS {
+        let gpu = own_gpu(tier);
+        let mut shadows = shadows(&gpu);
+        let frames: Vec<_> =
+            [500, 80, 613, 0].into_iter().zip(20..).map(|(n, seed)| particles(n, seed)).collect();
+        let expected: Vec<_> =
+            frames.iter().map(|all| uploaded(&gpu, &mut shadows, all, &SETTINGS())).collect();
+        let host = HostBuffers::new(&gpu, &particles(700, 1));
+        let loader = host.loader(&shadows);
+        let counts = count_buffer(&gpu, 700);
+        let set = HostCasters::new(&loader, &host.bindings, counted(&counts, 700), &[0, 1])
+            .least_alpha(0.01);
+        let prepared = on_device(&mut shadows, &[], &[set], &SETTINGS());
+        submit(&gpu, &prepared);
+        for (particles, expected) in frames.iter().zip(&expected) {
+            host.write(&gpu, particles);
+            gpu.queue.write_buffer(&counts, 8, bytemuck::bytes_of(&(particles.len() as u32)));
+            assert!(submit(&gpu, &prepared) == *expected, "{tier}: {}", particles.len());
+        }
+        let made = || {
+            let hal = gpu.device.get_internal_counters().hal;
+            [hal.buffers.read(), hal.texture_views.read(), hal.bind_groups.read()]
+        };
+        let before = made();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        (0..3).for_each(|_| prepared.record(&mut encoder));
+        assert_eq!(made(), before);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.check().unwrap();
+    }
+}
+
+/// Whose casters may have changed is rendered again, and nothing else.
+#[test]
+fn maps_stay_where_nothing_of_the_hosts_changed() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let mut all = particles(50, 4);
+    // All to the right of the lamp.
+    for particle in &mut all {
+        particle.center = Vec3::new(1.5, 0.0, 0.0) + particle.center * 0.1;
+    }
+    let host = HostBuffers::new(&gpu, &all);
+    let loader = host.loader(&shadows);
+    let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(50), &[0, 1]);
+    let around = Bounds { min: Vec3::new(1.2, -0.3, -0.3), max: Vec3::new(1.8, 0.3, 0.3) };
+    let materials = materials();
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    let lamp = &views()[..6];
+    let mut rendered = |set: Option<HostCasters<'_>>| {
+        let sets = Vec::from_iter(set);
+        let inputs = HostInputs::new().casters(&sets);
+        let prepared = shadows.prepare_with(&casters, lamp, &SETTINGS(), &inputs).unwrap();
+        submit(&gpu, &prepared);
+        prepared.counters().unwrap().views_rendered
+    };
+    assert_eq!(rendered(Some(set)), 6);
+    assert_eq!(rendered(Some(set)), 6, "nobody says that it is unchanged");
+    assert_eq!(rendered(Some(set.bounds(around))), 6);
+    assert_eq!(rendered(Some(set.bounds(around))), 1, "of the face that looks there");
+    assert_eq!(rendered(Some(set.bounds(around).version(3))), 1);
+    assert_eq!(rendered(Some(set.bounds(around).version(3))), 0);
+    assert_eq!(rendered(Some(set.bounds(around).version(4))), 1);
+    assert_eq!(rendered(None), 1, "its shadow goes");
+    assert_eq!(rendered(None), 0);
+}

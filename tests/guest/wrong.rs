@@ -1,0 +1,84 @@
+//! What a host says wrong of its casters is an error that says where.
+use super::{
+    HostBuffers, HostCasters, HostInputs, ShadowSettings, WGSL, count_buffer, materials, particles,
+    shadows, views,
+};
+use crate::common::{TIERS, gpu, two_devices};
+use gobo::{CasterCount, Casters, Error, wgpu::BufferUsages};
+
+#[test]
+fn errors_point_into_the_hosts_text() {
+    let gpu = gpu(TIERS[0]);
+    let shadows = shadows(&gpu);
+    let host = HostBuffers::new(&gpu, &particles(1, 1));
+    let error = |text: &str| {
+        let error = shadows.caster_loader("smoke.wgsl", text, &host.layout).unwrap_err();
+        assert!(matches!(error, Error::Kernel(_)), "{error:?}");
+        error.to_string()
+    };
+    let line = |of: &str| 1 + WGSL.lines().position(|line| line.contains(of)).unwrap();
+    for (from, to) in [
+        // No WGSL, an unknown name, a wrong type.
+        ("let place = casters", "let = casters"),
+        ("place.xyz, place.w, is_usable", "place.xyz, placed.w, is_usable"),
+        ("let look = looks[index]", "let look: f32 = looks[index]"),
+    ] {
+        let message = error(&WGSL.replace(from, to));
+        let at = format!("smoke.wgsl:{}:", line(from));
+        assert!(message.contains(&at), "{at} {message}");
+    }
+    // What only validation sees is in its function.
+    let message = error(&WGSL.replace("Caster(place.xyz, ", "Caster(place.xy, "));
+    let at = format!("smoke.wgsl:{}:", line("fn load_caster"));
+    assert!(message.contains(&at), "{at} {message}");
+    let none = error("fn unload() {}");
+    assert!(
+        none.contains("load_caster") && none.contains("wgsl/load/load_casters.wgsl:"),
+        "{none}"
+    );
+    // What it binds is not what the layout has.
+    assert!(error(&WGSL.replace("@group(1) @binding(4)", "@group(1) @binding(5)")).contains("5"));
+    assert!(error(&WGSL.replace("@group(1) @binding(4)", "@group(0) @binding(99)")).contains("99"));
+    assert!(gpu.check().is_ok());
+}
+
+#[test]
+fn sets_that_cannot_be_used_are_named() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let host = HostBuffers::new(&gpu, &particles(4, 1));
+    let loader = host.loader(&shadows);
+    let counts = count_buffer(&gpu, 4);
+    let materials = materials();
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    let set = |count, materials| HostCasters::new(&loader, &host.bindings, count, materials);
+    let good = set(CasterCount::Fixed(4), &[0][..]);
+    let at = |offset| CasterCount::Indirect { buffer: &counts, offset, capacity: 4 };
+    let mut error = |wrong: HostCasters<'_>| {
+        let sets = [good, wrong];
+        let inputs = HostInputs::new().casters(&sets);
+        shadows.prepare_with(&casters, &views(), &ShadowSettings::default(), &inputs).unwrap_err()
+    };
+    for (wrong, problem) in [
+        (set(CasterCount::Fixed(4), &[]), "no material"),
+        (set(CasterCount::Fixed(4), &[6]), "not among"),
+        (set(CasterCount::Fixed(4), &[5]), "casts nothing"),
+        (set(CasterCount::Fixed(4), &[0, 2]), "two sets"),
+        (set(at(2), &[0]), "multiple of 4"),
+        (set(at(16), &[0]), "ends before"),
+    ] {
+        let message = error(wrong).to_string();
+        assert!(message.starts_with("set of host casters 1 "), "{message}");
+        assert!(message.contains(problem), "{message}");
+    }
+    let uniform = gpu.upload("count", &[4_u32; 4], BufferUsages::UNIFORM);
+    let counted = CasterCount::Indirect { buffer: &uniform, offset: 0, capacity: 4 };
+    assert!(matches!(error(set(counted, &[0])), Error::Kernel(_)));
+    assert!(matches!(error(set(CasterCount::Fixed(u32::MAX), &[0])), Error::Limit { .. }));
+    let [own, _] = two_devices();
+    let foreign = HostBuffers::new(&own, &particles(4, 1));
+    let foreign_loader = foreign.loader(&super::shadows(&own));
+    let foreign = HostCasters::new(&foreign_loader, &host.bindings, CasterCount::Fixed(4), &[0]);
+    assert!(matches!(error(foreign), Error::Kernel(_)));
+    assert!(gpu.check().is_ok());
+}

@@ -1,0 +1,40 @@
+// A caster of the host's as the record that an upload of it would be: bit for bit where the device
+// divides as IEEE 754 says. Rust: `Caster::new` in src/records/caster.rs.
+
+import package::bind::uniform::materials;
+import package::records::host::Caster;
+import package::records::material::{MAX_GAIN, TRANSFER_GAIN};
+import package::records::record::OPACITY_SCALE;
+
+const TURN: f32 = 6.2831853; // [radians]
+
+fn packed_place(caster: Caster) -> vec4<u32> {
+    return vec4(bitcast<vec3<u32>>(caster.center), bitcast<u32>(caster.radius));
+}
+
+fn packed_look(caster: Caster) -> vec4<u32> {
+    let is_gain = materials[caster.material].transfer == TRANSFER_GAIN;
+    let color = caster.color.rgb / select(1.0, MAX_GAIN, is_gain);
+    let levels = vec3<u32>(floor(0.5 + 65535.0 * color));
+    let turns = caster.rotation / TURN;
+    let part = turns - floor(turns);
+    // Halves go up, as the twin rounds them.
+    let angle = u32(floor(part * 65536.0 + 0.5)) & 0xffffu;
+    return vec4(
+        levels.r | (levels.g << 16u),
+        levels.b | (half_bits(caster.color.a * OPACITY_SCALE) << 16u),
+        caster.material | (angle << 16u),
+        caster.id,
+    );
+}
+
+// f16, 0 to 32768, to the nearest, of two to the even one: `pack2x16float` may round otherwise.
+fn half_bits(x: f32) -> u32 {
+    const LEAST_NORMAL: f32 = 6.1035156e-5;
+    if x < LEAST_NORMAL {
+        return u32(round(x * 16777216.0));
+    }
+    let bits = bitcast<u32>(x);
+    // Exponents of f32 have a bias of 127, of f16 one of 15.
+    return ((bits + 0xfffu + ((bits >> 13u) & 1u)) >> 13u) - (112u << 10u);
+}
