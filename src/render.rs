@@ -218,7 +218,9 @@ impl GpuEngine {
         } else {
             Vec::new()
         };
-        let camera = View::from_camera(&scene.camera, &scene.bounds());
+        let whole = View::from_camera(&scene.camera, &scene.bounds());
+        let first = scene.sample_offsets().next().unwrap_or_default();
+        let camera = whole.clone().through(first);
         let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
         let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
         let (shown, room, overflowed) = self.shade_whole_picture(&lit, budget)?;
@@ -233,7 +235,8 @@ impl GpuEngine {
             picture.light = self.read_light(&shown)?;
         }
         if scene.samples > 1 {
-            picture = self.shade_samples(lit.clone(), budget, picture.light)?;
+            let lit = Lit { camera: whole, ..lit.clone() };
+            picture = self.shade_samples(lit, budget, picture.light)?;
         }
         let clusters = shown.read_cluster_counters(&self.gpu)?;
         let debug = options
@@ -320,7 +323,7 @@ impl GpuEngine {
         Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// The mean over all places of the pixels; `first`: the light through their middles.
+    /// The mean over all places of the pixels; `first`: the light through the first of them.
     fn shade_samples(
         &mut self,
         lit: Lit<'_>,

@@ -62,12 +62,14 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
 }
 
 impl Scene {
-    /// Places in a pixel, from its middle [pixels]: the first is the middle, and all together lie evenly
-    /// (Roberts 2018, the R2 sequence).
+    /// Places in a pixel, from its middle [pixels]: evenly (Roberts 2018, the R2 sequence), with their
+    /// mean in the middle.
     pub fn sample_offsets(&self) -> impl Iterator<Item = Vec2> {
         const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
+        let count = self.samples.clamp(1, MAX_SAMPLES);
         let place = |i| (0.5 + STEP * f64::from(i)).fract() - 0.5;
-        (0..self.samples.clamp(1, MAX_SAMPLES)).map(move |i| place(i).as_vec2())
+        let mean = (0..count).map(place).sum::<DVec2>() / f64::from(count);
+        (0..count).map(move |i| (place(i) - mean).as_vec2())
     }
 
     /// Of all casters and receivers.

@@ -71,6 +71,6 @@ fn samples_are_1_to_16() {
     assert_eq!(read("[camera]\n").unwrap().samples, 1);
     for wrong in [0, 17] {
         let error = read(&format!("[camera]\nsamples = {wrong}\n")).unwrap_err().to_string();
-        assert!(error.contains("1 to 16"), "{error}");
+        assert!(error.contains("samples is"), "{error}");
     }
 }
