@@ -4,6 +4,7 @@ import package::records::air_params::AirParams;
 import package::records::bin::BinParams;
 import package::records::chunk::ProjectParams;
 import package::records::cluster::ClusterParams;
+import package::records::convert::ConvertParams;
 import package::records::host::{CullParams, LoadParams};
 import package::records::import::ImportParams;
 import package::records::light::PictureParams;
@@ -29,3 +30,4 @@ import package::sort::sort::SortPass;
 @group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six a view
 @group(0) @binding(82) var<uniform> load_params: LoadParams;
 @group(0) @binding(84) var<uniform> import_params: ImportParams;
+@group(0) @binding(86) var<uniform> convert_params: ConvertParams;
