@@ -3,7 +3,8 @@ use super::{
     arguments::Target,
     failure::Failure,
     files,
-    translate::{BufferSizes, Kernel, translate},
+    translate::{Kernel, translate},
+    writers::BufferSizes,
 };
 use gobo::{
     error::Error,

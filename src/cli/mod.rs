@@ -14,6 +14,7 @@ mod maps;
 mod npy;
 mod render;
 mod translate;
+mod writers;
 
 pub(crate) use arguments::Arguments;
 use arguments::Command;

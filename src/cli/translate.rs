@@ -1,17 +1,16 @@
 //! One kernel in another shading language, its override constants resolved.
-use super::arguments::Target;
+use super::{
+    arguments::Target,
+    writers::{BufferSizes, glsl, hlsl, msl, slots, spirv},
+};
 use gobo::gpu::Constant;
 use naga::{
-    Module, ResourceBinding, ShaderStage, back,
-    proc::{BoundsCheckPolicies, BoundsCheckPolicy},
+    Module, back,
     valid::{
         Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
     },
 };
 use std::collections::{BTreeMap, HashMap};
-
-/// Where MSL finds the sizes of runtime arrays: the last slot that Metal has.
-const MSL_SIZES_SLOT: u8 = 30;
 
 pub(crate) struct Translation {
     pub(crate) source: Vec<u8>,
@@ -25,12 +24,6 @@ pub(crate) struct Translation {
     /// Where the language has few: of each binding, its place among the kernel's resources of its
     /// kind.
     pub(crate) slots: HashMap<u32, u8>,
-}
-
-#[derive(Debug, serde::Serialize)]
-pub(crate) struct BufferSizes {
-    slot: u8,
-    buffers: Vec<String>,
 }
 
 impl Target {
@@ -65,14 +58,6 @@ impl Target {
         }
     }
 }
-
-/// What wgpu guarantees, too: an index out of bounds does no harm.
-const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
-    index: BoundsCheckPolicy::Restrict,
-    buffer: BoundsCheckPolicy::Restrict,
-    image_load: BoundsCheckPolicy::ReadZeroSkipWrite,
-    binding_array: BoundsCheckPolicy::Restrict,
-};
 
 /// A kernel, its override constants resolved.
 #[derive(Debug)]
@@ -210,161 +195,6 @@ fn needed(module: &Module, capabilities: Capabilities) -> Vec<&'static str> {
     .filter(|&(_, feature)| validate(module, capabilities - feature).is_err())
     .map(|(name, _)| name)
     .collect()
-}
-
-type Written = (Vec<u8>, String, Option<BufferSizes>);
-
-fn spirv(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
-    let options = back::spv::Options {
-        // The first with subgroup operations: Vulkan 1.1.
-        lang_version: (1, 3),
-        flags: back::spv::WriterFlags::LABEL_VARYINGS,
-        bounds_check_policies: BOUNDS,
-        ..Default::default()
-    };
-    let pipeline = back::spv::PipelineOptions {
-        shader_stage: ShaderStage::Compute,
-        entry_point: name.to_owned(),
-    };
-    let words = back::spv::write_vec(module, info, &options, Some(&pipeline))
-        .map_err(|error| error.to_string())?;
-    Ok((words.iter().flat_map(|word| word.to_le_bytes()).collect(), name.to_owned(), None))
-}
-
-fn hlsl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
-    let options = back::hlsl::Options {
-        // The first with wave operations.
-        shader_model: back::hlsl::ShaderModel::V6_0,
-        ..Default::default()
-    };
-    let pipeline =
-        back::hlsl::PipelineOptions { entry_point: Some((ShaderStage::Compute, name.to_owned())) };
-    let mut text = String::new();
-    let reflection = back::hlsl::Writer::new(&mut text, &options, &pipeline)
-        .write(module, info, None)
-        .map_err(|error| error.to_string())?;
-    let entry_point = only(reflection.entry_point_names)?;
-    Ok((text.into_bytes(), entry_point, None))
-}
-
-fn msl(module: &Module, info: &ModuleInfo, name: &str, slots: &Slots) -> Result<Written, String> {
-    let slots = resources(module).into_iter().map(|Bound { at: binding, kind, mutable }| {
-        let slot = slots.get(&binding.binding).copied();
-        let is_texture = matches!(kind, Kind::Texture | Kind::Image);
-        let (buffer, texture) = if is_texture { (None, slot) } else { (slot, None) };
-        (binding, back::msl::BindTarget { buffer, texture, mutable, ..Default::default() })
-    });
-    let resources = back::msl::EntryPointResources {
-        resources: slots.collect(),
-        sizes_buffer: Some(MSL_SIZES_SLOT),
-        ..Default::default()
-    };
-    let options = back::msl::Options {
-        // The first with texture atomics.
-        lang_version: (3, 1),
-        per_entry_point_map: [(name.to_owned(), resources)].into(),
-        fake_missing_bindings: false,
-        bounds_check_policies: BOUNDS,
-        ..Default::default()
-    };
-    let pipeline = back::msl::PipelineOptions {
-        entry_point: Some((ShaderStage::Compute, name.to_owned())),
-        ..Default::default()
-    };
-    let (text, translated) = back::msl::write_string(module, info, &options, &pipeline)
-        .map_err(|error| error.to_string())?;
-    let entry_point = only(translated.entry_point_names)?;
-    let runtime_arrays = module.global_variables.iter().filter(|(_, global)| {
-        global.binding.is_some()
-            && module.types[global.ty].inner.is_dynamically_sized(&module.types)
-    });
-    let buffers: Vec<_> =
-        runtime_arrays.map(|(_, global)| global.name.clone().unwrap_or_default()).collect();
-    let sizes = (!buffers.is_empty()).then_some(BufferSizes { slot: MSL_SIZES_SLOT, buffers });
-    Ok((text.into_bytes(), entry_point, sizes))
-}
-
-fn glsl(module: &Module, info: &ModuleInfo, name: &str, slots: &Slots) -> Result<Written, String> {
-    let slot = |bound: &Bound| Some((bound.at, *slots.get(&bound.at.binding)?));
-    let bindings = resources(module).iter().filter_map(slot).collect();
-    let options = back::glsl::Options {
-        version: back::glsl::Version::Desktop(450),
-        writer_flags: back::glsl::WriterFlags::empty(),
-        binding_map: bindings,
-        ..Default::default()
-    };
-    let pipeline = back::glsl::PipelineOptions {
-        shader_stage: ShaderStage::Compute,
-        entry_point: name.to_owned(),
-        multiview: None,
-    };
-    let mut text = String::new();
-    back::glsl::Writer::new(&mut text, module, info, &options, &pipeline, BOUNDS)
-        .and_then(|mut writer| writer.write())
-        .map_err(|error| error.to_string())?;
-    Ok((text.into_bytes(), "main".to_owned(), None))
-}
-
-type Slots = HashMap<u32, u8>;
-
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Kind {
-    Uniform,
-    Storage,
-    Texture,
-    /// A storage texture.
-    Image,
-}
-
-struct Bound {
-    at: ResourceBinding,
-    kind: Kind,
-    /// It is written.
-    mutable: bool,
-}
-
-/// By number.
-fn resources(module: &Module) -> Vec<Bound> {
-    use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
-    let writes =
-        |access: StorageAccess| access.intersects(StorageAccess::STORE | StorageAccess::ATOMIC);
-    let globals = module.global_variables.iter().filter_map(|(_, global)| {
-        let (kind, mutable) = match (&module.types[global.ty].inner, global.space) {
-            (&TypeInner::Image { class: ImageClass::Storage { access, .. }, .. }, _) => {
-                (Kind::Image, writes(access))
-            }
-            (TypeInner::Image { .. }, _) => (Kind::Texture, false),
-            (_, AddressSpace::Storage { access }) => (Kind::Storage, writes(access)),
-            _ => (Kind::Uniform, false),
-        };
-        Some(Bound { at: global.binding?, kind, mutable })
-    });
-    let mut bound: Vec<_> = globals.collect();
-    bound.sort_by_key(|bound| bound.at.binding);
-    bound
-}
-
-/// MSL counts buffers and textures, GLSL each kind.
-fn slots(module: &Module, target: Target) -> Slots {
-    let mut counts = HashMap::<Kind, u8>::new();
-    let mut slot = |bound: Bound| {
-        let kind = match (target, bound.kind) {
-            (Target::Msl, Kind::Uniform) => Kind::Storage,
-            (Target::Msl, Kind::Image) => Kind::Texture,
-            (_, kind) => kind,
-        };
-        let count = counts.entry(kind).or_default();
-        *count += 1;
-        (bound.at.binding, *count - 1)
-    };
-    resources(module).into_iter().map(&mut slot).collect()
-}
-
-fn only<E: std::fmt::Display>(names: Vec<Result<String, E>>) -> Result<String, String> {
-    match names.into_iter().next() {
-        Some(name) => name.map_err(|error| error.to_string()),
-        None => Err("the target has no entry point".to_owned()),
-    }
 }
 
 #[cfg(test)]

@@ -8,13 +8,11 @@
 use super::{
     caster_hit::{Hit, Records, Target},
     order::HitOrder,
+    scatter::ScatterSums,
     tile::{TEXELS, Tile, TileTexels},
 };
-use crate::{
-    model::TILE_SIZE,
-    records::{Footprint, GpuView, INVISIBLE, NO_OWNER, TileRect, owner_tag},
-};
-use glam::{DVec3, IVec3, UVec2, Vec2, Vec3};
+use crate::records::{Footprint, GpuView, INVISIBLE, NO_OWNER, owner_tag};
+use glam::{DVec3, IVec3, Vec2, Vec3};
 
 /// Pairs that are multiplied up before their product goes to the sums.
 pub const SEGMENT: usize = 2048;
@@ -27,33 +25,13 @@ pub const MAX_TAU: f32 = 7.0;
 /// [`MAX_TAU`] in fixed point.
 pub const SATURATED: i32 = 7 << 16;
 /// The most light that one addend lets pass: two `gain` casters at their brightest.
-const MAX_LIGHT: f32 = 256.0;
+pub(super) const MAX_LIGHT: f32 = 256.0;
 /// Least opacity of a hit that counts for the nearest depth.
 pub const VISIBLE_OPACITY: f32 = 1.0 / 255.0;
-
-/// In 0..1.
-fn unit_float(bits: u32) -> f32 {
-    (bits >> 8) as f32 / 16_777_216.0
-}
-
-/// What is added before rounding down, of channels a third apart. Particles with equal opacity must
-/// not all round the same way: a million roundings of 1/2 unit are 8 of optical depth. Multiples of
-/// the golden ratio: sums over runs of casters stray less than those of chance.
-fn spread(id: u32) -> Vec3 {
-    let turn = id.wrapping_mul(2_654_435_769);
-    let third = |i: u32| unit_float(turn.wrapping_add(i.wrapping_mul(0x5555_5555)));
-    Vec3::new(third(0), third(1), third(2))
-}
 
 fn to_tau(light: Vec3) -> Vec3 {
     let least = (-MAX_TAU).exp();
     -light.clamp(Vec3::splat(least), Vec3::splat(MAX_LIGHT)).map(f32::ln)
-}
-
-/// Optical depth of what is absorbed, to the last digits where that is little.
-fn absorbed_tau(absorbed: Vec3) -> Vec3 {
-    let least = 1.0 - MAX_LIGHT;
-    absorbed.map(|x| -(-x.clamp(least, 1.0)).ln_1p()).min(Vec3::splat(MAX_TAU))
 }
 
 /// What one view's casters do, apart from their order.
@@ -76,7 +54,7 @@ impl Modes {
     }
 }
 
-fn merge(sum: &mut IVec3, tau: IVec3, modes: Modes) {
+pub(super) fn merge(sum: &mut IVec3, tau: IVec3, modes: Modes) {
     if modes.volumes {
         *sum = sum.wrapping_add(tau);
         return;
@@ -139,98 +117,6 @@ impl Passed {
     }
 }
 
-/// What scattered casters add to a view's texels; tile by tile.
-#[derive(Clone, Debug)]
-pub struct ScatterSums {
-    tau: Vec<IVec3>,
-    nearest: Vec<f32>,
-    tiles: Vec<bool>,
-}
-
-impl ScatterSums {
-    pub fn new(tile_count: usize) -> Self {
-        Self {
-            tau: vec![IVec3::ZERO; tile_count * TEXELS],
-            nearest: vec![1.0; tile_count * TEXELS],
-            tiles: vec![false; tile_count],
-        }
-    }
-
-    /// One caster, straight to its texels. `opaque`: of the view's texels, tile by tile.
-    pub fn scatter(
-        &mut self,
-        records: Records<'_>,
-        footprint: &Footprint,
-        rect: &TileRect,
-        opaque: &[TileTexels<f32>],
-        modes: Modes,
-    ) {
-        let target = Target::new(records, footprint);
-        if !target.filters() {
-            return;
-        }
-        if rect.is_scattered() {
-            let first = super::project::scatter_texel(footprint.center);
-            for offset in [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE] {
-                let texel = first + offset;
-                if texel.cmpge(Vec2::ZERO).all() && texel.cmplt(records.view.size).all() {
-                    let (tile, place) = place_of(records.view, texel.as_uvec2());
-                    self.add(&target, texel + 0.5, tile, place, &opaque[tile], modes);
-                }
-            }
-            return;
-        }
-        for (x, y) in rect.tiles() {
-            let index = y * records.view.tiles_x + x;
-            let tile = index as usize;
-            for (place, texel) in Tile::new(records.view, index).texels() {
-                self.add(&target, texel, tile, place, &opaque[tile], modes);
-            }
-        }
-    }
-
-    fn add(
-        &mut self,
-        target: &Target<'_>,
-        texel: Vec2,
-        tile: usize,
-        place: usize,
-        opaque: &TileTexels<f32>,
-        modes: Modes,
-    ) {
-        let sum = tile * TEXELS + place;
-        if let Some(crossing) = target.crossing(texel, opaque[place]).filter(|_| modes.volumes) {
-            self.tau[sum] = self.tau[sum].wrapping_add(crossing.tau);
-            self.tiles[tile] = true;
-        }
-        let Some(hit) = target.hit(texel, opaque[place]).filter(|hit| hit.depth < opaque[place])
-        else {
-            return;
-        };
-        let tau = absorbed_tau(hit.absorbed - hit.added) * FIXED_ONE + spread(target.id);
-        merge(&mut self.tau[sum], tau.floor().as_ivec3(), modes);
-        if hit.opacity >= VISIBLE_OPACITY {
-            self.nearest[sum] = self.nearest[sum].min(hit.depth);
-        }
-        self.tiles[tile] = true;
-    }
-}
-
-impl ScatterSums {
-    /// Optical depth and nearest depth of a tile's texel.
-    pub fn texel(&self, tile: u32, place: usize) -> (IVec3, f32) {
-        let at = tile as usize * TEXELS + place;
-        (self.tau[at], self.nearest[at])
-    }
-}
-
-/// Tile of a texel, counted from the view's first, and its place in the tile.
-fn place_of(view: &GpuView, texel: UVec2) -> (usize, usize) {
-    let tile = texel / TILE_SIZE;
-    let rest = texel % TILE_SIZE;
-    ((tile.y * view.tiles_x + tile.x) as usize, (rest.y * TILE_SIZE + rest.x) as usize)
-}
-
 /// A texel before `resolve`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accumulated {
@@ -262,7 +148,7 @@ pub fn accumulate(
     modes: Modes,
 ) -> TileTexels<Accumulated> {
     let tile = Tile::new(records.view, index);
-    let scattered = scattered.filter(|sums| sums.tiles[index as usize]);
+    let scattered = scattered.filter(|sums| sums.has(index));
     let direct = modes.direct() || (pairs.len() <= SEGMENT && scattered.is_none());
     let light = if direct { Light::Passed(Vec3::ONE) } else { Light::Sums(IVec3::ZERO) };
     let mut texels =
@@ -295,18 +181,18 @@ pub fn accumulate(
     }
     if let Some(scattered) = scattered {
         for place in 0..TEXELS {
-            let (texel, from) = (&mut texels[place], index as usize * TEXELS + place);
-            if scattered.nearest[from] < texel.nearest {
-                (texel.nearest, texel.owner) = (scattered.nearest[from], NO_OWNER);
+            let (texel, (tau, nearest)) = (&mut texels[place], scattered.texel(index, place));
+            if nearest < texel.nearest {
+                (texel.nearest, texel.owner) = (nearest, NO_OWNER);
             }
             match &mut texel.light {
                 Light::Passed(light) if !modes.volumes => {
-                    *light *= super::resolve::passed(scattered.tau[from]);
+                    *light *= super::resolve::passed(tau);
                 }
                 Light::Passed(_) => {
-                    volumes[place].0 = volumes[place].0.wrapping_add(scattered.tau[from]);
+                    volumes[place].0 = volumes[place].0.wrapping_add(tau);
                 }
-                Light::Sums(sums) => merge(sums, scattered.tau[from], modes),
+                Light::Sums(sums) => merge(sums, tau, modes),
             }
         }
     }

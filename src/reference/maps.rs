@@ -1,7 +1,7 @@
 //! The stages in order, for every shadow view.
 use super::{
     Pair,
-    accumulate::{Accumulated, Light, Modes, ScatterSums, accumulate},
+    accumulate::{Accumulated, Light, Modes, accumulate},
     bin::{Bins, bin},
     caster_hit::{Records, Target},
     colored::{filter_colored, occlude_colored},
@@ -13,6 +13,7 @@ use super::{
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
     resolve::resolve,
+    scatter::ScatterSums,
     sort,
     texture::Image,
     threads::each,

@@ -17,6 +17,7 @@ pub mod order;
 pub mod project;
 pub mod receive;
 pub mod resolve;
+mod scatter;
 mod shade;
 pub mod shading;
 mod sort;

@@ -160,8 +160,8 @@ impl Group {
 pub(super) struct Groups {
     pub groups: Vec<Group>,
     tree: GroupTree,
-    sheets: OccluderPolygons,
-    /// When the sheets last changed.
+    occluders: OccluderPolygons,
+    /// When the occluders last changed.
     pub(super) occluders_at: u64,
     /// When they were formed.
     built_size: u64,
@@ -203,8 +203,8 @@ impl Groups {
             group.changed_at = changed_at;
         }
         let tree = GroupTree::new(&bounds(&groups));
-        let sheets = OccluderPolygons::default();
-        let mut all = Self { groups, tree, sheets, occluders_at: changed_at, built_size: 0 };
+        let occluders = OccluderPolygons::default();
+        let mut all = Self { groups, tree, occluders, occluders_at: changed_at, built_size: 0 };
         all.built_size = all.size();
         all.find_occluders(members, changed_at);
         all
@@ -222,7 +222,7 @@ impl Groups {
         let of_group =
             |group: &Group| group.casters.clone().map(|i| plain(members.triangle(i))).chain([None]);
         let groups = self.groups.iter().filter(|group| group.may_hide());
-        self.sheets = OccluderPolygons::new(groups.flat_map(of_group));
+        self.occluders = OccluderPolygons::new(groups.flat_map(of_group));
         self.occluders_at = changed_at;
     }
 
@@ -247,7 +247,7 @@ impl Groups {
     }
 
     pub(super) fn occluders(&self, view: &GpuView) -> Occluders {
-        Occluders::new(&self.sheets, view)
+        Occluders::new(&self.occluders, view)
     }
 
     /// Leaves out the groups that occluders of the same view hide; returns how many casters these

@@ -144,3 +144,24 @@ fn the_layers_have_no_circle() {
         }
     }
 }
+
+/// What a driver's quirks need can be deleted as a folder: nothing outside of it imports from it, and
+/// in Rust only what chooses it names it. (That no bit hangs on it: `maps::pipeline`.)
+#[test]
+fn nothing_hangs_on_what_is_for_llvmpipe_alone() {
+    let (inside, outside): (Vec<_>, Vec<_>) = files(&folder(Path::new("wgsl")))
+        .into_iter()
+        .partition(|file| file.parent().unwrap().ends_with("llvmpipe"));
+    assert!(!inside.is_empty());
+    for file in outside {
+        let source = fs::read_to_string(&file).unwrap();
+        assert!(!source.contains("package::llvmpipe"), "{}", file.display());
+    }
+    let may = ["stage/llvmpipe.rs", "stage/mod.rs", "stage/profile.rs", "shadows/kernels.rs"];
+    for file in files(&folder(Path::new("src"))) {
+        let source = fs::read_to_string(&file).unwrap();
+        let named = source.contains("llvmpipe::") || source.contains("llvmpipe/");
+        let is_listed = may.iter().any(|path| file.ends_with(path));
+        assert!(!named || is_listed, "{}", file.display());
+    }
+}

@@ -7,6 +7,7 @@ mod closed_forms;
 mod colored;
 mod curve;
 mod curve_bodies;
+mod curve_receivers;
 mod dither_maps;
 mod extremes;
 mod faint;

@@ -5,6 +5,7 @@ import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaq
 import package::curve::light4::Light4;
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_disc, rest_profile};
+import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
 // Seen from afar a disc's depth is the same everywhere.
@@ -56,11 +57,11 @@ fn visit_disc(view: GpuView, disc: Disc) -> vec4<bool> {
     return join(disc_light(disc, met.profile), met.depth, met.profile * disc.slope);
 }
 
-fn count_hits(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
-    count_disc(view, prepare_disc(view, place, look));
+fn count_hits(view: GpuView, footprint: Footprint) {
+    count_disc(view, prepare_disc(view, footprint));
 }
 
 // True where the hits cannot wait.
-fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
-    return must_flush(visit_disc(view, prepare_disc(view, place, look)));
+fn visit(view: GpuView, footprint: Footprint) -> bool {
+    return must_flush(visit_disc(view, prepare_disc(view, footprint)));
 }

@@ -5,11 +5,12 @@ import package::curve::gather::{
     corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
 };
 import package::curve::light4::{black4, light4, plus, scaled, selected};
-import package::curve::volumes::{change_density, crossed, last_face, surface_scale, surface_light};
+import package::curve::volumes::{change_density, crossed, last_face, surface_light, surface_scale};
 import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::{Face, face_crossing, volume_face};
 import package::hit::hit_order::{Hit4, WAITING, hits_of, next_waiting, pass_on};
+import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
 fn ordered() -> bool {
@@ -24,18 +25,18 @@ fn slabbed() -> bool {
     return false;
 }
 
-fn count_hits(view: GpuView, place: vec4<u32>, look: vec4<u32>) {}
+fn count_hits(view: GpuView, footprint: Footprint) {}
 
-fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
-    let hit = caster_hit(view, place, look, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
+fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
+    let hit = caster_hit(view, footprint, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
     if !(hit.depth >= 0.0 && hit.depth < opaque_depth[i]) {
         return MISS;
     }
     return hit;
 }
 
-fn face_texel(view: GpuView, look: vec4<u32>, i: u32) -> Face {
-    let face = volume_face(view, look, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
+fn face_texel(view: GpuView, footprint: Footprint, i: u32) -> Face {
+    let face = volume_face(view, footprint, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
     crossed[i] += face_crossing(face);
     return face;
 }
@@ -44,11 +45,11 @@ fn density_change(face: Face) -> vec3<f32> {
     return face.metres * face.absorption * f32(-face.leaves);
 }
 
-fn cross_faces(view: GpuView, look: vec4<u32>) -> vec4<bool> {
-    let a = face_texel(view, look, 0u);
-    let b = face_texel(view, look, 1u);
-    let c = face_texel(view, look, 2u);
-    let d = face_texel(view, look, 3u);
+fn cross_faces(view: GpuView, footprint: Footprint) -> vec4<bool> {
+    let a = face_texel(view, footprint, 0u);
+    let b = face_texel(view, footprint, 1u);
+    let c = face_texel(view, footprint, 2u);
+    let d = face_texel(view, footprint, 3u);
     let meets = vec4(a.leaves, b.leaves, c.leaves, d.leaves) != vec4(0);
     // Nothing changes at the last face.
     let depth = select(last_face, vec4(a.depth, b.depth, c.depth, d.depth), meets);
@@ -57,20 +58,20 @@ fn cross_faces(view: GpuView, look: vec4<u32>) -> vec4<bool> {
 }
 
 // True where the hits cannot wait.
-fn visit(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> bool {
+fn visit(view: GpuView, footprint: Footprint) -> bool {
     var ramps = vec4(false);
     if HAS_VOLUMES {
-        ramps = cross_faces(view, look);
+        ramps = cross_faces(view, footprint);
     }
     var met = array(MISS, MISS, MISS, MISS);
     for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        met[i] = hit_texel(view, place, look, i);
+        met[i] = hit_texel(view, footprint, i);
     }
     if !ROLLED {
-        met[0] = hit_texel(view, place, look, 0u);
-        met[1] = hit_texel(view, place, look, 1u);
-        met[2] = hit_texel(view, place, look, 2u);
-        met[3] = hit_texel(view, place, look, 3u);
+        met[0] = hit_texel(view, footprint, 0u);
+        met[1] = hit_texel(view, footprint, 1u);
+        met[2] = hit_texel(view, footprint, 2u);
+        met[3] = hit_texel(view, footprint, 3u);
     }
     let came = hits_of(met);
     see(came.depth, came.opacity);

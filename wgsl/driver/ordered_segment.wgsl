@@ -2,15 +2,16 @@
 // takes the hits behind its front from the last pairs of the one before, and leaves those behind the
 // next one's. CPU twin: src/reference/accumulate.rs, `ordered_segment`.
 
-import package::bind::loaded::{footprints, pairs};
+import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::features::HAS_OVER;
 import package::hit::key_depths::front_depths;
-import package::records::footprint::front_depth;
 import package::records::dispatch::SEGMENT_DISPATCH;
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint::front_depth;
+import package::records::footprint_loaded::load_footprint;
+import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::state::filter::{own_before, own_faces, own_from, start};
 import package::walk::lane::{LANES, lane_texel, tile_texel};
@@ -21,8 +22,7 @@ import choice::walk::walk;
 const OVERLAP: u32 = 256u;
 
 fn pair_front(pair: u32) -> f32 {
-    let footprint = textureLoad(pairs, record_texel(pair)).g;
-    return front_depth(textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)));
+    return front_depth(load_footprint(textureLoad(pairs, record_texel(pair)).g));
 }
 
 @compute @workgroup_size(LANES)

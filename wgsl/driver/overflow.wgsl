@@ -4,10 +4,11 @@
 // the view that the footprint may touch. Host: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, overflow};
-import package::bind::sampled::{footprints, rects};
+import package::bind::sampled::rects;
 import package::bind::uniform::views;
 import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES};
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_sampled::sample_footprint;
+import package::records::record::record_texel;
 import package::records::view::TILE_SIZE;
 import choice::store::add;
 
@@ -26,8 +27,7 @@ fn scatter_overflow(
     let index = overflow[slot];
     let rect = textureLoad(rects, record_texel(index), 0).rg;
     let view = views[rect.y >> 16u];
-    let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
-    let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
+    let footprint = sample_footprint(index);
     let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
     let width = last.x - first.x + 1u;
@@ -36,7 +36,7 @@ fn scatter_overflow(
     for (var k = workgroup.z; k < tile_count; k += OVERFLOW_SLICES) {
         let tile_place = first + vec2(k % width, k / width);
         if all(tile_place * TILE_SIZE + in_tile < vec2<u32>(view.size)) {
-            add(view, place, look, tile_place, in_tile);
+            add(view, footprint, tile_place, in_tile);
         }
     }
 }

@@ -4,10 +4,11 @@
 
 import package::bind::changed::counters;
 import package::bind::read::chunks;
-import package::bind::sampled::{footprints, rects};
+import package::bind::sampled::rects;
 import package::bind::uniform::{project_params, views};
 import package::records::chunk::Chunk;
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_sampled::sample_footprint;
+import package::records::record::record_texel;
 import package::records::tile_rect::{is_scattered, scatter_texel};
 import package::sums::scatter::scatter;
 
@@ -32,13 +33,12 @@ fn scatter_particle(chunk: Chunk, lane: u32) {
     }
     atomicAdd(&counters.scattered, 1u);
     let view = views[chunk.view];
-    let place = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index), 0);
-    let look = textureLoad(footprints, record_texel(FOOTPRINT_TEXELS * index + 1u), 0);
-    let first = vec2<i32>(scatter_texel(bitcast<vec2<f32>>(place.xy)));
+    let footprint = sample_footprint(index);
+    let first = vec2<i32>(scatter_texel(footprint.place.xy));
     for (var i = 0; i < 4; i += 1) {
         let texel = first + vec2(i & 1, i >> 1u);
         if all(texel >= vec2(0)) && all(texel < vec2<i32>(view.size)) {
-            scatter(view, place, look, vec2<u32>(texel));
+            scatter(view, footprint, vec2<u32>(texel));
         }
     }
 }

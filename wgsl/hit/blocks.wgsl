@@ -5,17 +5,18 @@ import package::features::{HAS_DITHER, HAS_PARTICLES, HAS_TRIANGLES};
 import package::hit::caster_hit::{Hit, edge};
 import package::hit::dither::{PATTERN_HASHED, cell_threshold, hashed_threshold, pattern_cell};
 import package::hit::hit::{facing, facing_hit};
+import package::hit::object::object_of;
 import package::hit::solid::is_solid;
-import package::records::caster::{caster_rotation, particle_object};
+import package::records::caster::caster_rotation;
+import package::records::footprint::{Footprint, caster_of, is_triangle, setup_of};
 import package::records::material::TRANSFER_DITHER;
 import package::records::opaque_depth::opaque_bits;
-import package::records::record::TRIANGLE_BIT;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
-fn blocks(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, hit: Hit) -> bool {
+fn blocks(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> bool {
     if HAS_DITHER && hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
-        return hit.opacity > threshold(view, place, look, texel, hit.material, caster_id(look));
+        return hit.opacity > threshold(view, footprint, texel, hit.material, object_of(footprint));
     }
     return is_solid(hit);
 }
@@ -23,8 +24,7 @@ fn blocks(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, hi
 // Opacity that a `dither` hit must exceed, of the pattern that belongs to `id`.
 fn threshold(
     view: GpuView,
-    place: vec4<u32>,
-    look: vec4<u32>,
+    footprint: Footprint,
     texel: vec2<f32>,
     material_id: u32,
     id: u32,
@@ -35,23 +35,16 @@ fn threshold(
         return cell_threshold(material.pattern, material.blue_first, cell, id);
     }
     var own = vec4(0.0);
-    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
-        own = triangle_own(look.x, texel);
+    if HAS_TRIANGLES && is_triangle(footprint) {
+        own = triangle_own(setup_of(footprint), texel);
     } else if HAS_PARTICLES {
-        let rotation = caster_rotation(look.w);
-        let plane = facing(view, bitcast<vec4<f32>>(place), rotation);
+        let rotation = caster_rotation(caster_of(footprint));
+        let plane = facing(view, footprint.place, rotation);
         let x = max(abs(plane.frame_x.x), abs(plane.frame_x.y));
         let y = max(abs(plane.frame_y.x), abs(plane.frame_y.y));
         own = vec4(facing_hit(plane, view, texel).xy, x, y);
     }
     return hashed_threshold(own.xy, own.zw, material.pattern_scale, id);
-}
-
-fn caster_id(look: vec4<u32>) -> u32 {
-    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
-        return setup_texel(look.x, 6u).w;
-    }
-    return particle_object(look.w);
 }
 
 // Weights of two corners, and how far they move from a texel to the next.

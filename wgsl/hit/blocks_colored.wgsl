@@ -2,20 +2,22 @@
 // caster have thresholds of their own. CPU twin: src/reference/colored.rs.
 
 import package::bind::uniform::materials;
-import package::hit::blocks::{caster_id, threshold};
+import package::hit::blocks::threshold;
 import package::hit::caster_hit::Hit;
+import package::hit::object::object_of;
 import package::hit::solid::is_solid;
+import package::records::footprint::Footprint;
 import package::records::material::TRANSFER_DITHER;
 import package::records::view::GpuView;
 import package::sums::sums::depth_to_nearness;
 
-fn blocked_channels(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, hit: Hit) -> vec3<bool> {
+fn blocked_channels(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> vec3<bool> {
     if hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
-        let id = caster_id(look) * 3u;
+        let id = object_of(footprint) * 3u;
         let thresholds = vec3(
-            threshold(view, place, look, texel, hit.material, id),
-            threshold(view, place, look, texel, hit.material, id + 1u),
-            threshold(view, place, look, texel, hit.material, id + 2u),
+            threshold(view, footprint, texel, hit.material, id),
+            threshold(view, footprint, texel, hit.material, id + 1u),
+            threshold(view, footprint, texel, hit.material, id + 2u),
         );
         return 1.0 - hit.light > thresholds;
     }

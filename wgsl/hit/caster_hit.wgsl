@@ -7,8 +7,10 @@ import package::features::{HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES
 import package::hit::hit::{absorption, coverage, facing, facing_hit, transmittance};
 import package::hit::texture::sample_texture;
 import package::records::caster::{caster_look, look_rotation};
+import package::records::footprint::{
+    Footprint, caster_of, footprint_color, is_triangle, opacity_base, opacity_slope, setup_of,
+};
 import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_PUFF, TRANSFER_GAIN};
-import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::setup::setup_texel;
 import package::records::view::{GpuView, is_beside};
 import package::sums::faint::{tau_absorbed, whole_tau};
@@ -25,12 +27,12 @@ struct Hit {
 
 const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
 
-fn caster_hit(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
-    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
-        hit = triangle_hit(look.x, texel);
+    if HAS_TRIANGLES && is_triangle(footprint) {
+        hit = triangle_hit(setup_of(footprint), texel);
     } else if HAS_PARTICLES {
-        hit = particle_hit(view, bitcast<vec4<f32>>(place), look, texel, opaque_depth);
+        hit = particle_hit(view, footprint, texel, opaque_depth);
     }
     if !(hit.depth >= 0.0 && hit.depth <= 1.0) {
         hit = MISS;
@@ -38,16 +40,17 @@ fn caster_hit(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<f32>
     return hit;
 }
 
-fn particle_hit(view: GpuView, place: vec4<f32>, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Hit {
-    let own = caster_look(look.w);
+fn particle_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+    let place = footprint.place;
+    let own = caster_look(caster_of(footprint));
     let material_id = own.z & 0xffffu;
     let material = materials[material_id];
     let rotation = look_rotation(own);
     let plane = facing(view, place, rotation);
     let met = facing_hit(plane, view, texel);
-    var color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
-    let base = unpack2x16float(look.z).x / OPACITY_SCALE;
-    let slope = unpack2x16float(look.y).y / OPACITY_SCALE;
+    var color = footprint_color(footprint);
+    let base = opacity_base(footprint);
+    let slope = opacity_slope(footprint);
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
         return puff_hit(view, place, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
     }

@@ -3,8 +3,8 @@
 import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;
 import package::hit::caster_hit::{Hit, triangle_weights};
+import package::records::footprint::{Footprint, is_triangle, setup_of};
 import package::records::material::TRANSFER_OVER;
-import package::records::record::TRIANGLE_BIT;
 import package::records::setup::{BACK_BIT, setup_texel};
 import package::records::view::GpuView;
 import package::sums::sums::FIXED_ONE;
@@ -30,13 +30,14 @@ struct Face {
 }
 
 // Faces behind the ray's end count as at its end.
-fn volume_face(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> Face {
-    if !HAS_TRIANGLES || (look.w & TRIANGLE_BIT) == 0u {
+fn volume_face(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Face {
+    if !HAS_TRIANGLES || !is_triangle(footprint) {
         return Face(0.0, 0.0, vec3(0.0), 0);
     }
-    let absorption = materials[setup_texel(look.x, 4u).w].absorption;
-    let depth = triangle_weights(look.x, texel).w;
-    let is_back = (setup_texel(look.x, 3u).w & BACK_BIT) != 0u;
+    let setup = setup_of(footprint);
+    let absorption = materials[setup_texel(setup, 4u).w].absorption;
+    let depth = triangle_weights(setup, texel).w;
+    let is_back = (setup_texel(setup, 3u).w & BACK_BIT) != 0u;
     let counts = depth >= 0.0 && any(absorption > vec3(0.0));
     let slope = (texel - view.size * 0.5) / view.scale;
     let stretch = select(1.0, sqrt(1.0 + dot(slope, slope)), view.perspective > 0.0);
@@ -52,6 +53,6 @@ fn face_crossing(face: Face) -> vec4<i32> {
     return vec4(tau * face.leaves, face.leaves);
 }
 
-fn crossing(view: GpuView, look: vec4<u32>, texel: vec2<f32>, opaque_depth: f32) -> vec4<i32> {
-    return face_crossing(volume_face(view, look, texel, opaque_depth));
+fn crossing(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> vec4<i32> {
+    return face_crossing(volume_face(view, footprint, texel, opaque_depth));
 }

@@ -1,7 +1,7 @@
 // A soft disc of the `filter` transfer, made ready for texels. CPU twin: src/reference/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::records::record::OPACITY_SCALE;
+import package::records::footprint::{Footprint, footprint_color, opacity_slope};
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
 
@@ -16,14 +16,15 @@ struct Disc {
     absorbed: vec3<f32>, // slope (1 - c)
 }
 
-fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
+fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
     var disc: Disc;
-    let radius = bitcast<f32>(place.z);
-    disc.center = bitcast<vec2<f32>>(place.xy);
-    disc.depth = bitcast<f32>(place.w);
+    let place = footprint.place;
+    let radius = place.z;
+    disc.center = place.xy;
+    disc.depth = place.w;
     // Nothing is hit at the end of the ray.
-    disc.slope = select(unpack2x16float(look.y).y / OPACITY_SCALE, 0.0, !PERSPECTIVE && disc.depth >= 1.0);
-    let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    disc.slope = select(opacity_slope(footprint), 0.0, !PERSPECTIVE && disc.depth >= 1.0);
+    let color = footprint_color(footprint);
     disc.absorbed = disc.slope * (1.0 - color);
     disc.bend = 1.0 / (radius * radius);
     if PERSPECTIVE {
@@ -36,9 +37,9 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
         disc.tilt_bend = 1.0 / (radius * radius);
         disc.start = vec2(0.0, 1.0);
         disc.depth = view.near + disc.depth * (view.far - view.near);
-        if is_beside(bitcast<vec4<f32>>(place)) {
+        if is_beside(place) {
             // Delta from the map's middle: q^2 = (|ray|^2 - t^2) / (radius t)^2, t = n . ray.
-            let center = bitcast<vec3<f32>>(place.xyw);
+            let center = place.xyw;
             let distance = max(length(center), LEAST_DISTANCE);
             let n = center / distance;
             let per_radius = distance / radius;
@@ -54,10 +55,10 @@ fn prepare_disc(view: GpuView, place: vec4<u32>, look: vec4<u32>) -> Disc {
 }
 
 // Whether a disc may touch a block of texels with centres from `lo` to `hi`.
-fn touches(view: GpuView, place: vec4<u32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    let radius = bitcast<f32>(place.z);
-    let center = bitcast<vec2<f32>>(place.xy);
-    if PERSPECTIVE && is_beside(bitcast<vec4<f32>>(place)) {
+fn touches(view: GpuView, place: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let radius = place.z;
+    let center = place.xy;
+    if PERSPECTIVE && is_beside(place) {
         return true;
     }
     let outside = center - clamp(center, lo, hi);

@@ -1,19 +1,19 @@
 // How far a footprint reaches in the map.
 
 import package::features::{HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
-import package::records::record::TRIANGLE_BIT;
+import package::records::footprint::{Footprint, is_triangle};
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, is_beside};
 
 // Whether a footprint may touch texel centres in the box lo..hi.
-fn touches_box(view: GpuView, place: vec4<u32>, look: vec4<u32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    let center = bitcast<vec2<f32>>(place.xy);
-    let radius = bitcast<f32>(place.z);
-    if is_beside(bitcast<vec4<f32>>(place)) {
+fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let center = footprint.place.xy;
+    let radius = footprint.place.z;
+    if is_beside(footprint.place) {
         return true;
     }
     let outside = center - clamp(center, lo, hi);
-    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
+    if HAS_TRIANGLES && is_triangle(footprint) {
         return max(abs(outside.x), abs(outside.y)) <= radius;
     }
     var reach = radius * select(1.0, 1.41421356, HAS_QUADS);

@@ -6,7 +6,8 @@
 import package::bind::loaded::{footprints, pairs};
 import package::hit::disc::{Disc, prepare_disc, touches};
 import package::records::footprint::{footprint_key, key_depth};
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_loaded::{load_footprint, load_place};
+import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
 import package::walk::disc_lanes::broadcast_disc;
@@ -54,12 +55,8 @@ fn nth_lane(ranks: u32, n: u32) -> u32 {
     return (((before >> 3u) * 0x01111111u) >> 24u) & 7u;
 }
 
-fn footprint_of(pair: u32, end: u32) -> u32 {
+fn pair_disc(pair: u32, end: u32) -> u32 {
     return textureLoad(pairs, record_texel(min(pair, end - 1u))).g;
-}
-
-fn place_of(footprint: u32) -> vec4<u32> {
-    return textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS));
 }
 
 fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
@@ -67,10 +64,10 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
     let digit = 1u << (4u * block.lane);
     for (; queue.count < QUEUE && queue.base < end; queue.base += 2u * QUEUE) {
         let pair = queue.base + block.lane;
-        let a = footprint_of(pair, end);
-        let b = footprint_of(pair + QUEUE, end);
-        let touches_a = pair < end && touches(view, place_of(a), block.lo, block.hi);
-        let touches_b = pair + QUEUE < end && touches(view, place_of(b), block.lo, block.hi);
+        let a = pair_disc(pair, end);
+        let b = pair_disc(pair + QUEUE, end);
+        let touches_a = pair < end && touches(view, load_place(a), block.lo, block.hi);
+        let touches_b = pair + QUEUE < end && touches(view, load_place(b), block.lo, block.hi);
         let marked =
             join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
         let ranks_a = ranks(marked & 0x11111111u);
@@ -91,12 +88,12 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
     return queue;
 }
 
-fn prepare(view: GpuView, footprint: u32, waits: bool) -> Prepared {
-    let look = textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u));
-    var disc = prepare_disc(view, place_of(footprint), look);
+fn prepare(view: GpuView, id: u32, waits: bool) -> Prepared {
+    let footprint = load_footprint(id);
+    var disc = prepare_disc(view, footprint);
     disc.slope *= select(0.0, 1.0, waits);
     disc.absorbed *= select(0.0, 1.0, waits);
-    return Prepared(disc, key_depth(subgroupShuffle(footprint_key(look), QUEUE - 1u)));
+    return Prepared(disc, key_depth(subgroupShuffle(footprint_key(footprint), QUEUE - 1u)));
 }
 
 fn without_eight(old: Queue) -> Queue {
@@ -147,9 +144,9 @@ fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
 fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
     for (var base = first; base < end;) {
         let pair = base + block.lane;
-        let footprint = footprint_of(pair, end);
-        let stretch = prepare(view, footprint, true);
-        let touched = pair < end && touches(view, place_of(footprint), block.lo, block.hi);
+        let id = pair_disc(pair, end);
+        let stretch = prepare(view, id, true);
+        let touched = pair < end && touches(view, load_place(id), block.lo, block.hi);
         var mask = join_lanes(select(0u, 1u << block.lane, touched), block.lane);
         for (; mask != 0u; mask &= mask - 1u) {
             visit_disc(view, broadcast_disc(stretch.disc, firstTrailingBit(mask)));

@@ -2,14 +2,16 @@
 // per footprint of the camera's view.
 // CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
-import package::bind::loaded::{footprints, rects};
+import package::bind::loaded::rects;
 import package::bind::sampled::casters;
 import package::bind::uniform::{materials, point_batch};
 import package::records::caster::look_material;
+import package::records::footprint::{caster_of, is_triangle};
+import package::records::footprint_loaded::load_footprint;
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_NONE, POINT_PARTICLE, Point};
-import package::records::record::{FOOTPRINT_TEXELS, TRIANGLE_BIT, record_texel};
+import package::records::record::record_texel;
 import package::shade::store_point::store_point;
 
 override WORKGROUP_SIZE: u32;
@@ -23,20 +25,19 @@ fn shade_casters(
     if index >= point_batch.count {
         return;
     }
-    let footprint = point_batch.first + index;
-    let caster = textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)).w;
-    let is_particle = (caster & TRIANGLE_BIT) == 0u;
-    let is_seen = textureLoad(rects, record_texel(footprint)).g != 0u;
-    let own = select(0u, caster, is_particle);
+    let id_in_view = point_batch.first + index;
+    let footprint = load_footprint(id_in_view);
+    let is_particle = !is_triangle(footprint);
+    let is_seen = textureLoad(rects, record_texel(id_in_view)).g != 0u;
+    let own = select(0u, caster_of(footprint), is_particle);
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(own * 2u), 0));
     let look = textureLoad(casters, record_texel(own * 2u + 1u), 0);
-    let seen = bitcast<vec4<f32>>(textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS)));
     var point: Point;
     point.kind = select(POINT_NONE, POINT_PARTICLE, is_particle && is_seen);
     point.position = place.xyz;
     // Not behind itself: the bias is its radius.
     point.reach = place.w;
-    point.cluster = cluster_of(seen.xy, seen.w);
+    point.cluster = cluster_of(footprint.place.xy, footprint.place.w);
     point.receives = materials[look_material(look)].receives;
     point.tag = owner_tag(look.w);
     point.albedo = vec3(1.0);

@@ -12,7 +12,7 @@ import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, band_pixel};
 import package::shade::camera::camera;
 import package::shade::cost::walked;
-import package::state::seen::{nearest, seen, setup_of, start};
+import package::state::seen::{nearest, seen, seen_setup, start};
 import package::walk::lane::LANES;
 import choice::walk::walk;
 
@@ -35,12 +35,12 @@ fn shade_seen(
         let before = carried[at.index];
         nearest = bitcast<f32>(before.x);
         seen = before.y;
-        setup_of = before.z;
+        seen_setup = before.z;
         walked = before.w;
     }
     let end = min(first + ROUND_LENGTH, tile.end);
     walk(view, first, end);
-    let found = vec4(bitcast<u32>(nearest), seen, setup_of, walked);
+    let found = vec4(bitcast<u32>(nearest), seen, seen_setup, walked);
     textureStore(seen_pixels, record_texel(at.index), found);
     if end < tile.end {
         carried[at.index] = found;

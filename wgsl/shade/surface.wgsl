@@ -1,12 +1,11 @@
 // Points and normals of what the camera sees. CPU twin: src/reference/shading/mod.rs.
 
-import package::bind::loaded::footprints;
 import package::bind::sampled::triangles;
 import package::bind::uniform::picture_params;
+import package::records::footprint::caster_of;
+import package::records::footprint_loaded::load_footprint;
 import package::records::octahedral::from_octahedral;
-import package::records::record::{
-    FOOTPRINT_TEXELS, TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel,
-};
+import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
@@ -36,8 +35,7 @@ fn normals_at(id: u32, setup: u32, barycentric: vec3<f32>, to_eye: vec3<f32>) ->
 
 // The caster of a pane.
 fn pane_caster(setup: u32) -> u32 {
-    let footprint = picture_params.first_setup + setup;
-    return textureLoad(footprints, record_texel(footprint * FOOTPRINT_TEXELS + 1u)).w;
+    return caster_of(load_footprint(picture_params.first_setup + setup));
 }
 
 fn triangle_normal(id: u32, barycentric: vec3<f32>) -> vec3<f32> {

@@ -8,6 +8,7 @@ import package::hit::blocks::stored_depth;
 import package::hit::blocks_colored::{blocked_channels, last_depth, nearnesses};
 import package::hit::caster_hit::caster_hit;
 import package::hit::small::small_depth;
+import package::records::footprint::Footprint;
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{depth_to_nearness, nearness_to_depth};
@@ -27,22 +28,22 @@ fn start(view: GpuView, texel: vec2<u32>) {
     nearest[3] = vec3(1.0);
 }
 
-fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
+fn visit_texel(view: GpuView, footprint: Footprint, i: u32) {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
-    let hit = caster_hit(view, place, look, texel, 1.0);
-    let blocked = blocked_channels(view, place, look, texel, hit);
+    let hit = caster_hit(view, footprint, texel, 1.0);
+    let blocked = blocked_channels(view, footprint, texel, hit);
     nearest[i] = select(nearest[i], min(nearest[i], vec3(stored_depth(hit))), blocked);
 }
 
-fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+fn visit(view: GpuView, id: u32, footprint: Footprint) {
     for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        visit_texel(view, place, look, i);
+        visit_texel(view, footprint, i);
     }
     if !ROLLED {
-        visit_texel(view, place, look, 0u);
-        visit_texel(view, place, look, 1u);
-        visit_texel(view, place, look, 2u);
-        visit_texel(view, place, look, 3u);
+        visit_texel(view, footprint, 0u);
+        visit_texel(view, footprint, 1u);
+        visit_texel(view, footprint, 2u);
+        visit_texel(view, footprint, 3u);
     }
 }
 
@@ -71,10 +72,10 @@ fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     }
 }
 
-fn add(view: GpuView, place: vec4<u32>, look: vec4<u32>, tile_place: vec2<u32>, in_tile: vec2<u32>) {
+fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2<u32>) {
     let middle = vec2<f32>(tile_place * TILE_SIZE + in_tile) + 0.5;
-    let hit = caster_hit(view, place, look, middle, 1.0);
-    let blocked = blocked_channels(view, place, look, middle, hit);
+    let hit = caster_hit(view, footprint, middle, 1.0);
+    let blocked = blocked_channels(view, footprint, middle, hit);
     if any(blocked) {
         let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
         let value = depth_to_nearness(stored_depth(hit));

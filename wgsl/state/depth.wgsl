@@ -4,6 +4,7 @@
 import package::features::ROLLED;
 import package::hit::blocks::{blocks, stored_depth};
 import package::hit::caster_hit::caster_hit;
+import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
 const ROWS: u32 = 4u; // texels that an invocation holds, in a column
@@ -16,23 +17,23 @@ fn start(view: GpuView, texel: vec2<u32>) {
     nearest = vec4(1.0);
 }
 
-fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
+fn visit_texel(view: GpuView, footprint: Footprint, i: u32) {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
-    let hit = caster_hit(view, place, look, texel, 1.0);
-    if blocks(view, place, look, texel, hit) {
+    let hit = caster_hit(view, footprint, texel, 1.0);
+    if blocks(view, footprint, texel, hit) {
         nearest[i] = min(nearest[i], stored_depth(hit));
     }
 }
 
-fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+fn visit(view: GpuView, id: u32, footprint: Footprint) {
     for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        visit_texel(view, place, look, i);
+        visit_texel(view, footprint, i);
     }
     if !ROLLED {
-        visit_texel(view, place, look, 0u);
-        visit_texel(view, place, look, 1u);
-        visit_texel(view, place, look, 2u);
-        visit_texel(view, place, look, 3u);
+        visit_texel(view, footprint, 0u);
+        visit_texel(view, footprint, 1u);
+        visit_texel(view, footprint, 2u);
+        visit_texel(view, footprint, 3u);
     }
 }
 

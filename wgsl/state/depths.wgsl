@@ -6,6 +6,7 @@ import package::bind::stored::opaques;
 import package::hit::blocks::{blocks, stored_depth};
 import package::hit::caster_hit::caster_hit;
 import package::hit::small::small_depth;
+import package::records::footprint::Footprint;
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{depth_to_nearness, nearness_to_depth};
@@ -31,10 +32,10 @@ fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     }
 }
 
-fn add(view: GpuView, place: vec4<u32>, look: vec4<u32>, tile_place: vec2<u32>, in_tile: vec2<u32>) {
+fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2<u32>) {
     let middle = vec2<f32>(tile_place * TILE_SIZE + in_tile) + 0.5;
-    let hit = caster_hit(view, place, look, middle, 1.0);
-    if blocks(view, place, look, middle, hit) {
+    let hit = caster_hit(view, footprint, middle, 1.0);
+    if blocks(view, footprint, middle, hit) {
         let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
         raise_nearness(sum_index(tile, in_tile), depth_to_nearness(stored_depth(hit)));
         scattered_tiles[tile] = 1u;

@@ -4,6 +4,7 @@
 import package::bind::sampled::opaques;
 import package::features::{FAINT, HAS_OPAQUE, PERSPECTIVE};
 import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_disc, rest_profile};
+import package::records::footprint::Footprint;
 import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::faint::keep4;
@@ -92,8 +93,8 @@ fn visit_disc(view: GpuView, disc: Disc) {
     seek_nearest(disc, met[1], 1u);
 }
 
-fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
-    visit_disc(view, prepare_disc(view, place, look));
+fn visit(view: GpuView, id: u32, footprint: Footprint) {
+    visit_disc(view, prepare_disc(view, footprint));
 }
 
 // As `visit_disc`, of a disc behind what is nearest.

@@ -4,17 +4,16 @@
 import package::bind::changed::counters;
 import package::bind::sampled::opaques;
 import package::curve::light4::{Light4, black4, plus, scaled, white4};
-import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_TRIANGLES, HAS_VOLUMES, ROLLED};
+import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::crossing;
 import package::hit::hit_order::{
     Hit4, WAITING, clear_order, hits_of, late_hits, next_waiting, pass_on,
 };
 import package::hit::key_depths::{front_depths, start_keys};
-import package::records::caster::particle_object;
+import package::hit::object::object_of;
+import package::records::footprint::Footprint;
 import package::records::owner::{NO_OWNER, owner_tag};
-import package::records::record::TRIANGLE_BIT;
-import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::sums::faint::keep3;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
@@ -54,11 +53,11 @@ fn start(view: GpuView, texel: vec2<u32>) {
 }
 
 // A hit at or behind the opaque surface does nothing.
-fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
+fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
-    let hit = caster_hit(view, place, look, texel, opaque_depth[i]);
+    let hit = caster_hit(view, footprint, texel, opaque_depth[i]);
     if HAS_VOLUMES && own_faces {
-        crossed[i] += crossing(view, look, texel, opaque_depth[i]);
+        crossed[i] += crossing(view, footprint, texel, opaque_depth[i]);
     }
     var counts = hit.depth >= 0.0 && hit.depth < opaque_depth[i];
     if HAS_OVER {
@@ -66,7 +65,7 @@ fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
     }
     let seen = counts && hit.opacity >= VISIBLE_OPACITY;
     if HAS_OWNERS && seen && hit.depth < nearest[i] {
-        owner[i] = owner_of(look);
+        owner[i] = owner_tag(object_of(footprint));
     }
     nearest[i] = select(nearest[i], min(nearest[i], hit.depth), seen);
     if !counts {
@@ -75,8 +74,8 @@ fn hit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) -> Hit {
     return hit;
 }
 
-fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
-    let hit = hit_texel(view, place, look, i);
+fn visit_texel(view: GpuView, footprint: Footprint, i: u32) {
+    let hit = hit_texel(view, footprint, i);
     if FAINT {
         let kept = keep3(passed[i], lost[i], hit.absorbed);
         passed[i] = kept.passed;
@@ -86,16 +85,16 @@ fn visit_texel(view: GpuView, place: vec4<u32>, look: vec4<u32>, i: u32) {
     }
 }
 
-fn visit_in_order(view: GpuView, place: vec4<u32>, look: vec4<u32>) {
+fn visit_in_order(view: GpuView, footprint: Footprint) {
     var met = array(MISS, MISS, MISS, MISS);
     for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        met[i] = hit_texel(view, place, look, i);
+        met[i] = hit_texel(view, footprint, i);
     }
     if !ROLLED {
-        met[0] = hit_texel(view, place, look, 0u);
-        met[1] = hit_texel(view, place, look, 1u);
-        met[2] = hit_texel(view, place, look, 2u);
-        met[3] = hit_texel(view, place, look, 3u);
+        met[0] = hit_texel(view, footprint, 0u);
+        met[1] = hit_texel(view, footprint, 1u);
+        met[2] = hit_texel(view, footprint, 2u);
+        met[3] = hit_texel(view, footprint, 3u);
     }
     compose(pass_on(hits_of(met)));
 }
@@ -128,30 +127,23 @@ fn added_texel(i: u32) -> vec3<f32> {
     return vec3(0.0);
 }
 
-fn owner_of(look: vec4<u32>) -> u32 {
-    if HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u {
-        return owner_tag(setup_texel(look.x, 6u).w);
-    }
-    return owner_tag(particle_object(look.w));
-}
-
 fn owner_texel(i: u32) -> u32 {
     return owner[i];
 }
 
-fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+fn visit(view: GpuView, id: u32, footprint: Footprint) {
     if HAS_OVER {
-        visit_in_order(view, place, look);
+        visit_in_order(view, footprint);
         return;
     }
     for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        visit_texel(view, place, look, i);
+        visit_texel(view, footprint, i);
     }
     if !ROLLED {
-        visit_texel(view, place, look, 0u);
-        visit_texel(view, place, look, 1u);
-        visit_texel(view, place, look, 2u);
-        visit_texel(view, place, look, 3u);
+        visit_texel(view, footprint, 0u);
+        visit_texel(view, footprint, 1u);
+        visit_texel(view, footprint, 2u);
+        visit_texel(view, footprint, 3u);
     }
 }
 

@@ -8,8 +8,9 @@ import package::bind::sampled::lit;
 import package::bind::uniform::materials;
 import package::features::{HAS_AIR, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::caster_hit::{Hit, caster_hit, triangle_hit, triangle_weights};
+import package::records::footprint::{Footprint, is_triangle, setup_of};
 import package::records::material::{TRANSFER_GAIN, TRANSFER_NONE};
-import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::shade::air::air_at;
 import package::shade::cost::count_pair;
@@ -133,26 +134,26 @@ fn lay_particle(hit: Hit, arriving: vec3<f32>) {
     lay(hit.depth, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
 }
 
-fn visit(view: GpuView, footprint: u32, place: vec4<u32>, look: vec4<u32>) {
+fn visit(view: GpuView, id: u32, footprint: Footprint) {
     count_pair();
-    let is_pane = HAS_TRIANGLES && (look.w & TRIANGLE_BIT) != 0u;
+    let is_pane = HAS_TRIANGLES && is_triangle(footprint);
     var hit: Hit;
     if is_pane {
-        hit.depth = triangle_weights(look.x, corner + 0.5).w;
+        hit.depth = triangle_weights(setup_of(footprint), corner + 0.5).w;
     } else if HAS_PARTICLES {
-        hit = caster_hit(view, place, look, corner + 0.5, opaque_depth);
+        hit = caster_hit(view, footprint, corner + 0.5, opaque_depth);
     }
     if !(hit.depth >= 0.0 && hit.depth <= 1.0 && hit.depth < opaque_depth) {
         return;
     }
     if is_pane {
-        wait(Waiting(hit.depth, look.x));
+        wait(Waiting(hit.depth, setup_of(footprint)));
     }
     if HAS_TRIANGLES {
         lay_waiting(view, select(hit.depth, -1.0, is_pane));
     }
     if HAS_PARTICLES && !is_pane {
-        lay_particle(hit, textureLoad(lit, record_texel(footprint), 0).rgb);
+        lay_particle(hit, textureLoad(lit, record_texel(id), 0).rgb);
     }
 }
 

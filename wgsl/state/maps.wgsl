@@ -4,6 +4,7 @@
 
 import package::bind::stored::{filters, nearests};
 import package::features::HAS_OWNERS;
+import package::records::footprint::Footprint;
 import package::records::owner::{tagged_alpha, tagged_depth};
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
@@ -65,8 +66,8 @@ fn own_texel(i: u32) -> vec4<f32> {
     return vec4(passed_texel(i), nearest_texel(i));
 }
 
-fn add(view: GpuView, place: vec4<u32>, look: vec4<u32>, tile_place: vec2<u32>, in_tile: vec2<u32>) {
-    scatter(view, place, look, tile_place * TILE_SIZE + in_tile);
+fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2<u32>) {
+    scatter(view, footprint, tile_place * TILE_SIZE + in_tile);
 }
 
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {

@@ -8,6 +8,7 @@ import package::hit::caster_hit::caster_hit;
 import package::hit::crossing::{added_light, crossing};
 import package::hit::hash::unit_float;
 import package::records::caster::particle_object;
+import package::records::footprint::{Footprint, caster_of, is_triangle};
 import package::records::record::TRIANGLE_BIT;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::faint::absorbed_tau;
@@ -23,14 +24,14 @@ fn spread(id: u32) -> vec3<f32> {
     return vec3(unit_float(turn), unit_float(turn + 0x55555555u), unit_float(turn + 0xaaaaaaaau));
 }
 
-fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
+fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
     let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
-    let hit = caster_hit(view, place, look, vec2<f32>(texel) + 0.5, opaque_depth);
+    let hit = caster_hit(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
     let tile_place = texel / TILE_SIZE;
     let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
     let sum = sum_index(tile, texel % TILE_SIZE);
     if HAS_VOLUMES {
-        let crossed = crossing(view, look, vec2<f32>(texel) + 0.5, opaque_depth);
+        let crossed = crossing(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
         if crossed.w != 0 {
             add_to_sums(sum, bitcast<vec3<u32>>(crossed.xyz));
             scattered_tiles[tile] = 1u;
@@ -40,8 +41,8 @@ fn scatter(view: GpuView, place: vec4<u32>, look: vec4<u32>, texel: vec2<u32>) {
         return;
     }
     // Rounded up or down in turns, so that a million equal casters don't add up their rounding.
-    let own = particle_object(look.w & ~TRIANGLE_BIT);
-    let chance = spread(select(own, look.w, (look.w & TRIANGLE_BIT) != 0u));
+    let own = particle_object(caster_of(footprint) & ~TRIANGLE_BIT);
+    let chance = spread(select(own, caster_of(footprint), is_triangle(footprint)));
     var own_tau = absorbed_tau(hit.absorbed);
     if HAS_OVER {
         // Out of order: as if it were the only caster.

@@ -3,10 +3,11 @@
 // texels; the discs that touch it are broadcast and multiplied into every lane's texels. CPU twin:
 // src/reference/accumulate.rs.
 
-import package::bind::loaded::{footprints, pairs};
+import package::bind::loaded::pairs;
 import package::hit::disc::{Disc, prepare_disc, touches};
 import package::records::footprint::{footprint_key, key_depth};
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_loaded::load_footprint;
+import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
 import package::walk::disc_lanes::{broadcast_disc, first_lane, has_lanes, without_first};
@@ -19,12 +20,10 @@ struct Stretch {
 }
 
 fn fetch(view: GpuView, pair: u32, end: u32, size: u32, lo: vec2<f32>, hi: vec2<f32>) -> Stretch {
-    let at = textureLoad(pairs, record_texel(min(pair, end - 1u))).g * FOOTPRINT_TEXELS;
-    let place = textureLoad(footprints, record_texel(at));
-    let look = textureLoad(footprints, record_texel(at + 1u));
-    let front = key_depth(subgroupShuffle(footprint_key(look), size - 1u));
-    let touched = subgroupBallot(pair < end && touches(view, place, lo, hi));
-    return Stretch(prepare_disc(view, place, look), touched.xy, front);
+    let footprint = load_footprint(textureLoad(pairs, record_texel(min(pair, end - 1u))).g);
+    let front = key_depth(subgroupShuffle(footprint_key(footprint), size - 1u));
+    let touched = subgroupBallot(pair < end && touches(view, footprint.place, lo, hi));
+    return Stretch(prepare_disc(view, footprint), touched.xy, front);
 }
 
 fn walk(view: GpuView, first: u32, end: u32) {

@@ -2,7 +2,6 @@
 // disc and tests it against the subgroup's block of texels; those that touch it are visited by all
 // lanes. CPU twin: src/reference/curve/tile.rs, `walk`.
 
-import package::bind::loaded::footprints;
 import package::curve::gather::{
     SLAB_PAIRS, append_single, corner, few, flush, hit_count, is_single, max_exact_hits, nearest,
     settled, slab_count,
@@ -11,7 +10,7 @@ import package::curve::pair_key::pair_key;
 import package::curve::visit_discs::{count_disc, visit_disc};
 import package::hit::disc::{Disc, prepare_disc, touches};
 import package::records::footprint::{footprint_key, key_depth};
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_loaded::load_footprint;
 import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::walk::disc_lanes::{broadcast_disc, first_lane, has_lanes, without_first};
@@ -35,15 +34,13 @@ fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> St
     let index = base + lane;
     // Of an empty tile none, but something must be read.
     let pair = min(index, max(end, 1u) - 1u);
-    let at = pair_footprint(pair) * FOOTPRINT_TEXELS;
-    let place = textureLoad(footprints, record_texel(at));
-    let look = textureLoad(footprints, record_texel(at + 1u));
-    let key = footprint_key(look);
+    let footprint = load_footprint(pair_footprint(pair));
+    let key = footprint_key(footprint);
     let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= slab_reach;
     let in_slab = subgroupBallot(slab);
-    let touching = subgroupBallot(slab && touches(view, place, lo, hi));
+    let touching = subgroupBallot(slab && touches(view, footprint.place, lo, hi));
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
-    return Stretch(prepare_disc(view, place, look), touching.xy, count, key);
+    return Stretch(prepare_disc(view, footprint), touching.xy, count, key);
 }
 
 fn walk(view: GpuView, first: u32, end: u32) {

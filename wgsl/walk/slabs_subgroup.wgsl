@@ -2,13 +2,12 @@
 // footprint and tests it against the subgroup's block of texels; those that touch it are visited by
 // all lanes. CPU twin: src/reference/curve/tile.rs, `walk`.
 
-import package::bind::loaded::footprints;
 import package::curve::gather::{SLAB_PAIRS, corner, flush, settled, slab_count};
 import package::curve::pair_key::pair_key;
 import package::curve::volumes::rest_steps;
 import package::hit::reach::touches_box;
 import package::records::footprint::{footprint_key, key_depth};
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
 import choice::store::open_rest;
@@ -41,12 +40,11 @@ fn walk(view: GpuView, first: u32, end: u32) {
             let index = base + lane;
             // Of an empty tile none, but something must be read.
             let pair = min(index, max(end, 1u) - 1u);
-            let footprint = pair_footprint(pair);
-            let at = footprint * FOOTPRINT_TEXELS;
-            let look = textureLoad(footprints, record_texel(at + 1u));
-            key = footprint_key(look);
+            let id = pair_footprint(pair);
+            let footprint = load_footprint(id);
+            key = footprint_key(footprint);
             let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= reach;
-            let touches = slab && touches_box(view, textureLoad(footprints, record_texel(at)), look, lo, hi);
+            let touches = slab && touches_box(view, footprint, lo, hi);
             let in_slab = subgroupBallot(slab);
             let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
             let ballot = subgroupBallot(touches);
@@ -61,12 +59,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
                     j = 32u + firstTrailingBit(high);
                     high &= high - 1u;
                 }
-                let visited = subgroupShuffle(at, j);
-                let now = visit(
-                    view,
-                    textureLoad(footprints, record_texel(visited)),
-                    textureLoad(footprints, record_texel(visited + 1u)),
-                );
+                let now = visit(view, load_footprint(subgroupShuffle(id, j)));
                 forced = subgroupAny(now);
             }
             whole = !forced && count < size;

@@ -1,14 +1,13 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
 // core tier, without subgroups. CPU twin: src/reference/curve/tile.rs, `walk`.
 
-import package::bind::loaded::footprints;
 import package::curve::gather::{
     SLAB_PAIRS, few, flush, hit_count, max_exact_hits, nearest, settled, slab_count,
 };
 import package::curve::pair_key::pair_key;
 import package::curve::volumes::rest_steps;
 import package::records::footprint::{footprint_key, front_depth, key_depth};
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
 import choice::store::open_rest;
@@ -18,10 +17,9 @@ fn walk(view: GpuView, first: u32, end: u32) {
     var base = first;
     var front = 0.0;
     while slabbed() && base < end && any((hit_count <= max_exact_hits()) | (nearest > vec4(front))) {
-        let at = pair_footprint(base) * FOOTPRINT_TEXELS;
-        let look = textureLoad(footprints, record_texel(at + 1u));
-        count_hits(view, textureLoad(footprints, record_texel(at)), look);
-        front = front_depth(look);
+        let footprint = load_footprint(pair_footprint(base));
+        count_hits(view, footprint);
+        front = front_depth(footprint);
         base += 1u;
     }
     few = hit_count <= max_exact_hits();
@@ -38,14 +36,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
         var whole = true;
         var key = 0u;
         while base < end {
-            let at = pair_footprint(base) * FOOTPRINT_TEXELS;
-            let look = textureLoad(footprints, record_texel(at + 1u));
-            key = footprint_key(look);
+            let footprint = load_footprint(pair_footprint(base));
+            key = footprint_key(footprint);
             if base - slab_first >= SLAB_PAIRS || key - slab_key > reach {
                 break;
             }
             base += 1u;
-            if visit(view, textureLoad(footprints, record_texel(at)), look) {
+            if visit(view, footprint) {
                 whole = false;
                 break;
             }

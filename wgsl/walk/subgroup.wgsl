@@ -3,9 +3,10 @@
 // candidate says how a lane tests and shares its own, the state what to do in `visit` and when to
 // stop in `settled`.
 
-import package::bind::loaded::{footprints, pairs};
+import package::bind::loaded::pairs;
 import package::records::footprint::front_depth;
-import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+import package::records::footprint_loaded::load_footprint;
+import package::records::record::record_texel;
 import package::records::view::GpuView;
 import choice::candidate::{candidate, touches, visit_lane};
 import choice::state::{ROWS, corner, settled};
@@ -22,11 +23,9 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5);
     for (var base = first; base < end; base += size) {
         let pair = min(base + lane, end - 1u);
-        let footprint = textureLoad(pairs, record_texel(pair)).g;
-        let at = footprint * FOOTPRINT_TEXELS;
-        let place = textureLoad(footprints, record_texel(at));
-        let look = textureLoad(footprints, record_texel(at + 1u));
-        let own = candidate(footprint, place, look);
+        let id = textureLoad(pairs, record_texel(pair)).g;
+        let footprint = load_footprint(id);
+        let own = candidate(id, footprint);
         let ballot = subgroupBallot(base + lane < end && touches(view, own, lo, hi));
         var low = ballot.x;
         var high = ballot.y;
@@ -42,7 +41,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             visit_lane(view, own, j);
         }
         // What follows is no nearer than this stretch's first pair.
-        if subgroupAll(settled(subgroupShuffle(front_depth(look), 0u))) {
+        if subgroupAll(settled(subgroupShuffle(front_depth(footprint), 0u))) {
             break;
         }
     }

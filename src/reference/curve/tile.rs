@@ -11,10 +11,11 @@ use super::{
 use crate::{
     records::Footprint,
     reference::{
-        accumulate::{ScatterSums, VISIBLE_OPACITY},
+        accumulate::VISIBLE_OPACITY,
         caster_hit::{Hit, Records, Target},
         order::HitOrder,
         resolve,
+        scatter::ScatterSums,
         tile::{TEXELS, Tile, TileTexels},
     },
 };

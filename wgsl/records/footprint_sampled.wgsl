@@ -1,0 +1,13 @@
+// Footprints from a sampled texture, for kernels without a storage texture to spare.
+
+import package::bind::sampled::footprints;
+import package::records::footprint::{Footprint, footprint_of};
+import package::records::record::{FOOTPRINT_TEXELS, record_texel};
+
+fn sample_footprint(id: u32) -> Footprint {
+    let at = id * FOOTPRINT_TEXELS;
+    return footprint_of(
+        textureLoad(footprints, record_texel(at), 0),
+        textureLoad(footprints, record_texel(at + 1u), 0),
+    );
+}
