@@ -84,8 +84,8 @@ pub use model::{
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};
 pub use shadows::{
-    CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs, LightBindings, LightPoints,
-    Maps, PointBuffers, Prepared, Shadows,
+    CasterCount, CasterLoader, ConvertedMaps, FilterFormat, HostCasters, HostDepth, HostInputs,
+    LightBindings, LightPoints, MapLayout, Maps, PointBuffers, Prepared, Shadows,
 };
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

@@ -8,6 +8,7 @@ mod area;
 mod blue;
 mod caster;
 mod cluster;
+mod convert;
 mod footprint;
 mod hash;
 mod host;
@@ -32,6 +33,7 @@ pub use caster::{CASTER_TEXELS, Caster};
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
 };
+pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
 pub use footprint::{
     CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
     TileRect,

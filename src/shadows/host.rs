@@ -5,7 +5,9 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Kernel, KernelCache, Memory, Tier, Timeline, check_alive, missing},
+    gpu::{
+        Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
+    },
     model::{
         Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, Skipped, View,
     },
@@ -251,6 +253,15 @@ impl Prepared {
     pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
         let mut engine = lock(&self.engine);
         Ok(engine.pipeline.kernels.make(&self.device, variant, features)?.clone())
+    }
+
+    /// As [`Self::kernel`], of one that is made for a host that asks.
+    pub(super) fn kernel_of(
+        &self,
+        desc: &KernelDesc,
+        constants: &[Constant],
+    ) -> Result<Kernel, Error> {
+        Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, constants)?)
     }
 
     /// Device and queue that the maps are on.

@@ -8,7 +8,7 @@ use crate::{
     stage::import,
 };
 use bytemuck::Zeroable as _;
-use glam::{DVec2, DVec3, DVec4, UVec2};
+use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec2};
 use wgpu::{BindGroup, TextureFormat, TextureUsages, TextureView};
 
 /// A view's depth map of the host's.
@@ -21,7 +21,7 @@ pub(crate) struct DepthInput {
     pub version: Option<u64>,
 }
 
-/// How far a ray of ours may wander in the host's map along its way [texels of the host's].
+/// How far a ray of ours may wander in the host's window along its way [texels of ours].
 const ASTRAY: f64 = 0.25;
 
 /// By view.
@@ -77,48 +77,96 @@ impl DepthInput {
     }
 }
 
-/// But for where our map is. In `f64`, because far from the origin matrices cancel.
+/// A camera of the host's that sees along a view's rays. In `f64`, because far from the origin matrices
+/// cancel.
+pub(super) struct HostCamera<'a> {
+    view: &'a View,
+    pub clip_from_view: DMat4,
+}
+
+impl<'a> HostCamera<'a> {
+    pub(super) fn new(clip_from_world: &Mat4, view: &'a View) -> Result<Self, &'static str> {
+        let world_from_view = view.view_from_world.as_dmat4().inverse();
+        let clip_from_view = clip_from_world.as_dmat4() * world_from_view;
+        if !clip_from_view.is_finite() {
+            return Err("its matrix must be finite");
+        }
+        let camera = Self { view, clip_from_view };
+        for corner in CORNERS {
+            let [first, last] = [camera.middle(), view.far.into()].map(|d| camera.clip(corner, d));
+            if !(first.w > 0.0 && last.w > 0.0) {
+                return Err("its camera does not see all of the view");
+            }
+            let astray = camera.ndc(corner, camera.middle()) - camera.ndc(corner, view.far.into());
+            let astray = astray.truncate().abs().max_element();
+            if astray.is_nan() || astray > 2.0 * ASTRAY / f64::from(view.size.max_element()) {
+                return Err("its camera must see along the view's own rays");
+            }
+        }
+        Ok(camera)
+    }
+
+    /// Clip coordinates of a point of the window in -1..1, so far along the view's axis [m].
+    fn clip(&self, corner: DVec2, distance: f64) -> DVec4 {
+        let half = (self.view.size.as_dvec2() - 1.0) * 0.5 / f64::from(self.view.scale);
+        let spread = if self.is_perspective() { distance } else { 1.0 };
+        self.clip_from_view * (corner * half * spread).extend(-distance).extend(1.0)
+    }
+
+    fn ndc(&self, corner: DVec2, distance: f64) -> DVec3 {
+        let clip = self.clip(corner, distance);
+        clip.truncate() / clip.w
+    }
+
+    /// Somewhere before the far plane, but not at the eye [m].
+    fn middle(&self) -> f64 {
+        let (near, far) = (f64::from(self.view.near), f64::from(self.view.far));
+        near + 0.25 * (far - near)
+    }
+
+    /// Whether its window holds the view's.
+    fn covers(&self) -> bool {
+        let far = self.view.far.into();
+        let reach = |corner| self.ndc(corner, far).truncate().abs().max_element();
+        CORNERS.into_iter().all(|corner| reach(corner) <= 1.0 + 1e-5)
+    }
+
+    fn is_perspective(&self) -> bool {
+        self.view.projection == Projection::Perspective
+    }
+
+    /// 1 or 0.
+    pub(super) fn perspective(&self) -> f32 {
+        f32::from(u8::from(self.is_perspective()))
+    }
+
+    /// Its depth where there is nothing: reversed, depth falls.
+    pub(super) fn empty(&self) -> f32 {
+        let [first, last] =
+            [self.middle(), self.view.far.into()].map(|d| self.ndc(DVec2::ZERO, d).z);
+        if last < first { 0.0 } else { 1.0 }
+    }
+}
+
+const CORNERS: [DVec2; 4] =
+    [DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0), DVec2::ONE];
+
+/// But for where our map is.
 fn params(depth: &HostDepth<'_>, view: &View) -> Result<ImportParams, &'static str> {
     let clip_from_world = depth.clip_from_world.unwrap_or_else(|| view.clip_from_world());
-    let world_from_view = view.view_from_world.as_dmat4().inverse();
-    let clip_from_view = clip_from_world.as_dmat4() * world_from_view;
-    if !clip_from_view.is_finite() {
-        return Err("its matrix must be finite");
+    let camera = HostCamera::new(&clip_from_world, view)?;
+    if !camera.covers() {
+        return Err("it does not cover the view");
     }
-    let host_size = UVec2::new(depth.texture.width(), depth.texture.height());
-    let is_perspective = view.projection == Projection::Perspective;
-    let (near, far) = (f64::from(view.near), f64::from(view.far));
-    let half = (view.size.as_dvec2() - 1.0) * 0.5 / f64::from(view.scale);
-    let clip = |corner: DVec2, distance: f64| -> DVec4 {
-        let across = corner * half * if is_perspective { distance } else { 1.0 };
-        clip_from_view * DVec3::new(across.x, across.y, -distance).extend(1.0)
-    };
-    let middle = near + 0.25 * (far - near);
-    for corner in [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(DVec2::from_array) {
-        let [first, last] = [middle, far].map(|distance| clip(corner, distance));
-        if !(first.w > 0.0 && last.w > 0.0) {
-            return Err("its camera does not see all of the view");
-        }
-        let [first, last] = [first, last].map(|at| at.truncate().truncate() / at.w);
-        let astray = (first - last).abs() * host_size.as_dvec2() * 0.5;
-        if astray.is_nan() || astray.max_element() > ASTRAY {
-            return Err("its camera must see along the view's own rays");
-        }
-        if last.abs().max_element() > 1.0 + 1e-5 {
-            return Err("it does not cover the view");
-        }
-    }
-    let depth_at = |distance: f64| clip(DVec2::ZERO, distance).z / clip(DVec2::ZERO, distance).w;
     Ok(ImportParams {
-        clip_from_view: clip_from_view.as_mat4(),
+        clip_from_view: camera.clip_from_view.as_mat4(),
         size: view.size.as_vec2(),
-        host_size: host_size.as_vec2(),
+        host_size: UVec2::new(depth.texture.width(), depth.texture.height()).as_vec2(),
         scale: view.scale,
-        perspective: f32::from(u8::from(is_perspective)),
+        perspective: camera.perspective(),
         near: view.near,
         far: view.far,
-        // Reversed, it falls.
-        empty: if depth_at(far) < depth_at(middle) { 0.0 } else { 1.0 },
+        empty: camera.empty(),
         ..ImportParams::zeroed()
     })
 }

@@ -1,22 +1,72 @@
 //! What a list has of casters in buffers of the host's: only the device knows how many.
 use super::{
+    casters::CasterSet,
     context::{ChunkBuffers, Context},
-    host_casters::HostSets,
+    cull::PairBound,
+    host_casters::{HostSets, planes},
     kernels::Kernels,
-    plan::{HostList, ListPlan},
+    plan::ListPlan,
 };
 use crate::{
     error::Error,
     gpu::{Resources, Timeline},
-    records::{CullParams, Listed, MAX_VIEWS},
+    model::tiles_of,
+    records::{CullParams, GpuView, Listed, MAX_VIEWS},
     stage::{
         bin::BinParams,
         project::{ProjectParams, grid},
     },
 };
 use glam::Vec4;
-use std::mem::offset_of;
+use std::{mem::offset_of, ops::Range};
 use wgpu::{BindGroup, Buffer, BufferUsages};
+
+/// What a list has of casters in buffers of the host's.
+#[derive(Clone, Debug)]
+pub(crate) struct HostList {
+    pub groups: Range<u32>,
+    /// Six of each view.
+    pub planes: Vec<Vec4>,
+    pub first_footprint: u32,
+    /// Casters that a view may see at most.
+    pub capacity: u32,
+}
+
+impl ListPlan {
+    /// How many footprints to expect: a caster of the host's is seldom seen by more than two of the
+    /// views of a batch.
+    pub(crate) fn likely_count(&self) -> u64 {
+        const VIEWS: u64 = 2;
+        self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
+            let most = u64::from(self.footprint_count - host.first_footprint);
+            u64::from(host.first_footprint) + most.min(VIEWS * u64::from(host.capacity))
+        })
+    }
+
+    /// After all that is uploaded.
+    pub(crate) fn add_host(&mut self, casters: &CasterSet, list: usize, views: &[GpuView]) {
+        let Some(sets) = casters.host().filter(|sets| !sets.spans[list].groups.is_empty()) else {
+            return;
+        };
+        let span = sets.spans[list].clone();
+        self.host = Some(HostList {
+            groups: span.groups,
+            planes: planes(views),
+            first_footprint: self.footprint_count,
+            capacity: span.capacity,
+        });
+        self.footprint_count += span.capacity * views.len() as u32;
+        // Anywhere, and of any size.
+        let tiles = |view: &GpuView| tiles_of(view.size.as_uvec2()).element_product();
+        let most = views.iter().map(tiles).max().unwrap_or(0);
+        let pairs = u64::from(span.capacity) * views.iter().map(tiles).map(u64::from).sum::<u64>();
+        self.bound = PairBound {
+            pairs: self.bound.pairs.saturating_add(pairs),
+            of_tile: self.bound.of_tile.saturating_add(span.capacity),
+            of_caster: self.bound.of_caster.max(most),
+        };
+    }
+}
 
 /// The chunks that `cull` leaves of a list, and who must know how many.
 #[derive(Debug)]

@@ -227,6 +227,16 @@ impl Kernels {
         }
     }
 
+    /// One that no frame needs.
+    pub(crate) fn other(
+        &self,
+        device: &wgpu::Device,
+        desc: &KernelDesc,
+        constants: &[Constant],
+    ) -> Result<Kernel, KernelError> {
+        self.cache.kernel(device, desc, self.tier, &[], constants)
+    }
+
     /// For `record`.
     ///
     /// # Panics

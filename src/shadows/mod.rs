@@ -7,6 +7,7 @@ mod cache;
 mod casters;
 mod config;
 pub(crate) mod context;
+mod converted;
 mod count;
 pub mod cull;
 mod groups;
@@ -33,6 +34,7 @@ mod soften;
 
 pub use casters::{CasterSet, Span};
 pub use config::Config;
+pub use converted::{ConvertedMaps, FilterFormat, MapLayout};
 pub use groups::{Extent, Group};
 #[cfg(feature = "picture")]
 pub(crate) use host::check;

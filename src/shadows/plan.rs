@@ -4,13 +4,13 @@ use super::{
     casters::CasterSet,
     cull::{PairBound, TileLoadBound},
     groups::Group,
-    host_casters::planes,
     host_depths::DepthInput,
+    host_list::HostList,
     small::TriangleExtent,
 };
 use crate::{
     error::Error,
-    model::{Class, View, tiles_of},
+    model::{Class, View},
     records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
         bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
@@ -21,8 +21,7 @@ use crate::{
     },
     view::atlas::MapPlace,
 };
-use glam::Vec4;
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
 
 /// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
@@ -42,11 +41,11 @@ pub(crate) struct Plan {
     pub kept: bool,
     /// The maps have been filled with what they are without translucent casters.
     pub cleared: bool,
-    /// Of opaque triangles that are in no list.
+    /// Chunks of opaque triangles that are in no list.
     pub small_chunks: Vec<Chunk>,
     /// Depth maps of the host's, by view.
     pub depths: Vec<(usize, DepthInput)>,
-    /// Of the camera: nothing is summed, and a tile's pairs must fit.
+    /// The views are the camera's: nothing is summed, and a tile's pairs must fit.
     pub camera: bool,
 }
 
@@ -64,22 +63,11 @@ pub(crate) struct ListPlan {
     pub triangle_chunks: Vec<Chunk>,
     /// Casters that only the device knows.
     pub host: Option<HostList>,
-    /// Of particles, then of triangles, then of the host's casters as many as there may be.
+    /// Footprints of particles, then of triangles, then of the host's casters as many as there may be.
     pub footprint_count: u32,
     pub first_setup: u32,
     /// What it never exceeds.
     pub bound: PairBound,
-}
-
-/// What a list has of casters in buffers of the host's.
-#[derive(Clone, Debug)]
-pub(crate) struct HostList {
-    pub groups: Range<u32>,
-    /// Six of each view.
-    pub planes: Vec<Vec4>,
-    pub first_footprint: u32,
-    /// Casters that a view may see at most.
-    pub capacity: u32,
 }
 
 impl ListPlan {
@@ -114,40 +102,6 @@ impl ListPlan {
         let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
         end - self.first_setup
     }
-
-    /// How many footprints to expect: a caster of the host's is seldom seen by more than two of the
-    /// views of a batch.
-    pub(crate) fn likely_count(&self) -> u64 {
-        const VIEWS: u64 = 2;
-        self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
-            let most = u64::from(self.footprint_count - host.first_footprint);
-            u64::from(host.first_footprint) + most.min(VIEWS * u64::from(host.capacity))
-        })
-    }
-
-    /// After all that is uploaded.
-    fn add_host(&mut self, casters: &CasterSet, list: usize, views: &[GpuView]) {
-        let Some(sets) = casters.host().filter(|sets| !sets.spans[list].groups.is_empty()) else {
-            return;
-        };
-        let span = sets.spans[list].clone();
-        self.host = Some(HostList {
-            groups: span.groups,
-            planes: planes(views),
-            first_footprint: self.footprint_count,
-            capacity: span.capacity,
-        });
-        self.footprint_count += span.capacity * views.len() as u32;
-        // Anywhere, and of any size.
-        let tiles = |view: &GpuView| tiles_of(view.size.as_uvec2()).element_product();
-        let most = views.iter().map(tiles).max().unwrap_or(0);
-        let pairs = u64::from(span.capacity) * views.iter().map(tiles).map(u64::from).sum::<u64>();
-        self.bound = PairBound {
-            pairs: self.bound.pairs.saturating_add(pairs),
-            of_tile: self.bound.of_tile.saturating_add(span.capacity),
-            of_caster: self.bound.of_caster.max(most),
-        };
-    }
 }
 
 /// What a shadow view lists: what blocks light, and what filters it.
@@ -160,7 +114,7 @@ pub(crate) struct PendingView<'a> {
     pub place: MapPlace,
     /// Indices of the groups that it may see, in order.
     pub groups: &'a [u32],
-    /// Of the host's.
+    /// Depth map of the host's.
     pub depth: Option<&'a DepthInput>,
 }
 
@@ -336,7 +290,7 @@ impl Plan {
 }
 
 impl ListPlan {
-    /// Of the classes of `list`, what each view may see.
+    /// Lists the classes of `list`, what each view may see.
     fn new(
         list: &RangeInclusive<Class>,
         features: Features,

@@ -1,6 +1,8 @@
-//! import: depth maps of the host's to opaque depths, after `occlude` and before `accumulate`.
+//! import: depth maps of the host's to opaque depths, after `occlude` and before `accumulate`; and
+//! convert: filters to a layout of the host's, after all.
 //!
-//! In: `host_depths`, of one view. Out: `opaques`, lowered or replaced.
+//! `import_depths` In: `host_depths`, of one view. Out: `opaques`, lowered or replaced. `convert_maps` In:
+//! `filters`, `nearests`. Out: `converted`, words to be copied to a texture.
 use crate::gpu::{KernelDesc, Tier};
 
 /// Edge of a workgroup [texels].
@@ -10,6 +12,15 @@ pub const DEPTHS: KernelDesc = KernelDesc {
     name: "import_depths",
     entry: "import_depths",
     root: "import/import_depths.wgsl",
+    with: &[],
+    constants: &[("WORKGROUP_EDGE", EDGE as f64)],
+    tiers: &[Tier::Core],
+};
+
+pub const MAPS: KernelDesc = KernelDesc {
+    name: "convert_maps",
+    entry: "convert_maps",
+    root: "import/convert_maps.wgsl",
     with: &[],
     constants: &[("WORKGROUP_EDGE", EDGE as f64)],
     tiers: &[Tier::Core],

@@ -29,6 +29,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &load::CASTERS,
     &load::GROUPS,
     &import::DEPTHS,
+    &import::MAPS,
     &project::PARTICLES,
     &project::TRIANGLES,
     &sort::SERIAL_COUNT,

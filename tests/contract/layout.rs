@@ -3,8 +3,8 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
-        AirParams, ClusterCounters, ClusterParams, CullParams, GpuArea, GpuLayout, GpuLight,
-        GpuMaterial, GpuView, HostGroup, ImportParams, Listed, LoadCounters, LoadParams,
+        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, GpuArea, GpuLayout,
+        GpuLight, GpuMaterial, GpuView, HostGroup, ImportParams, Listed, LoadCounters, LoadParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -48,6 +48,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<CullParams>,
     struct_agrees::<Listed>,
     struct_agrees::<ImportParams>,
+    struct_agrees::<ConvertParams>,
 ];
 
 /// Every one is in the list: the sources are searched for `gpu_layout!`.

@@ -1,223 +1,25 @@
 //! Depth maps of the host's become opaque depths, whatever their convention is.
-use super::{ShadowSettings, Vec3, materials, shadows, submit};
+use super::{
+    ShadowSettings, Vec3, materials,
+    rendered::{CONVENTIONS, Convention, Plane, USUAL, host_texture, rendered, world},
+    shadows, submit,
+};
 use crate::common::{
     TIERS, gpu,
-    scenes::{flat_view, pane, particle},
+    scenes::{Chance, flat_view, pane, particle},
 };
 use gobo::{
     Bounds, Casters, Error, HostDepth, HostInputs, Light, Particle, Projection, Triangle, View,
-    glam::{DMat4, DVec3, DVec4, Mat4, Vec4},
-    gpu::Gpu,
+    glam::{DVec3, Mat4, UVec2, Vec2, Vec4},
+    gpu::{Gpu, Kernel, Resources},
     light_views,
+    records::ImportParams,
+    reference::import::ClipRay,
+    stage::import,
     wgpu::{self, TextureFormat, TextureUsages},
 };
 
-/// What a host renders a view with.
-#[derive(Clone, Copy, Debug)]
-struct Convention {
-    name: &'static str,
-    reversed: bool,
-    infinite: bool,
-    /// How much wider than the view [share].
-    wider: f64,
-}
-
-const USUAL: Convention =
-    Convention { name: "usual", reversed: false, infinite: false, wider: 1.0 };
-const CONVENTIONS: [Convention; 4] = [
-    USUAL,
-    Convention { name: "reversed", reversed: true, ..USUAL },
-    Convention { name: "infinite and reversed", reversed: true, infinite: true, ..USUAL },
-    Convention { name: "wider", reversed: false, infinite: false, wider: 1.5 },
-];
-
-impl Convention {
-    /// Planes of the host's own, apart from the view's.
-    fn clip_from_view(self, view: &View) -> DMat4 {
-        let half = view.size.as_dvec2() * 0.5 / f64::from(view.scale) * self.wider;
-        let (near, far) = (0.5 * f64::from(view.near).max(0.1), 1.7 * f64::from(view.far));
-        let is_perspective = view.projection == Projection::Perspective;
-        // Depth of the near plane and of the far one.
-        let (first, last) = if self.reversed { (1.0, 0.0) } else { (0.0, 1.0) };
-        let across = |x: f64, y: f64| [DVec4::X * x, DVec4::Y * y];
-        let [x, y] = across(1.0 / half.x, 1.0 / half.y);
-        if !is_perspective {
-            let slope = (last - first) / (far - near);
-            let z = DVec4::new(0.0, 0.0, -slope, 0.0);
-            return DMat4::from_cols(x, y, z, DVec4::new(0.0, 0.0, first - slope * near, 1.0));
-        }
-        // depth = a + b / distance
-        let b = if self.infinite {
-            (first - last) * near
-        } else {
-            (first - last) / (1.0 / near - 1.0 / far)
-        };
-        let a = if self.infinite { last } else { last - b / far };
-        let z = DVec4::new(0.0, 0.0, -a, -1.0);
-        DMat4::from_cols(x, y, z, DVec4::new(0.0, 0.0, b, 0.0))
-    }
-
-    /// How far apart distances are that 24 bits of depth tell from each other, at worst [m].
-    fn step(self, view: &View, distance: f64) -> f64 {
-        let clip = self.clip_from_view(view);
-        let depth = |distance: f64| {
-            let at = clip * DVec4::new(0.0, 0.0, -distance, 1.0);
-            at.z / at.w
-        };
-        let slope = (depth(distance * 1.001) - depth(distance)).abs() / (distance * 0.001);
-        2_f64.powi(-24) / slope
-    }
-
-    fn empty(self) -> f32 {
-        if self.reversed { 0.0 } else { 1.0 }
-    }
-}
-
-/// A plane across the views' axes, tilted: distances along the axis of a view [m].
-#[derive(Clone, Copy)]
-struct Plane {
-    middle: f64,
-    tilt: f64,
-}
-
-impl Plane {
-    /// Along the ray through a point of the window in -1..1.
-    fn distance(self, view: &View, x: f64, y: f64) -> f64 {
-        let half = view.size.as_dvec2() * 0.5 / f64::from(view.scale);
-        let across = x * half.x + 0.3 * y * half.y;
-        match view.projection {
-            Projection::Orthographic => self.middle + self.tilt * across,
-            Projection::Perspective => self.middle / (1.0 - self.tilt * across),
-        }
-    }
-}
-
-/// What the host's rasterizer would leave of a plane: nothing in the left eighth.
-fn rendered(
-    view: &View,
-    plane: Plane,
-    convention: Convention,
-    [width, height]: [u32; 2],
-) -> Vec<f32> {
-    let clip = convention.clip_from_view(view);
-    let texel = |i: u32| {
-        let x = (f64::from(i % width) + 0.5) / f64::from(width) * 2.0 - 1.0;
-        let y = 1.0 - (f64::from(i / width) + 0.5) / f64::from(height) * 2.0;
-        if x < -0.75 * convention.wider.recip() {
-            return convention.empty();
-        }
-        let distance = plane.distance(view, x * convention.wider, y * convention.wider);
-        let at = clip * DVec4::new(0.0, 0.0, -distance, 1.0);
-        (at.z / at.w) as f32
-    };
-    (0..width * height).map(texel).collect()
-}
-
-/// A texture of three layers, of which the middle one has the depths.
-fn host_texture(gpu: &Gpu, format: TextureFormat, size: [u32; 2], depths: &[f32]) -> wgpu::Texture {
-    let [width, height] = size;
-    let of = |format, layers, usage| {
-        gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: usage | TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        })
-    };
-    let source = of(TextureFormat::R32Float, 3, TextureUsages::COPY_DST);
-    let wrong = vec![0.123_f32; depths.len()];
-    gpu.write_texture(&source, &[&wrong, depths, &wrong].concat());
-    if format == TextureFormat::R32Float {
-        return source;
-    }
-    let target = of(format, 3, TextureUsages::RENDER_ATTACHMENT);
-    draw_depths(gpu, &source, &target);
-    target
-}
-
-/// The middle layer.
-fn draw_depths(gpu: &Gpu, source: &wgpu::Texture, target: &wgpu::Texture) {
-    const WGSL: &str = "
-        @group(0) @binding(0) var source: texture_2d<f32>;
-        @vertex fn corner(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
-            return vec4(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.5, 1.0);
-        }
-        @fragment fn depth(@builtin(position) at: vec4<f32>) -> @builtin(frag_depth) f32 {
-            return textureLoad(source, vec2<u32>(at.xy), 0).x;
-        }";
-    let device = &gpu.device;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(WGSL.into()),
-    });
-    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: None,
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: target.format(),
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Always),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: None,
-            compilation_options: Default::default(),
-            targets: &[],
-        }),
-        multiview_mask: None,
-        cache: None,
-    });
-    let layer = |texture: &wgpu::Texture| {
-        texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2),
-            base_array_layer: 1,
-            array_layer_count: Some(1),
-            ..Default::default()
-        })
-    };
-    let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &[wgpu::BindGroupEntry {
-            binding: 0,
-            resource: wgpu::BindingResource::TextureView(&layer(source)),
-        }],
-    });
-    let mut encoder = device.create_command_encoder(&Default::default());
-    let target = layer(target);
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: &target,
-            depth_ops: Some(wgpu::Operations {
-                load: wgpu::LoadOp::Clear(0.3),
-                store: wgpu::StoreOp::Store,
-            }),
-            stencil_ops: None,
-        }),
-        ..Default::default()
-    });
-    pass.set_pipeline(&pipeline);
-    pass.set_bind_group(0, &bindings, &[]);
-    pass.draw(0..3, 0..1);
-    drop(pass);
-    gpu.queue.submit([encoder.finish()]);
-}
-
-fn views() -> [View; 2] {
+pub(super) fn views() -> [View; 2] {
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
     let spot = Light::spot(Vec3::new(3.0, 4.0, 2.5), Vec3::new(-3.0, -4.0, -2.5), 0.8);
     let sun = Light::directional(Vec3::new(0.3, -1.0, 0.2));
@@ -240,11 +42,6 @@ fn opaque_depths(
     let (width, size) = (prepared.maps().opaques.width() as usize, view.size.as_usizevec2());
     let rows = bits.opaques.chunks(width).take(size.y);
     rows.flat_map(|row| &row[..size.x]).map(|&bits| f32::from_bits(bits)).collect()
-}
-
-fn world(convention: Convention, view: &View) -> [[f32; 4]; 4] {
-    let clip_from_world = convention.clip_from_view(view) * view.view_from_world.as_dmat4();
-    clip_from_world.as_mat4().to_cols_array_2d()
 }
 
 #[test]
@@ -444,5 +241,73 @@ fn conventions_are_what_they_say() {
         let is_infinite = convention.infinite && view.projection == Projection::Orthographic;
         assert!((depth(near) - first).abs() < 1e-9, "{convention:?}");
         assert!(is_infinite || (depth(far) - last).abs() < 1e-9, "{convention:?}");
+    }
+}
+
+/// Every texel and its neighbours, which must stay poisoned.
+#[test]
+fn kernel_equals_twin() {
+    const POISON: f32 = -7.0;
+    let gpu = gpu(TIERS[0]);
+    let kernel = Kernel::new(&gpu.device, &import::DEPTHS, gpu.tier, &[], &[]).unwrap();
+    let mut chance = Chance::new(8);
+    for (view, convention) in
+        views().iter().flat_map(|view| CONVENTIONS.map(|convention| (view.clone(), convention)))
+    {
+        for replaces in [0, 1] {
+            let host_size = [37, 21];
+            let depths: Vec<f32> = (0..37 * 21)
+                .map(|_| match chance.below(8) {
+                    0 => convention.empty(),
+                    1 => f32::NAN,
+                    _ => chance.unit(),
+                })
+                .collect();
+            let params = ImportParams {
+                clip_from_view: convention.clip_from_view(&view).as_mat4(),
+                size: Vec2::new(50.0, 30.0),
+                host_size: Vec2::new(37.0, 21.0),
+                scale: view.scale,
+                perspective: f32::from(u8::from(view.projection == Projection::Perspective)),
+                near: view.near,
+                far: view.far,
+                origin: UVec2::new(5, 9),
+                layer: 1,
+                replaces,
+                empty: convention.empty(),
+                pad_0: 0,
+                pad_1: 0,
+                pad_2: 0,
+            };
+            let before: Vec<f32> = (0..2 * 64 * 64).map(|_| chance.unit()).collect();
+            let mut expected: Vec<f32> = before.clone();
+            expected[..64 * 64].fill(POISON);
+            let opaques = gpu.texture_array("opaques", [64, 64, 2], TextureFormat::R32Float);
+            gpu.write_texture(&opaques, &expected);
+            let host = gpu.texture("host", host_size, TextureFormat::R32Float);
+            gpu.write_texture(&host, &depths);
+            let of_params = gpu.upload("params", &[params], wgpu::BufferUsages::UNIFORM);
+            let resources = Resources::new()
+                .with("import_params", &of_params)
+                .with("host_depths", &host)
+                .with("opaques", &opaques);
+            let bindings = kernel.bind(&gpu.device, &resources).unwrap();
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let groups = import::grid(UVec2::new(50, 30));
+            kernel.record(&mut encoder.begin_compute_pass(&Default::default()), &bindings, groups);
+            gpu.queue.submit([encoder.finish()]);
+            for (x, y) in (0..30).flat_map(|y| (0..50).map(move |x| (x, y))) {
+                let ray = ClipRay::new(&params, Vec2::new(x as f32, y as f32) + 0.5);
+                let at = ray.host_texel(&params);
+                let depth = ray.light_depth(&params, depths[(at.y * 37 + at.x) as usize]);
+                let own = &mut expected[64 * 64 + ((y + 9) * 64 + x + 5) as usize];
+                *own = if replaces == 1 { depth } else { own.min(depth) };
+            }
+            let found: Vec<f32> = gpu.read_texture(&opaques);
+            let apart = |(a, b): (&f32, &f32)| (a - b).abs();
+            let worst = found.iter().zip(&expected).map(apart).fold(0.0, f32::max);
+            assert!(worst < 2e-5, "{convention:?} {worst}");
+            assert!(found.iter().zip(&before).any(|pair| apart(pair) > 0.1));
+        }
     }
 }

@@ -2,6 +2,8 @@
 mod casters;
 mod depths;
 mod kernels;
+mod layouts;
+mod rendered;
 mod wrong;
 
 use crate::common::scenes::Chance;

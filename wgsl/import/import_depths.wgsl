@@ -4,25 +4,11 @@
 import package::bind::sampled::host_depths;
 import package::bind::uniform::import_params;
 import package::bind::updated::opaques;
+import package::import::clip_ray::{ClipRay, across_axis, clip_ray};
 import package::records::import::ImportParams;
 import package::records::opaque_depth::opaque_bits;
 
 override WORKGROUP_EDGE: u32;
-
-// A ray through our texel is one of the host's camera too: along it, clip coordinates are
-// `slope * distance + start`, `distance` along our axis [m].
-struct ClipRay {
-    slope: vec4<f32>,
-    start: vec4<f32>,
-}
-
-fn clip_ray(params: ImportParams, texel: vec2<f32>) -> ClipRay {
-    let across = (texel - params.size * 0.5) / params.scale * vec2(1.0, -1.0);
-    let clip = params.clip_from_view;
-    let spreads = params.perspective > 0.0;
-    let slope = select(-clip[2], clip * vec4(across, -1.0, 0.0), spreads);
-    return ClipRay(slope, select(clip * vec4(across, 0.0, 1.0), clip[3], spreads));
-}
 
 fn light_depth(params: ImportParams, ray: ClipRay, depth: f32) -> f32 {
     let distance = (depth * ray.start.w - ray.start.z) / (ray.slope.z - depth * ray.slope.w);
@@ -38,7 +24,8 @@ fn import_depths(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(middle > params.size) {
         return;
     }
-    let ray = clip_ray(params, middle);
+    let across = across_axis(middle, params.size, params.scale);
+    let ray = clip_ray(params.clip_from_view, across, params.perspective);
     let seen = ray.slope * params.far + ray.start;
     let place = (seen.xy / seen.w * vec2(0.5, -0.5) + 0.5) * params.host_size;
     let texel = clamp(place, vec2(0.0), params.host_size - 1.0);

@@ -1,0 +1,165 @@
+//! Filters in the layout that a host's receivers read already.
+use super::{Prepared, host_depths::HostCamera};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Kernel, Memory},
+    records::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT},
+    stage::import,
+};
+use glam::Mat4;
+use wgpu::{BindGroup, Buffer, BufferUsages, TextureFormat, TextureUsages};
+
+/// How the light that passes is stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FilterFormat {
+    /// As gobo's own maps, without loss.
+    #[default]
+    Rgba16Float,
+    /// To 1/510; light that `gain` casters brighten ends at 1.
+    Rgba8Unorm,
+    /// Without alpha: red and green to 1/128 of themselves, blue to 1/64.
+    Rg11b10Ufloat,
+}
+
+/// What a host's receivers read.
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct MapLayout<'a> {
+    format: FilterFormat,
+    cameras: Option<&'a [[[f32; 4]; 4]]>,
+}
+
+impl<'a> MapLayout<'a> {
+    /// With alpha 1.
+    pub fn new(format: FilterFormat) -> Self {
+        Self { format, cameras: None }
+    }
+
+    /// Alpha is the depth of what filters first, as a raster pass would have blended it there with MIN,
+    /// or with MAX where depth is reversed; the depth of the far plane where nothing filters.
+    /// `clip_from_world`: of each view, in columns, as for
+    /// [`HostDepth::clip_from_world`](crate::HostDepth::clip_from_world).
+    #[must_use]
+    pub fn depth_in_alpha(self, clip_from_world: &'a [[[f32; 4]; 4]]) -> Self {
+        Self { cameras: Some(clip_from_world), ..self }
+    }
+}
+
+/// Filters in a host's layout, ready to be recorded after the maps, any number of times.
+#[derive(Debug)]
+pub struct ConvertedMaps {
+    kernel: Kernel,
+    /// Views of each layer.
+    layers: Vec<Vec<(BindGroup, [u32; 3])>>,
+    words: Buffer,
+    texture: wgpu::Texture,
+    memory: Memory,
+}
+
+impl Prepared {
+    /// The filters of all views in another layout, each where it is in [`Maps`](crate::Maps).
+    ///
+    /// # Errors
+    /// Where the format has no alpha for the depth, a camera is not as it must be, or the device has no
+    /// room.
+    pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
+        let invalid = |index, problem| Error::Invalid { what: "map layout", index, problem };
+        let (format, number) = match layout.format {
+            FilterFormat::Rgba16Float => (TextureFormat::Rgba16Float, FORMAT_RGBA16FLOAT),
+            FilterFormat::Rgba8Unorm => (TextureFormat::Rgba8Unorm, FORMAT_RGBA8UNORM),
+            FilterFormat::Rg11b10Ufloat => (TextureFormat::Rg11b10Ufloat, FORMAT_RG11B10UFLOAT),
+        };
+        if let Some(cameras) = layout.cameras {
+            if number == FORMAT_RG11B10UFLOAT {
+                return Err(invalid(0, "its format has no alpha for the depth"));
+            }
+            if cameras.len() != self.views.len() {
+                return Err(invalid(0, "it must have a matrix for each view"));
+            }
+        }
+        let (device, queue) = self.device();
+        let maps = self.maps();
+        let size = maps.filters.size();
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let of_texel = u64::from(format.block_copy_size(None).unwrap_or(4)) / 4;
+        let texels = u64::from(size.width) * u64::from(size.height);
+        let copied = BufferUsages::COPY_SRC;
+        let words = allocator.storage::<u32>("converted", texels * of_texel, copied)?;
+        let all = [size.width, size.height, size.depth_or_array_layers].map(u64::from);
+        let usage = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
+        let texture = allocator.texture("converted_maps", format, all, usage)?;
+        let kernel = self.kernel_of(&import::MAPS, &[("FORMAT", f64::from(number))])?;
+        let mut layers = vec![Vec::new(); size.depth_or_array_layers as usize];
+        for (index, (view, place)) in self.views.iter().zip(&maps.places).enumerate() {
+            let columns = layout.cameras.map(|cameras| &cameras[index]);
+            let camera = columns.map_or_else(|| view.clip_from_world(), Mat4::from_cols_array_2d);
+            let camera =
+                HostCamera::new(&camera, view).map_err(|problem| invalid(index, problem))?;
+            let values = ConvertParams {
+                clip_from_view: camera.clip_from_view.as_mat4(),
+                size: view.size.as_vec2(),
+                scale: view.scale,
+                perspective: camera.perspective(),
+                near: view.near,
+                far: view.far,
+                origin: place.origin,
+                layer: place.layer,
+                width: size.width,
+                has_depth: u32::from(columns.is_some()),
+                empty: camera.empty(),
+            };
+            let params = allocator.uniform::<ConvertParams>("convert_params");
+            queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+            let resources =
+                maps.resources().with("convert_params", &params).with("converted", &words);
+            let bindings = kernel.bind(device, &resources)?;
+            layers[place.layer as usize].push((bindings, import::grid(view.size)));
+        }
+        Ok(ConvertedMaps { kernel, layers, words, texture, memory })
+    }
+}
+
+impl ConvertedMaps {
+    /// Records the conversion. The maps must have been recorded before.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        let size = self.texture.size();
+        let bytes_per_row = Some((self.words.size() / u64::from(size.height)) as u32);
+        for (z, views) in (0..).zip(&self.layers) {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("gobo convert"),
+                timestamp_writes: None,
+            });
+            for (bindings, groups) in views {
+                self.kernel.record(&mut pass, bindings, *groups);
+            }
+            drop(pass);
+            encoder.copy_buffer_to_texture(
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &self.words,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row,
+                        rows_per_image: None,
+                    },
+                },
+                wgpu::TexelCopyTextureInfo {
+                    origin: wgpu::Origin3d { x: 0, y: 0, z },
+                    ..self.texture.as_image_copy()
+                },
+                wgpu::Extent3d { depth_or_array_layers: 1, ..size },
+            );
+        }
+    }
+
+    /// An array, of the size of gobo's own. Usages `TEXTURE_BINDING` and `COPY_SRC`.
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.texture
+    }
+
+    /// Bytes by buffer and texture.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+}
