@@ -4,6 +4,7 @@
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
     gpu::{Gpu, Timeline},
+    model::View,
     picture::{PictureRoom, PreparedPicture},
     scene::load_with,
     shadows::{CasterSet, Config, Pipeline},
@@ -45,6 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             queue,
             &casters,
             &scene,
+            &View::from_camera(&scene.camera, &scene.bounds()),
             &views,
             maps,
             PictureRoom::default(),

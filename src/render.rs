@@ -235,8 +235,7 @@ impl GpuEngine {
             picture.light = self.read_light(&shown)?;
         }
         if scene.samples > 1 {
-            let lit = Lit { camera: whole, ..lit.clone() };
-            picture = self.shade_samples(lit, budget, picture.light)?;
+            picture = self.shade_samples(&lit, &whole, budget, picture.light)?;
         }
         let clusters = shown.read_cluster_counters(&self.gpu)?;
         let debug = options
@@ -323,18 +322,19 @@ impl GpuEngine {
         Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// The mean over all places of the pixels; `first`: the light through the first of them.
+    /// The mean over all places of the pixels of `camera`; `first`: the light through the first of them.
     fn shade_samples(
         &mut self,
-        lit: Lit<'_>,
+        lit: &Lit<'_>,
+        camera: &View,
         budget: u32,
         first: Vec<[f32; 3]>,
     ) -> Result<Picture, Error> {
         let vectors = |light: Vec<[f32; 3]>| light.into_iter().map(Vec3::from_array).collect();
         let mut samples: Vec<Vec<Vec3>> = vec![vectors(first)];
         for offset in lit.scene.sample_offsets().skip(1) {
-            let camera = lit.camera.clone().through(offset);
-            let (shown, ..) = self.shade_whole_picture(&Lit { camera, ..lit }, budget)?;
+            let lit = Lit { camera: camera.clone().through(offset), ..lit.clone() };
+            let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
             samples.push(vectors(self.read_light(&shown)?));
         }
         Ok(reference::mean_picture(lit.scene, &samples))

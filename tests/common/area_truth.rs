@@ -81,7 +81,7 @@ fn passed(scene: &Scene, start: DVec3, end: DVec3) -> DVec3 {
     let way = end - start;
     let mut light = DVec3::ONE;
     for triangle in &scene.triangles {
-        let [a, b, c] = triangle.positions.map(|p| p.as_dvec3());
+        let [a, b, c] = triangle.positions.map(Vec3::as_dvec3);
         // Möller and Trumbore 1997.
         let (ab, ac) = (b - a, c - a);
         let p = way.cross(ac);

@@ -35,7 +35,7 @@ fn edge(samples: u32) -> Scene {
 /// What of a pixel the edge covers.
 fn covered(pixel: usize) -> f64 {
     const PLACES: usize = 64;
-    let metre = f64::from(SIZE) * 0.5 / (0.2_f32.tan() as f64) / 5.0;
+    let metre = f64::from(SIZE) * 0.5 / f64::from(0.2_f32.tan()) / 5.0;
     let (x, y) = (pixel % SIZE as usize, pixel / SIZE as usize);
     let place = |i: usize| (i as f64 + 0.5) / PLACES as f64;
     let middle = f64::from(SIZE) * 0.5;

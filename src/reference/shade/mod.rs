@@ -28,7 +28,7 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
     let lighting = Lighting::new(scene, views, maps);
     let samples = scene.sample_offsets();
     let samples: Vec<_> = samples
-        .map(|offset| render_sample(scene, &lighting, camera.clone().through(offset)))
+        .map(|offset| render_sample(scene, &lighting, &camera.clone().through(offset)))
         .collect();
     mean_picture(scene, &samples)
 }
@@ -48,7 +48,7 @@ pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
 }
 
 /// Linear light, row by row.
-fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: View) -> Vec<Vec3> {
+fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<Vec3> {
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let world_from_view = camera.view_from_world.inverse();
     let air = scene

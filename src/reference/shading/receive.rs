@@ -200,18 +200,16 @@ impl Lighting<'_> {
         &self,
         windows: Range<usize>,
         light: &GpuLight,
-        point: Vec3,
-        normal: Vec3,
+        surface: Surface,
         sine: f32,
         bias: f32,
         receiver: Receiver,
     ) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
-            let at = self.lifted(&self.records.views[index], point, normal, sine);
+            let at = self.lifted(&self.records.views[index], surface.point, surface.normal, sine);
             let share = window_share(&self.records.views[index], at);
             if share > 0.0 {
-                let surface = Surface { point, normal };
                 let passed = self.receive_light(index, light, at, surface, bias, receiver);
                 sum += passed * (rest * share);
                 rest *= 1.0 - share;
@@ -225,17 +223,15 @@ impl Lighting<'_> {
         &self,
         views: Range<usize>,
         light: &GpuLight,
-        point: Vec3,
-        normal: Vec3,
+        surface: Surface,
         sine: f32,
         bias: f32,
         receiver: Receiver,
     ) -> (Vec3, f32) {
         if self.records.views[views.start].part == PART_WINDOW {
-            return self.through_windows(views, light, point, normal, sine, bias, receiver);
+            return self.through_windows(views, light, surface, sine, bias, receiver);
         }
-        let at = self.lifted(&self.records.views[views.start], point, normal, sine);
-        let surface = Surface { point, normal };
+        let at = self.lifted(&self.records.views[views.start], surface.point, surface.normal, sine);
         (self.receive_light(views.start, light, at, surface, bias, receiver), 1.0)
     }
 
@@ -259,19 +255,18 @@ impl Lighting<'_> {
         if light.view_count == 0 {
             return Vec3::ONE;
         }
+        let surface = Surface { point, normal };
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let first = light.first_view as usize;
         let views = self.views_of(first, light, point);
-        let (own, share) =
-            self.through_shadow(views.clone(), light, point, normal, sine, bias, receiver);
+        let (own, share) = self.through_shadow(views.clone(), light, surface, sine, bias, receiver);
         let mut passed = Vec3::ONE.lerp(own, share);
         let mut next = views.end;
         while next < first + light.view_count as usize {
             let views = self.views_of(next, light, point);
             next = views.end;
-            let (further, share) =
-                self.through_shadow(views, light, point, normal, sine, bias, receiver);
+            let (further, share) = self.through_shadow(views, light, surface, sine, bias, receiver);
             passed = passed.lerp(passed.min(further), share);
         }
         passed

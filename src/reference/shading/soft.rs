@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade/soft.wgsl`: what of a light that has a size reaches a point.
+//! Twin of `wgsl/shade/source_area.wgsl` and `spot.wgsl`: what of a light that has a size reaches a point.
 //!
 //! An occluder at distance d from the light hides, of a receiver at distance r, what the light's image
 //! through the receiver covers there: in the map, a spot that is as wide as the light is, times
