@@ -55,7 +55,7 @@ pub(crate) struct RenderArguments {
     /// One frame
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..i64::from(u32::MAX)))]
     frame: Option<u32>,
-    /// Of those frames, only each i with i mod N = I
+    /// Only each of those frames i with i mod N = I
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     /// The interface to the hardware

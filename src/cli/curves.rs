@@ -1,7 +1,7 @@
 //! Curves as arrays and previews.
 use gobo::{glam::Vec3, records::CurveMap};
 
-/// Of a node: start, end, red, green, blue.
+/// Numbers of a node: start, end, red, green, blue.
 pub(super) const FIELDS: usize = 5;
 
 /// Start of a node that is not used: behind the far plane.
@@ -28,7 +28,7 @@ pub(super) fn values(curve: &CurveMap) -> impl ExactSizeIterator<Item = f32> {
     values.into_iter()
 }
 
-/// Of each texel the mean light from the first start of all nodes to their last end.
+/// Mean light of each texel from the first start of all nodes to their last end.
 pub(super) fn preview(curve: &CurveMap) -> Vec<[f32; 3]> {
     let texels = 0..curve.texel_count();
     let ramps = texels.clone().flat_map(|texel| curve.ramps(texel));

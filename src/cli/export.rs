@@ -58,7 +58,7 @@ enum Outcome {
 struct BindingEntry {
     group: u32,
     binding: u32,
-    /// Of a language that has few: within the resource's own kind.
+    /// Place within the resource's own kind, in a language that has few.
     #[serde(skip_serializing_if = "Option::is_none")]
     slot: Option<u8>,
     name: &'static str,

@@ -18,7 +18,7 @@ pub(crate) enum Failure {
     /// A benchmark whose maps are wrong.
     #[error("{0}")]
     Wrong(String),
-    /// Of the host [bytes].
+    /// The host has no room for so much [bytes].
     #[error("no memory for {} MiB of shadow maps and casters", .0 >> 20)]
     Memory(u64),
     #[error("standard output: {0}")]

@@ -35,7 +35,7 @@ fn read(path: &Path) -> Result<Vec<ReceiverPoint>, Failure> {
     points(&bytes).map_err(refused)
 }
 
-/// Of the bytes of a file.
+/// Points of a file's bytes.
 fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, String> {
     let (shape, values) = npy::decode(bytes)?;
     let &[_, columns @ (3 | 6)] = &shape[..] else {

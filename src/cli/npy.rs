@@ -25,7 +25,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<(Vec<usize>, Vec<f32>), String> {
     let rest =
         bytes.strip_prefix(b"\x93NUMPY").ok_or("it is no NumPy array: write it with numpy.save")?;
     let (version, rest) = rest.split_at_checked(2).ok_or_else(cut)?;
-    // Of version 1.0 the header's length has two bytes, of later ones four.
+    // The header's length has two bytes in version 1.0, four in later ones.
     let wide = if version[0] == 1 { 2 } else { 4 };
     let (length, rest) = rest.split_at_checked(wide).ok_or_else(cut)?;
     let length = length.iter().rev().fold(0, |sum, &byte| sum * 256 + usize::from(byte));

@@ -26,7 +26,7 @@ struct Report<'a> {
     /// Buffer or texture and its size [bytes].
     #[serde(serialize_with = "as_map")]
     bytes: &'a [(&'static str, u64)],
-    /// Of all of them at once.
+    /// Sum over all of them.
     peak_bytes: u64,
 }
 
@@ -106,7 +106,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
 /// Whether the host has room for a frame's maps, and for the casters of the twin: an allocation that
 /// fails later ends the program without a word.
 fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
-    // Of a texel of F, D and Z; of its channels and its nodes; of what the twin keeps of a tile.
+    // Bytes of a texel's F, D and Z, of its channels and nodes, and of what the twin keeps of a tile.
     let texel =
         20 + 12 * u64::from(scene.shadow.colored) + 8 * u64::from(scene.shadow.curve_nodes());
     let twin = 64 + 24 * u64::from(scene.shadow.curve_nodes());

@@ -56,7 +56,7 @@ pub struct Item {
     pub keyword: &'static str,
     pub text: &'static str,
     pub file: &'static str,
-    /// Of the file, where the text begins.
+    /// Line of the file where the text begins.
     pub line: usize,
 }
 
@@ -66,7 +66,7 @@ pub struct Linked {
     pub wgsl: String,
     /// In the order of `wgsl`.
     pub items: Vec<Item>,
-    /// Of each item, where it begins in `wgsl`.
+    /// First line of each item in `wgsl`.
     lines: Vec<usize>,
 }
 

@@ -12,7 +12,7 @@ pub enum Access {
     Read,
     Write,
     ReadWrite,
-    /// Of a storage texture: the native tier's.
+    /// Atomics of a storage texture: the native tier's.
     Atomic,
 }
 

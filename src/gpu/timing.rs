@@ -50,7 +50,7 @@ struct Queries {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     readback: wgpu::Buffer,
-    /// Of one tick [ns].
+    /// Length of one tick [ns].
     period: f32,
 }
 

@@ -36,7 +36,7 @@ impl Bounds {
         (self.min + self.max) * 0.5
     }
 
-    /// Of the sphere around the box [m].
+    /// Radius of the sphere around the box [m].
     pub fn radius(&self) -> f32 {
         (self.max - self.min).length() * 0.5
     }

@@ -12,7 +12,7 @@ pub struct Camera {
     pub up: Vec3,
     /// Vertical field of view [radians].
     pub fov_y: f32,
-    /// Of the picture [pixels].
+    /// Size of the picture [pixels].
     pub size: UVec2,
 }
 

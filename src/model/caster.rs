@@ -92,9 +92,9 @@ pub struct Material {
     pub name: String,
     /// What a hit does to the light.
     pub transfer: Transfer,
-    /// Of its particles.
+    /// Shape of its particles.
     pub shape: Shape,
-    /// Of its discs.
+    /// Profile of its discs.
     pub profile: Profile,
     /// Linear rgba. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
@@ -104,7 +104,7 @@ pub struct Material {
     pub reflectivity: f32,
     /// Opacity from which a `cutout` is solid.
     pub cutoff: f32,
-    /// Of `dither`.
+    /// Pattern of the thresholds of `dither`.
     pub pattern: Pattern,
     /// Edge of a cell of the pattern, 1..=64 [texels].
     pub pattern_scale: u32,
@@ -186,11 +186,11 @@ impl Material {
 pub struct Particle {
     /// World space [m].
     pub center: Vec3,
-    /// Of the disc or puff; half the side of the quad [m].
+    /// Radius of the disc or puff; half the side of the quad [m].
     pub radius: f32,
     /// Linear rgba; multiplies the material's tint.
     pub color: Vec4,
-    /// Of a quad about the ray from the light [radians].
+    /// Rotation of a quad about the ray from the light [radians].
     pub rotation: f32,
     /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
@@ -247,7 +247,7 @@ pub struct Texture {
 pub struct Casters<'a> {
     /// Discs, quads and puffs.
     pub particles: &'a [Particle],
-    /// Of meshes.
+    /// Triangles of meshes.
     pub triangles: &'a [Triangle],
     /// At most 512.
     pub materials: &'a [Material],

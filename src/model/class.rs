@@ -44,7 +44,7 @@ impl Class {
     /// What the camera sees and blends.
     pub const BLENDED: RangeInclusive<Self> = Self::Dithered..=Self::Translucent;
 
-    /// Of the casters of a material.
+    /// Class of a material's casters.
     pub fn of(material: &Material) -> Self {
         let casts = material.casts && material.transfer != Transfer::None;
         let blended = material.transfer == Transfer::Dither || !material.transfer.is_opaque();

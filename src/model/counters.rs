@@ -17,7 +17,7 @@ pub struct Counters {
     /// (caster, view) that were not projected, because their group is outside the view or behind
     /// an opaque surface.
     pub culled: u64,
-    /// Of those, behind an opaque surface.
+    /// Those of them that are behind an opaque surface.
     pub hidden: u64,
     /// (caster, view) that touch a texel.
     pub visible: u64,
@@ -27,7 +27,7 @@ pub struct Counters {
     pub segments: u64,
     /// (caster, view) that took the scatter path.
     pub scattered: u64,
-    /// Of those, for lack of room in the pair budget.
+    /// Those of them that did not fit the pair budget.
     pub overflowed: u64,
     /// Hits that came too late for their place: inside a merged ramp of a curve, or, where an `over`
     /// caster makes the order count, when what is behind them had been composed.
@@ -36,7 +36,7 @@ pub struct Counters {
     pub cluster_lights: u64,
     /// Clusters whose list did not fit, so that their pixels ask all lights.
     pub clusters_overflowed: u64,
-    /// Of those, what filters in a view where the order counts: an `over` caster is among them or
+    /// Those of them that filter in a view where the order counts: an `over` caster is among them or
     /// beside them, and they were applied last.
     pub unordered: u64,
     /// Maps that are smaller than they should be, for lack of room in the atlas.

@@ -10,12 +10,12 @@ pub enum Pattern {
     Checkerboard,
     /// Ordered, of 2x2 cells (Bayer 1973).
     Bayer2,
-    /// Of 4x4 cells.
+    /// Ordered, 4x4 cells.
     Bayer4,
-    /// Of 8x8 cells.
+    /// Ordered, 8x8 cells.
     #[default]
     Bayer8,
-    /// Of 16x16 cells.
+    /// Ordered, 16x16 cells.
     Bayer16,
     /// Interleaved gradient noise (Jimenez 2014).
     Ign,

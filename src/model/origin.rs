@@ -6,7 +6,7 @@ use glam::Vec3;
 /// Share of a particle's radius, or of the scene's, that a shadow may be off by: 1/256 of the radius
 /// is 0.6% of a soft disc's opacity.
 const SEEN: f32 = 1.0 / 256.0;
-/// Of the scene's size: an axis along which it lies farther off is moved.
+/// Sizes of the scene: an axis along which it lies farther off is moved.
 const FAR: f32 = 8.0;
 
 impl Scene {
@@ -47,7 +47,7 @@ impl Scene {
         self.origin += by;
     }
 
-    /// Of positions, and the size that it is held against [m]; `None` of an empty scene.
+    /// Rounding of positions, and the size that it is held against [m]; `None` of an empty scene.
     fn rounding(&self, bounds: &Bounds) -> Option<(f32, f32)> {
         if bounds.is_empty() {
             return None;
@@ -55,7 +55,7 @@ impl Scene {
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let mut radii: Vec<f32> = self.particles.iter().map(|particle| particle.radius).collect();
         radii.sort_unstable_by(f32::total_cmp);
-        // Of a scene of triangles a map's texel counts.
+        // A scene of triangles is held against a map's texel.
         let size = radii.get(radii.len() / 2).copied();
         let size = size.unwrap_or_else(|| bounds.radius() / self.shadow.size as f32);
         Some((farthest * f32::EPSILON, size))

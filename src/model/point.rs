@@ -6,7 +6,7 @@ use glam::Vec3;
 pub struct ReceiverPoint {
     /// World space [m].
     pub position: Vec3,
-    /// Of the surface that it is on: unit, world space. It lifts the point off that surface's own
+    /// Normal of the surface that it is on: unit, world space. It lifts the point off that surface's own
     /// shadow, to the light's side. Zero of what is no surface.
     pub normal: Vec3,
 }

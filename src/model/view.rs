@@ -57,7 +57,7 @@ pub struct View {
     pub part: Part,
     /// How its rays leave it.
     pub projection: Projection,
-    /// Of the map [texels].
+    /// Size of the map [texels].
     pub size: UVec2,
     /// First depth along the view axis [m].
     pub near: f32,

@@ -13,7 +13,7 @@ use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 pub(super) struct PreparedAir {
     scatter: BindGroup,
     sum: BindGroup,
-    /// Of columns, and slices.
+    /// Workgroups for columns, and for slices.
     groups: [u32; 3],
     features: Features,
 }

@@ -27,7 +27,7 @@ pub(super) struct CameraList {
     pub features: Features,
     /// Footprint of the first triangle.
     pub first_setup: u32,
-    /// Of each part, where the list is binned in parts.
+    /// Bindings of each part, where the list is binned in parts.
     clips: Vec<BindGroup>,
 }
 

@@ -15,7 +15,7 @@ pub struct AirParams {
     pub density: f32,
     pub anisotropy: f32,
     pub slices: u32,
-    /// Of a slice.
+    /// Samples in a slice.
     pub samples: u32,
     pub pad_0: u32,
 }
@@ -34,7 +34,7 @@ impl AirParams {
     }
 }
 
-/// Of a slice: the edge of a shaft that crosses it is not a step.
+/// Samples in a slice: the edge of a shaft that crosses it is not a step.
 const SAMPLES: u32 = 2;
 
 /// Columns of a picture.

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 /// Edge of the tile [cells].
 pub const BLUE_SIZE: u32 = 64;
 const COUNT: usize = (BLUE_SIZE * BLUE_SIZE) as usize;
-/// Of the Gaussian that measures clusters [cells].
+/// Deviation of the Gaussian that measures clusters [cells].
 const SIGMA: f32 = 1.5;
 /// Where the Gaussian has faded below 1e-5 [cells].
 const REACH: i32 = 8;

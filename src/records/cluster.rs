@@ -50,7 +50,7 @@ pub struct Grid {
     /// Where the first slice ends [m].
     pub first_slice: f32,
     pub slices_per_doubling: f32,
-    /// Of the camera [m].
+    /// Near plane of the camera [m].
     pub near: f32,
     /// From the camera's near to its far plane [m].
     pub depth_range: f32,

@@ -11,9 +11,9 @@ pub const FORMAT_RG11B10UFLOAT: u32 = 2;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ConvertParams {
-    /// Of the host's camera, from ours.
+    /// The host's camera, from our view space.
     pub clip_from_view: Mat4,
-    /// Of the map [texels].
+    /// Size of the map [texels].
     pub size: Vec2,
     /// As in [`GpuView`](super::GpuView).
     pub scale: f32,
@@ -26,7 +26,7 @@ pub struct ConvertParams {
     /// In the atlas [texels].
     pub origin: UVec2,
     pub layer: u32,
-    /// Of the atlas [texels].
+    /// Width of the atlas [texels].
     pub width: u32,
     /// 1: alpha is the host's depth of what filters first.
     pub has_depth: u32,

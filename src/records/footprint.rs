@@ -85,7 +85,7 @@ pub struct TileRect {
 impl TileRect {
     pub const EMPTY: Self = Self { corners: 0, mask_view: 0 };
 
-    /// Of a caster that goes straight to its few texels: no tiles, and corners that no rectangle
+    /// A caster that goes straight to its few texels: no tiles, and corners that no rectangle
     /// without tiles has.
     pub fn scattered(view: u32) -> Self {
         Self { corners: u32::MAX, mask_view: view << 16 }

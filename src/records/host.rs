@@ -39,7 +39,7 @@ crate::gpu_layout!(LoadParams {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct HostGroup {
-    /// Of the box around their spheres, world space [m].
+    /// Lower corner of the box around their spheres, world space [m].
     pub low: Vec3,
     /// Usable casters: the group's first records.
     pub count: u32,
@@ -67,7 +67,7 @@ pub struct CullParams {
     pub first_group: u32,
     /// Record of the first caster of all sets.
     pub first_caster: u32,
-    /// Of the list's host casters.
+    /// First footprint of the list's host casters.
     pub first_footprint: u32,
     pub pad_0: u32,
     pub pad_1: u32,

@@ -6,11 +6,11 @@ use glam::{Mat4, UVec2, Vec2};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ImportParams {
-    /// Of the host's camera, from ours.
+    /// The host's camera, from our view space.
     pub clip_from_view: Mat4,
-    /// Of our map [texels].
+    /// Size of our map [texels].
     pub size: Vec2,
-    /// Of the host's [texels].
+    /// Size of the host's [texels].
     pub host_size: Vec2,
     /// As in [`GpuView`](super::GpuView).
     pub scale: f32,

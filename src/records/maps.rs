@@ -38,7 +38,7 @@ pub type PackedNode = [u32; 2];
 /// The curves of one view.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveMap {
-    /// Of a texel (K).
+    /// Nodes of a texel (K).
     pub nodes: usize,
     /// Light may grow.
     pub gain: bool,

@@ -16,7 +16,7 @@ pub struct GpuMaterial {
     pub profile: u32,
     /// Layer of the texture array, [`NO_TEXTURE`] for none.
     pub texture: u32,
-    /// Of the texture within its layer [texels].
+    /// Size of the texture within its layer [texels].
     pub texture_size: Vec2,
     pub reflectivity: f32,
     pub cutoff: f32,
@@ -26,7 +26,7 @@ pub struct GpuMaterial {
     pub pattern_scale: u32,
     /// Texel of the particles' records where the ranks of the blue noise start.
     pub blue_first: u32,
-    /// Of the way through a closed mesh of it [1/m]; zero where it is no volume.
+    /// Extinction on the way through a closed mesh of it [1/m]; zero where it is no volume.
     pub absorption: Vec3,
     pub receives: u32,
     /// As [`Self::texture_size`] of the emissive texture.

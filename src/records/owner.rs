@@ -1,7 +1,7 @@
 //! Whose the nearest translucent depth of a texel is, for receivers that all but their own casters
 //! tint. WGSL: `wgsl/records/owner.wgsl`.
 
-/// Of a texel without a translucent hit, or of one that was scattered.
+/// Tag of a texel without a translucent hit, or of one that was scattered.
 pub const NO_OWNER: u16 = 0;
 pub const DEPTH_TAG_BITS: u32 = 5;
 
@@ -10,7 +10,7 @@ pub fn owner_tag(id: u32) -> u16 {
     ((id ^ (id >> 16)) as u16).max(1)
 }
 
-/// Of a texel's alpha in the filter texture and its nearest depth.
+/// Tag in a texel's alpha of the filter texture and its nearest depth.
 pub fn stored_tag(alpha: f32, depth: f32) -> u16 {
     let low = depth.to_bits() & ((1 << DEPTH_TAG_BITS) - 1);
     (((alpha as u32) << DEPTH_TAG_BITS) | low) as u16

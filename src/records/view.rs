@@ -41,7 +41,7 @@ pub struct GpuView {
     pub part_index: u32,
     /// Views of its shadow.
     pub part_count: u32,
-    /// Of a window: how wide its border fades [texels].
+    /// Width over which a window's border fades [texels].
     pub fade: f32,
 }
 crate::gpu_layout!(GpuView {

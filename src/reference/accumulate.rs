@@ -18,7 +18,7 @@ use glam::{DVec3, IVec3, Vec2, Vec3};
 pub const SEGMENT: usize = 2048;
 /// Pairs at the end of a segment whose hits go to the next one where they lie behind its front.
 pub const OVERLAP: usize = 256;
-/// Of optical depth.
+/// 1 of optical depth in fixed point.
 pub const FIXED_ONE: f32 = 65536.0;
 /// What one addend adds at most: past ln 1024 a texel is black.
 pub const MAX_TAU: f32 = 7.0;
@@ -75,7 +75,7 @@ struct Passed {
     scale: DVec3,
     added: DVec3,
     nearest: f32,
-    /// Of volumes, modulo 2^32.
+    /// Optical depth of volumes, modulo 2^32.
     tau: IVec3,
     /// How many volumes the ray leaves more than it enters.
     leaves: i32,

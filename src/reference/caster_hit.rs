@@ -18,7 +18,7 @@ pub struct Records<'a> {
     pub casters: &'a [Caster],
     pub setups: &'a [TriangleSetup],
     pub materials: &'a [Material],
-    /// Of materials, [1/m].
+    /// Absorption of each material [1/m].
     pub absorptions: &'a [Vec3],
     pub images: &'a [Image],
 }
@@ -119,7 +119,7 @@ impl<'a> Target<'a> {
         !self.material.transfer.is_opaque() && self.material.transfer != Transfer::None
     }
 
-    /// Of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
+    /// Hit of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
     pub fn hit(&self, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
         let hit = match self.form {
             Form::Facing { facing, color, base, slope } => {
@@ -134,7 +134,7 @@ impl<'a> Target<'a> {
         hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
     }
 
-    /// Of a volume, at the ray that ends at light depth `opaque_depth`. Faces behind its end count
+    /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end count
     /// as at its end.
     pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<Face> {
         let Form::Triangle(setup) = self.form else { return None };
@@ -253,7 +253,7 @@ fn modular(v: Vec3) -> IVec3 {
 /// The part of a ray inside a puff.
 #[derive(Clone, Copy, Debug)]
 struct Chord {
-    /// Of the diameter.
+    /// Share of the diameter.
     share: f32,
     /// Light depth where the ray enters, 0 where it starts inside.
     depth: f32,

@@ -42,7 +42,7 @@ pub fn reaches_box(reach: &Reach, low: Vec3, high: Vec3) -> bool {
     if apart.length_squared() > (UNIT * UNIT) as i32 {
         return false;
     }
-    // Of the box, what is in the cube around the sphere.
+    // The part of the box in the cube around the sphere.
     let low = (low.max(Vec3::NEG_ONE) * UNIT).floor().as_ivec3();
     let high = (high.min(Vec3::ONE) * UNIT).ceil().as_ivec3();
     reach.planes.iter().all(|&plane| {

@@ -48,7 +48,7 @@ pub fn occlude_colored<'a>(
 /// What a run of texels says.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Of the window that dithered surfaces block, by channel.
+    /// Share of the window that dithered surfaces block, by channel.
     blocked: Vec3,
     /// Depth of the nearest dithered surface, 1 for none.
     nearest: f32,

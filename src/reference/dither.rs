@@ -17,7 +17,7 @@ pub const BLOCK_BITS: u32 = 4;
 /// Where a caster is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Of the pattern, in light space.
+    /// Cell of the pattern, in light space.
     pub cell: UVec2,
     /// In the caster's own space, no unit.
     pub own: Vec2,

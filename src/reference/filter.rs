@@ -8,7 +8,7 @@ use glam::UVec2;
 /// What a run of texels says.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Of the window that dithered surfaces block.
+    /// Share of the window that dithered surfaces block.
     blocked: f32,
     /// Depth of the nearest dithered surface, 1 for none.
     nearest: f32,
@@ -31,7 +31,7 @@ impl Run {
     }
 }
 
-/// Of offset `i` in `-radius..=radius`: a window of `2 * radius` texels, whose ends are halves.
+/// Weight of offset `i` in `-radius..=radius`: a window of `2 * radius` texels, whose ends are halves.
 fn weight(i: i32, radius: i32) -> f32 {
     let whole = 0.5 / radius as f32;
     if i.abs() == radius { 0.5 * whole } else { whole }

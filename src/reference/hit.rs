@@ -26,7 +26,7 @@ pub struct Facing {
     pub offset: Vec2,
     pub tilt: Vec2,
     pub start: f32,
-    /// Of the plane along the axis at the reference, times `start` [m].
+    /// Distance of the plane along the axis at the reference, times `start` [m].
     pub distance: f32,
 }
 
@@ -167,7 +167,7 @@ pub fn absorption(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
     pub uv: Vec2,
-    /// Of the three corners; they add up to 1.
+    /// Weights of the three corners; they add up to 1.
     pub barycentric: Vec3,
     /// Light depth.
     pub depth: f32,

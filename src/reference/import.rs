@@ -30,7 +30,7 @@ impl ClipRay {
         place.clamp(Vec2::ZERO, params.host_size - 1.0).as_uvec2()
     }
 
-    /// Of a depth of the host's. 1 where there is nothing, or too far away; what is before the near
+    /// Light depth of a depth of the host's. 1 where there is nothing, or too far away; what is before the near
     /// plane blocks all the same.
     pub fn light_depth(&self, params: &ImportParams, depth: f32) -> f32 {
         let Self { slope, start } = self;

@@ -37,7 +37,7 @@ const CHUNK: usize = 4096;
 pub(super) struct SceneRecords<'a> {
     pub materials: &'a [Material],
     gpu_materials: Vec<GpuMaterial>,
-    /// Of materials, [1/m].
+    /// Absorption of each material [1/m].
     pub absorptions: Vec<Vec3>,
     pub images: Vec<Image>,
     pub casters: Vec<Caster>,

@@ -337,7 +337,7 @@ pub fn project_triangle(
     (Projected { footprint, key: depth_key(front), rect }, setup)
 }
 
-/// Of a triangle's points from the origin.
+/// Least distance of a triangle's points from the origin.
 fn least_distance(corners: [Vec3; 3]) -> f32 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);

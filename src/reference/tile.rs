@@ -33,7 +33,7 @@ impl<T> IndexMut<usize> for TileTexels<T> {
 pub struct Tile {
     /// First texel in the view's map.
     pub origin: UVec2,
-    /// Of the view's map [texels].
+    /// Size of the view's map [texels].
     size: UVec2,
 }
 

@@ -37,7 +37,7 @@ fn two() -> f32 {
 /// A displaced sphere of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Displaced {
-    /// Of the scene's triangles.
+    /// First of the scene's triangles that are its own.
     pub first_triangle: usize,
     pub displace: Displace,
     /// Subdivisions of an icosahedron.
@@ -122,7 +122,7 @@ impl Displace {
 }
 
 impl Displaced {
-    /// Of the scene's triangles.
+    /// Its own among the scene's triangles.
     pub(super) fn triangles(&self) -> std::ops::Range<usize> {
         self.first_triangle..self.first_triangle + shapes::sphere_triangles(self.level)
     }
@@ -151,7 +151,7 @@ impl Motion for Displaced {
     }
 }
 
-/// Of a lattice without end (Perlin 2002); gradients turn as `age` grows (Perlin and Neyret 2001).
+/// Noise of a lattice without end (Perlin 2002); gradients turn as `age` grows (Perlin and Neyret 2001).
 fn gradient_noise(at: Vec3, age: f32, seed: u32) -> f32 {
     let low = at.floor();
     let part = at - low;

@@ -99,14 +99,14 @@ const NAME: usize = 60;
 /// Longest message [characters].
 const MESSAGE: usize = 700;
 
-/// Of the input, as messages quote it.
+/// A part of the input, as messages quote it.
 pub(super) fn quoted(name: &str) -> String {
     let short: String = name.chars().take(NAME).collect();
     let rest = if short.len() < name.len() { "..." } else { "" };
     format!("`{}{rest}`", escaped(&short))
 }
 
-/// Of a terminal: moves the cursor, or turns the direction of writing.
+/// Whether a terminal would move the cursor, or turn the direction of writing.
 fn is_strange(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

@@ -21,7 +21,7 @@ pub enum Generate {
         /// Radius of the column at its top [m].
         #[serde(default = "half")]
         spread: f32,
-        /// Of a particle at half the height [m].
+        /// Radius of a particle at half the height [m].
         #[serde(default = "small")]
         radius: f32,
     },
@@ -46,7 +46,7 @@ pub enum Generate {
         /// World space [m].
         #[serde(default, deserialize_with = "array")]
         center: [f32; 3],
-        /// Of the whole cloud along x, y and z [m].
+        /// Extent of the whole cloud along x, y and z [m].
         #[serde(default = "ones", deserialize_with = "array")]
         extent: [f32; 3],
         #[serde(default = "small")]

@@ -84,7 +84,7 @@ impl File {
         SceneError::invalid(&self.path, message, help)
     }
 
-    /// Of a node with instances.
+    /// Instances of a node.
     pub(super) fn instancing(&self, node: usize) -> Option<Instancing> {
         self.instancing.get(node).copied().flatten()
     }

@@ -18,7 +18,7 @@ pub(super) struct Textures<'a> {
     greens: HashMap<usize, f32>,
     /// Textures that the scene had before.
     earlier: usize,
-    /// Of all textures of the scene.
+    /// Texels of all textures of the scene.
     texels: u64,
 }
 

@@ -7,17 +7,17 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// Of files and tables together, as all of these.
+    /// Lights of files and tables together, as all of these.
     Lights,
     /// A uniform array on every device.
     Materials,
     /// Layers that a texture array of WebGPU has.
     Textures,
-    /// Of all textures [texels]: 1 GiB.
+    /// Texels of all textures: 1 GiB.
     Texels,
     /// Read or generated.
     Particles,
-    /// Of shapes and meshes, flat ones too.
+    /// Triangles of shapes and meshes, flat ones too.
     Triangles,
     /// Nodes of a glTF file, instances and primitives of each counted.
     Nodes,

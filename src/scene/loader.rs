@@ -25,16 +25,16 @@ use toml::Spanned;
 
 pub(super) struct Loader<'a> {
     pub(super) source: &'a Source<'a>,
-    /// Of the scene file.
+    /// Folder of the scene file.
     pub(super) folder: PathBuf,
     pub(super) scene: Scene,
     /// The file's materials, which come first, by name.
     names: HashMap<String, u32>,
-    /// Of the file's materials [m].
+    /// Radius of each of the file's materials [m].
     pub(super) radii: Vec<Option<f32>>,
     /// Textures of the file's materials.
     pub(super) images: HashMap<PathBuf, u32>,
-    /// Of all textures.
+    /// Texels of all textures.
     pub(super) texels: u64,
     pub(super) next_id: u32,
     pub(super) model_camera: Option<super::Camera>,

@@ -111,7 +111,7 @@ impl Noise {
     }
 }
 
-/// Of a lattice that repeats after `cells`; gradients turn as `age` grows.
+/// Noise of a lattice that repeats after `cells`; gradients turn as `age` grows.
 fn gradient_noise(at: Vec2, age: f32, cells: u32, seed: u32) -> f32 {
     let low = at.floor();
     let part = at - low;

@@ -96,7 +96,7 @@ pub(super) struct Rows<'a> {
     material: &'a Material,
     material_id: u32,
     first_id: u32,
-    /// Of the scene, before this file.
+    /// Particles of the scene before this file.
     earlier: u64,
     storage: [Storage; NAMES.len()],
     count: u32,

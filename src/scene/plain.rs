@@ -93,7 +93,7 @@ pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
     Some(format!("known here: {}{more}", names.join(", ").replace('`', "")))
 }
 
-/// Of a TOML value.
+/// What a TOML value is called.
 pub(super) fn kind_of(value: &toml::de::DeValue<'_>) -> &'static str {
     use toml::de::DeValue::{Array, Boolean, Datetime, Float, Integer, String, Table};
     match value {

@@ -60,7 +60,7 @@ struct Body<'a> {
     path: &'a Path,
     encoding: Encoding,
     rest: &'a [u8],
-    /// Of the last line read, ascii only.
+    /// Number of the last line read, ascii only.
     line: usize,
 }
 

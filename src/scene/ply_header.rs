@@ -187,7 +187,7 @@ fn parse_kind(words: &[&str]) -> Option<Kind> {
 struct Lines<'a> {
     bytes: &'a [u8],
     end: &'static [u8],
-    /// Of the next line [bytes].
+    /// Start of the next line [bytes].
     start: usize,
     count: usize,
 }

@@ -64,7 +64,7 @@ pub(super) fn triangles_of(kind: KindOfShape, level: u32) -> usize {
     }
 }
 
-/// Of a sphere.
+/// Triangles of a sphere.
 pub(super) fn sphere_triangles(level: u32) -> usize {
     20 << (2 * level)
 }

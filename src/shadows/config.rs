@@ -16,7 +16,7 @@ pub struct Config {
     pub soften: bool,
     /// Whether dithered casters block each channel by a threshold of its own.
     pub colored: bool,
-    /// Of a curve (K); 0: nearest-depth mode, without curves.
+    /// Nodes of a curve (K); 0: nearest-depth mode, without curves.
     pub nodes: u32,
     /// Whether the picture is what each pixel costs
     /// ([`read_costs`](super::PreparedPicture::read_costs)).

@@ -50,7 +50,7 @@ impl<'a> MapLayout<'a> {
 #[derive(Debug)]
 pub struct ConvertedMaps {
     kernel: Kernel,
-    /// Of each layer, its views.
+    /// Views of each layer.
     layers: Vec<Vec<(BindGroup, [u32; 3])>>,
     words: Buffer,
     texture: wgpu::Texture,

@@ -64,7 +64,7 @@ impl Group {
 }
 
 impl Extent {
-    /// Of spheres.
+    /// Extent of spheres.
     fn of(spheres: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
         let mut extent = Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY, reach: 0.0 };
         for (center, radius) in spheres {
@@ -98,7 +98,7 @@ pub(super) struct Members<'a> {
     /// In the order of the upload.
     pub casters: &'a [Caster],
     pub triangles: &'a [Triangle],
-    /// Of the triangles in the upload.
+    /// Order of the triangles in the upload.
     pub order: &'a [u32],
     pub materials: &'a [Material],
 }

@@ -106,7 +106,7 @@ impl<'a> HostCamera<'a> {
         Ok(camera)
     }
 
-    /// Of a point of the window in -1..1, so far along the view's axis [m].
+    /// Clip coordinates of a point of the window in -1..1, so far along the view's axis [m].
     fn clip(&self, corner: DVec2, distance: f64) -> DVec4 {
         let half = (self.view.size.as_dvec2() - 1.0) * 0.5 / f64::from(self.view.scale);
         let spread = if self.is_perspective() { distance } else { 1.0 };

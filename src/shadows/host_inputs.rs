@@ -86,7 +86,7 @@ pub enum CasterCount<'a> {
     Fixed(u32),
     /// As many as the `u32` says that lies at `offset` of `buffer` when the frame runs.
     Indirect {
-        /// Of the usage `STORAGE`.
+        /// Buffer of the usage `STORAGE`.
         buffer: &'a Buffer,
         /// A multiple of 4 [bytes].
         offset: u64,
@@ -193,7 +193,7 @@ pub struct HostDepth<'a> {
 }
 
 impl<'a> HostDepth<'a> {
-    /// Of `view`, an index. `texture`: of a format of depth or r32float, of any size, with the usage
+    /// A map of `view`, an index. `texture`: of a format of depth or r32float, of any size, with the usage
     /// `TEXTURE_BINDING`; rendered with [`View::clip_from_world`](crate::View::clip_from_world), if
     /// [`Self::clip_from_world`] does not say otherwise.
     pub fn new(view: usize, texture: &'a Texture) -> Self {
@@ -201,7 +201,7 @@ impl<'a> HostDepth<'a> {
         Self { view, texture, layer, clip_from_world, instead, version }
     }
 
-    /// Of an array.
+    /// Layer of an array.
     #[must_use]
     pub fn layer(self, layer: u32) -> Self {
         Self { layer, ..self }

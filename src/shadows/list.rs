@@ -47,7 +47,7 @@ pub(crate) struct List {
     tile_count: u32,
     particle_chunks: Option<Chunks>,
     triangle_chunks: Option<Chunks>,
-    /// Of casters that only the device knows.
+    /// Chunks of casters that only the device knows.
     pub host_chunks: Option<HostChunks>,
     counters: ReadBack<BatchCounters>,
     depth_sort: Option<SortBindings>,

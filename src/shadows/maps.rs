@@ -30,7 +30,7 @@ pub struct Maps {
     pub nodes: u32,
     /// Curves may brighten.
     pub gain: bool,
-    /// Of each view.
+    /// Place of each view.
     pub places: Vec<MapPlace>,
 }
 
@@ -101,7 +101,7 @@ impl Maps {
         self.colored.iter().fold(maps, |maps, colored| maps.with("colored", colored))
     }
 
-    /// Of the same size and places, with nothing in them.
+    /// Maps of the same size and places, with nothing in them.
     pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
         let like = self.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);

@@ -42,11 +42,11 @@ pub(super) struct Request<'a> {
     views: &'a [View],
     /// Pairs that the largest batch is thought to have.
     pairs: Option<u32>,
-    /// Of the dither patterns that are softened; 0 where none are [texels].
+    /// Window of the dither patterns that are softened; 0 where none are [texels].
     window: u32,
     gain: bool,
     colored: bool,
-    /// Of the host's, by view; empty where there are none.
+    /// The host's depths, by view; empty where there are none.
     depths: &'a [Option<DepthInput>],
 }
 

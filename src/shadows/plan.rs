@@ -41,11 +41,11 @@ pub(crate) struct Plan {
     pub kept: bool,
     /// The maps have been filled with what they are without translucent casters.
     pub cleared: bool,
-    /// Of opaque triangles that are in no list.
+    /// Chunks of opaque triangles that are in no list.
     pub small_chunks: Vec<Chunk>,
     /// Depth maps of the host's, by view.
     pub depths: Vec<(usize, DepthInput)>,
-    /// Of the camera: nothing is summed, and a tile's pairs must fit.
+    /// The views are the camera's: nothing is summed, and a tile's pairs must fit.
     pub camera: bool,
 }
 
@@ -63,7 +63,7 @@ pub(crate) struct ListPlan {
     pub triangle_chunks: Vec<Chunk>,
     /// Casters that only the device knows.
     pub host: Option<HostList>,
-    /// Of particles, then of triangles, then of the host's casters as many as there may be.
+    /// Footprints of particles, then of triangles, then of the host's casters as many as there may be.
     pub footprint_count: u32,
     pub first_setup: u32,
     /// What it never exceeds.
@@ -114,7 +114,7 @@ pub(crate) struct PendingView<'a> {
     pub place: MapPlace,
     /// Indices of the groups that it may see, in order.
     pub groups: &'a [u32],
-    /// Of the host's.
+    /// Depth map of the host's.
     pub depth: Option<&'a DepthInput>,
 }
 
@@ -290,7 +290,7 @@ impl Plan {
 }
 
 impl ListPlan {
-    /// Of the classes of `list`, what each view may see.
+    /// Lists the classes of `list`, what each view may see.
     fn new(
         list: &RangeInclusive<Class>,
         features: Features,

@@ -56,7 +56,7 @@ impl PreparedMaps {
         self.culled
     }
 
-    /// Of those, the ones behind an opaque surface.
+    /// Those of them that are behind an opaque surface.
     pub fn hidden_count(&self) -> u64 {
         self.cache.hidden_count()
     }
@@ -106,7 +106,7 @@ impl PreparedMaps {
         }
     }
 
-    /// Of the host's casters: those that were loaded last.
+    /// Counters of the host's casters that were loaded last.
     pub(super) fn read_load_counters(
         &self,
         device: &wgpu::Device,

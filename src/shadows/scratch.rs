@@ -58,14 +58,14 @@ struct ScratchSizes {
     footprints: u64,
     setups: u64,
     tiles: u64,
-    /// Of batches whose light is summed.
+    /// Tiles of batches whose light is summed.
     summed_tiles: u64,
-    /// Of batches with small triangles.
+    /// Tiles of batches with small triangles.
     small_tiles: u64,
     pairs: u32,
     /// K of the curves, 0 for none.
     nodes: u32,
-    /// Of the curves of one segment.
+    /// Bytes of the curves of one segment.
     segment_bytes: u64,
     /// Some list composes segments one by one.
     composed: bool,

@@ -50,7 +50,7 @@ impl Soften {
         let soft = raw.softened(allocator)?;
         let like = raw.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
-        // Of each view two layers where there are channels.
+        // Each view has two layers where there are channels.
         let layers = if raw.colored.is_some() { 2 } else { 1 };
         let mut rows = |name, layers| {
             let size = [size[0], size[1], size[2] * u64::from(layers)];

@@ -12,8 +12,8 @@ use bytemuck::{Pod, Zeroable};
 /// stays below the 65,535 iterations that llvmpipe allows it.
 pub const SEGMENT_LENGTH: u32 = 2048;
 
-/// Of soft discs of the `filter` transfer, which take one iteration a pair: sums of several segments
-/// meet in atomics, which cost more than what they balance.
+/// The same of soft discs of the `filter` transfer, which take one iteration a pair. It is longer,
+/// because sums of several segments meet in atomics, which cost more than what they balance.
 pub const DISC_SEGMENT: u32 = 8192;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
@@ -21,7 +21,7 @@ const SCAN_LANES: u32 = 256;
 const SERIAL_LANES: u32 = 8;
 /// The same on GPUs.
 const WIDE_LANES: u32 = 64;
-/// Of `tiles`.
+/// Invocations of a workgroup of `tiles`.
 pub const TILE_LANES: u32 = 64;
 
 pub const COUNT: KernelDesc = KernelDesc {
@@ -126,7 +126,7 @@ crate::gpu_layout!(BatchCounters {
     disordered
 });
 
-/// Of `pair_count` among the counters.
+/// Place of `pair_count` among the counters.
 pub const PAIR_COUNT_INDEX: u32 = 1;
 
 /// WGSL: `wgsl/records/tile.wgsl`.

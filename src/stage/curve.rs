@@ -21,9 +21,9 @@ const DISC_WALK: Choice =
     Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slab_discs_subgroup.wgsl");
 const CURVES: Choice = Choice::new("state", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
-/// Of soft discs of the `filter` transfer only.
+/// Soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
-/// Of the tiles whose segments have curves of their own.
+/// Nodes of the tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
 const TILE: Choice = Choice::new("store", "curve/tile.wgsl");
 const SEGMENT: Choice = Choice::new("store", "curve/segment.wgsl");

@@ -9,7 +9,7 @@ use super::{
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 pub(super) const DEPTH: Choice = Choice::new("state", "state/depth.wgsl");
-/// Of opaque triangles only.
+/// Opaque triangles only.
 const TRIANGLES: Choice = Choice::new("state", "state/triangles.wgsl");
 const TRIANGLE_CANDIDATE: Choice = Choice::new("candidate", "state/triangles.wgsl");
 pub(super) const DEPTHS: Choice = Choice::new("store", "state/depths.wgsl");
@@ -34,7 +34,7 @@ pub const TILES: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-/// Of opaque triangles only.
+/// Opaque triangles only.
 pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",

@@ -30,7 +30,7 @@ pub const TRIANGLES: KernelDesc = KernelDesc {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct Chunk {
-    /// Of the batch.
+    /// View in the batch.
     pub view: u32,
     pub first_caster: u32,
     /// At most [`CHUNK_SIZE`].

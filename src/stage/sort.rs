@@ -46,9 +46,9 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
     ("RUN_LIMIT", RUN_LIMIT as f64),
 ];
 
-/// Of a digit with 64 values [bits].
+/// Bits of a digit with 64 values.
 pub const FEW_BITS: u32 = 6;
-/// Of a digit with 256 values [bits].
+/// Bits of a digit with 256 values.
 pub const MOST_BITS: u32 = 8;
 /// Up to so many pairs another digit costs less than compiling kernels with more counters.
 const FEW_PAIRS: u32 = 1 << 19;
@@ -64,7 +64,7 @@ pub fn pair_limit(device: &wgpu::Device) -> u32 {
     MAX_PAIRS.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
 }
 
-/// Of a texture with room for `capacity` pairs [texels].
+/// Size of a texture with room for `capacity` pairs [texels].
 pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
     [PAIR_ROW, capacity.div_ceil(PAIR_ROW).max(1)]
 }
@@ -73,13 +73,13 @@ pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct SortPass {
-    /// Of the digit in the key [bits].
+    /// Shift of the digit in the key [bits].
     pub shift: u32,
     /// Values of the digit: a power of two, at most 256.
     pub digit_count: u32,
     /// [pairs]
     pub capacity: u32,
-    /// Of the pair count in `counts`.
+    /// Place of the pair count in `counts`.
     pub count_index: u32,
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
@@ -372,7 +372,7 @@ impl SortBindings {
         self.passes.len() % 2
     }
 
-    /// Of the histograms [bytes].
+    /// Size of the histograms [bytes].
     pub fn scratch_size(&self) -> u64 {
         self.scratch_size
     }

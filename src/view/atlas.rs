@@ -18,7 +18,7 @@ pub struct AtlasLimits {
     /// Longest edge of a layer [texels].
     pub edge: u32,
     pub layers: u32,
-    /// Of all layers together.
+    /// Texels of all layers together.
     pub texels: u64,
 }
 
@@ -41,10 +41,10 @@ impl AtlasLimits {
 /// A place for each of several maps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Atlas {
-    /// Of a layer [texels].
+    /// Size of a layer [texels].
     pub size: UVec2,
     pub layers: u32,
-    /// Of each map, in order.
+    /// Place of each map, in order.
     pub places: Vec<MapPlace>,
 }
 
@@ -147,7 +147,7 @@ impl Atlas {
         Some(Self { size, layers: (layers.len() as u32).max(1), places })
     }
 
-    /// Of all layers.
+    /// Texels of all layers.
     pub fn texels(&self) -> u64 {
         area(self.size) * u64::from(self.layers)
     }

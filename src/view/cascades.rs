@@ -64,7 +64,7 @@ fn frustum_sphere(camera: &Camera) -> (f64, f64) {
     }
 }
 
-/// Of the window that holds the whole scene [m].
+/// Edge of the window that holds the whole scene [m].
 fn window_of(min: Vec3, max: Vec3, margin: f32) -> f32 {
     (max - min).truncate().max_element() + 2.0 * margin
 }
@@ -72,14 +72,14 @@ fn window_of(min: Vec3, max: Vec3, margin: f32) -> f32 {
 /// What all cascades of a light share.
 pub(super) struct Fit<'a> {
     pub light: usize,
-    /// Of each cascade.
+    /// Name of each cascade.
     pub names: &'a [&'static str],
     /// Where the light travels (unit, world space).
     pub direction: Vec3,
     pub near: Option<f32>,
     pub far: Option<f32>,
     pub camera: &'a Camera,
-    /// Of all casters and receivers.
+    /// Box around all casters and receivers.
     pub bounds: &'a Bounds,
 }
 

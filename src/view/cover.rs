@@ -2,7 +2,7 @@
 use crate::model::{Bounds, ReceiverPoint, Scene, Triangle};
 use glam::{Mat4, Vec2, Vec3};
 
-/// Of one scene.
+/// What covers the texels of one scene.
 pub(super) struct Cover<'a> {
     /// All casters and receivers.
     pub(super) all: Bounds,

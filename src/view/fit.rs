@@ -41,7 +41,7 @@ const CUBE: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Ve
 
 /// Names of a shadow's faces, and of its cascades.
 type Names = ([&'static str; 6], [&'static str; 6]);
-/// Of a light's shadows; its own is the first.
+/// Names of a light's shadows; its own is the first.
 const NAMES: [Names; MAX_SHADOWS] = [
     (["px", "nx", "py", "ny", "pz", "nz"], ["0", "1", "2", "3", "4", "5"]),
     (
@@ -66,7 +66,7 @@ impl View {
     }
 }
 
-/// Of a further shadow's cone: how wide its border fades to light [share of its half edge].
+/// Width over which the border of a further shadow's cone fades to light [share of its half edge].
 const EDGE_FADE: f32 = 0.1;
 
 /// The shadow views of all lights, in order of lights; see [`fitted_views`].
@@ -156,7 +156,7 @@ fn views_of(
 struct Owner<'a> {
     light: usize,
     names: &'a Names,
-    /// Of a view that is alone.
+    /// Part of a view that is alone.
     part: Part,
 }
 

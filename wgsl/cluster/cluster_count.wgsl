@@ -43,7 +43,7 @@ fn reaches_box(light: u32, low: vec3<f32>, high: vec3<f32>) -> bool {
     if all(first == vec4(0u)) {
         return true;
     }
-    // Of the box, what is in the cube around the sphere.
+    // The part of the box in the cube around the sphere.
     let a = vec3<i32>(floor(max(lo, vec3(-1.0)) * UNIT));
     let b = vec3<i32>(ceil(min(hi, vec3(1.0)) * UNIT));
     let second = textureLoad(reaches, record_texel(light * REACH_TEXELS + 2u), 0);

@@ -6,7 +6,7 @@ import package::features::{HAS_GAIN, NODES};
 
 const DEPTHS: f32 = 65535.0;
 const LEVELS: f32 = 4095.0;
-// Of a curve that may brighten.
+// Octaves of a curve that may brighten.
 const OCTAVES: f32 = 20.0;
 const DARKEST_LOG: f32 = -10.0;
 

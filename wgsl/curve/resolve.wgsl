@@ -82,7 +82,7 @@ fn minus(a: Light4, b: Light4) -> Light4 {
     return Light4(a.red - b.red, a.green - b.green, a.blue - b.blue);
 }
 
-// Of 1 minus a colour that is added: below it, light from white does not tell the scale.
+// Least rest of 1 minus a colour that is added: below it, light from white does not tell the scale.
 const LEAST_REST: f32 = 0.0625;
 
 // The scale up to a place behind which `light` is left of white, of a segment with `scale` and
@@ -113,7 +113,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
     var before = white4(); // of the segment's last node
     var whole = white4();  // the filter
     var nearest = vec4(1.0);
-    // Of a segment what goes on through it, where there are volumes, then its nodes; behind all of
+    // Steps of a segment: what goes on through it, where there are volumes, then its nodes; behind all of
     // them the rest.
     let ramps = rest_steps() - 1u;
     let steps = ramps + NODES;

@@ -6,7 +6,7 @@ import package::features::{HAS_GAIN, HAS_VOLUMES};
 import package::sums::sums::{MAX_TAU, light};
 
 const LEAST_TAU: f32 = 0.0000152587890625; // of a stretch that makes a ramp: 2^-16
-// Of light, between sums in fixed point and products: what differs less is the same.
+// Rounding of light between sums in fixed point and products: what differs less is the same.
 const ROUNDING: f32 = 0.00048828125;
 
 // Optical depth per light depth of what the rays are inside of, behind `last_face`. Negative where
@@ -15,7 +15,7 @@ var<private> density: Light4;
 var<private> last_face: vec4<f32>;
 // All faces, as nearest-depth mode adds them up.
 var<private> crossed: array<vec4<i32>, 4>;
-// What passes all hits but volumes, and what they leave of light but for what they add.
+// Light that passes all hits but volumes, and the scale of their affine transfer.
 var<private> surface_light: Light4;
 var<private> surface_scale: Light4;
 

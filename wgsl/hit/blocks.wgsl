@@ -47,7 +47,7 @@ fn threshold(
     return hashed_threshold(own.xy, own.zw, material.pattern_scale, id);
 }
 
-// Weights of two corners, and how far they move from a texel to the next.
+// Weights of two corners, and their derivatives from a texel to the next.
 fn triangle_own(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let weights = bitcast<vec3<f32>>(setup_texel(setup, 3u).xyz);
     let a = edge(setup, 0u, texel) * weights.x;

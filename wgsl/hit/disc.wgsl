@@ -79,7 +79,7 @@ struct Profile4 {
     depth: vec4<f32>,
 }
 
-// Of four texels in a column, `dx` and `dy` from the centre.
+// Profile of four texels in a column, `dx` and `dy` from the centre.
 fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
     if !PERSPECTIVE {
         return rest_profile(disc, 1.0 - (dx * dx + dy * dy) * disc.bend, opaque);
@@ -106,7 +106,7 @@ fn column_rest(disc: Disc, dx: f32, dy: f32) -> vec4<f32> {
     return vec4(a, b, c, c + (step_b + turn));
 }
 
-// Of a disc that is as deep everywhere; `rest`: 1 - q^2.
+// Profile of a disc that is as deep everywhere; `rest`: 1 - q^2.
 fn rest_profile(disc: Disc, rest: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
     let depth = vec4(disc.depth);
     let inside = max(rest, vec4(0.0));

@@ -32,7 +32,7 @@ fn pcg_cell(cell: vec2<u32>, id: u32) -> u32 {
     return pcg(cell.x + pcg(cell.y + pcg(id)));
 }
 
-// Of every pattern but `hashed`, over 65536.
+// Threshold of every pattern but `hashed`, over 65536.
 fn cell_threshold(pattern: u32, blue_first: u32, cell: vec2<u32>, id: u32) -> f32 {
     var bits: u32;
     switch pattern {

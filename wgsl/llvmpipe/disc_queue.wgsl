@@ -43,7 +43,7 @@ fn join_lanes(bits: u32, lane: u32) -> u32 {
     return four | subgroupShuffle(four, lane ^ 4u);
 }
 
-// Of lanes that are marked by the first bits of digits of four bits: how many there are up to each.
+// Ranks of lanes that are marked by the first bits of digits of four bits: how many there are up to each.
 fn ranks(marked: u32) -> u32 {
     return marked * 0x11111111u;
 }

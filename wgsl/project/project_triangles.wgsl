@@ -25,7 +25,7 @@ fn put_setup(setup_index: u32, texel: u32, value: vec4<u32>) {
     textureStore(setups, record_texel(setup_index * SETUP_TEXELS + texel), value);
 }
 
-// Of a triangle's points from the origin.
+// Least distance of a triangle's points from the origin.
 fn least_distance(corners: array<vec3<f32>, 3>) -> f32 {
     var points = corners;
     let normal = cross(points[1] - points[0], points[2] - points[0]);

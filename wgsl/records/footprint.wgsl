@@ -24,17 +24,17 @@ fn caster_of(footprint: Footprint) -> u32 {
     return footprint.look.w;
 }
 
-// Of a triangle: its place among `setups`.
+// A triangle's place among `setups`.
 fn setup_of(footprint: Footprint) -> u32 {
     return footprint.look.x;
 }
 
-// Of a particle.
+// A particle's colour.
 fn footprint_color(footprint: Footprint) -> vec3<f32> {
     return vec3(unpack2x16unorm(footprint.look.x), unpack2x16unorm(footprint.look.y).x);
 }
 
-// Of a particle: its opacity is `opacity_base` and `opacity_slope` times its profile.
+// A particle's opacity is `opacity_base` and `opacity_slope` times its profile.
 fn opacity_base(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.z).x / OPACITY_SCALE;
 }

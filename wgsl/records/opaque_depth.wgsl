@@ -12,7 +12,7 @@ fn opaque_bits(depth: f32, dithered: bool) -> u32 {
     return select(bits, bits | DITHERED_BIT, dithered);
 }
 
-// Of whole surfaces.
+// Stored depths of whole surfaces.
 fn whole_depths(depths: vec4<f32>) -> vec4<f32> {
     return bitcast<vec4<f32>>(bitcast<vec4<u32>>(depths) & vec4(~DITHERED_BIT));
 }

@@ -21,7 +21,7 @@ fn tagged_depth(depth: f32, tag: u32) -> f32 {
     return select(depth, bitcast<f32>(bits | (tag & DEPTH_TAG_MASK)), tag != NO_OWNER);
 }
 
-// Of a texel's filter and nearest depth.
+// Tag in a texel's filter and nearest depth.
 fn stored_tag(alpha: f32, depth: f32) -> u32 {
     return (u32(alpha) << DEPTH_TAG_BITS) | (bitcast<u32>(depth) & DEPTH_TAG_MASK);
 }

@@ -25,7 +25,7 @@ const PART_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the
 const TILE_SIZE: u32 = 16u; // edge [texels]
 const MAX_VIEWS: u32 = 64u; // of a batch
 
-// Of a footprint's first texel: a particle whose centre has no place in the map. Then xy, w is its
+// Whether a particle's centre has no place in the map, by its footprint's first texel. Then xy, w is its
 // centre to the right, down and along the axis [m], and z is minus its radius [m].
 fn is_beside(place: vec4<f32>) -> bool {
     return place.z < 0.0;

@@ -17,7 +17,7 @@ fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
     let taken = 1.0 - exp(-air_params.density * length);
     var light = vec3(0.0);
     var left = 1.0;
-    // Of what is read: naga asks a storage texture for its layers in a way that SPIR-V forbids.
+    // Slices of what is read: naga asks a storage texture for its layers in a way that SPIR-V forbids.
     let slices = min(air_params.slices, textureNumLayers(sources));
     for (var k = 0u; k < slices; k += 1u) {
         light += textureLoad(sources, id.xy, k, 0).rgb * (left * taken);

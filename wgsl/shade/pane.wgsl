@@ -17,7 +17,7 @@ fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
     return hit.opacity * select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_own), covers);
 }
 
-// Of the sky; `normal` is on the eye's side.
+// Mirrored share of the sky; `normal` is on the eye's side.
 fn mirrored_share(hit: Hit, material: GpuMaterial, normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     return mirrored_sky(sheet_gloss(hit, material), dot(normal, to_eye), material.roughness);
 }

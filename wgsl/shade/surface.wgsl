@@ -20,7 +20,7 @@ fn eye() -> vec3<f32> {
     return picture_params.world_from_view[3].xyz;
 }
 
-// Of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
+// Normals of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
 // the interpolated one may look away from the eye, and still is the face's.
 struct Normals {
     face: vec3<f32>,

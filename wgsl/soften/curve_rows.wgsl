@@ -8,7 +8,7 @@ import package::records::opaque_depth::is_dithered;
 import package::soften::curve_run::{CURVE_RUN_LAYERS, CurveRun, EMPTY_CURVE_RUN, add_curve_run};
 import package::soften::window::window_weight;
 
-// Of one texel with opaque depths by channel.
+// Run of one texel with opaque depths by channel.
 fn curve_run(depths: vec3<f32>, at: vec2<i32>) -> CurveRun {
     let dithered = vec3(is_dithered(depths.r), is_dithered(depths.g), is_dithered(depths.b));
     let blocked = select(vec3(0.0), vec3(1.0), dithered);

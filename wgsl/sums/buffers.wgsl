@@ -33,7 +33,7 @@ fn raise_nearness(texel: u32, value: u32) {
     atomicMax(&nearness[texel], value);
 }
 
-// Of coloured dithering, whose sums are nearnesses by channel.
+// Nearnesses by channel: the sums of coloured dithering.
 fn raise_channels(texel: u32, values: vec3<u32>) {
     atomicMax(&sum_red[texel], values.r);
     atomicMax(&sum_green[texel], values.g);

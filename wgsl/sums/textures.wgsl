@@ -34,7 +34,7 @@ fn raise_nearness(texel: u32, value: u32) {
     textureAtomicMax(nearness, record_texel(texel), value);
 }
 
-// Of coloured dithering, whose sums are nearnesses by channel.
+// Nearnesses by channel: the sums of coloured dithering.
 fn raise_channels(texel: u32, values: vec3<u32>) {
     let at = record_texel(texel);
     textureAtomicMax(sum_red, at, values.r);

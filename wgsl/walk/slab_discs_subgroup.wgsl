@@ -32,7 +32,7 @@ struct Stretch {
 
 fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> Stretch {
     let index = base + lane;
-    // Of an empty tile none, but something must be read.
+    // An empty tile has none, but something must be read.
     let pair = min(index, max(end, 1u) - 1u);
     let footprint = load_footprint(pair_footprint(pair));
     let key = footprint_key(footprint);

@@ -38,7 +38,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         var key = 0u;
         while !whole && !forced {
             let index = base + lane;
-            // Of an empty tile none, but something must be read.
+            // An empty tile has none, but something must be read.
             let pair = min(index, max(end, 1u) - 1u);
             let id = pair_footprint(pair);
             let footprint = load_footprint(id);

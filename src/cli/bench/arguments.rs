@@ -65,7 +65,7 @@ pub(crate) struct BenchArguments {
     pub(super) html: Option<PathBuf>,
 }
 
-/// Of `--case`.
+/// A case as `--case` names it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OneCase {
     pub(super) casters: u32,

@@ -5,7 +5,7 @@ use gobo::{
     model::{Particle, View},
 };
 
-/// Of each kind: anywhere in the map, and under a caster's centre.
+/// Texels of each kind: anywhere in the map, and under a caster's centre.
 const SAMPLES: usize = 100;
 /// fp16 in F, fp16 opacities, and the dark end that is written as 0.
 const FILTER_TOLERANCE: f64 = 2e-3;

@@ -66,7 +66,7 @@ pub(super) struct Row {
 /// The baseline's part.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct RasterRow {
-    /// Of the faster recipe.
+    /// Median of the faster recipe.
     pub(super) raster_ms: f64,
     pub(super) raster_min: f64,
     pub(super) raster_max: f64,
@@ -170,7 +170,7 @@ impl Bench {
         self.row(case, &prepared, times[0], Some(row))
     }
 
-    /// Of compute first, then of the opponents, taken in turns.
+    /// Frame times of compute first, then of the baselines, taken in turns.
     pub(super) fn times(
         &mut self,
         prepared: &PreparedMaps,
@@ -323,7 +323,7 @@ impl Bench {
         Ok(held)
     }
 
-    /// Of the second of two frames.
+    /// Stages of the second of two frames.
     fn stages(&mut self, prepared: &PreparedMaps) -> Result<Vec<(&'static str, f64)>, Failure> {
         let Gpu { device, queue, .. } = &self.gpu;
         let mut timeline = if self.clock.has_stamps() {

@@ -11,7 +11,7 @@ const COLORS: [&str; 10] = [
     "#7f7f7f", "#bcbd22",
 ];
 const WIDTH: f64 = 900.0;
-/// Of a character of the labels, about [px].
+/// Width of a character of the labels, about [px].
 const CHARACTER: f64 = 6.5;
 
 pub(super) fn page(report: &Report) -> String {
@@ -116,7 +116,7 @@ fn times(rows: &[Row]) -> String {
     for mark in marks(y_low, y_high) {
         let y = y_of(mark);
         line(&mut svg, (left, y), (right, y), "#ddd");
-        // Of 10^-3 and its like no trace of rounding.
+        // 10^-3 and its like print without a trace of rounding.
         text(&mut svg, left - 5.0, y + 4.0, "end", &format!("{}", (mark * 1e9).round() / 1e9));
     }
     text(&mut svg, left + width / 2.0, bottom + 35.0, "middle", "casters");

@@ -17,12 +17,12 @@ use glam::{BVec3, Vec3};
 /// What a run of texels says of dithered surfaces.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Of the window, by channel.
+    /// Share of the window that is blocked, by channel.
     blocked: Vec3,
     /// Depths of the nearest and of the farthest, 1 and -1 for none.
     nearest: f32,
     farthest: f32,
-    /// Of the window, mean of the channels: how much is blocked, by the depth and by its square.
+    /// Means over the window and the channels: how much is blocked, by the depth and by its square.
     moments: Vec3,
     /// Place along the row of the closest texel with a hole, negative for none, its row, and its
     /// distance [texels].
@@ -42,7 +42,7 @@ impl Run {
         distance: 1e6,
     };
 
-    /// Of one texel with opaque depths by channel.
+    /// Run of one texel with opaque depths by channel.
     fn of(depths: [f32; 3], x: u32) -> Self {
         let dithered = BVec3::from_array(depths.map(is_dithered));
         let depths = Vec3::from_array(depths);

@@ -37,7 +37,7 @@ pub const fn slab_count(nodes: u32) -> u32 {
 /// Opacity below which a hit has no place of its own.
 pub const TRACE: f32 = 1.0 / 65536.0;
 
-/// Of light, between sums in fixed point and products: what differs less is the same.
+/// Rounding of light between sums in fixed point and products: what differs less is the same.
 pub const ROUNDING: f32 = 1.0 / 2048.0;
 
 /// How a batch's curves are made.

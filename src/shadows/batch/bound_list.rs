@@ -23,9 +23,9 @@ pub(super) struct BoundList {
     pub list: List,
     pub readers: Readers,
     pub features: Features,
-    /// Of tiny particles, uploaded ones and the host's; of what filters only.
+    /// Chunks of tiny particles, uploaded ones and the host's; only where the list filters.
     tiny: Vec<Chunks>,
-    /// Of what a list never needs there is none.
+    /// Bindings of a kernel that the list never needs are `None`.
     overflow: Option<BindGroup>,
     tiles: Option<BindGroup>,
     segments: Option<BindGroup>,

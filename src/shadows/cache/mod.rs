@@ -30,7 +30,7 @@ enum Input {
     /// Which set.
     Casters(usize),
     Depth {
-        /// Of our own opaque casters.
+        /// It takes the place of our own opaque casters.
         instead: bool,
     },
 }

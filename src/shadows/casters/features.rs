@@ -63,7 +63,7 @@ fn add_opacity(features: &mut [Features; CLASSES], material: &Material, alpha: f
     features[Class::of(material) as usize].faint |= is_faint && !material.transfer.is_opaque();
 }
 
-/// Of a caster without texture or profile.
+/// Opacity of a caster without texture or profile.
 fn opacity(material: &Material, alpha: f32) -> f32 {
     1.0 - (1.0 - alpha * material.tint.w) * (1.0 - material.reflectivity)
 }

@@ -66,7 +66,7 @@ pub struct CasterSet {
     /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
     pub dither_window: u32,
     memory: Memory,
-    /// Of the host's sets.
+    /// Memory of the host's sets.
     host_memory: Memory,
     groups: Groups,
     source: Source,

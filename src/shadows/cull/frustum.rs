@@ -68,7 +68,7 @@ impl Frustum {
         // 1.4143 times as far: one texel in all. The half texel between the window's border and
         // its outermost texel centres is left for rounding.
         let texel = 1.0 / scale;
-        // Of the planes' own numbers.
+        // Rounding of the planes' own numbers.
         let spare = |norm: f64| f64::from(ROUNDING) * norm * (shift.abs().element_sum() + texel);
         let (sides, first, last);
         if view.perspective > 0.0 {
@@ -103,7 +103,7 @@ impl Frustum {
         }
     }
 
-    /// Of a view that cannot be judged.
+    /// The frustum of a view that cannot be judged.
     fn everything() -> Self {
         let all = Planes::new([(DVec3::ZERO, 0.0); 4]);
         Self { sides: all, depths: all }

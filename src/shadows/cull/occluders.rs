@@ -14,9 +14,9 @@ use crate::{
 };
 use glam::{DVec2, DVec3, Vec3};
 
-/// Of a view.
+/// Occluders of a view.
 pub const MOST_OCCLUDERS: usize = 16;
-/// Of a scene, from which views choose.
+/// Polygons of a scene, from which views choose.
 const MOST_SHEETS: usize = 256;
 /// What looks smaller hides next to nothing [texels²].
 const LEAST_AREA: f64 = 1024.0;
@@ -76,7 +76,7 @@ impl Sheet {
 pub struct OccluderPolygons(Vec<Sheet>);
 
 impl OccluderPolygons {
-    /// Of triangles in the order of the upload; `None` for what is no plain opaque one, or where
+    /// Polygons of triangles in the order of the upload; `None` for what is no plain opaque one, or where
     /// neighbours must not be joined.
     pub fn new(triangles: impl IntoIterator<Item = Option<[Vec3; 3]>>) -> Self {
         let mut sheets: Vec<Sheet> = Vec::new();
@@ -136,7 +136,7 @@ struct Occluder {
     area: f64,
 }
 
-/// Of a view.
+/// The occluders of a view.
 #[derive(Clone, Debug, Default)]
 pub struct Occluders {
     occluders: Vec<Occluder>,
@@ -144,7 +144,7 @@ pub struct Occluders {
     /// Depth of a point: `normal . x + shift` [m].
     depth_normal: DVec3,
     depth_shift: f64,
-    /// Of either end of the depths [m].
+    /// Distance of either end of the depths [m].
     farthest: f64,
 }
 
@@ -242,7 +242,7 @@ impl Frame {
         DVec3::new(x + self.shift.x, y + self.shift.y, -(back + self.shift.z))
     }
 
-    /// Of a linear function in view space.
+    /// The plane where a linear function in view space is 0.
     fn plane(&self, of: DVec3, constant: f64) -> Plane {
         let [right, up, back] = self.axes;
         let shift = constant + of.dot(self.shift * DVec3::new(1.0, 1.0, -1.0));

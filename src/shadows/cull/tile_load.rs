@@ -19,7 +19,7 @@ pub struct PairBound {
 }
 
 impl PairBound {
-    /// Of all views of a batch, whose tiles are apart.
+    /// Bound of all views of a batch, whose tiles are apart.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -45,7 +45,7 @@ pub struct TileLoadBound {
     tiles: [u32; 2],
     /// `None` where the view cannot be judged.
     axes: Option<([DVec3; 3], DVec3)>,
-    /// Of a cell [texels].
+    /// Edge of a cell [texels].
     edge: f64,
     /// [texels]
     middle: [f64; 2],
@@ -91,7 +91,7 @@ impl TileLoadBound {
         counts.copied().max().unwrap_or(u32::MAX)
     }
 
-    /// Of all that was added.
+    /// Bound of all that was added.
     pub fn bound(&self) -> PairBound {
         let of_tile = self.counts.iter().copied().max().unwrap_or(u32::MAX);
         PairBound { pairs: self.pairs, of_tile, of_caster: self.of_caster }
@@ -170,6 +170,6 @@ struct Touched {
     nearest: f64,
     /// How far from the axis, to the right and upwards [m].
     beside: [f64; 2],
-    /// Of the farthest texel [m].
+    /// Width of the farthest texel [m].
     texel: f64,
 }

@@ -33,7 +33,7 @@ pub struct GroupTree {
     nodes: Vec<Node>,
     /// In order of the leaves.
     groups: Vec<u32>,
-    /// Of `groups`, world space [m].
+    /// Boxes of `groups`, world space [m].
     boxes: Vec<Bounds>,
     /// Groups whose boxes cannot be judged: always seen.
     unbounded: Vec<u32>,
@@ -74,7 +74,7 @@ impl GroupTree {
         );
         const UNKNOWN: u32 = u32::MAX;
         let counts = leaf_counts(&bvh);
-        // Of bvh; within a block its leaves alone are taken.
+        // Nodes of bvh to be visited; within a block its leaves alone are taken.
         let mut open = vec![(0, false)];
         while let Some((index, in_block)) = open.pop() {
             let node = &bvh.nodes[index as usize];
@@ -155,7 +155,7 @@ impl GroupTree {
         node.first as usize..end as usize
     }
 
-    /// Of all boxes of nodes.
+    /// Sum over the boxes of all nodes.
     fn size(&self) -> u64 {
         typical_size(self.nodes.iter().map(|&Node { min, max, .. }| Bounds { min, max }))
     }
