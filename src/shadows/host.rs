@@ -249,6 +249,19 @@ impl Prepared {
         }
     }
 
+    /// Reads the host's casters of `set`, an index, by other bindings of the same layout from the next
+    /// [`Self::record`] on: for hosts that write to two buffers in turns.
+    ///
+    /// # Errors
+    /// Where there is no such set, or a later [`Shadows::prepare`] has taken the maps over.
+    pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
+        let engine = lock(&self.engine);
+        let host = self.current(&engine)?.host.as_ref();
+        let problem = "there is none, or it has no caster";
+        let none = Error::Invalid { what: "set of host casters", index: set, problem };
+        host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
+    }
+
     /// Makes a kernel of this device, or has it already.
     pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
         let mut engine = lock(&self.engine);

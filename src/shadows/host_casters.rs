@@ -17,7 +17,10 @@ use crate::{
     },
 };
 use glam::Vec4;
-use std::{ops::Range, sync::Arc};
+use std::{
+    ops::Range,
+    sync::{Arc, Mutex, PoisonError},
+};
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
 /// A frame's sets, bound, and the groups that they are loaded into.
@@ -43,10 +46,12 @@ pub(crate) struct HostSpan {
 
 #[derive(Debug)]
 struct HostSet {
+    /// Among those that the host gave.
+    index: usize,
     kernel: Kernel,
     bindings: BindGroup,
     /// The host's own.
-    beside: BindGroup,
+    beside: Mutex<BindGroup>,
     group_count: u32,
     bounds: Option<Bounds>,
     version: Option<u64>,
@@ -92,11 +97,11 @@ impl HostSets {
             casters.check(index)?;
             let list = list_of(index, casters, materials)?;
             if casters.count.capacity() > 0 {
-                by_list[list].push(casters);
+                by_list[list].push((index, casters));
             }
         }
         let total: u32 =
-            by_list.iter().flatten().map(|set| group_count(set.count.capacity())).sum();
+            by_list.iter().flatten().map(|(_, set)| group_count(set.count.capacity())).sum();
         if total == 0 {
             return Ok(None);
         }
@@ -109,15 +114,16 @@ impl HostSets {
         let mut first_group = 0;
         let spans = by_list.map(|casters| {
             let start = first_group;
-            let capacity = casters.iter().map(|casters| casters.count.capacity()).sum();
-            for casters in casters {
+            let capacity = casters.iter().map(|(_, casters)| casters.count.capacity()).sum();
+            for (index, casters) in casters {
                 let group_count = group_count(casters.count.capacity());
-                sets.push((casters, first_group, group_count));
+                sets.push((index, casters, first_group, group_count));
                 first_group += group_count;
             }
             HostSpan { groups: start..first_group, capacity }
         });
-        let mut bind = |(casters, first_group, group_count): (&HostCasters<'_>, u32, u32)| {
+        type Placed<'a> = (usize, &'a HostCasters<'a>, u32, u32);
+        let mut bind = |(index, casters, first_group, group_count): Placed<'_>| {
             let (counts, count_index) = casters.count.buffer();
             let mut bits = [[0; 4]; MAX_MATERIALS / 128];
             for &material in casters.materials {
@@ -145,9 +151,17 @@ impl HostSets {
                 .with("host_counters", counters.buffer());
             let kernel = casters.loader.kernel.clone();
             let bindings = kernel.bind(allocator.device, &resources)?;
-            let (beside, bounds) = (casters.bindings.clone(), casters.bounds);
-            let version = casters.version;
-            Ok::<_, Error>(HostSet { kernel, bindings, beside, group_count, bounds, version })
+            let beside = Mutex::new(casters.bindings.clone());
+            let HostCasters { bounds, version, .. } = *casters;
+            Ok::<_, Error>(HostSet {
+                index,
+                kernel,
+                bindings,
+                beside,
+                group_count,
+                bounds,
+                version,
+            })
         };
         let sets = sets.into_iter().map(&mut bind).collect::<Result<_, _>>()?;
         Ok(Some(Arc::new(Self { sets, groups, counters, first_caster, spans })))
@@ -171,9 +185,19 @@ impl HostSets {
         encoder.clear_buffer(self.counters.buffer(), 0, None);
         let mut pass = timeline.pass(encoder, "load");
         for set in &self.sets {
-            pass.set_bind_group(1, &set.beside, &[]);
+            let beside = set.beside.lock().unwrap_or_else(PoisonError::into_inner);
+            pass.set_bind_group(1, &*beside, &[]);
             set.kernel.record(&mut pass, &set.bindings, grid(set.group_count));
         }
+    }
+
+    /// Other bindings of the host's for one of its sets. Whether there is one.
+    pub(super) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
+        let set = self.sets.iter().find(|set| set.index == index);
+        if let Some(set) = set {
+            *set.beside.lock().unwrap_or_else(PoisonError::into_inner) = bindings.clone();
+        }
+        set.is_some()
     }
 
     pub(super) fn read_counters(

@@ -186,6 +186,35 @@ fn frames_follow_the_buffers_and_make_nothing() {
     }
 }
 
+/// A host that writes to two buffers in turns.
+#[test]
+fn sets_are_read_by_other_bindings() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let mut blocking = particles(30, 3);
+    blocking.iter_mut().for_each(|particle| particle.material = 2);
+    let [first, second] = [particles(300, 1), particles(300, 2)];
+    let expected = [&first, &second].map(|particles| {
+        uploaded(&gpu, &mut shadows, &[&particles[..], &blocking].concat(), &SETTINGS())
+    });
+    let [first, second, of_blocking] =
+        [first, second, blocking].map(|particles| HostBuffers::new(&gpu, &particles));
+    let loader = first.loader(&shadows);
+    // What filters is the first that the host gives, and the last that is loaded.
+    let sets = [
+        HostCasters::new(&loader, &first.bindings, CasterCount::Fixed(300), &[0, 1])
+            .least_alpha(0.01),
+        HostCasters::new(&loader, &of_blocking.bindings, CasterCount::Fixed(30), &[2]),
+    ];
+    let prepared = on_device(&mut shadows, &[], &sets, &SETTINGS());
+    let [of_first, of_second] = &expected;
+    for (host, expected) in [(&first, of_first), (&second, of_second), (&first, of_first)] {
+        prepared.rebind(0, &host.bindings).unwrap();
+        assert!(submit(&gpu, &prepared) == *expected);
+    }
+    assert!(prepared.rebind(2, &first.bindings).is_err());
+}
+
 /// Whose casters may have changed is rendered again, and nothing else.
 #[test]
 fn maps_stay_where_nothing_of_the_hosts_changed() {
