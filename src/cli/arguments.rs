@@ -25,6 +25,11 @@ pub(crate) enum Command {
     },
     /// Look up the share of each light that reaches each of some points
     Light(LightArguments),
+    /// Tell which frames of a folder are missing or damaged, by what --skip-existing wrote
+    Verify {
+        /// The folder that frames were rendered to
+        dir: PathBuf,
+    },
     /// List the adapters, their limits, and the tier that each would run
     Info {
         /// Print JSON
@@ -79,6 +84,10 @@ pub(crate) struct RenderArguments {
     /// Replace a value of the scene file: shadow.size=512
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(crate) set: Vec<(String, String)>,
+    /// Leave frames that are there already, whole and of the same scene and options; writes what tells,
+    /// `frame_0000.json`, beside each
+    #[arg(long)]
+    pub(crate) skip_existing: bool,
     /// Print one line of JSON a frame
     #[arg(long)]
     pub(crate) json: bool,
@@ -130,13 +139,18 @@ impl RenderArguments {
         modes
     }
 
-    /// The frames of this shard, ascending; frame 0 where none are named.
-    pub(crate) fn frames(&self) -> std::iter::StepBy<Range<u32>> {
-        let Range { start, end } = match (&self.frames, self.frame) {
+    /// The frames of all shards; frame 0 where none are named.
+    pub(crate) fn all_frames(&self) -> Range<u32> {
+        match (&self.frames, self.frame) {
             (Some(Frames(range)), _) => range.clone(),
             (None, Some(frame)) => frame..frame.saturating_add(1),
             (None, None) => 0..1,
-        };
+        }
+    }
+
+    /// The frames of this shard, ascending.
+    pub(crate) fn frames(&self) -> std::iter::StepBy<Range<u32>> {
+        let Range { start, end } = self.all_frames();
         let Shard { index, count } = self.shard.unwrap_or(Shard { index: 0, count: 1 });
         // How far the first frame of the shard is behind `start`.
         let skip =

@@ -21,6 +21,9 @@ pub(crate) enum Failure {
     /// The host has no room for so much [bytes].
     #[error("no memory for {} MiB of shadow maps and casters", .0 >> 20)]
     Memory(u64),
+    /// By a signal, before this frame.
+    #[error("stopped before frame {frame}")]
+    Stopped { frame: u32 },
     #[error("standard output: {0}")]
     Output(std::io::Error),
 }
@@ -71,6 +74,9 @@ impl Failure {
                 Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
             }
             Self::Memory(_) => Some("--set shadow.size=512 takes less, as do fewer lights"),
+            Self::Stopped { .. } => Some(
+                "the same command with --skip-existing goes on, where it was given from the start",
+            ),
             _ => None,
         }
     }
@@ -92,6 +98,7 @@ impl Failure {
             | Self::File { .. }
             | Self::Memory(_)
             | Self::Wrong(_)
+            | Self::Stopped { .. }
             | Self::Output(_) => 1,
         }
     }

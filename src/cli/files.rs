@@ -5,7 +5,7 @@ use std::{
     ffi::OsString,
     fs,
     io::{self, Write as _},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 /// The file appears complete under its name, or is not touched.
@@ -40,6 +40,20 @@ pub(crate) fn create_dir(path: &Path) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Files of a folder, in no order, without what is being written.
+pub(crate) fn entries(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let failed = |source| Failure::file(dir, source);
+    let mut files = Vec::new();
+    for entry in fs::read_dir(dir).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let is_own = entry.file_name().to_str().is_some_and(|name| !is_temporary(name));
+        if is_own && entry.file_type().map_err(failed)?.is_file() {
+            files.push(entry.path());
+        }
+    }
+    Ok(files)
 }
 
 /// `.NAME.PROCESS.tmp`

@@ -13,7 +13,10 @@ mod light;
 mod maps;
 mod npy;
 mod render;
+mod sidecar;
+mod stop;
 mod translate;
+mod verify;
 mod writers;
 
 pub(crate) use arguments::Arguments;
@@ -27,6 +30,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check { scene } => check::run(&scene),
         Command::Light(arguments) => light::run(&arguments),
+        Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),
         Command::Export { target, out } => export::run(target, &out),
     }

@@ -1,5 +1,12 @@
 //! `gobo render`: frames, maps, and what they cost.
-use super::{arguments::RenderArguments, exr, failure::Failure, files, maps};
+use super::{
+    arguments::RenderArguments,
+    exr,
+    failure::Failure,
+    files, maps,
+    sidecar::{self, Sidecar},
+    stop,
+};
 use gobo::{
     gpu::Backend,
     model::Counters,
@@ -57,10 +64,29 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
 
+    let inputs = arguments.skip_existing.then(|| sidecar::inputs(&scene, arguments));
+    stop::listen()?;
     let frames = arguments.frames();
     let mut shrunk = 0;
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
+        if stop::is_asked() {
+            return Err(Failure::Stopped { frame: index });
+        }
+        if let Some(inputs) = &inputs
+            && Sidecar::read(&arguments.out, index)
+                .is_some_and(|sidecar| sidecar.holds(&arguments.out, inputs))
+        {
+            let picture = arguments.out.join(format!("frame_{index:04}.png"));
+            let line = if arguments.json {
+                kept_json(index, &picture)
+            } else {
+                picture.display().to_string()
+            };
+            progress.suspend(|| files::print(&line))?;
+            progress.inc(1);
+            continue;
+        }
         scene.set_time(f64::from(index) / Scene::FRAME_RATE);
         let frame = renderer.render(&scene, &options)?;
         shrunk = shrunk.max(frame.counters.shrunk);
@@ -79,6 +105,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         }
         // Last, so that a picture says that its frame is complete.
         files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
+        if let Some(inputs) = &inputs {
+            Sidecar::write(&arguments.out, index, arguments.all_frames(), inputs)?;
+        }
         let line = if arguments.json {
             json(index, &picture, &frame)
         } else {
@@ -145,6 +174,12 @@ fn json(index: u32, picture: &Path, frame: &Frame) -> String {
         peak_bytes: frame.memory.iter().map(|&(_, bytes)| bytes).sum(),
     };
     serde_json::to_string(&report).expect("plain data is JSON")
+}
+
+/// Of a frame that was there.
+fn kept_json(index: u32, picture: &Path) -> String {
+    let picture = picture.to_string_lossy();
+    serde_json::json!({ "frame": index, "picture": picture, "kept": true }).to_string()
 }
 
 /// In order; a name that comes again is added to the first.

@@ -59,7 +59,7 @@ impl Folder {
         Self(path)
     }
 
-    fn gobo(&self, arguments: &[&str]) -> Output {
+    pub(super) fn gobo(&self, arguments: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_gobo"))
             .args(arguments)
             .current_dir(&self.0)

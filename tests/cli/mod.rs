@@ -5,3 +5,4 @@ mod export;
 mod hostile;
 mod light;
 mod results;
+mod sequence;
