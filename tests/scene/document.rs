@@ -289,7 +289,9 @@ fn own_scenes_load() {
         if path.extension().is_some_and(|e| e == "toml") {
             let scene = scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
             let transfers = || scene.materials.iter().map(|m| m.transfer);
-            let casts = transfers().any(|t| t != Transfer::Opaque);
+            // What only blocks light is there for how softly it does.
+            let is_soft = scene.lights.iter().any(|light| light.source.is_some());
+            let casts = is_soft || transfers().any(|t| t != Transfer::Opaque);
             assert!(casts, "{}: no caster", path.display());
             assert!(transfers().any(|t| t == Transfer::Opaque), "{}: no receiver", path.display());
             assert!(scene.skipped.is_empty(), "{}", path.display());

@@ -163,7 +163,8 @@ fn without_a_size_the_bits_are_those_of_a_point() {
         };
         let with = |source: Option<Source>, of: &Light| {
             let lights = vec![Light { source, ..of.clone() }];
-            let scene = Scene { lights, ..crowd() };
+            let mut scene = Scene { lights, ..crowd() };
+            scene.shadow.size = 128;
             let gpu = Renderer::on(gpu(TIERS[0])).unwrap().light_points(&scene, &points).unwrap();
             (on_cpu(&scene, &points), gpu)
         };
