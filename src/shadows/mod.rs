@@ -42,9 +42,9 @@ pub use host::{Prepared, Shadows};
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
 pub use host_shader::LightBindings;
 pub use kernels::Kernels;
-#[cfg(feature = "picture")]
 pub(crate) use levels::AreaLevels;
 pub use light_points::{LightPoints, PointBuffers};
+#[cfg(feature = "picture")]
 pub(crate) use light_source::light_texture;
 pub use list::ListCounters;
 pub use maps::Maps;
