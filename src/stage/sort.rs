@@ -50,7 +50,8 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
 pub const FEW_BITS: u32 = 6;
 /// Bits of a digit with 256 values.
 pub const MOST_BITS: u32 = 8;
-/// Up to so many pairs another digit costs less than compiling kernels with more counters.
+/// Beyond it kernels with more counters are worth what they take to compile: they need fewer digits, and
+/// each is faster. Where they need as many, twice as many pairs [pairs].
 const FEW_PAIRS: u32 = 1 << 19;
 
 /// Pairs per workgroup.
@@ -187,7 +188,9 @@ impl Shape {
     fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
         let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MOST_BITS).len();
         match self {
-            Self::Serial if as_few || capacity <= FEW_PAIRS => FEW_BITS,
+            Self::Serial if capacity <= FEW_PAIRS || (as_few && capacity <= 2 * FEW_PAIRS) => {
+                FEW_BITS
+            }
             _ => MOST_BITS,
         }
     }
