@@ -38,3 +38,5 @@ override WIDE: bool = true;
 override HAS_AIR: bool = false;
 override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
+// Some map is read otherwise than by the spline, or with a bias for slopes.
+override HAS_FILTERS: bool = false;

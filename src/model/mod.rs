@@ -7,6 +7,8 @@ mod class;
 mod counters;
 pub mod dither;
 mod light;
+mod look_up;
+mod mask;
 mod origin;
 mod point;
 mod scene;
@@ -25,6 +27,8 @@ pub(crate) use class::{CLASSES, by_class};
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use look_up::{LookUp, ShadowFilter};
+pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{

@@ -4,13 +4,14 @@ use super::{
     bands::TileRect,
     clusters::Clusters,
     lists::CameraList,
+    masks::{MaskMemory, PreparedMasks},
     shading::{BandMemory, ShadeFeatures, Shading, ToShade},
 };
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline},
     model::{Class, Scene, View},
-    records::{ClusterCounters, Grid, LightRecords, Picture},
+    records::{ClusterCounters, FormerSlots, Grid, LightRecords, MaskSlots, Picture},
     shadows::{
         AreaLevels, CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels,
         list::ListCounters, plan::Plan,
@@ -27,6 +28,10 @@ pub struct PreparedPicture {
     clusters: Clusters,
     /// Where some light has a size.
     levels: Option<AreaLevels>,
+    /// Where lights have some.
+    masks: Option<(MaskMemory, PreparedMasks)>,
+    /// Lights that found none.
+    slots: MaskSlots,
     radiance: Texture,
     lit_texture: Texture,
     size: UVec2,
@@ -81,6 +86,7 @@ impl Pipeline {
         views: &[View],
         maps: &Maps,
         room: PictureRoom,
+        former: &FormerSlots,
     ) -> Result<PreparedPicture, Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
@@ -104,7 +110,8 @@ impl Pipeline {
             .zip(&maps.places)
             .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
             .collect();
-        let records = LightRecords::new(scene.lights.iter().enumerate(), views, shadow_views);
+        let records =
+            LightRecords::new(scene.lights.iter().enumerate(), views, shadow_views, &scene.shadow);
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let grid = &clusters.grid;
         let params = allocator.uniform::<PictureParams>("picture_params");
@@ -114,8 +121,6 @@ impl Pipeline {
             light_count: scene.lights.len() as u32,
             background: scene.background,
             first_setup: clear.first_setup,
-            bias: scene.shadow.bias,
-            normal_bias: scene.shadow.normal_bias,
             near: grid.near,
             depth_range: grid.depth_range,
             cells: grid.cells,
@@ -126,8 +131,6 @@ impl Pipeline {
             air_slices: scene.air.map_or(0, |air| air.steps),
             exposure: scene.exposure.exp2(),
             first_area: records.first_area(),
-            pad_1: 0,
-            pad_2: 0,
         };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
         let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
@@ -157,7 +160,8 @@ impl Pipeline {
             .with("radiance", &radiance)
             .with("pixels", &pixels);
         // Of the maps that light comes through.
-        let of_maps = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let filters = records.is_filtered();
+        let of_maps = Features { nodes: maps.nodes, gain: maps.gain, filters, ..Features::NONE };
         let make = |variant, features| Ok(kernels.make(device, variant, features)?.clone());
         let levels = AreaLevels::new(&mut allocator, queue, &records, &resources, of_maps, make)?;
         let of_maps = Features { areas: levels.is_some(), ..of_maps };
@@ -167,6 +171,29 @@ impl Pipeline {
         };
         let (air_volume, air) =
             PreparedAir::new(&mut allocator, queue, kernels, of_maps, scene, &resources)?;
+        let slots = scene.mask.as_ref().map(|own| MaskSlots::new(scene, own, camera, former));
+        let slots = slots.unwrap_or_default();
+        let masks = match &scene.mask {
+            Some(own) if slots.count > 0 => {
+                let slots = slots.clone();
+                let memory = MaskMemory::new(&mut allocator, queue, own, slots, camera.size)?;
+                let passes = PreparedMasks::new(
+                    &mut allocator,
+                    queue,
+                    kernels,
+                    of_maps,
+                    &memory,
+                    &resources,
+                )?;
+                Some((memory, passes))
+            }
+            _ => None,
+        };
+        let of_maps = Features { masks: masks.is_some(), ..of_maps };
+        let resources = match &masks {
+            Some((memory, _)) => resources.and(&memory.resources()),
+            None => resources,
+        };
         let to_shade = ToShade {
             allocator: &mut allocator,
             queue,
@@ -182,6 +209,8 @@ impl Pipeline {
             room,
             clusters,
             levels,
+            masks,
+            slots,
             radiance,
             lit_texture,
             size: camera.size,
@@ -217,8 +246,17 @@ impl PreparedPicture {
             list.record_footprints(kernels, encoder, timeline);
         }
         self.shading.record_casters(kernels, encoder, timeline);
+        if let Some((_, masks)) = &self.masks {
+            for part in 0..self.part_count {
+                self.record_pairs(part, kernels, encoder, timeline);
+                self.shading.record_surfaces(part, kernels, encoder, timeline);
+            }
+            masks.record(encoder, timeline);
+        }
         for part in 0..self.part_count {
-            self.record_pairs(part, kernels, encoder, timeline);
+            if self.masks.is_none() || self.part_count > 1 {
+                self.record_pairs(part, kernels, encoder, timeline);
+            }
             self.shading.record_part(part, kernels, encoder, timeline);
         }
     }
@@ -289,6 +327,19 @@ impl PreparedPicture {
             room.parts = self.room.parts.saturating_mul(more).min(self.tile_count);
         }
         Ok((room != self.room).then_some(room))
+    }
+
+    /// Which light is in which mask.
+    pub fn slots(&self) -> &MaskSlots {
+        &self.slots
+    }
+
+    /// The masks, layer by layer and row by row, of the picture's size; empty where there are none. Blocks.
+    pub fn read_masks(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>, Error> {
+        match &self.masks {
+            Some((memory, _)) => gpu.try_read_texture(memory.masks()),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// Blocks.

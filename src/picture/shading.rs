@@ -96,6 +96,8 @@ pub(super) struct ShadedBand {
     seen: Vec<BindGroup>,
     layers: Vec<BindGroup>,
     surfaces: BindGroup,
+    /// Where lights have masks.
+    masks: Option<BindGroup>,
     panes: Option<BindGroup>,
     composite: BindGroup,
 }
@@ -174,13 +176,18 @@ impl ToShade<'_, '_> {
         let of_solid = of_solid.with("band", &band);
         let of_clear = of_clear.with("band", &band);
         let surfaces = self.bind(Variant::ShadeSurfaces, features.surfaces, &of_solid)?;
+        let masks = if features.light.masks {
+            Some(self.bind(Variant::MaskSurfaces, Features::NONE, &of_solid)?)
+        } else {
+            None
+        };
         let panes = if features.composite.panes {
             Some(self.bind(Variant::ShadePanes, features.panes, &of_clear)?)
         } else {
             None
         };
         let composite = self.bind(Variant::ShadeComposite, features.composite, &of_solid)?;
-        Ok(ShadedBand { groups: rect.groups(), seen, layers, surfaces, panes, composite })
+        Ok(ShadedBand { groups: rect.groups(), seen, layers, surfaces, masks, panes, composite })
     }
 
     /// As many particles at a time as there is room for their points.
@@ -245,6 +252,30 @@ impl Shading {
             points.record(&mut pass, &run.points, run.groups);
             let light = kernels.get(Variant::LightPoints, self.features.light);
             light.record(&mut pass, &run.light, run.groups);
+        }
+    }
+
+    /// What is solid in the bands of a part, for masks; its pairs have been recorded.
+    pub(super) fn record_surfaces(
+        &self,
+        part: usize,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let features = &self.features;
+        let mut pass = timeline.pass(encoder, "shade");
+        for band in &self.bands[part] {
+            let mut record = |variant, features, bound| {
+                kernels.get(variant, features).record(&mut pass, bound, band.groups);
+            };
+            for round in &band.seen {
+                record(Variant::ShadeSeen, features.solid, round);
+            }
+            record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
+            if let Some(masks) = &band.masks {
+                record(Variant::MaskSurfaces, Features::NONE, masks);
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use super::{
     Camera, SceneError, gltf_file::File, gltf_json::Instancing, gltf_material::Materials,
     gltf_mesh::Meshes, limits::Limit,
 };
-use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
+use crate::model::{Light, LightKind, LookUp, Material, Skipped, Texture, Triangle};
 use ::gltf::{
     accessor::{DataType, Dimensions},
     khr_lights_punctual::Kind,
@@ -212,6 +212,7 @@ fn light(
         shadows: Vec::new(),
         shafts: true,
         source: None,
+        look_up: LookUp::default(),
     })
 }
 

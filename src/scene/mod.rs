@@ -19,6 +19,7 @@ mod limits;
 mod load;
 mod loader;
 mod loader_files;
+mod look_up;
 #[doc(hidden)]
 pub mod noise;
 mod painted;

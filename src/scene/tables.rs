@@ -2,6 +2,7 @@
 use super::{
     Bounds, Camera, SceneError, defaults,
     document::{AirTable, CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
+    look_up,
     noise::Noise,
     source::Source,
 };
@@ -85,7 +86,9 @@ pub(super) fn shadow(
         size,
         receiver,
         nodes,
+        filter,
         bias,
+        slope_bias,
         normal_bias,
         pair_budget,
         texel_budget,
@@ -114,7 +117,9 @@ pub(super) fn shadow(
         size: check.map_size(size.unwrap_or(usual.size))?,
         receiver: receiver.unwrap_or(usual.receiver),
         nodes,
+        filter: look_up::filter(source, filter.as_ref())?.unwrap_or(usual.filter),
         bias: not_negative("bias", bias.unwrap_or(usual.bias))?,
+        slope_bias: not_negative("slope_bias", slope_bias.unwrap_or(usual.slope_bias))?,
         normal_bias: not_negative("normal_bias", normal_bias.unwrap_or(usual.normal_bias))?,
         pair_budget,
         texel_budget,

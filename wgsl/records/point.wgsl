@@ -28,6 +28,7 @@ struct Point {
     reflectivity: f32,
     polish: f32,          // 1 of what shines like glass
     emission: vec3<f32>,  // light that it sends by itself
+    pixel: u32,           // x and, from bit 16 on, y; 0 of a particle
 }
 
 // Some points that are made and looked up together. Rust: src/stage/shade.rs.
@@ -37,6 +38,11 @@ struct PointBatch {
     has_normals: u32, // 1 or 0, of a host's points
 }
 
+fn pixel_number(pixel: vec2<f32>) -> u32 {
+    let own = vec2<u32>(pixel);
+    return own.x | (own.y << 16u);
+}
+
 fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
     let polish = u32(saturate(p.polish) * POLISH_STEPS + 0.5);
     let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
@@ -44,7 +50,7 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
         vec4(bitcast<vec3<u32>>(p.position), bits),
         vec4(octahedral(p.face), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
         vec4(bitcast<vec3<u32>>(p.albedo), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
-        vec4(bitcast<vec3<u32>>(p.emission), 0u),
+        vec4(bitcast<vec3<u32>>(p.emission), p.pixel),
     );
 }
 
@@ -71,5 +77,6 @@ fn load_point(index: u32) -> Point {
         shine.y,
         f32((place.w >> 5u) & 2047u) / POLISH_STEPS,
         bitcast<vec3<f32>>(own.xyz),
+        own.w,
     );
 }
