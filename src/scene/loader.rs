@@ -17,7 +17,7 @@ use super::{
     tables,
 };
 use crate::model::{Material, ShadowSettings, volume};
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 use std::{
     collections::{HashMap, HashSet},
     ops::Range,
@@ -245,7 +245,7 @@ impl<'a> Loader<'a> {
         let transform = placement.at(0.0);
         let (have, more) = (self.scene.triangles.len(), shapes::triangles_of(*kind, level));
         self.check_limit(Limit::Triangles, have, more, (&table.span(), "level"))?;
-        let mut local = shapes::shape(*kind, level, Mat4::IDENTITY, material, self.next_id);
+        let mut local = shapes::local(*kind, level, material, self.next_id);
         let mut triangles = shapes::shape(*kind, level, transform, material, self.next_id);
         if let Some(displace) = *displace {
             if let Some((message, help)) = displace.fault(*kind) {
