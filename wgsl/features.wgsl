@@ -36,6 +36,8 @@ override ROLLED: bool = false;
 override WIDE: bool = true;
 // The picture has air, casters that are not solid, and panes among them.
 override HAS_AIR: bool = false;
+// What is all around is a picture.
+override HAS_ENVIRONMENT: bool = false;
 override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
 // Some map is read otherwise than by the spline, or with a bias for slopes.

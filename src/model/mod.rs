@@ -6,6 +6,7 @@ mod caster;
 mod class;
 mod counters;
 pub mod dither;
+mod environment;
 mod light;
 mod look_up;
 mod mask;
@@ -26,6 +27,9 @@ pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
+pub use environment::{
+    Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
+};
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;

@@ -174,18 +174,20 @@ impl<'a> Source<'a> {
 }
 
 /// Keys of the scene file that are one table each.
-const ONE: [&str; 8] = [
+const ONE: [&str; 9] = [
     "camera",
     "shadow",
     "clusters",
     "mask",
     "environment",
+    "environment.sun",
     "air",
     "particles.generate",
     "shape.displace",
 ];
 /// Keys that are many tables each.
-const MANY: [&str; 6] = ["light", "material", "particles", "shape", "mesh", "light.shadow"];
+const MANY: [&str; 7] =
+    ["light", "material", "particles", "shape", "mesh", "animate", "light.shadow"];
 
 fn value_span(
     value: &Spanned<DeValue<'_>>,

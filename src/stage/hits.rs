@@ -39,6 +39,8 @@ pub struct Features {
     pub cost: bool,
     /// The picture has air; no property of casters.
     pub air: bool,
+    /// The picture has an environment of its own; no property of casters.
+    pub environment: bool,
     /// The picture has casters that are not solid.
     pub layers: bool,
     /// Of these, some are triangles.
@@ -75,6 +77,7 @@ impl Features {
         nodes: 0,
         cost: false,
         air: false,
+        environment: false,
         layers: false,
         panes: false,
         areas: false,
@@ -104,6 +107,7 @@ impl Features {
         nodes: 0,
         cost: false,
         air: false,
+        environment: false,
         layers: false,
         panes: false,
         areas: false,
@@ -141,6 +145,7 @@ impl Features {
             nodes: 0,
             cost: false,
             air: false,
+            environment: false,
             layers: false,
             panes: false,
             areas: false,
@@ -181,6 +186,7 @@ impl Features {
             ("DENSE", self.dense),
             ("COUNT_COST", self.cost),
             ("HAS_AIR", self.air),
+            ("HAS_ENVIRONMENT", self.environment),
             ("HAS_LAYERS", self.layers),
             ("HAS_PANES", self.panes),
             ("HAS_FILTERS", self.filters),

@@ -31,3 +31,4 @@
 @group(0) @binding(101) var half_surfaces: texture_2d<u32>;
 @group(0) @binding(102) var light_masks: texture_2d_array<f32>;
 @group(0) @binding(105) var mask_slots: texture_2d<u32>;
+@group(0) @binding(96) var environment: texture_2d<f32>;

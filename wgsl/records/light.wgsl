@@ -47,6 +47,9 @@ struct PictureParams {
     slices_per_doubling: f32,
     colored: u32,     // 1 where opaque depths are by channel
     air_slices: u32,  // 0: the air is clear
+    extinction: vec3<f32>, // of the air [1/m]
+    environment_size: u32,            // edge of its sharp level [texels]
+    irradiance: array<vec4<f32>, 9>,  // of the light from everywhere (rgb)
 }
 
 fn light_record(index: u32) -> GpuLight {
