@@ -11,6 +11,8 @@ use glam::{IVec2, Mat4, UVec2, Vec2, Vec3, Vec4};
 
 /// Of all four neighbours, below which the best of them is taken.
 pub const LEAST_WEIGHT: f32 = 1e-3;
+/// What a right angle between two surfaces counts as, in what the blur tolerates of depth.
+pub const TURNED: f32 = 8.0;
 /// Of the width of a blur at its last tap.
 pub const WIDTHS: f32 = 2.0;
 
@@ -239,7 +241,9 @@ impl Filter<'_> {
                 let weight = near.element_product() * self.weight(&plane, other);
                 let value = values[(place.y * half.size.x + place.x) as usize];
                 let is_seen = other.depth < 1.0;
-                let error = if is_seen { self.error(&plane, self.point(other)) } else { 1e20 };
+                let turned = other.point.map_or(0.0, |other| 1.0 - plane.world.dot(other.normal));
+                let off = self.error(&plane, self.point(other)) + TURNED * turned;
+                let error = if is_seen { off } else { 1e20 };
                 sum += value * weight;
                 weights += weight;
                 if error < least {

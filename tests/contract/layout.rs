@@ -5,6 +5,7 @@ use gobo::{
     records::{
         AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, GpuArea, GpuLayout,
         GpuLight, GpuMaterial, GpuView, HostGroup, ImportParams, Listed, LoadCounters, LoadParams,
+        MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -39,6 +40,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<GpuArea>,
     struct_agrees::<GpuLight>,
     struct_agrees::<LevelParams>,
+    struct_agrees::<MaskParams>,
     struct_agrees::<PictureParams>,
     struct_agrees::<Band>,
     struct_agrees::<PointBatch>,

@@ -158,6 +158,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("TRACE", TRACE),
         ("UNIT", UNIT),
         ("LEAST_WEIGHT", mask::LEAST_WEIGHT),
+        ("TURNED", mask::TURNED),
         ("WIDEST", soft::WIDEST),
         ("WIDTHS", mask::WIDTHS),
         ("VISIBLE_OPACITY", accumulate::VISIBLE_OPACITY),

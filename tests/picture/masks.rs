@@ -89,8 +89,8 @@ fn kernels_make_the_masks_of_the_twin() {
             let used = if glass { [1, 1, 1, 0] } else { [1, 1, 0, 0] };
             let shown = |texel: [u8; 4]| std::array::from_fn(|i| texel[i] * used[i]);
             let twin: Vec<[u8; 4]> = twin.into_iter().map(shown).collect();
-            let dark = twin.iter().filter(|texel| texel[0] < 100).count();
-            assert!(dark > 100, "{dark}: nothing is in the shadow");
+            let dark = twin.iter().filter(|texel| texel[0].min(texel[1]) < 100).count();
+            assert!(dark > 30, "{dark}: nothing is in the shadow");
             let far = ours.iter().zip(&twin).filter(|&(&a, &b)| apart(a, b) > 3).count();
             assert!(far <= ours.len() / 300, "glass {glass} half {half} taps {taps}: {far}");
         }
@@ -107,14 +107,17 @@ fn pictures_through_masks_are_those_without() {
         let mut own = scene.clone();
         own.mask = Some(MaskSettings { half, taps, ..OFF });
         let (masks, light) = masks_of(&own);
-        let at = |x: usize, y: usize| masks[y * 96 + x];
+        // Of the sun and of the lamp.
+        let at = |x: usize, y: usize| [masks[y * 96 + x], masks[(64 + y) * 96 + x]];
+        let steps = |a: [[u8; 4]; 2], b: [[u8; 4]; 2]| apart(a[0], b[0]).max(apart(a[1], b[1]));
         let mut errors = Vec::new();
         for y in 8..56 {
             for x in 8..88 {
                 // All masks are even around what is off edges.
                 let is_even = (0..17 * 17).all(|i| {
                     let (x, y) = (x + i % 17 - 8, y + i / 17 - 8);
-                    apart(at(x, y), at(x.max(1) - 1, y)) < 12
+                    let left = steps(at(x, y), at(x.max(1) - 1, y));
+                    left.max(steps(at(x, y), at(x, y.max(1) - 1))) < 12
                 });
                 let i = y * 96 + x;
                 let error = (0..3).map(|c| (light[i][c] - plain[i][c]).abs()).sum::<f32>() / 3.0;
@@ -289,14 +292,22 @@ fn nine_overlapping_lights_use_three_masks_and_lose_none() {
     assert_eq!((few.count, few.unmasked), (2, 1));
     scene.lights.iter_mut().for_each(|light| (light.size, light.intensity) = (Some(64), 4.0));
     let (_, plain) = masks_of(&scene);
+    let most = plain.iter().flatten().fold(0.0_f32, |most, &v| most.max(v));
+    let differ = |light: &[[f32; 3]]| {
+        let far = |(a, b): (&[f32; 3], &[f32; 3])| (a[0] - b[0]).abs() > 0.02 * most;
+        plain.iter().zip(light).filter(|&pair| far(pair)).count()
+    };
     for limit in [2, 16] {
         scene.mask = Some(MaskSettings { limit, ..OFF });
-        let (_, light) = masks_of(&scene);
-        let most = plain.iter().flatten().fold(0.0_f32, |most, &v| most.max(v));
-        let differs = |(a, b): (&[f32; 3], &[f32; 3])| (a[0] - b[0]).abs() > 0.02 * most;
-        let far = plain.iter().zip(&light).filter(|&pair| differs(pair)).count();
-        assert!(far <= 6, "limit {limit}: {far}");
+        // A byte's rounding shows at the shadows' edges next to a lamp.
+        let far = differ(&masks_of(&scene).1);
+        assert!(far <= 60, "limit {limit}: {far}");
     }
+    // The check can fail: four lamps less are seen.
+    let mut fewer = scene.clone();
+    fewer.lights.iter_mut().step_by(2).for_each(|light| light.color = Vec3::ZERO);
+    let far = differ(&masks_of(&fewer).1);
+    assert!(far > 120, "{far}");
     let options = RenderOptions::default();
     scene.mask = Some(MaskSettings { limit: 2, ..OFF });
     let counters = Renderer::on(gpu(TIERS[0])).unwrap().render(&scene, &options).unwrap().counters;

@@ -9,6 +9,8 @@ import package::records::mask::unpack_surface;
 
 // Of all four, below which the best of them is taken.
 const LEAST_WEIGHT: f32 = 1e-3;
+// What a right angle between two surfaces counts as, in what the blur tolerates of depth.
+const TURNED: f32 = 8.0;
 
 @compute @workgroup_size(8, 8)
 fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -32,7 +34,8 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
         let place = vec2<u32>(clamp(vec2<i32>(first) + vec2<i32>(step), vec2(0), last));
         let other = unpack_surface(textureLoad(half_surfaces, place, 0));
         let point = view_point(place, 2u, other);
-        let error = select(plane_error(plane, point), 1e20, other.depth >= 1.0);
+        let off = plane_error(plane, point) + TURNED * (1.0 - dot(plane.world, other.normal));
+        let error = select(off, 1e20, other.depth >= 1.0);
         let near = mix(1.0 - share, share, vec2<f32>(step));
         let counts = select(0.0, surface_weight(plane, point, other.normal), other.depth < 1.0);
         let weight = near.x * near.y * counts;
