@@ -1,6 +1,6 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
-    model::{Pattern, Profile, Receiver, Receives, Shape, Transfer},
+    model::{Pattern, Profile, Receiver, Receives, Shape, Transfer, emitter::Source},
     scene::{displace::Displace, generate::Generate, noise::Noise, track::Mode},
 };
 use serde::{
@@ -86,6 +86,8 @@ pub(super) struct Document {
     pub mesh: Vec<Spanned<MeshTable>>,
     #[serde(default)]
     pub animate: Vec<Spanned<AnimateTable>>,
+    #[serde(default)]
+    pub emitter: Vec<Spanned<EmitterTable>>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -411,4 +413,55 @@ impl<'de> Deserialize<'de> for Key {
         }
         deserializer.deserialize_any(Visitor)
     }
+}
+
+/// What sends particles out.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EmitterTable {
+    pub material: String,
+    /// [1/s]
+    pub rate: f32,
+    /// One, or the shortest and the longest [s].
+    pub lifetime: Key,
+    pub seed: Option<u32>,
+    /// [s]
+    pub start: Option<f32>,
+    /// [s]
+    pub stop: Option<f32>,
+    pub shape: Option<Source>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub position: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub extent: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub velocity: Option<[f32; 3]>,
+    pub spread: Option<f32>,
+    pub gravity: Option<f32>,
+    pub buoyancy: Option<f32>,
+    pub drag: Option<f32>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub wind: Option<[f32; 3]>,
+    pub turbulence: Option<f32>,
+    pub frequency: Option<f32>,
+    pub evolve: Option<f32>,
+    pub ground: Option<f32>,
+    #[serde(default)]
+    pub boxes: Vec<Spanned<BoxTable>>,
+    pub bounce: Option<f32>,
+    pub slide: Option<f32>,
+    /// Over a particle's life, as those that follow.
+    pub radius: Option<Vec<f32>>,
+    pub color: Option<Vec<Shades>>,
+    pub alpha: Option<Vec<f32>>,
+}
+
+/// Corners [m].
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BoxTable {
+    #[serde(deserialize_with = "array")]
+    pub min: [f32; 3],
+    #[serde(deserialize_with = "array")]
+    pub max: [f32; 3],
 }

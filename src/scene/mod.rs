@@ -4,6 +4,7 @@ mod defaults;
 #[doc(hidden)]
 pub mod displace;
 mod document;
+mod emitters;
 mod environment;
 mod error;
 #[doc(hidden)]
