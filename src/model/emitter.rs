@@ -127,7 +127,7 @@ impl Forces {
             position: self.position + aside * self.extent,
             velocity: self.velocity + in_ball(self.seed, number, 40, Vec3::ONE) * self.spread,
             age: 0,
-            life: ((life / STEP) as u32).clamp(1, LONGEST),
+            life: ((life * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST),
         }
     }
 
@@ -157,7 +157,7 @@ impl Forces {
 
     /// Longest life [steps].
     pub fn longest(&self) -> u32 {
-        ((self.lifetime[1] / STEP) as u32).clamp(1, LONGEST)
+        ((self.lifetime[1] * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST)
     }
 
     /// A step on; `step`: of time.
@@ -221,7 +221,7 @@ fn pushed_out(place: Vec3, &[min, max]: &[Vec3; 2]) -> Option<(Vec3, Vec3)> {
 /// Velocity of whirling air that is nowhere dense: the cross product of two gradients (`DeWolf` 2005), about 1
 /// in size.
 pub fn whirl(at: Vec3, seed: u32) -> Vec3 {
-    const SCALE: f32 = 2.0;
+    const SCALE: f32 = 0.875;
     noise_gradient(at, seed).cross(noise_gradient(at, seed ^ 0x9e37_79b9)) * SCALE
 }
 

@@ -22,6 +22,9 @@ use std::{
 };
 use toml::Spanned;
 
+/// Steps of all particles that a frame alone may take: some minutes on two cores.
+const MOST_FLOWN: u64 = 1 << 32;
+
 /// One emitter of a scene.
 #[derive(Clone, Debug)]
 struct Emitter {
@@ -124,10 +127,15 @@ impl Loader<'_> {
         let mut emitters = Vec::with_capacity(tables.len());
         for table in tables {
             let emitter = self.emitter(table)?;
-            let Forces { rate, lifetime, .. } = emitter.forces;
-            let most = (rate * f64::from(lifetime[1])).ceil() as usize + 1;
-            self.check_limit(Limit::Particles, have, most, (&table.span(), "rate"))?;
-            have += most;
+            let most = emitter.forces.most();
+            self.check_limit(Limit::Particles, have, most as usize, (&table.span(), "rate"))?;
+            let flown = u64::from(most) * u64::from(emitter.forces.longest());
+            if flown > MOST_FLOWN {
+                let message = format!("{flown} steps of particles for one frame");
+                let help = format!("at most {MOST_FLOWN}: use a lower rate or shorter lives");
+                return Err(self.error(&table.span(), "lifetime", &message, &help));
+            }
+            have += most as usize;
             self.next_id = self.next_id.wrapping_add(1 << 24);
             emitters.push(emitter);
         }

@@ -1,6 +1,7 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod animate;
 mod defaults;
+mod deform;
 #[doc(hidden)]
 pub mod displace;
 mod document;

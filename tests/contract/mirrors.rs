@@ -4,7 +4,7 @@ use gobo::{
     gpu::Library,
     model::{
         LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape, TILE_SIZE, Transfer,
-        emitter::{STEP, Source},
+        emitter::{STEP, STEPS_PER_SECOND, Source},
     },
     records::{
         AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
@@ -152,6 +152,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("ROUNDING", ROUNDING),
         ("SHARP", soft::SHARP),
         ("SLACK", SLACK),
+        ("STEPS_PER_SECOND", STEPS_PER_SECOND as f32),
         ("STEP_SECONDS", STEP),
         ("THIN", air::THIN),
         ("TRACE", TRACE),

@@ -242,6 +242,7 @@ fn wrong_emitters_are_named() {
         ("rate = 1\nlifetime = [2, 1]", 2, "lifetime"),
         ("rate = 1\nlifetime = [1, 2, 3]", 2, "lifetime"),
         ("rate = 1e6\nlifetime = 600", 1, "particles"),
+        ("rate = 2e4\nlifetime = 600", 2, "steps"),
         ("rate = 1\nlifetime = 1\nradius = []", 3, "radius"),
         ("rate = 1\nlifetime = 1\nradius = [0]", 3, "radius"),
         ("rate = 1\nlifetime = 1\nalpha = [2]", 3, "alpha"),

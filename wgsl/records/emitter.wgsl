@@ -44,4 +44,5 @@ const SOURCE_SPHERE: u32 = 2u;
 const SOURCE_DISC: u32 = 3u;
 
 const STEPS_AT_ONCE: u32 = 8u;
+const STEPS_PER_SECOND: f32 = 60.0;
 const STEP_SECONDS: f32 = 0.016666668;

@@ -6,7 +6,7 @@ import package::bind::changed::flying;
 import package::bind::uniform::emitter_params;
 import package::hit::hash::{pcg, unit_float};
 import package::records::emitter::{
-    GpuFlying, SOURCE_BOX, SOURCE_DISC, SOURCE_SPHERE, STEPS_AT_ONCE, STEP_SECONDS,
+    GpuFlying, SOURCE_BOX, SOURCE_DISC, SOURCE_SPHERE, STEPS_AT_ONCE, STEPS_PER_SECOND, STEP_SECONDS,
 };
 import package::simulate::whirl::whirl;
 
@@ -29,8 +29,9 @@ fn in_ball(number: u32, index: u32, axes: vec3<f32>) -> vec3<f32> {
     return vec3(0.0);
 }
 
+// Here as below no uniform alone decides a branch: llvmpipe would compile the kernel again for its value.
 fn aside(number: u32) -> vec3<f32> {
-    switch emitter_params.source {
+    switch select(0u, emitter_params.source, number < 0xffffffffu) {
         case SOURCE_BOX: { return vec3(draw(number, 1u), draw(number, 2u), draw(number, 3u)) - 0.5; }
         case SOURCE_SPHERE: { return in_ball(number, 8u, vec3(1.0)) * 0.5; }
         case SOURCE_DISC: { return in_ball(number, 8u, vec3(1.0, 0.0, 1.0)) * 0.5; }
@@ -43,7 +44,7 @@ fn started_particle(number: u32) -> GpuFlying {
     let velocity = emitter_params.velocity + in_ball(number, 40u, vec3(1.0)) * emitter_params.spread;
     let range = emitter_params.life_most - emitter_params.life_least;
     let seconds = emitter_params.life_least + range * draw(number, 0u);
-    let life = clamp(u32(seconds / STEP_SECONDS), 1u, 0xffffu);
+    let life = clamp(u32(seconds * STEPS_PER_SECOND), 1u, 0xffffu);
     return GpuFlying(position, number, velocity, life << 16u);
 }
 
@@ -73,20 +74,23 @@ fn advanced(particle: GpuFlying, step: u32) -> GpuFlying {
     let share = f32(age) / f32(particle.age_life >> 16u);
     let lift = emitter_params.buoyancy * (1.0 - share) - emitter_params.gravity;
     var air = emitter_params.wind;
-    if emitter_params.turbulence > 0.0 {
+    let whirls = select(0.0, emitter_params.turbulence, particle.age_life > 0u);
+    if whirls > 0.0 {
         let rise = vec3(0.0, emitter_params.evolve * STEP_SECONDS * f32(step), 0.0);
         let at = (particle.position + emitter_params.origin - rise) * emitter_params.frequency;
-        air += whirl(at, emitter_params.seed) * emitter_params.turbulence;
+        air += whirl(at, emitter_params.seed) * whirls;
     }
     // The drag by its end: it never overshoots.
     let pushed = particle.velocity + (vec3(0.0, lift, 0.0) + air * emitter_params.drag) * STEP_SECONDS;
     var velocity = pushed / (1.0 + emitter_params.drag * STEP_SECONDS);
     var position = particle.position + velocity * STEP_SECONDS;
-    if emitter_params.has_ground != 0u && position.y < emitter_params.ground {
-        position.y = emitter_params.ground;
+    let ground = select(-1e30, emitter_params.ground, emitter_params.has_ground != 0u);
+    if position.y < ground {
+        position.y = ground;
         velocity = struck(velocity, vec3(0.0, 1.0, 0.0));
     }
-    for (var i = 0u; i < emitter_params.box_count; i += 1u) {
+    let box_count = select(0u, emitter_params.box_count, particle.age_life > 0u);
+    for (var i = 0u; i < box_count; i += 1u) {
         let low = emitter_params.boxes[2u * i].xyz;
         let high = emitter_params.boxes[2u * i + 1u].xyz;
         if all(position > low) && all(position < high) {
@@ -109,7 +113,7 @@ fn simulate_particles(
         return;
     }
     var particle = flying[place];
-    let steps = min(emitter_params.step_count, STEPS_AT_ONCE);
+    let steps = select(0u, min(emitter_params.step_count, STEPS_AT_ONCE), place < capacity);
     for (var i = 0u; i < steps; i += 1u) {
         let before = emitter_params.started[i / 4u][i % 4u];
         let behind = emitter_params.started[(i + 1u) / 4u][(i + 1u) % 4u];

@@ -4,7 +4,7 @@ import package::hit::hash::pcg;
 
 // Velocity of air that is nowhere dense: the cross product of two gradients (DeWolf 2005), about 1 in size.
 fn whirl(at: vec3<f32>, seed: u32) -> vec3<f32> {
-    return cross(noise_gradient(at, seed), noise_gradient(at, seed ^ 0x9e3779b9u)) * 2.0;
+    return cross(noise_gradient(at, seed), noise_gradient(at, seed ^ 0x9e3779b9u)) * 0.875;
 }
 
 fn corner_value(cell: vec3<i32>, seed: u32) -> f32 {
