@@ -72,6 +72,9 @@ pub struct Forces {
     pub bounce: f32,
     /// Along it.
     pub slide: f32,
+    /// Where the emitter goes: seconds from its start, ascending, and x, y, z beside `position` [m]. Between
+    /// two rows evenly, before the first and behind the last it stands.
+    pub path: Vec<[f32; 4]>,
     /// Of the scene, in the world: whirls stay where they are [m].
     pub origin: Vec3,
 }
@@ -124,10 +127,26 @@ impl Forces {
         let life = least + (most - least) * draw(self.seed, number, 0);
         Flying {
             number,
-            position: self.position + aside * self.extent,
+            position: self.position
+                + self.gone(f64::from(number) / self.rate)
+                + aside * self.extent,
             velocity: self.velocity + in_ball(self.seed, number, 40, Vec3::ONE) * self.spread,
             age: 0,
             life: ((life * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST),
+        }
+    }
+
+    /// How far along its path the emitter is then [s].
+    fn gone(&self, seconds: f64) -> Vec3 {
+        let place = |row: &[f32; 4]| Vec3::new(row[1], row[2], row[3]);
+        let after = self.path.partition_point(|row| f64::from(row[0]) <= seconds);
+        match (after.checked_sub(1).map(|i| &self.path[i]), self.path.get(after)) {
+            (Some(a), Some(b)) => {
+                let share = (seconds - f64::from(a[0])) / f64::from(b[0] - a[0]);
+                place(a).lerp(place(b), share as f32)
+            }
+            (Some(end), None) | (None, Some(end)) => place(end),
+            (None, None) => Vec3::ZERO,
         }
     }
 

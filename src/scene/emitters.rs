@@ -1,7 +1,7 @@
 //! `[[emitter]]`: particles that are sent out, fly and fade.
 use super::{
     Scene, SceneError,
-    document::{BoxTable, EmitterTable, Shades},
+    document_motion::{BoxTable, EmitterTable, Shades},
     limits::Limit,
     loader::Loader,
     particles::FARTHEST,
@@ -228,6 +228,7 @@ impl Loader<'_> {
                 .collect::<Result<_, _>>()?,
             bounce: number("bounce", given.bounce, 0.2, 0.0..=1.0)?,
             slide: number("slide", given.slide, 0.8, 0.0..=1.0)?,
+            path: path(&check, start)?,
             origin: Vec3::ZERO,
         };
         if (forces.turbulence > 0.0 || forces.wind != Vec3::ZERO) && forces.drag == 0.0 {
@@ -259,6 +260,29 @@ impl Loader<'_> {
         }
         Err(check.fault("min", "min is not below max", "write the lower corner as min"))
     }
+}
+
+/// Rows of the table, from the emitter's start on.
+fn path(check: &Table<'_, EmitterTable>, start: f32) -> Result<Vec<[f32; 4]>, SceneError> {
+    let mut rows: Vec<[f32; 4]> = Vec::new();
+    for row in &check.table.get_ref().path {
+        let &[seconds, x, y, z] = &row.0[..] else {
+            let message = format!("a row of {} numbers", row.0.len());
+            return Err(check.fault("path", message, "each row is [seconds, x, y, z]"));
+        };
+        check.vector("path", [x, y, z])?;
+        let ascends = rows.last().is_none_or(|last| last[0] < seconds - start);
+        if !seconds.is_finite() || !ascends {
+            let message = "times that do not ascend";
+            return Err(check.fault(
+                "path",
+                message,
+                "write its rows in order, each time once [s]",
+            ));
+        }
+        rows.push([seconds - start, x, y, z]);
+    }
+    Ok(rows)
 }
 
 fn count_stops(check: &Table<'_, EmitterTable>, key: &str, count: usize) -> Result<(), SceneError> {

@@ -5,6 +5,7 @@ mod deform;
 #[doc(hidden)]
 pub mod displace;
 mod document;
+mod document_motion;
 mod emitters;
 mod environment;
 mod error;

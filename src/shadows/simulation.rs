@@ -41,8 +41,13 @@ impl Shadows {
     /// An emitter whose particles are moved on the device, from step 0 of time on.
     ///
     /// # Errors
-    /// Where the device has no room for its particles, or refuses the kernel.
+    /// Where the emitter has a path, which the kernel does not follow, or the device has no room for its
+    /// particles or refuses the kernel.
     pub fn simulation(&self, forces: &Forces) -> Result<Simulation, Error> {
+        if !forces.path.is_empty() {
+            let problem = "its path is not followed on the device";
+            return Err(Error::Invalid { what: "emitter", index: 0, problem });
+        }
         let ((device, _), queue) = (self.device(), self.queue());
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };

@@ -31,6 +31,7 @@ fn calm() -> Forces {
         boxes: Vec::new(),
         bounce: 0.4,
         slide: 0.8,
+        path: Vec::new(),
         origin: Vec3::new(3.0, 0.0, 1.0),
     }
 }
@@ -104,6 +105,14 @@ fn the_kernel_flies_as_the_twin() {
             assert!(a.distance(b) > near);
         }
     }
+}
+
+#[test]
+fn a_path_is_refused() {
+    let gpu = gpu(TIERS[0]);
+    let forces = Forces { path: vec![[0.0; 4]], ..calm() };
+    let error = shadows(&gpu).simulation(&forces).unwrap_err().to_string();
+    assert!(error.contains("path"), "{error}");
 }
 
 const LOADER: &str = "

@@ -42,6 +42,7 @@ fn forces() -> Forces {
         boxes: Vec::new(),
         bounce: 0.5,
         slide: 1.0,
+        path: Vec::new(),
         origin: Vec3::ZERO,
     }
 }
@@ -232,6 +233,22 @@ fn particles_start_within_their_shape() {
     }
 }
 
+/// Each particle starts where the emitter is at its own time, not at its frame's or step's.
+#[test]
+fn emitters_leave_particles_along_their_path() {
+    let keys = "rate = 1000\nlifetime = 10\nvelocity = [0, 0, 0]\nposition = [0, 1, 0]\nstart = -1\n\
+        path = [[-1, 0, 0, 0], [1, 4, 0, 0], [2, 4, 3, 0]]";
+    let mut scene = emitting(keys);
+    let particles = at(&mut scene, 3.0);
+    assert!(particles.len() >= 3999);
+    for particle in particles {
+        let seconds = particle.id as f32 / 1000.0 - 1.0;
+        let x = (2.0 * (seconds + 1.0)).min(4.0);
+        let y = 1.0 + (3.0 * (seconds - 1.0)).clamp(0.0, 3.0);
+        assert!(particle.center.distance(Vec3::new(x, y, 0.0)) < 1e-3, "{seconds}: {particle:?}");
+    }
+}
+
 #[test]
 fn wrong_emitters_are_named() {
     let first = HEAD.lines().count() + 2;
@@ -253,6 +270,8 @@ fn wrong_emitters_are_named() {
         ("rate = 1\nlifetime = 1\nstart = 5\nstop = 4", 4, "stop"),
         ("rate = 1\nlifetime = 1\nextent = [1, -1, 1]", 3, "extent"),
         ("rate = 1\nlifetime = 1\nboxes = [{ min = [0, 0, 0], max = [1, 0, 1] }]", 3, "min"),
+        ("rate = 1\nlifetime = 1\npath = [[0, 1, 2]]", 3, "row"),
+        ("rate = 1\nlifetime = 1\npath = [[1, 0, 0, 0], [0, 0, 0, 0]]", 3, "ascend"),
         ("rate = 1\nlifetime = 1\nspeed = 3", 3, "speed"),
     ] {
         let error = read(&format!("{HEAD}[[emitter]]\nmaterial = 'smoke'\n{keys}\n")).unwrap_err();
