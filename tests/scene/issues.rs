@@ -3,7 +3,7 @@
 use gobo::{
     ReceiverPoint,
     glam::Vec3,
-    render::Renderer,
+    render::{RenderOptions, Renderer},
     scene::{self, Scene},
 };
 use std::{collections::BTreeSet, fs, path::PathBuf};
@@ -24,6 +24,14 @@ impl Look {
 
     fn at(&self, x: f32, y: f32, z: f32) -> Vec3 {
         self.at_all(&[Vec3::new(x, y, z)])[0].into()
+    }
+
+    /// Light that comes to the eye half-way up the picture, at a share of its width.
+    fn pixel(&self, across: f32) -> Vec3 {
+        let picture =
+            Renderer::on_cpu().render(&self.0, &RenderOptions::default()).unwrap().picture;
+        let (x, y) = ((across * picture.size.x as f32) as u32, picture.size.y / 2);
+        picture.light[(y * picture.size.x + x) as usize].into()
     }
 
     /// Mean over a square of the ground around x = `x`, and the deviation of its points.
@@ -54,7 +62,7 @@ struct Issue {
     wrong: (&'static str, &'static str),
 }
 
-const ISSUES: [Issue; 12] = [
+const ISSUES: [Issue; 13] = [
     Issue {
         name: "bevy-15403",
         holds: |look| {
@@ -116,6 +124,14 @@ const ISSUES: [Issue; 12] = [
             (mean - 0.6).abs() < 0.01 && deviation < 0.03
         },
         wrong: ("shadow.soften", "false"),
+    },
+    Issue {
+        name: "godot-proposals-11073",
+        holds: |look| {
+            let (wall, shaft) = (Vec3::new(0.1, 0.2, 0.3), look.pixel(0.5));
+            near(look.pixel(0.2), wall, 1e-3) && (shaft - wall).min_element() > 0.02
+        },
+        wrong: ("air.extinction", "0.15"),
     },
     Issue {
         name: "playcanvas-5903",
