@@ -9,6 +9,7 @@ mod far;
 mod gltf;
 mod gltf_files;
 mod hostile;
+mod issues;
 mod limits;
 mod messages;
 mod noise;
