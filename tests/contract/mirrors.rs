@@ -2,7 +2,10 @@
 //! mirror, or it is the kernels' own.
 use gobo::{
     gpu::Library,
-    model::{LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape, TILE_SIZE, Transfer},
+    model::{
+        LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape, TILE_SIZE, Transfer,
+        emitter::{STEP, STEPS_PER_SECOND, Source},
+    },
     records::{
         AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
         BLOCK_TEXELS, BLUE_SIZE, CASTER_TEXELS, COLORED_BIT, CURVE_SEGMENT, DEPTH_TAG_BITS,
@@ -11,7 +14,7 @@ use gobo::{
         LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS, MAX_MATERIALS,
         MAX_VIEWS, MIN_RADIUS, NO_OWNER, NO_TEXTURE, OPACITY_SCALE, PART_FACE, PART_WHOLE,
         PART_WINDOW, RADIUS_STEPS, REACH_TEXELS, ROUND_BIT, ROW, SETUP_TEXELS, SHAFTS_BIT, SKIRT,
-        SLOTS, SPLINE_REACH, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
+        SLOTS, SPLINE_REACH, STEPS_AT_ONCE, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
     },
     reference::{
         FAINT, accumulate, air, curve,
@@ -115,6 +118,11 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SHAPE_QUAD", Shape::Quad as u32),
         ("SKIRT", SKIRT),
         ("SLAB_PAIRS", SLAB_PAIRS as u32),
+        ("SOURCE_BOX", Source::Box as u32),
+        ("SOURCE_DISC", Source::Disc as u32),
+        ("SOURCE_POINT", Source::Point as u32),
+        ("SOURCE_SPHERE", Source::Sphere as u32),
+        ("STEPS_AT_ONCE", STEPS_AT_ONCE),
         ("TILE_SIZE", TILE_SIZE),
         ("TOTAL_ROW", TOTAL_ROW),
         ("TRANSFER_CUTOUT", Transfer::Cutout as u32),
@@ -154,6 +162,8 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SHARP", soft::SHARP),
         ("SLACK", SLACK),
         ("SPLINE_REACH", SPLINE_REACH),
+        ("STEPS_PER_SECOND", STEPS_PER_SECOND as f32),
+        ("STEP_SECONDS", STEP),
         ("THIN", air::THIN),
         ("TRACE", TRACE),
         ("UNIT", UNIT),
@@ -224,6 +234,7 @@ const KERNELS_OWN: &[&str] = &[
     "STEP",
     "STRETCH",
     "TOUCH",
+    "TRIES",
     "TURN",
     "WARP_COUNT",
     "WARP_SIZE",
