@@ -1,7 +1,7 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
 use super::{
     air::PreparedAir,
-    bands::TileRect,
+    bands::{TileRect, band_tiles},
     clusters::Clusters,
     lists::CameraList,
     masks::{MaskMemory, PreparedMasks},
@@ -150,7 +150,11 @@ impl Pipeline {
             parts.len() as u64,
             BufferUsages::COPY_SRC,
         )?;
-        let memory_of_band = BandMemory::new(&mut allocator, room.rounds)?;
+        let at_once = parts.len() == 1 && room.rounds == 1;
+        let tiles_of_band = band_tiles(tiles, scene.mask.is_some(), at_once);
+        let panes = clear.list.footprint_count > 0 && clear.features.triangles;
+        let memory_of_band =
+            BandMemory::new(&mut allocator, room.rounds, tiles_of_band, panes)?;
         let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
         let resources = casters
             .resources()
@@ -207,6 +211,7 @@ impl Pipeline {
             solid: &solid,
             clear: &clear,
             rounds: room.rounds,
+            memory: &memory_of_band,
             lit_casters: &lit_texture,
         };
         let resources = resources.with("air", &air_volume).with("environment", &environment);
