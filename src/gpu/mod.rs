@@ -19,7 +19,7 @@ pub use adapter::{
     TierChoice, shortcoming,
 };
 pub use allocate::{Allocator, Memory, array_view, view, write_records};
-pub use cache::KernelCache;
+pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
 pub use kernel::{Choice, Constant, HostText, Kernel, KernelDesc, KernelError, Tier};
 pub use link::{Item, Library, LinkError, Linked, words};

@@ -46,7 +46,7 @@ impl PreparedAir {
             .with("air", &volume);
         let device = allocator.device;
         let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), air.steps];
-        let scatter = kernels.make(device, Variant::AirScatter, features)?.bind(device, &own)?;
+        let scatter = kernels.plan(device, Variant::AirScatter, features)?.bind(device, &own)?;
         let sum = kernels.air_sum.bind(device, &own)?;
         Ok((volume, Some(Self { scatter, sum, groups, features })))
     }

@@ -79,7 +79,7 @@ impl CameraList {
                     .with("point_batch", &batch)
                     .with("band", &band);
                 let device = context.allocator.device;
-                let kernel = context.kernels.make(device, Variant::ShadeClip, Features::NONE)?;
+                let kernel = context.kernels.plan(device, Variant::ShadeClip, Features::NONE)?;
                 clips.push(kernel.bind(device, &resources)?);
             }
         }

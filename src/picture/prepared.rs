@@ -158,7 +158,7 @@ impl Pipeline {
             .with("pixels", &pixels);
         // Of the maps that light comes through.
         let of_maps = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
-        let make = |variant, features| Ok(kernels.make(device, variant, features)?.clone());
+        let make = |variant, features| Ok(kernels.plan(device, variant, features)?.clone());
         let levels = AreaLevels::new(&mut allocator, queue, &records, &resources, of_maps, make)?;
         let of_maps = Features { areas: levels.is_some(), ..of_maps };
         let resources = match &levels {
@@ -178,6 +178,7 @@ impl Pipeline {
             lit_casters: &lit_texture,
         };
         let shading = Shading::new(to_shade, &parts, &resources.with("air", &air_volume))?;
+        kernels.finish()?;
         Ok(PreparedPicture {
             room,
             clusters,

@@ -145,7 +145,7 @@ impl ToShade<'_, '_> {
         resources: &Resources<'_>,
     ) -> Result<BindGroup, Error> {
         let device = self.allocator.device;
-        Ok(self.kernels.make(device, variant, features)?.bind(device, resources)?)
+        Ok(self.kernels.plan(device, variant, features)?.bind(device, resources)?)
     }
 
     fn band(&mut self, rect: &TileRect, resources: &Resources<'_>) -> Result<ShadedBand, Error> {

@@ -144,6 +144,19 @@ impl Shadows {
         settings: &ShadowSettings,
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
+        let prepared = self.plan(casters, views, settings, inputs)?;
+        self.kernels().finish()?;
+        Ok(prepared)
+    }
+
+    /// As [`Self::prepare_with`], but that kernels may not be made yet.
+    pub(crate) fn plan(
+        &mut self,
+        casters: &Casters<'_>,
+        views: &[View],
+        settings: &ShadowSettings,
+        inputs: &HostInputs<'_>,
+    ) -> Result<Prepared, Error> {
         check_alive(&self.device)?;
         casters.check()?;
         check(views, settings)?;
@@ -189,6 +202,10 @@ impl Shadows {
             maps: prepared.maps.clone(),
             memory: prepared.memory.clone(),
         })
+    }
+
+    pub(super) fn kernels(&self) -> KernelCache {
+        lock(&self.engine).pipeline.kernels.cache().clone()
     }
 
     /// The device, and what its kernels may use.
@@ -265,7 +282,9 @@ impl Prepared {
     /// Makes a kernel of this device, or has it already.
     pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
         let mut engine = lock(&self.engine);
-        Ok(engine.pipeline.kernels.make(&self.device, variant, features)?.clone())
+        let kernel = engine.pipeline.kernels.plan(&self.device, variant, features)?.clone();
+        kernel.make()?;
+        Ok(kernel)
     }
 
     /// As [`Self::kernel`], of one that is made for a host that asks.

@@ -94,7 +94,7 @@ impl Soften {
         let Maps { nodes, gain, .. } = *soft;
         self.features = Features { nodes, gain, over, ..Features::NONE };
         if self.curve_rows.is_some() {
-            kernels.make(device, Variant::CurveColumns, self.features)?;
+            kernels.plan(device, Variant::CurveColumns, self.features)?;
         }
         let kernels = &*kernels;
         let [rows_kernel, columns_kernel] = self.kernels(kernels);

@@ -4,6 +4,7 @@ mod depths;
 mod kernels;
 mod layouts;
 mod rendered;
+mod warm_up;
 mod wrong;
 
 use crate::common::scenes::Chance;

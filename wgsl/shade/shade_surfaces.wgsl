@@ -19,7 +19,7 @@ import package::shade::band::band_pixel;
 import package::shade::emission::emission_at;
 import package::shade::shading::sky;
 import package::shade::store_point::store_point;
-import package::shade::surface::{eye, normals_at, world_point};
+import package::shade::surface::{eye, normals_at, rounded, world_point};
 import package::walk::lane::LANES;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
@@ -42,7 +42,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let normals = normals_at(id, setup, weights, normalize(eye() - position));
     return Point(
         POINT_SOLID,
-        position,
+        rounded(id, weights, normals.face, position),
         normals.face,
         normals.normal,
         0.0,

@@ -176,7 +176,11 @@ impl Eye<'_> {
         pixel: Vec2,
     ) -> Vec3 {
         if footprint.caster & TRIANGLE_BIT != 0 {
-            return self.lighting.light(&self.triangle(solid, footprint, material, hit, pixel));
+            let facet = self.triangle(solid, footprint, material, hit, pixel);
+            let met = solid.setup(footprint).hit(pixel);
+            let position = solid.rounded(footprint, met, facet.face, facet.position);
+            let to_eye = (self.position() - position).normalize();
+            return self.lighting.light(&Point { position, to_eye, ..facet });
         }
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);

@@ -119,7 +119,7 @@ impl BoundList {
             (readers.resolve, is_read && is_merged),
         ];
         for (variant, _) in needed.into_iter().filter(|(_, is_needed)| *is_needed) {
-            context.kernels.make(device, variant, features)?;
+            context.kernels.plan(device, variant, features)?;
         }
         let scratch = context.scratch;
         let partials = match &scratch.composed {
