@@ -36,5 +36,7 @@ override ROLLED: bool = false;
 override WIDE: bool = true;
 // The picture has air, casters that are not solid, and panes among them.
 override HAS_AIR: bool = false;
+// What is all around is a picture.
+override HAS_ENVIRONMENT: bool = false;
 override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;

@@ -63,6 +63,12 @@ pub(crate) struct RenderArguments {
     /// Only each of those frames i with i mod N = I
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// Frames of a second: frame N is N/F s from the start
+    #[arg(long, value_name = "F", default_value = "24", value_parser = frame_rate)]
+    pub(crate) fps: f64,
+    /// Also write the frames as one animated PNG, when all are there
+    #[arg(long, value_name = "FILE.png", conflicts_with = "shard")]
+    pub(crate) preview: Option<PathBuf>,
     /// The interface to the hardware
     #[arg(long, default_value = "auto")]
     backend: BackendName,
@@ -106,6 +112,9 @@ pub(crate) struct LightArguments {
     /// The time, as that of a frame
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) frame: u32,
+    /// Frames of a second: frame N is N/F s from the start
+    #[arg(long, value_name = "F", default_value = "24", value_parser = frame_rate)]
+    pub(crate) fps: f64,
     /// The interface to the hardware
     #[arg(long, default_value = "auto")]
     backend: BackendName,
@@ -252,6 +261,13 @@ impl FromStr for Shard {
             ));
         }
         Ok(Self { index, count })
+    }
+}
+
+fn frame_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(rate) if (0.001..=1000.0).contains(&rate) => Ok(rate),
+        _ => Err(format!("{text:?} is not a number of frames a second, 0.001 to 1000")),
     }
 }
 

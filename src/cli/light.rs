@@ -1,11 +1,6 @@
 //! `gobo light`: what of each light reaches points of the user's.
 use super::{arguments::LightArguments, failure::Failure, files, npy};
-use gobo::{
-    glam::Vec3,
-    model::ReceiverPoint,
-    render::Renderer,
-    scene::{self, Scene},
-};
+use gobo::{glam::Vec3, model::ReceiverPoint, render::Renderer, scene};
 use std::{fs, path::Path};
 
 /// Coordinates beyond this are left out of scenes, too [m].
@@ -15,7 +10,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     let points = read(&arguments.points)?;
     let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
     files::warn(&scene.notes);
-    scene.set_time(f64::from(arguments.frame) / Scene::FRAME_RATE);
+    scene.set_time(f64::from(arguments.frame) / arguments.fps);
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     tracing::info!("looking light up with {}", renderer.device());
     let shares = renderer.light_points(&scene, &points)?;

@@ -12,6 +12,7 @@ mod info;
 mod light;
 mod maps;
 mod npy;
+mod preview;
 mod render;
 mod sidecar;
 mod stop;

@@ -4,6 +4,7 @@ use super::{
     exr,
     failure::Failure,
     files, maps,
+    preview::Preview,
     sidecar::{self, Sidecar},
     stop,
 };
@@ -68,6 +69,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     stop::listen()?;
     let frames = arguments.frames();
     let mut shrunk = 0;
+    let mut preview = match &arguments.preview {
+        Some(path) => {
+            Some(Preview::new(path, scene.camera.size, frames.len() as u32, arguments.fps)?)
+        }
+        None => None,
+    };
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
         if stop::is_asked() {
@@ -78,6 +85,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
                 .is_some_and(|sidecar| sidecar.holds(&arguments.out, inputs))
         {
             let picture = arguments.out.join(format!("frame_{index:04}.png"));
+            if let Some(preview) = &mut preview {
+                preview.add_file(&picture)?;
+            }
             let line = if arguments.json {
                 kept_json(index, &picture)
             } else {
@@ -87,7 +97,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
             progress.inc(1);
             continue;
         }
-        scene.set_time(f64::from(index) / Scene::FRAME_RATE);
+        scene.set_time(f64::from(index) / arguments.fps);
         let frame = renderer.render(&scene, &options)?;
         shrunk = shrunk.max(frame.counters.shrunk);
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
@@ -103,6 +113,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
             let path = arguments.out.join(format!("frame_{index:04}.exr"));
             files::write(&path, &exr::encode(&path, &frame.picture)?)?;
         }
+        if let Some(preview) = &mut preview {
+            preview.add(&frame.picture)?;
+        }
         // Last, so that a picture says that its frame is complete.
         files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
         if let Some(inputs) = &inputs {
@@ -117,6 +130,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         progress.inc(1);
     }
     progress.finish_and_clear();
+    if let (Some(preview), Some(path)) = (preview, &arguments.preview) {
+        preview.finish()?;
+        if !arguments.json {
+            files::print(&path.display().to_string())?;
+        }
+    }
     if shrunk > 0 {
         tracing::warn!(
             "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \

@@ -131,12 +131,12 @@ impl Contents {
 /// Of all that decides what frames look like but the device, whose rounding may move a last bit.
 pub(super) fn inputs(scene: &Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
-    let RenderArguments { maps, exr, .. } = arguments;
+    let RenderArguments { maps, exr, fps, .. } = arguments;
     let debug = arguments.debug();
     // Every field of a scene, each number to its last bit.
     let written = fmt::write(
         &mut hash,
-        format_args!("{} {maps} {exr} {debug:?} {scene:?}", env!("CARGO_PKG_VERSION")),
+        format_args!("{} {maps} {exr} {fps} {debug:?} {scene:?}", env!("CARGO_PKG_VERSION")),
     );
     written.expect("a hash takes all text");
     hex(hash.0.finalize())

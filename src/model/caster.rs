@@ -116,6 +116,8 @@ pub struct Material {
     pub transmission: f32,
     /// 0..=1, of the highlight in the picture.
     pub roughness: f32,
+    /// 0..=1, of what is solid: 1 mirrors in its own colour and scatters nothing.
+    pub metallic: f32,
     /// What is left of light after [`Self::attenuation_distance`] in a closed mesh.
     pub attenuation_color: Vec3,
     /// [m]; infinite for what is no volume. Triangles of a volume are counterclockwise from outside.
@@ -145,6 +147,7 @@ impl Default for Material {
             emissive_texture: None,
             transmission: 0.0,
             roughness: 0.6,
+            metallic: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
             receives: Receives::default(),

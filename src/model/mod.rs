@@ -6,6 +6,7 @@ mod caster;
 mod class;
 mod counters;
 pub mod dither;
+mod environment;
 mod light;
 mod origin;
 mod point;
@@ -24,6 +25,9 @@ pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
+pub use environment::{
+    Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
+};
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 pub use point::ReceiverPoint;
 pub use scene::{MAX_SAMPLES, Motion, Scene};

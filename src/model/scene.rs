@@ -1,7 +1,7 @@
 //! Everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Light, Material, Particle, ShadowSettings,
-    Skipped, Texture, Triangle,
+    Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, Material,
+    Particle, ShadowSettings, Skipped, Texture, Triangle,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -36,10 +36,13 @@ pub struct Scene {
     pub particles: Vec<Particle>,
     /// Of meshes and shapes.
     pub triangles: Vec<Triangle>,
-    /// Light that comes from everywhere: linear rgb.
+    /// Light that comes from everywhere, where there is no environment: linear rgb.
     pub ambient: Vec3,
-    /// What the camera sees where there is nothing: linear rgb.
+    /// What the camera sees where there is nothing, and mirrors show, where there is no environment:
+    /// linear rgb.
     pub background: Vec3,
+    /// What lights, is mirrored and is seen all around.
+    pub environment: Option<Arc<Environment>>,
     /// What scatters light on its way to the eye; `None` where it is clear.
     pub air: Option<Air>,
     /// What follows the time: textures that flow, bodies that swell.
@@ -70,6 +73,23 @@ impl Scene {
         let place = |i| (0.5 + STEP * f64::from(i)).fract() - 0.5;
         let mean = (0..count).map(place).sum::<DVec2>() / f64::from(count);
         (0..count).map(move |i| (place(i) - mean).as_vec2())
+    }
+
+    /// Light that comes from everywhere, the mean over all directions: linear rgb.
+    pub fn mean_ambient(&self) -> Vec3 {
+        self.environment.as_ref().map_or(self.ambient, |environment| environment.mean())
+    }
+
+    /// What a white surface sends back of the light from everywhere, for
+    /// [`irradiance_at`](super::irradiance_at).
+    pub fn irradiance(&self) -> [Vec3; IRRADIANCE] {
+        if let Some(environment) = &self.environment {
+            return *environment.irradiance();
+        }
+        // A little brighter from above.
+        let mut of_two_colours = [Vec3::ZERO; IRRADIANCE];
+        (of_two_colours[0], of_two_colours[1]) = (self.ambient * 0.85, self.ambient * 0.15);
+        of_two_colours
     }
 
     /// Of all casters and receivers.
@@ -118,6 +138,7 @@ impl Default for Scene {
             triangles: Vec::new(),
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),
+            environment: None,
             air: None,
             motions: Vec::new(),
             skipped: Skipped::new(),

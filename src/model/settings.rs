@@ -61,10 +61,13 @@ impl Default for ShadowSettings {
 /// The `[air]` table of a scene: what scatters light on its way to the eye, once, everywhere alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
-    /// Extinction: the share of the light that a short way takes [1/m].
-    pub density: f32,
-    /// What of that is scattered: linear rgb, 0..=1.
-    pub albedo: glam::Vec3,
+    /// The share of the light that a short way scatters: linear rgb, 0 or more [1/m].
+    pub scattering: glam::Vec3,
+    /// The share that a short way takes from what is behind it: linear rgb, 0 or more [1/m]. Of air in
+    /// nature at least what it scatters; with less, shafts are seen without a veil.
+    pub extinction: glam::Vec3,
+    /// How much of the light from everywhere is scattered beside that of the lights, 0..=1.
+    pub ambient: f32,
     /// `g` of Henyey and Greenstein 1941: 0 alike in all directions, towards 1 forwards.
     pub anisotropy: f32,
     /// Slices of the way from the eye to the scene's end, 1..=[`MAX_AIR_STEPS`].
@@ -73,7 +76,8 @@ pub struct Air {
 
 impl Default for Air {
     fn default() -> Self {
-        Self { density: 0.05, albedo: glam::Vec3::ONE, anisotropy: 0.3, steps: 64 }
+        let density = glam::Vec3::splat(0.05);
+        Self { scattering: density, extinction: density, ambient: 1.0, anisotropy: 0.3, steps: 64 }
     }
 }
 

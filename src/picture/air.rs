@@ -38,7 +38,11 @@ impl PreparedAir {
         let sources = allocator.texture("air_sources", Rgba32Float, extent, usage)?;
         let volume = allocator.texture("air", Rgba32Float, extent, usage)?;
         let params = allocator.uniform::<AirParams>("air_params");
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&AirParams::new(air)));
+        queue.write_buffer(
+            &params,
+            0,
+            bytemuck::bytes_of(&AirParams::new(air, scene.mean_ambient())),
+        );
         let own = resources
             .clone()
             .with("air_params", &params)

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Gpu, Memory, Timeline},
+    gpu::{Allocator, Gpu, Memory, Timeline, write_records},
     model::{Class, Scene, View},
     records::{ClusterCounters, Grid, LightRecords, Picture},
     shadows::{
@@ -18,6 +18,7 @@ use crate::{
     stage::{bin::BatchCounters, hits::Features, shade::PictureParams},
 };
 use glam::UVec2;
+use half::f16;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
 /// A picture, bound and ready to be recorded after the maps it is lit through.
@@ -110,7 +111,7 @@ impl Pipeline {
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = PictureParams {
             world_from_view: camera.view_from_world.inverse(),
-            ambient: scene.ambient,
+            ambient: scene.mean_ambient(),
             light_count: scene.lights.len() as u32,
             background: scene.background,
             first_setup: clear.first_setup,
@@ -128,6 +129,9 @@ impl Pipeline {
             first_area: records.first_area(),
             pad_1: 0,
             pad_2: 0,
+            extinction: scene.air.map_or(glam::Vec3::ZERO, |air| air.extinction),
+            environment_size: scene.environment.as_ref().map_or(0, |sky| sky.size()),
+            irradiance: scene.irradiance().map(|c| c.extend(0.0)),
         };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
         let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
@@ -167,17 +171,19 @@ impl Pipeline {
         };
         let (air_volume, air) =
             PreparedAir::new(&mut allocator, queue, kernels, of_maps, scene, &resources)?;
+        let environment = environment_texture(&mut allocator, queue, scene)?;
         let to_shade = ToShade {
             allocator: &mut allocator,
             queue,
             kernels,
-            features: ShadeFeatures::new(&solid, &clear, of_maps, config.count_cost, air.is_some()),
+            features: ShadeFeatures::new(&solid, &clear, of_maps, config.count_cost, scene),
             solid: &solid,
             clear: &clear,
             rounds: room.rounds,
             lit_casters: &lit_texture,
         };
-        let shading = Shading::new(to_shade, &parts, &resources.with("air", &air_volume))?;
+        let resources = resources.with("air", &air_volume).with("environment", &environment);
+        let shading = Shading::new(to_shade, &parts, &resources)?;
         kernels.finish()?;
         Ok(PreparedPicture {
             room,
@@ -333,4 +339,19 @@ impl PreparedPicture {
         let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         Ok(Picture { size: self.size, rgb, light: Vec::new() })
     }
+}
+
+/// One texel where the scene has none.
+fn environment_texture(
+    allocator: &mut Allocator<'_>,
+    queue: &wgpu::Queue,
+    scene: &Scene,
+) -> Result<Texture, Error> {
+    let texels = scene.environment.as_ref().map_or(&[][..], |environment| environment.texels());
+    let halves: Vec<[f16; 4]> =
+        texels.iter().map(|texel| texel.extend(1.0).to_array().map(f16::from_f32)).collect();
+    let (format, usage) = (TextureFormat::Rgba16Float, TextureUsages::COPY_DST);
+    let texture = allocator.records("environment", format, halves.len() as u64, usage)?;
+    write_records(queue, &texture, bytemuck::cast_slice(&halves).to_vec());
+    Ok(texture)
 }

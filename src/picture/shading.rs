@@ -6,6 +6,7 @@ use super::{
 use crate::{
     error::Error,
     gpu::{Allocator, Resources, Timeline},
+    model::Scene,
     shadows::kernels::{Kernels, Variant},
     stage::{
         hits::Features,
@@ -68,18 +69,20 @@ impl ShadeFeatures {
         clear: &CameraList,
         light: Features,
         cost: bool,
-        air: bool,
+        scene: &Scene,
     ) -> Self {
+        let (air, environment) = (scene.air.is_some(), scene.environment.is_some());
         let Features { triangles, textures, .. } = solid.features;
         let has_layers = clear.list.footprint_count > 0;
         let panes = has_layers && clear.features.triangles;
         Self {
             solid: Features { cost, nodes: 0, ..solid.features },
             layers: Features { cost, air, nodes: 0, ..clear.features },
-            surfaces: Features { triangles, textures, ..Features::NONE },
+            surfaces: Features { triangles, textures, environment, ..Features::NONE },
             panes: Features {
                 triangles: true,
                 textures: clear.features.textures,
+                environment,
                 ..Features::NONE
             },
             light,

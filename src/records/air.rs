@@ -10,26 +10,29 @@ pub const AIR_CELL: u32 = 4;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AirParams {
-    pub albedo: Vec3,
-    /// Extinction [1/m].
-    pub density: f32,
+    /// [1/m]
+    pub scattering: Vec3,
     pub anisotropy: f32,
+    /// [1/m]
+    pub extinction: Vec3,
     pub slices: u32,
+    /// Light from everywhere, as much of it as the air scatters.
+    pub ambient: Vec3,
     /// Samples in a slice.
     pub samples: u32,
-    pub pad_0: u32,
 }
-crate::gpu_layout!(AirParams { albedo, density, anisotropy, slices, samples, pad_0 });
+crate::gpu_layout!(AirParams { scattering, anisotropy, extinction, slices, ambient, samples });
 
 impl AirParams {
-    pub fn new(air: &Air) -> Self {
+    /// `ambient`: the scene's light from everywhere.
+    pub fn new(air: &Air, ambient: Vec3) -> Self {
         Self {
-            albedo: air.albedo,
-            density: air.density,
+            scattering: air.scattering,
             anisotropy: air.anisotropy,
+            extinction: air.extinction,
             slices: air.steps,
+            ambient: ambient * air.ambient,
             samples: SAMPLES,
-            pad_0: 0,
         }
     }
 }

@@ -33,7 +33,7 @@ pub struct GpuMaterial {
     pub emissive_size: Vec2,
     /// Layer of the texture array, [`NO_TEXTURE`] for none.
     pub emissive_texture: u32,
-    pub pad_0: u32,
+    pub metallic: f32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -54,7 +54,7 @@ crate::gpu_layout!(GpuMaterial {
     receives,
     emissive_size,
     emissive_texture,
-    pad_0
+    metallic
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -90,7 +90,7 @@ impl GpuMaterial {
             receives: material.receives as u32,
             emissive_size,
             emissive_texture,
-            pad_0: 0,
+            metallic: material.metallic,
         }
     }
 }

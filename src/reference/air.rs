@@ -1,17 +1,40 @@
 //! Twin of `wgsl/shade/air_*.wgsl` and `wgsl/shade/air.wgsl`: light that the air scatters to the eye,
 //! once, as a volume of columns of pixels and slices of depth.
-use super::{shading::Lighting, threads::each};
+use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
 use crate::records::{AIR_CELL, AirParams, GpuView, air_columns};
-use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use glam::{Mat4, UVec2, Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// What is scattered between the eye and the end of each slice (rgb), and what is left of the
-/// light from there (a).
+/// What is scattered between the eye and the end of each slice.
 #[derive(Clone, Debug)]
 pub struct AirVolume {
+    view: GpuView,
+    extinction: Vec3,
     size: UVec2,
     slices: u32,
-    columns: Vec<Vec<Vec4>>,
+    columns: Vec<Vec<Vec3>>,
+}
+
+/// The air before a light depth.
+#[derive(Clone, Copy, Debug)]
+pub struct AirBefore {
+    /// That it scatters to the eye.
+    pub light: Vec3,
+    /// Of the light from behind it.
+    pub left: Vec3,
+}
+
+impl AirBefore {
+    pub const CLEAR: Self = Self { light: Vec3::ZERO, left: Vec3::ONE };
+}
+
+/// Optical depth of a slice below which its series counts, which has no 0/0; the next term is a sixth
+/// of its square.
+pub const THIN: f32 = 1e-3;
+
+/// The mean of `exp(-x)` from 0 to `tau`.
+fn mean_left(tau: f32) -> f32 {
+    if tau < THIN { 1.0 - 0.5 * tau } else { (1.0 - (-tau).exp()) / tau }
 }
 
 /// Henyey and Greenstein 1941; `cosine` between the ways before and after, `g` in -1..1.
@@ -37,28 +60,37 @@ impl AirVolume {
             let ray = world_from_view.transform_vector3(way).normalize();
             let range = view.far - view.near;
             let length = range / params.slices as f32 * way.length();
-            let taken = 1.0 - (-params.density * length).exp();
-            let (mut light, mut left) = (Vec3::ZERO, 1.0);
+            let tau = params.extinction * length;
+            let passed = (-tau).map(f32::exp);
+            let share = params.scattering * length * tau.map(mean_left);
+            let (mut light, mut left) = (Vec3::ZERO, Vec3::ONE);
             let slice = |k: u32| {
                 let mut sum = Vec3::ZERO;
                 for i in 0..params.samples {
                     let along = k as f32 + (i as f32 + 0.5) / params.samples as f32;
                     let distance = view.near + along / params.slices as f32 * range;
                     let point = world_from_view.transform_point3(way * distance);
-                    sum += lighting.scattered(point, ray, params.anisotropy);
+                    sum += params.ambient + lighting.scattered(point, ray, params.anisotropy);
                 }
-                light += params.albedo * sum / params.samples as f32 * (left * taken);
-                left *= 1.0 - taken;
-                light.extend(left)
+                light += sum / params.samples as f32 * (left * share);
+                left *= passed;
+                light
             };
             (0..params.slices).map(slice).collect()
         };
         let columns = each((size.x * size.y) as usize, column);
-        Self { size, slices: params.slices, columns }
+        let extinction = params.extinction;
+        Self { view: *view, extinction, size, slices: params.slices, columns }
     }
 
-    /// At light depth `depth` of the camera's view.
-    pub fn at(&self, pixel: Vec2, depth: f32) -> Vec4 {
+    /// Before light depth `depth` of the camera's view.
+    pub fn at(&self, pixel: Vec2, depth: f32) -> AirBefore {
+        let length = depth.clamp(0.0, 1.0) * metres_per_depth(&self.view, pixel);
+        let left = (-self.extinction * length).map(f32::exp);
+        AirBefore { light: self.light(pixel, depth), left }
+    }
+
+    fn light(&self, pixel: Vec2, depth: f32) -> Vec3 {
         let last = (self.size - 1).as_vec2();
         let at = (pixel / AIR_CELL as f32 - 0.5).clamp(Vec2::ZERO, last);
         let low = at.floor().as_uvec2();
@@ -70,7 +102,7 @@ impl AirVolume {
             let texel =
                 |x: u32, y: u32| self.columns[(y * self.size.x + x) as usize][slice as usize];
             if slice < 0 {
-                return Vec4::W;
+                return Vec3::ZERO;
             }
             let top = texel(low.x, low.y).lerp(texel(high.x, low.y), part.x);
             let bottom = texel(low.x, high.y).lerp(texel(high.x, high.y), part.x);

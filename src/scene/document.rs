@@ -1,11 +1,14 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
     model::{Pattern, Profile, Receiver, Receives, Shape, Transfer},
-    scene::{displace::Displace, generate::Generate, noise::Noise},
+    scene::{displace::Displace, generate::Generate, noise::Noise, track::Mode},
 };
 use serde::{
     Deserialize, Deserializer,
-    de::{Error as _, MapAccess, value::MapAccessDeserializer},
+    de::{
+        Error as _, MapAccess, SeqAccess,
+        value::{MapAccessDeserializer, SeqAccessDeserializer},
+    },
 };
 use std::path::PathBuf;
 use toml::Spanned;
@@ -31,6 +34,36 @@ where
     array(deserializer).map(Some)
 }
 
+/// One number for all channels, or one for each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shades(pub [f32; 3]);
+
+impl<'de> Deserialize<'de> for Shades {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = Shades;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("f32")
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Shades, E> {
+                Ok(Shades([value as f32; 3]))
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Shades, E> {
+                Ok(Shades([value as f32; 3]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Shades, A::Error> {
+                array(SeqAccessDeserializer::new(list)).map(Shades)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
 /// The whole file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -51,6 +84,8 @@ pub(super) struct Document {
     pub shape: Vec<Spanned<ShapeTable>>,
     #[serde(default)]
     pub mesh: Vec<Spanned<MeshTable>>,
+    #[serde(default)]
+    pub animate: Vec<Spanned<AnimateTable>>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -105,6 +140,29 @@ pub(super) struct EnvironmentTable {
     pub ambient: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub background: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub zenith: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub horizon: Option<[f32; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
+    pub ground: Option<[f32; 3]>,
+    pub sun: Option<Spanned<SunTable>>,
+    pub file: Option<PathBuf>,
+    /// [degrees]
+    pub rotation: Option<f32>,
+    pub intensity: Option<f32>,
+}
+
+/// A disc in the sky.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SunTable {
+    #[serde(deserialize_with = "array")]
+    pub direction: [f32; 3],
+    #[serde(default, deserialize_with = "exactly")]
+    pub color: Option<[f32; 3]>,
+    /// Whole [degrees].
+    pub angle: Option<f32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -114,6 +172,11 @@ pub(super) struct AirTable {
     pub density: Option<f32>,
     #[serde(default, deserialize_with = "exactly")]
     pub albedo: Option<[f32; 3]>,
+    /// [1/m]
+    pub scattering: Option<Shades>,
+    /// [1/m]
+    pub extinction: Option<Shades>,
+    pub ambient: Option<f32>,
     pub anisotropy: Option<f32>,
     pub steps: Option<u32>,
 }
@@ -246,6 +309,7 @@ pub(super) struct MaterialTable {
     pub emission: Option<[f32; 3]>,
     pub transmission: Option<f32>,
     pub roughness: Option<f32>,
+    pub metallic: Option<f32>,
     #[serde(default, deserialize_with = "exactly")]
     pub attenuation_color: Option<[f32; 3]>,
     /// [m]
@@ -275,6 +339,8 @@ pub(super) enum KindOfShape {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ShapeTable {
+    /// What keys call it.
+    pub name: Option<String>,
     pub kind: KindOfShape,
     pub material: String,
     /// Subdivisions of a sphere.
@@ -293,6 +359,8 @@ pub(super) struct ShapeTable {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MeshTable {
+    /// What keys call it.
+    pub name: Option<String>,
     pub file: PathBuf,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
@@ -301,4 +369,46 @@ pub(super) struct MeshTable {
     pub rotation: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub scale: Option<[f32; 3]>,
+}
+
+/// Keys of one value.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AnimateTable {
+    /// What they move: `camera.eye`.
+    pub target: String,
+    /// [s]
+    pub times: Vec<f32>,
+    pub values: Vec<Key>,
+    pub mode: Option<Mode>,
+}
+
+/// A number, or several.
+#[derive(Clone, Debug)]
+pub(super) struct Key(pub Vec<f32>);
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = Key;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("f32")
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Key, E> {
+                Ok(Key(vec![value as f32]))
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Key, E> {
+                Ok(Key(vec![value as f32]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Key, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(list)).map(Key)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
 }

@@ -3,8 +3,13 @@
 //! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones
 //! are taken as they are, as exporters write both.
 use super::{
-    Camera, SceneError, gltf_file::File, gltf_json::Instancing, gltf_material::Materials,
-    gltf_mesh::Meshes, limits::Limit,
+    Camera, SceneError, gltf_animation,
+    gltf_file::File,
+    gltf_json::Instancing,
+    gltf_material::Materials,
+    gltf_mesh::Meshes,
+    limits::Limit,
+    rig::{Draw, Node, Rig},
 };
 use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
 use ::gltf::{
@@ -31,6 +36,8 @@ pub struct Model {
     pub skipped: Skipped,
     /// What the file uses and nobody reads, a sentence each.
     pub notes: Vec<String>,
+    /// What moves the triangles, which then are in the spaces of its draws.
+    pub(super) rig: Option<Rig>,
 }
 
 /// What a scene has before a file is read into it.
@@ -57,8 +64,17 @@ const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 const PICTURE_HEIGHT: f32 = 540.0;
 
 /// World space = `transform` * glTF space; material and texture indices start at 0.
-pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Model, SceneError> {
-    let file = File::open(path)?;
+/// `is_keyed`: it will be moved as a whole.
+pub(super) fn load(
+    path: &Path,
+    transform: Mat4,
+    earlier: &Earlier,
+    is_keyed: bool,
+) -> Result<Model, SceneError> {
+    let mut file = File::open(path)?;
+    let mut tracks = gltf_animation::tracks(&mut file)?;
+    let moves = is_keyed || !tracks.is_empty();
+    let mut rig = Rig::default();
     let too_many = |(message, help): (String, &str)| file.invalid(message, help);
     let mut materials = Materials::new(&file, earlier);
     let mut meshes = Meshes::new(earlier.triangles as u64);
@@ -69,14 +85,18 @@ pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Mo
     // All are counted before the first is made.
     let mut draws = Vec::new();
     let mut seen = vec![false; file.document.nodes().len()];
-    let mut waiting: Vec<(gltf::Node<'_>, Mat4)> =
-        roots(&file.document).into_iter().rev().map(|node| (node, transform)).collect();
-    while let Some((node, parent)) = waiting.pop() {
+    let mut waiting: Vec<(gltf::Node<'_>, Mat4, Option<usize>)> =
+        roots(&file.document).into_iter().rev().map(|node| (node, transform, None)).collect();
+    while let Some((node, parent_world, parent)) = waiting.pop() {
         if std::mem::replace(&mut seen[node.index()], true) {
             let message = format!("node {} has two parents, or is its own ancestor", node.index());
             return Err(file.invalid(message, "export the file again"));
         }
-        let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+        let own = Mat4::from_cols_array_2d(&node.transform().matrix());
+        let world = parent_world * own;
+        let number = rig.nodes.len();
+        let [translation, rotation, scale] = tracks.remove(&node.index()).unwrap_or_default();
+        rig.nodes.push(Node { parent, transform: own, translation, rotation, scale });
         if let Some(mesh) = node.mesh() {
             if node.skin().is_some() {
                 *skipped.entry("skins ignored").or_default() += 1;
@@ -85,7 +105,7 @@ pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Mo
                 for primitive in mesh.primitives() {
                     uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
                     meshes.promise(&file, &primitive)?;
-                    draws.push((primitive, world * place));
+                    draws.push((primitive, world * place, number, place));
                 }
             }
         }
@@ -94,6 +114,7 @@ pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Mo
                 Some(light) => {
                     let count = (earlier.lights + lights.len()) as u64;
                     Limit::Lights.grown(count, 1).map_err(too_many)?;
+                    rig.lights.push((lights.len(), number));
                     lights.push(light);
                 }
                 None => *skipped.entry("light not valid").or_default() += 1,
@@ -107,18 +128,30 @@ pub(super) fn load(path: &Path, transform: Mat4, earlier: &Earlier) -> Result<Mo
                 }
             }
         }
-        let children: Vec<_> = node.children().map(|child| (child, world)).collect();
+        let children: Vec<_> = node.children().map(|child| (child, world, Some(number))).collect();
         waiting.extend(children.into_iter().rev());
     }
-    for (primitive, world) in draws {
-        meshes.add(&file, &mut materials, &primitive, world)?;
+    for (primitive, world, node, place) in draws {
+        let first = meshes.triangles.len();
+        meshes.add(&file, &mut materials, &primitive, world, !moves)?;
+        rig.draws.push(Draw { triangles: first..meshes.triangles.len(), node, place });
     }
+    let rig = moves.then_some(rig);
     let (materials, textures, ignored) = materials.finish();
     for (reason, count) in meshes.skipped.into_iter().chain(ignored) {
         *skipped.entry(reason).or_default() += count;
     }
     let notes = file.notes;
-    Ok(Model { materials, textures, triangles: meshes.triangles, lights, camera, skipped, notes })
+    Ok(Model {
+        materials,
+        textures,
+        triangles: meshes.triangles,
+        lights,
+        camera,
+        skipped,
+        notes,
+        rig,
+    })
 }
 
 /// Where a node's mesh is drawn, in the node's space (`EXT_mesh_gpu_instancing`).

@@ -180,6 +180,11 @@ impl<'a> Materials<'a> {
         )?;
         let emissive_image = emissive_texture.map(|info| info.texture().source());
         let emissive_texture = self.textures.add(emissive_image, None, true, false)?;
+        let (mut rough, mut metal) = (1.0, 1.0);
+        if let Some(info) = surface.metallic_roughness_texture() {
+            [_, rough, metal, _] = self.textures.means(&info.texture().source())?;
+            self.ignore("textures of roughness and metal: by their means");
+        }
         let number = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
         self.materials.push(Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
@@ -197,7 +202,8 @@ impl<'a> Materials<'a> {
             transmission,
             attenuation_color: volume.0,
             attenuation_distance: volume.1,
-            roughness: number(surface.roughness_factor()),
+            roughness: number(surface.roughness_factor() * rough),
+            metallic: number(surface.metallic_factor() * metal),
             ..Material::default()
         });
         Ok(uses)
@@ -208,7 +214,7 @@ impl<'a> Materials<'a> {
         let distance = volume.attenuation_distance();
         let mut thickness = volume.thickness_factor() * scale;
         if let Some(info) = volume.thickness_texture() {
-            thickness *= self.textures.mean_green(&info.texture().source())?;
+            thickness *= self.textures.means(&info.texture().source())?[1];
         }
         let is_body = thickness > 0.0 && thickness.is_finite();
         if !(is_body && distance > 0.0 && distance.is_finite()) {

@@ -57,12 +57,14 @@ impl Meshes {
         Ok(())
     }
 
+    /// In world space, or where it does not stay there in the mesh's own.
     pub(super) fn add(
         &mut self,
         file: &File,
         materials: &mut Materials<'_>,
         primitive: &gltf::Primitive<'_>,
         world: Mat4,
+        stays: bool,
     ) -> Result<(), SceneError> {
         if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip)
         {
@@ -81,6 +83,8 @@ impl Meshes {
         let count = triangle_count(primitive);
         let first = self.triangles.len();
         limits::reserve(&mut self.triangles, count, "triangles", &file.path)?;
+        // What moves stays in its own space.
+        let world = if stays { world } else { Mat4::IDENTITY };
         let normal_from_local = cofactors(Mat3::from_mat4(world));
         for i in 0..count {
             let corner = match primitive.mode() {

@@ -15,7 +15,7 @@ pub(super) struct Textures<'a> {
     file: &'a File,
     pub(super) textures: Vec<Texture>,
     known: HashMap<Key, u32>,
-    greens: HashMap<usize, f32>,
+    means: HashMap<usize, [f32; 4]>,
     /// Textures that the scene had before.
     earlier: usize,
     /// Texels of all textures of the scene.
@@ -25,8 +25,8 @@ pub(super) struct Textures<'a> {
 impl<'a> Textures<'a> {
     /// `earlier` and `texels`: textures that the scene has already.
     pub(super) fn new(file: &'a File, earlier: usize, texels: u64) -> Self {
-        let (textures, known, greens) = (Vec::new(), HashMap::new(), HashMap::new());
-        Self { file, textures, known, greens, earlier, texels }
+        let (textures, known, means) = (Vec::new(), HashMap::new(), HashMap::new());
+        Self { file, textures, known, means, earlier, texels }
     }
 
     /// Index of the product of `base` and the red of `transmission`. `is_opaque` sets alpha to one;
@@ -92,20 +92,25 @@ impl<'a> Textures<'a> {
         Ok(Some(id))
     }
 
-    /// 0..=1.
-    pub(super) fn mean_green(&mut self, image: &gltf::Image<'_>) -> Result<f32, SceneError> {
-        if let Some(known) = self.greens.get(&image.index()) {
+    /// Of each channel as it is stored, 0..=1.
+    pub(super) fn means(&mut self, image: &gltf::Image<'_>) -> Result<[f32; 4], SceneError> {
+        if let Some(known) = self.means.get(&image.index()) {
             return Ok(*known);
         }
         let before = self.texels;
         let pixels = self.decode(image)?;
         // The image does not stay.
         self.texels = before;
-        let sum: f64 = pixels.pixels().map(|pixel| f64::from(pixel.0[1])).sum();
+        let mut sums = [0.0; 4];
+        for pixel in pixels.pixels() {
+            for (sum, channel) in sums.iter_mut().zip(pixel.0) {
+                *sum += f64::from(channel);
+            }
+        }
         let texels = f64::from(pixels.width()) * f64::from(pixels.height());
-        let green = (sum / 255.0 / texels) as f32;
-        self.greens.insert(image.index(), green);
-        Ok(green)
+        let means = sums.map(|sum| (sum / 255.0 / texels) as f32);
+        self.means.insert(image.index(), means);
+        Ok(means)
     }
 
     fn decode(&mut self, image: &gltf::Image<'_>) -> Result<RgbaImage, SceneError> {

@@ -1,13 +1,18 @@
 //! Scene files to scenes: everything is checked here, and nothing unchecked gets past.
 use super::{
-    Scene, SceneError, defaults,
+    Scene, SceneError,
+    animate::{Placed, animate},
+    defaults,
+    document::EnvironmentTable,
     loader::{Loader, error_of_line},
     read,
+    rig::Placement,
     source::{self, Source},
     tables,
 };
-use glam::Mat4;
-use std::path::Path;
+use crate::model::{Environment, Sky};
+use glam::Vec3;
+use std::{path::Path, sync::Arc};
 
 /// What is read besides the file.
 #[derive(Clone, Debug)]
@@ -61,11 +66,21 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let mut loader = Loader::new(&source, path);
     loader.document(&document)?;
     match extension.as_str() {
-        "glb" | "gltf" => loader.model(path, Mat4::IDENTITY)?,
+        "glb" | "gltf" => {
+            let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
+            let moving = loader.model(path, still, false)?;
+            loader.placed.push(Placed { kind: "mesh", name: None, moving });
+        }
         "ply" | "csv" => loader.particle_file(path, 0)?,
         _ => {}
     }
-    let (mut scene, model_camera) = loader.finish();
+    let (mut scene, model_camera, placed) = loader.finish();
+    let two_colours =
+        |table: &EnvironmentTable| table.ambient.is_some() || table.background.is_some();
+    let is_said = document.environment.as_ref().is_some_and(|table| two_colours(table.get_ref()));
+    if is_alone && scene.environment.is_none() && !is_said {
+        scene.environment = Some(Arc::new(Environment::of_sky(&Sky::default(), 1.0)));
+    }
     // Before the ground is added: the camera looks at what the file holds.
     let bounds = scene.bounds();
     let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
@@ -91,6 +106,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     {
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
+    animate(&source, &document, placed, &mut scene)?;
     scene.recentre();
     Ok(scene)
 }

@@ -1,20 +1,23 @@
 //! The tables of a scene file, one after the other, into a scene.
 use super::{
-    Scene, SceneError, defaults,
+    Scene, SceneError,
+    animate::Placed,
+    defaults,
     displace::Displaced,
-    document::{Document, EnvironmentTable, MeshTable, ShapeTable, TextureSource},
+    document::{Document, MeshTable, ShapeTable, TextureSource},
     error::quoted,
     light_tables,
     limits::Limit,
     noise::Animated,
     particles::FARTHEST,
     plain::nearest,
+    rig::{Moving, Placement, Rig},
     shapes,
     source::Source,
     tables,
 };
 use crate::model::{Material, ShadowSettings, volume};
-use glam::{EulerRot, Mat4, Quat, Vec3};
+use glam::Vec3;
 use std::{
     collections::{HashMap, HashSet},
     ops::Range,
@@ -38,6 +41,8 @@ pub(super) struct Loader<'a> {
     pub(super) texels: u64,
     pub(super) next_id: u32,
     pub(super) model_camera: Option<super::Camera>,
+    /// Shapes, then meshes.
+    pub(super) placed: Vec<Placed>,
 }
 
 impl<'a> Loader<'a> {
@@ -52,12 +57,13 @@ impl<'a> Loader<'a> {
             texels: 0,
             next_id: 0,
             model_camera: None,
+            placed: Vec::new(),
         }
     }
 
-    /// The scene, and the camera of the first model that has one.
-    pub(super) fn finish(self) -> (Scene, Option<super::Camera>) {
-        (self.scene, self.model_camera)
+    /// The scene, the camera of the first model that has one, and what may be moved.
+    pub(super) fn finish(self) -> (Scene, Option<super::Camera>, Vec<Placed>) {
+        (self.scene, self.model_camera, self.placed)
     }
 
     pub(super) fn error(
@@ -117,28 +123,15 @@ impl<'a> Loader<'a> {
             self.shape(table)?;
         }
         for table in &document.mesh {
-            let MeshTable { file, translation, rotation, scale } = table.get_ref();
-            let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
+            let MeshTable { name, file, translation, rotation, scale } = table.get_ref();
+            let placement = self.placement(&table.span(), *translation, *rotation, *scale)?;
             let path = self.folder.join(file);
-            self.model(&path, transform).map_err(|e| self.named_by(&table.span(), "file", e))?;
+            let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("mesh."));
+            let moving = self
+                .model(&path, placement, is_keyed)
+                .map_err(|e| self.named_by(&table.span(), "file", e))?;
+            self.place("mesh", &table.span(), name.as_ref(), moving)?;
         }
-        Ok(())
-    }
-
-    fn environment(&mut self, table: &Spanned<EnvironmentTable>) -> Result<(), SceneError> {
-        let EnvironmentTable { ambient, background } = table.get_ref();
-        let color = |key, value: &Option<[f32; 3]>, usual: Vec3| match value {
-            None => Ok(usual),
-            Some(rgb) if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) => Ok((*rgb).into()),
-            Some(rgb) => {
-                let message = format!("{key} is {rgb:?}");
-                let help = "light is finite and not negative";
-                Err(self.error(&table.span(), key, &message, help))
-            }
-        };
-        let ambient = color("ambient", ambient, self.scene.ambient)?;
-        let background = color("background", background, self.scene.background)?;
-        (self.scene.ambient, self.scene.background) = (ambient, background);
         Ok(())
     }
 
@@ -194,13 +187,32 @@ impl<'a> Loader<'a> {
         Err(self.error(span, "material", &message, &help))
     }
 
-    fn transform(
+    /// Takes a shape or mesh up among those that keys may move.
+    fn place(
+        &mut self,
+        kind: &'static str,
+        table: &Range<usize>,
+        name: Option<&String>,
+        moving: Option<Moving>,
+    ) -> Result<(), SceneError> {
+        let is_same = |placed: &Placed| placed.kind == kind && placed.name.as_ref() == name;
+        if let Some(name) = name
+            && self.placed.iter().any(is_same)
+        {
+            let message = format!("a second {kind} named {}", quoted(name));
+            return Err(self.error(table, "name", &message, "give each its own name"));
+        }
+        self.placed.push(Placed { kind, name: name.cloned(), moving });
+        Ok(())
+    }
+
+    fn placement(
         &self,
         span: &Range<usize>,
         translation: Option<[f32; 3]>,
         rotation: Option<[f32; 3]>,
         scale: Option<[f32; 3]>,
-    ) -> Result<Mat4, SceneError> {
+    ) -> Result<Placement, SceneError> {
         let translation = translation.unwrap_or([0.0; 3]);
         let rotation = rotation.unwrap_or([0.0; 3]);
         let scale = scale.unwrap_or([1.0; 3]);
@@ -216,13 +228,11 @@ impl<'a> Loader<'a> {
             let help = "use a small number to flatten a shape";
             return Err(self.error(span, "scale", "scale has a 0", help));
         }
-        let [x, y, z] = rotation.map(f32::to_radians);
-        let turn = Quat::from_euler(EulerRot::XYZ, x, y, z);
-        Ok(Mat4::from_scale_rotation_translation(scale.into(), turn, translation.into()))
+        Ok(Placement::still(translation.into(), rotation.into(), scale.into()))
     }
 
     fn shape(&mut self, table: &Spanned<ShapeTable>) -> Result<(), SceneError> {
-        let ShapeTable { kind, material, level, displace, translation, rotation, scale } =
+        let ShapeTable { name, kind, material, level, displace, translation, rotation, scale } =
             table.get_ref();
         let level = level.unwrap_or(shapes::SPHERE_LEVEL);
         if level > shapes::MAX_LEVEL {
@@ -231,9 +241,11 @@ impl<'a> Loader<'a> {
             return Err(self.error(&table.span(), "level", &message, &help));
         }
         let material = self.material(&table.span(), material)?;
-        let transform = self.transform(&table.span(), *translation, *rotation, *scale)?;
+        let placement = self.placement(&table.span(), *translation, *rotation, *scale)?;
+        let transform = placement.at(0.0);
         let (have, more) = (self.scene.triangles.len(), shapes::triangles_of(*kind, level));
         self.check_limit(Limit::Triangles, have, more, (&table.span(), "level"))?;
+        let mut local = shapes::local(*kind, level, material, self.next_id);
         let mut triangles = shapes::shape(*kind, level, transform, material, self.next_id);
         if let Some(displace) = *displace {
             if let Some((message, help)) = displace.fault(*kind) {
@@ -253,6 +265,7 @@ impl<'a> Loader<'a> {
                 return Err(self.error(&table.span(), "kind", message, help));
             }
             volume::turn_outwards(&mut triangles);
+            volume::turn_outwards(&mut local);
         }
         self.next_id = self.next_id.wrapping_add(1);
         let mut corners = triangles.iter().flat_map(|triangle| triangle.positions);
@@ -261,8 +274,16 @@ impl<'a> Loader<'a> {
             let message = "the shape reaches beyond 1e7 m";
             return Err(self.error(&table.span(), "translation", message, help));
         }
+        let moving = displace.is_none().then(|| Moving {
+            rig: Arc::new(Rig::whole(local.len())),
+            placement,
+            local: Arc::new(local),
+            first_triangle: self.scene.triangles.len(),
+            lights: Vec::new(),
+            origin: Vec3::ZERO,
+        });
         self.scene.triangles.extend(triangles);
-        Ok(())
+        self.place("shape", &table.span(), name.as_ref(), moving)
     }
 }
 

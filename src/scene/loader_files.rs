@@ -8,10 +8,11 @@ use super::{
     loader::Loader,
     particles::{self, FARTHEST},
     read,
+    rig::{Moving, Placement},
 };
-use crate::model::{Material, Skipped, Texture};
-use glam::Mat4;
-use std::{ops::Range, path::Path};
+use crate::model::{Material, Motion as _, Skipped, Texture};
+use glam::Vec3;
+use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
 /// Longest side of a texture [texels].
@@ -86,7 +87,14 @@ impl Loader<'_> {
         Ok(())
     }
 
-    pub(super) fn model(&mut self, path: &Path, transform: Mat4) -> Result<(), SceneError> {
+    /// What moves, of a file with animations, or of one that keys move.
+    pub(super) fn model(
+        &mut self,
+        path: &Path,
+        placement: Placement,
+        is_keyed: bool,
+    ) -> Result<Option<Moving>, SceneError> {
+        let transform = placement.at(0.0);
         let earlier = gltf::Earlier {
             materials: self.scene.materials.len(),
             textures: self.scene.textures.len(),
@@ -94,7 +102,7 @@ impl Loader<'_> {
             triangles: self.scene.triangles.len(),
             lights: self.scene.lights.len(),
         };
-        let model = gltf::load(path, transform, &earlier)?;
+        let model = gltf::load(path, transform, &earlier, is_keyed)?;
         let texels = |t: &Texture| u64::from(t.width) * u64::from(t.height);
         self.texels += model.textures.iter().map(texels).sum::<u64>();
         let first_material = self.scene.materials.len() as u32;
@@ -108,17 +116,31 @@ impl Loader<'_> {
             ..material
         }));
         limits::reserve(&mut self.scene.triangles, model.triangles.len(), "triangles", path)?;
+        let first_triangle = self.scene.triangles.len();
         self.scene.triangles.extend(model.triangles.into_iter().map(|mut triangle| {
             triangle.material += first_material;
             triangle.id = triangle.id.wrapping_add(first_id);
             triangle
         }));
+        let first_light = self.scene.lights.len();
         self.next_id = self.next_id.wrapping_add(objects);
         self.scene.lights.extend(model.lights);
         self.model_camera = self.model_camera.take().or(model.camera);
         add_skipped(&mut self.scene.skipped, &model.skipped);
         self.scene.notes.extend(model.notes);
-        Ok(())
+        let moving = model.rig.map(|rig| Moving {
+            lights: rig.lights.iter().map(|&(light, node)| (first_light + light, node)).collect(),
+            rig: Arc::new(rig),
+            placement,
+            local: Arc::new(self.scene.triangles[first_triangle..].to_vec()),
+            first_triangle,
+            origin: Vec3::ZERO,
+        });
+        // Until now they are where their nodes are not.
+        if let Some(moving) = &moving {
+            moving.apply(&mut self.scene, 0.0);
+        }
+        Ok(moving)
     }
 
     /// Reads an image once; its index.

@@ -1,12 +1,15 @@
 //! Scenes: what the command line, the tests and the benches share.
+mod animate;
 mod defaults;
 #[doc(hidden)]
 pub mod displace;
 mod document;
+mod environment;
 mod error;
 #[doc(hidden)]
 pub mod generate;
 mod gltf;
+mod gltf_animation;
 mod gltf_file;
 mod gltf_items;
 mod gltf_json;
@@ -27,10 +30,13 @@ mod plain;
 mod ply;
 mod ply_header;
 mod read;
+mod rig;
 mod shapes;
 mod source;
 mod summary;
 mod tables;
+#[doc(hidden)]
+pub mod track;
 
 pub use crate::model::Scene;
 pub use error::SceneError;
@@ -57,7 +63,14 @@ pub fn load_particles(
     particles::load(path, material, material_id, default_radius, first_id, 0)
 }
 
-/// Reads a `.glb` or `.gltf` file alone. World space = `transform` * glTF space.
+/// Reads a `.glb` or `.gltf` file alone, as it is at the start of its animation. World space =
+/// `transform` * glTF space.
 pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
-    gltf::load(path, transform, &gltf::Earlier::default())
+    let mut model = gltf::load(path, transform, &gltf::Earlier::default(), false)?;
+    if let Some(rig) = &model.rig {
+        let local = model.triangles.clone();
+        let is_volume = |material: u32| model.materials[material as usize].is_volume();
+        rig.pose(&local, &mut model.triangles, transform, 0.0, is_volume);
+    }
+    Ok(model)
 }

@@ -17,6 +17,17 @@ pub(super) fn shape(
     material: u32,
     id: u32,
 ) -> Vec<Triangle> {
+    let mut triangles = local(kind, level, material, id);
+    let normals = Mat3::from_mat4(transform).inverse().transpose();
+    for triangle in &mut triangles {
+        triangle.positions = triangle.positions.map(|p| transform.transform_point3(p));
+        triangle.normals = triangle.normals.map(|n| (normals * n).normalize_or(Vec3::Y));
+    }
+    triangles
+}
+
+/// As [`shape`], in its own space.
+pub(super) fn local(kind: KindOfShape, level: u32, material: u32, id: u32) -> Vec<Triangle> {
     let mut triangles = match kind {
         KindOfShape::Plane => square(Vec3::ZERO, Vec3::X, Vec3::NEG_Z),
         KindOfShape::Pane => square(Vec3::ZERO, Vec3::X, Vec3::Y),
@@ -30,10 +41,7 @@ pub(super) fn shape(
             .collect(),
         KindOfShape::Sphere => sphere(level),
     };
-    let normals = Mat3::from_mat4(transform).inverse().transpose();
     for triangle in &mut triangles {
-        triangle.positions = triangle.positions.map(|p| transform.transform_point3(p));
-        triangle.normals = triangle.normals.map(|n| (normals * n).normalize_or(Vec3::Y));
         triangle.material = material;
         triangle.id = id;
     }

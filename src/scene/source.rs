@@ -174,10 +174,19 @@ impl<'a> Source<'a> {
 }
 
 /// Keys of the scene file that are one table each.
-const ONE: [&str; 7] =
-    ["camera", "shadow", "clusters", "environment", "air", "particles.generate", "shape.displace"];
+const ONE: [&str; 8] = [
+    "camera",
+    "shadow",
+    "clusters",
+    "environment",
+    "environment.sun",
+    "air",
+    "particles.generate",
+    "shape.displace",
+];
 /// Keys that are many tables each.
-const MANY: [&str; 6] = ["light", "material", "particles", "shape", "mesh", "light.shadow"];
+const MANY: [&str; 7] =
+    ["light", "material", "particles", "shape", "mesh", "animate", "light.shadow"];
 
 fn value_span(
     value: &Spanned<DeValue<'_>>,

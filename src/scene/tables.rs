@@ -1,7 +1,9 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{AirTable, CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
+    document::{
+        AirTable, CameraTable, ClustersTable, MaterialTable, Shades, ShadowTable, TextureSource,
+    },
     noise::Noise,
     source::Source,
 };
@@ -123,20 +125,42 @@ pub(super) fn shadow(
     })
 }
 
-/// `None` where the density is 0.
+/// `None` where it neither scatters nor takes light.
 pub(super) fn air(
     source: &Source<'_>,
     table: &Spanned<AirTable>,
 ) -> Result<Option<Air>, SceneError> {
     let check = Table { source, table };
-    let AirTable { density, albedo, anisotropy, steps } = table.get_ref();
+    let AirTable { density, albedo, scattering, extinction, ambient, anisotropy, steps } =
+        table.get_ref();
+    for (old, is_given, new, replaced) in [
+        ("density", density.is_some(), "extinction", extinction.is_some()),
+        ("density", density.is_some(), "scattering", scattering.is_some()),
+        ("albedo", albedo.is_some(), "scattering", scattering.is_some()),
+    ] {
+        if is_given && replaced {
+            let message = format!("{old} beside {new}");
+            let help = "density and albedo say what scattering and extinction say: use either two";
+            return Err(check.fault(old, message, help));
+        }
+    }
     let usual = Air::default();
-    let albedo = albedo.unwrap_or(usual.albedo.to_array());
+    let albedo = albedo.unwrap_or([1.0; 3]);
     for v in albedo {
         check.share("albedo", v)?;
     }
-    let density = density.unwrap_or(usual.density);
-    let density = check.number("density", density, |v| (0.0..=1e3).contains(&v), "0 to 1000")?;
+    let per_metre = |key, Shades(rgb): Shades| -> Result<Vec3, SceneError> {
+        for v in rgb {
+            check.number(key, v, |v| (0.0..=1e3).contains(&v), "0 to 1000")?;
+        }
+        Ok(rgb.into())
+    };
+    let density = density.map(|v| per_metre("density", Shades([v; 3]))).transpose()?;
+    let scattering = scattering.map(|v| per_metre("scattering", v)).transpose()?;
+    let extinction = extinction.map(|v| per_metre("extinction", v)).transpose()?;
+    let extinction = extinction.or(density).or(scattering).unwrap_or(usual.extinction);
+    let scattering = scattering.unwrap_or(extinction * Vec3::from(albedo));
+    let ambient = check.share("ambient", ambient.unwrap_or(usual.ambient))?;
     let g = anisotropy.unwrap_or(usual.anisotropy);
     let within = |v: f32| v.abs() <= 0.95;
     let anisotropy = check.number("anisotropy", g, within, "from -0.95 to 0.95")?;
@@ -145,7 +169,8 @@ pub(super) fn air(
         let help = format!("1 to {MAX_AIR_STEPS} steps");
         return Err(check.fault("steps", format!("steps is {steps}"), &help));
     }
-    Ok((density > 0.0).then_some(Air { density, albedo: albedo.into(), anisotropy, steps }))
+    let air = Air { scattering, extinction, ambient, anisotropy, steps };
+    Ok((scattering + extinction != Vec3::ZERO).then_some(air))
 }
 
 pub(super) fn clusters(
@@ -304,6 +329,7 @@ pub(super) fn material(
         emissive_texture: None,
         transmission: share("transmission", given.transmission, usual.transmission)?,
         roughness: share("roughness", given.roughness, usual.roughness)?,
+        metallic: share("metallic", given.metallic, usual.metallic)?,
         attenuation_color: attenuation_color.into(),
         attenuation_distance,
         receives: given.receives.unwrap_or_default(),

@@ -39,6 +39,8 @@ pub struct Features {
     pub cost: bool,
     /// The picture has air; no property of casters.
     pub air: bool,
+    /// The picture has an environment of its own; no property of casters.
+    pub environment: bool,
     /// The picture has casters that are not solid.
     pub layers: bool,
     /// Of these, some are triangles.
@@ -71,6 +73,7 @@ impl Features {
         nodes: 0,
         cost: false,
         air: false,
+        environment: false,
         layers: false,
         panes: false,
         areas: false,
@@ -98,6 +101,7 @@ impl Features {
         nodes: 0,
         cost: false,
         air: false,
+        environment: false,
         layers: false,
         panes: false,
         areas: false,
@@ -133,6 +137,7 @@ impl Features {
             nodes: 0,
             cost: false,
             air: false,
+            environment: false,
             layers: false,
             panes: false,
             areas: false,
@@ -171,6 +176,7 @@ impl Features {
             ("DENSE", self.dense),
             ("COUNT_COST", self.cost),
             ("HAS_AIR", self.air),
+            ("HAS_ENVIRONMENT", self.environment),
             ("HAS_LAYERS", self.layers),
             ("HAS_PANES", self.panes),
         ];

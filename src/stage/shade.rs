@@ -8,9 +8,12 @@ use super::{
     levels::{OF_AREA, OF_POINT},
     walk::{CANDIDATE, IN_ORDER, WALK},
 };
-use crate::gpu::{Choice, Constant, KernelDesc, Tier};
+use crate::{
+    gpu::{Choice, Constant, KernelDesc, Tier},
+    model::IRRADIANCE,
+};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, UVec2, UVec3, Vec3};
+use glam::{Mat4, UVec2, UVec3, Vec3, Vec4};
 
 /// Invocations of a workgroup of what takes points or footprints.
 pub const POINT_LANES: u32 = 64;
@@ -168,6 +171,12 @@ pub struct PictureParams {
     pub first_area: u32,
     pub pad_1: u32,
     pub pad_2: u32,
+    /// Of the air [1/m].
+    pub extinction: Vec3,
+    /// Edge of the sharp level of the environment [texels].
+    pub environment_size: u32,
+    /// Of the light from everywhere (rgb).
+    pub irradiance: [Vec4; IRRADIANCE],
 }
 crate::gpu_layout!(PictureParams {
     world_from_view,
@@ -188,5 +197,8 @@ crate::gpu_layout!(PictureParams {
     exposure,
     first_area,
     pad_1,
-    pad_2
+    pad_2,
+    extinction,
+    environment_size,
+    irradiance
 });

@@ -4,5 +4,6 @@ mod commands;
 mod export;
 mod hostile;
 mod light;
+mod moving;
 mod results;
 mod sequence;

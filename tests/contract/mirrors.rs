@@ -2,7 +2,7 @@
 //! mirror, or it is the kernels' own.
 use gobo::{
     gpu::Library,
-    model::{MAX_GAIN, Pattern, Profile, Receives, Shape, TILE_SIZE, Transfer},
+    model::{LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape, TILE_SIZE, Transfer},
     records::{
         AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
         BLOCK_TEXELS, BLUE_SIZE, CASTER_TEXELS, CURVE_SEGMENT, DEPTH_TAG_BITS, FARTHEST_PLACE,
@@ -13,7 +13,7 @@ use gobo::{
         TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
     },
     reference::{
-        FAINT, accumulate, curve,
+        FAINT, accumulate, air, curve,
         curve::tile::{ROUNDING, SLAB_PAIRS, TRACE},
         dither::{BLOCK_BITS, FARTHEST},
         order::WAITING,
@@ -60,6 +60,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("INVISIBLE", INVISIBLE),
         ("LAYER_TEXELS", shade::LAYER_TEXELS),
         ("LEVELED_TEXELS", LEVELED_TEXELS),
+        ("LEVELS_AROUND", LEVELS),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),
         ("LIGHT_POINT", LIGHT_POINT),
         ("LIGHT_SPOT", LIGHT_SPOT),
@@ -92,6 +93,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("RECEIVES_NEAREST", Receives::Nearest as u32),
         ("RECEIVES_OPAQUE", Receives::Opaque as u32),
         ("RECEIVES_OTHERS", Receives::Others as u32),
+        ("ROUGH_SIZE", ROUGH_SIZE),
         ("ROUND_LENGTH", shade::ROUND_LENGTH),
         ("ROW", ROW),
         ("RUN_PAIRS", RUN_PAIRS),
@@ -142,6 +144,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("ROUNDING", ROUNDING),
         ("SHARP", soft::SHARP),
         ("SLACK", SLACK),
+        ("THIN", air::THIN),
         ("TRACE", TRACE),
         ("UNIT", UNIT),
         ("WIDEST", soft::WIDEST),

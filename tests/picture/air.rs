@@ -1,6 +1,8 @@
 //! Light that the air scatters: against closed forms, kernels against the twin.
 use crate::common::{
-    TIERS, render,
+    TIERS,
+    files::read,
+    render,
     scenes::{empty, light, pane},
 };
 use gobo::{
@@ -16,7 +18,14 @@ use gobo::{
     view::shadow_views,
 };
 
-const AIR: Air = Air { density: 0.2, albedo: Vec3::new(0.9, 0.7, 0.5), anisotropy: 0.4, steps: 48 };
+/// Red is scattered and not taken, of blue more is taken than scattered.
+const AIR: Air = Air {
+    scattering: Vec3::new(0.18, 0.14, 0.1),
+    extinction: Vec3::new(0.0, 0.14, 0.3),
+    ambient: 0.5,
+    anisotropy: 0.4,
+    steps: 48,
+};
 
 fn twin(scene: &Scene) -> Picture {
     let views = shadow_views(scene);
@@ -43,14 +52,14 @@ fn volume(scene: &Scene) -> (AirVolume, View) {
     let maps = reference::render_maps(scene, &views).0;
     let lighting = Lighting::new(scene, &views, &maps);
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
-    let params = AirParams::new(&scene.air.expect("air"));
+    let params = AirParams::new(&scene.air.expect("air"), scene.ambient);
     (AirVolume::new(&view, &camera.view_from_world.inverse(), &lighting, &params), camera)
 }
 
 /// Rounding of 48 sums in 32 bits, and the columns' rays beside the pixel's.
-const ROUNDED: f32 = 2e-3;
+const ROUNDED: f64 = 2e-3;
 
-/// Light that is the same everywhere: `albedo (ambient + p E) (1 - exp(-density s))`.
+/// Light that is the same everywhere: `scattering (ambient + p E) (1 - exp(-extinction s)) / extinction`.
 #[test]
 fn even_light_scatters_as_in_the_closed_form() {
     let mut scene = sunny();
@@ -64,12 +73,17 @@ fn even_light_scatters_as_in_the_closed_form() {
             let way = Vec3::new(slope.x, -slope.y, -1.0);
             let ray = world_from_view.transform_vector3(way).normalize();
             let s = depth * (camera.far - camera.near) * way.length();
-            let left = (-AIR.density * s).exp();
             let back = phase(direction.dot(-ray), AIR.anisotropy);
-            let exact = AIR.albedo * (scene.ambient + 2.0 * back) * (1.0 - left);
-            let air = volume.at(pixel, depth);
-            assert!((air.truncate() - exact).abs().max_element() < ROUNDED, "{air} {exact}");
-            assert!((air.w - left).abs() < ROUNDED, "{air} {left}");
+            let before = volume.at(pixel, depth);
+            for i in 0..3 {
+                let taken = f64::from(AIR.extinction[i]);
+                let left = (-taken * f64::from(s)).exp();
+                let way = if taken > 0.0 { (1.0 - left) / taken } else { f64::from(s) };
+                let exact =
+                    f64::from(AIR.scattering[i] * (0.5 * scene.ambient[i] + 2.0 * back)) * way;
+                assert!((f64::from(before.light[i]) - exact).abs() < ROUNDED, "{before:?} {exact}");
+                assert!((f64::from(before.left[i]) - left).abs() < ROUNDED, "{before:?} {left}");
+            }
         }
     }
 }
@@ -142,6 +156,8 @@ fn pictures_match_the_twin() {
         particle.material = (scene.materials.len() - 1 - i % 2) as u32;
         particle.center.y += 2.0;
     }
+    scene.ambient = Vec3::new(0.1, 0.2, 0.3);
+    scene.air = Some(Air { steps: 24, ..AIR });
     let expected = twin(&scene);
     let mut clear = scene.clone();
     clear.air = None;
@@ -159,6 +175,62 @@ fn thin_air_is_clear_air() {
     let mut scene = shafts();
     scene.air = None;
     let clear = twin(&scene);
-    scene.air = Some(Air { density: 1e-5, steps: 24, ..AIR });
+    let thin = Vec3::splat(1e-5);
+    scene.air = Some(Air { scattering: thin, extinction: thin, steps: 24, ..AIR });
     assert_eq!(share_apart(&twin(&scene), &clear), 0.0);
+}
+
+/// Air that scatters and takes nothing: where no light shines through it, the picture is that of clear
+/// air to the last bit; where one does, it only gets brighter.
+#[test]
+fn shafts_need_no_veil() {
+    let mut scene = shafts();
+    let scattering = Vec3::splat(0.3);
+    scene.air = Some(Air { scattering, extinction: Vec3::ZERO, ambient: 0.0, steps: 24, ..AIR });
+    for tier in [None, Some(TIERS[1])] {
+        let picture = |scene: &Scene| match tier {
+            Some(tier) => render(tier, scene).picture.light,
+            None => twin(scene).light,
+        };
+        let clear = picture(&Scene { air: None, ..scene.clone() });
+        let lit = picture(&scene);
+        let mut dark = scene.clone();
+        dark.lights.iter_mut().for_each(|light| light.shafts = false);
+        assert!(picture(&dark) == clear, "{tier:?}");
+        let channels = || lit.iter().flatten().zip(clear.iter().flatten());
+        assert!(channels().all(|(lit, clear)| lit >= clear), "{tier:?}");
+        let brighter = channels().filter(|(lit, clear)| **lit > **clear + 0.01).count();
+        assert!(brighter > lit.len() / 10, "{tier:?}: {brighter}");
+    }
+}
+
+#[test]
+fn tables_of_air_say_both_or_derive_one_from_the_other() {
+    let air = |keys: &str| read(&format!("[air]\n{keys}\n")).map(|scene| scene.air);
+    let rgb = Vec3::new;
+    for (keys, scattering, extinction) in [
+        ("density = 0.5\nalbedo = [1, 0.5, 0]", rgb(0.5, 0.25, 0.0), Vec3::splat(0.5)),
+        ("scattering = 0.3", Vec3::splat(0.3), Vec3::splat(0.3)),
+        ("scattering = 0.3\nextinction = 0", Vec3::splat(0.3), Vec3::ZERO),
+        ("scattering = [0, 0, 1]\nextinction = [1, 2, 3]", Vec3::Z, rgb(1.0, 2.0, 3.0)),
+        ("extinction = 2\nalbedo = [1, 0.5, 0]", rgb(2.0, 1.0, 0.0), Vec3::splat(2.0)),
+    ] {
+        let air = air(keys).unwrap().expect(keys);
+        assert_eq!((air.scattering, air.extinction), (scattering, extinction), "{keys}");
+    }
+    assert_eq!(air("density = 0").unwrap(), None);
+    assert_eq!(air("scattering = [0, 0, 0]").unwrap(), None);
+    for (keys, line) in [
+        ("scattering = 1\ndensity = 1", 3),
+        ("extinction = 1\ndensity = 1", 3),
+        ("albedo = [1, 1, 1]\nscattering = 1", 2),
+        ("scattering = -1", 2),
+        ("extinction = [0, 2000, 0]", 2),
+        ("scattering = [1, 2]", 2),
+        ("scattering = \"much\"", 2),
+        ("ambient = 2", 2),
+    ] {
+        let error = air(keys).unwrap_err().to_string();
+        assert!(error.contains(&format!(":{line}:")), "{keys}: {error}");
+    }
 }

@@ -1,5 +1,6 @@
 //! The lit picture.
 mod air;
+mod environment;
 mod golden;
 mod samples;
 mod shade;

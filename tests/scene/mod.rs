@@ -1,5 +1,6 @@
 //! Scene files, particle files, models, and what is made from them.
 mod alone;
+mod animate;
 mod defaults;
 mod displace;
 mod document;

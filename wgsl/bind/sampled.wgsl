@@ -27,3 +27,4 @@
 @group(0) @binding(83) var host_depths: texture_2d<f32>;
 @group(0) @binding(70) var raw_curves: texture_2d_array<u32>;
 @group(0) @binding(89) var levels: texture_2d<u32>;
+@group(0) @binding(96) var environment: texture_2d<f32>;

@@ -1,12 +1,12 @@
 // Rust: `AirParams` in src/stage/air.rs.
 
 struct AirParams {
-    albedo: vec3<f32>,
-    density: f32,    // extinction [1/m]
-    anisotropy: f32, // of Henyey and Greenstein 1941
+    scattering: vec3<f32>, // [1/m]
+    anisotropy: f32,       // of Henyey and Greenstein 1941
+    extinction: vec3<f32>, // [1/m]
     slices: u32,
-    samples: u32,    // of a slice
-    pad_0: u32,
+    ambient: vec3<f32>,    // light from everywhere, as much of it as is scattered
+    samples: u32,          // of a slice
 }
 
 const AIR_CELL: u32 = 4u; // edge of a column [pixels]

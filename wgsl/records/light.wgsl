@@ -47,6 +47,9 @@ struct PictureParams {
     first_area: u32,  // texel of `lights` where areas begin
     pad_1: u32,
     pad_2: u32,
+    extinction: vec3<f32>, // of the air [1/m]
+    environment_size: u32,            // edge of its sharp level [texels]
+    irradiance: array<vec4<f32>, 9>,  // of the light from everywhere (rgb)
 }
 
 fn light_record(index: u32) -> GpuLight {

@@ -20,7 +20,7 @@ struct GpuMaterial {
     receives: u32,
     emissive_size: vec2<f32>, // of the emissive texture [texels]
     emissive_texture: u32,    // layer, NO_TEXTURE for none
-    pad_0: u32,
+    metallic: f32,
 }
 
 const MAX_MATERIALS: u32 = 512u;

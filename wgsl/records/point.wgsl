@@ -27,7 +27,8 @@ struct Point {
     roughness: f32,
     reflectivity: f32,
     polish: f32,          // 1 of what shines like glass
-    emission: vec3<f32>,  // light that it sends by itself
+    emission: vec3<f32>,  // light that it sends by itself, and mirrors from all around
+    metallic: f32,        // 1: mirrors in its own colour and scatters nothing
 }
 
 // Some points that are made and looked up together. Rust: src/stage/shade.rs.
@@ -44,7 +45,7 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
         vec4(bitcast<vec3<u32>>(p.position), bits),
         vec4(octahedral(p.face), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
         vec4(bitcast<vec3<u32>>(p.albedo), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
-        vec4(bitcast<vec3<u32>>(p.emission), 0u),
+        vec4(bitcast<vec3<u32>>(p.emission), bitcast<u32>(p.metallic)),
     );
 }
 
@@ -71,5 +72,6 @@ fn load_point(index: u32) -> Point {
         shine.y,
         f32((place.w >> 5u) & 2047u) / POLISH_STEPS,
         bitcast<vec3<f32>>(own.xyz),
+        bitcast<f32>(own.w),
     );
 }

@@ -1,13 +1,25 @@
 // Light that the air scatters to the eye, as a volume: layer k of a column of pixels holds what is
-// scattered between the eye and the end of slice k (rgb), and what is left of the light from there
-// (a). CPU twin: src/reference/air.rs. Rust: `AirParams` in src/stage/air.rs.
+// scattered between the eye and the end of slice k. What is left of the light from there follows from
+// the way. CPU twin: src/reference/air.rs. Rust: `AirParams` in src/stage/air.rs.
 
 import package::bind::sampled::air;
 import package::bind::uniform::picture_params;
 import package::records::air_params::AIR_CELL;
+import package::records::view::GpuView;
 
-// At light depth `depth` of the camera's view. The kernel binds `air` and `picture_params`.
-fn air_at(pixel: vec2<f32>, depth: f32) -> vec4<f32> {
+struct AirBefore {
+    light: vec3<f32>, // that the air scatters to the eye
+    left: vec3<f32>,  // of the light from behind it
+}
+
+// Before light depth `depth` of the camera's view.
+fn air_at(view: GpuView, pixel: vec2<f32>, depth: f32) -> AirBefore {
+    let slope = (pixel - view.size * 0.5) / view.scale;
+    let length = clamp(depth, 0.0, 1.0) * picture_params.depth_range * sqrt(1.0 + dot(slope, slope));
+    return AirBefore(air_light(pixel, depth), exp(-picture_params.extinction * length));
+}
+
+fn air_light(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     let size = vec2<i32>(textureDimensions(air));
     let slices = i32(picture_params.air_slices);
     let at = clamp(pixel / f32(AIR_CELL) - 0.5, vec2(0.0), vec2<f32>(size - 1));
@@ -22,9 +34,9 @@ fn air_at(pixel: vec2<f32>, depth: f32) -> vec4<f32> {
     return mix(near, far, along - floor(along));
 }
 
-fn air_layer(low: vec2<i32>, high: vec2<i32>, part: vec2<f32>, slice: i32) -> vec4<f32> {
+fn air_layer(low: vec2<i32>, high: vec2<i32>, part: vec2<f32>, slice: i32) -> vec3<f32> {
     let layer = max(slice, 0);
     let top = mix(textureLoad(air, low, layer, 0), textureLoad(air, vec2(high.x, low.y), layer, 0), part.x);
     let bottom = mix(textureLoad(air, vec2(low.x, high.y), layer, 0), textureLoad(air, high, layer, 0), part.x);
-    return select(mix(top, bottom, part.y), vec4(0.0, 0.0, 0.0, 1.0), slice < 0);
+    return select(mix(top, bottom, part.y).rgb, vec3(0.0), slice < 0);
 }

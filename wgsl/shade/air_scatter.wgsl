@@ -1,5 +1,5 @@
 // air, scatter: the light that the air of one slice of a column of pixels sends to the eye, per
-// unit of what it takes from a ray. One invocation per column and slice. CPU twin: src/reference/air.rs.
+// unit of what it scatters of a ray. One invocation per column and slice. CPU twin: src/reference/air.rs.
 // Host: src/stage/air.rs.
 
 import package::bind::sampled::lights;
@@ -17,9 +17,9 @@ fn phase(cosine: f32, g: f32) -> f32 {
     return PER_FOUR_PI * (1.0 - g * g) / (spread * sqrt(spread));
 }
 
-// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
+// Radiance that a point of the air sends back along `ray`, per unit of optical depth that scatters.
 fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
-    var sum = picture_params.ambient;
+    var sum = air_params.ambient;
     // No uniform alone ends the loop: llvmpipe would compile the kernel again for its value.
     let count = min(picture_params.light_count, textureDimensions(lights).x);
     for (var i = 0u; i < count; i += 1u) {
@@ -53,6 +53,5 @@ fn air_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         let point = (picture_params.world_from_view * vec4(way * distance, 1.0)).xyz;
         sum += scattered(point, ray);
     }
-    let source = air_params.albedo * sum / f32(air_params.samples);
-    textureStore(sources, id.xy, id.z, vec4(source, 1.0));
+    textureStore(sources, id.xy, id.z, vec4(sum / f32(air_params.samples), 1.0));
 }

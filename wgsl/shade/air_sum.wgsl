@@ -6,6 +6,8 @@ import package::bind::stored::air;
 import package::bind::uniform::{air_params, views};
 import package::records::air_params::AIR_CELL;
 
+const THIN: f32 = 1e-3; // optical depth; the next term of the series is a sixth of its square
+
 @compute @workgroup_size(8, 8)
 fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(air)) {
@@ -14,14 +16,19 @@ fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
     let view = views[0];
     let slope = ((vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) - view.size * 0.5) / view.scale;
     let length = (view.far - view.near) / f32(air_params.slices) * sqrt(1.0 + dot(slope, slope));
-    let taken = 1.0 - exp(-air_params.density * length);
+    let tau = air_params.extinction * length;
+    let passed = exp(-tau);
+    // The mean of what is left within a slice; of a thin one by its series, which has no 0/0.
+    let thin = tau < vec3(THIN);
+    let thick = (1.0 - passed) / select(tau, vec3(1.0), thin);
+    let share = air_params.scattering * length * select(thick, 1.0 - 0.5 * tau, thin);
     var light = vec3(0.0);
-    var left = 1.0;
+    var left = vec3(1.0);
     // Slices of what is read: naga asks a storage texture for its layers in a way that SPIR-V forbids.
     let slices = min(air_params.slices, textureNumLayers(sources));
     for (var k = 0u; k < slices; k += 1u) {
-        light += textureLoad(sources, id.xy, k, 0).rgb * (left * taken);
-        left *= 1.0 - taken;
-        textureStore(air, id.xy, k, vec4(light, left));
+        light += textureLoad(sources, id.xy, k, 0).rgb * (left * share);
+        left *= passed;
+        textureStore(air, id.xy, k, vec4(light, 1.0));
     }
 }

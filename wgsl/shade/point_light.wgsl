@@ -7,7 +7,7 @@ import package::records::point::{
 };
 import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
-import package::shade::shading::{Gloss, PER_PI, highlight};
+import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
 import package::shade::surface::eye;
 
 const PER_TWO_PI: f32 = 0.15915494;
@@ -23,15 +23,29 @@ fn scattered(point: Point, cosine: f32) -> f32 {
     }
 }
 
+// What a white surface sends back of the light from everywhere: spherical harmonics up to order 2
+// (Ramamoorthi and Hanrahan 2001).
+fn irradiance(n: vec3<f32>) -> vec3<f32> {
+    let linear = coefficient(0u) + coefficient(1u) * n.y + coefficient(2u) * n.z + coefficient(3u) * n.x;
+    let mixed = coefficient(4u) * (n.x * n.y) + coefficient(5u) * (n.y * n.z) + coefficient(7u) * (n.x * n.z);
+    let squares = coefficient(6u) * (3.0 * n.z * n.z - 1.0) + coefficient(8u) * (n.x * n.x - n.y * n.y);
+    return max(linear + mixed + squares, vec3(0.0));
+}
+
+fn coefficient(i: u32) -> vec3<f32> {
+    return picture_params.irradiance[i].rgb;
+}
+
 fn ambient(point: Point) -> vec3<f32> {
     let upright = point.kind == POINT_SOLID || point.kind == POINT_SHEET;
-    return picture_params.ambient * select(1.0, 0.85 + 0.15 * point.normal.y, upright);
+    return select(picture_params.ambient, irradiance(point.normal), upright);
 }
 
 fn point_light(point: Point) -> vec3<f32> {
     let is_solid = point.kind == POINT_SOLID;
     let shines = is_solid || point.kind == POINT_SHEET;
     let gloss = Gloss(point.reflectivity, point.polish);
+    let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
     let to_eye = normalize(eye() - point.position);
     let bias = picture_params.bias + point.reach;
     let list = cluster_list(point.cluster);
@@ -51,9 +65,11 @@ fn point_light(point: Point) -> vec3<f32> {
             let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
             let passed = arriving.color * shadow(light, point.position, face, arriving.toward, bias);
             diffuse += passed * scattered(point, cosine);
-            let lobe = highlight(point.normal, arriving.toward, to_eye, point.roughness, gloss);
+            let middle = normalize(arriving.toward + to_eye);
+            let lobe = highlight(point.normal, middle, point.roughness)
+                * mirrored(gloss, dot(to_eye, middle), head_on);
             shine += select(vec3(0.0), passed * (cosine * lobe), shines && cosine > 0.0);
         }
     }
-    return point.emission + point.albedo * diffuse + shine;
+    return point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine;
 }

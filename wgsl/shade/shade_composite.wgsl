@@ -43,8 +43,8 @@ fn shade_composite(
     var cost = vec2(seen.w, 0u);
     var light = light_of(at.index);
     if HAS_AIR {
-        let before = air_at(pixel, depth);
-        light = light * before.a + before.rgb;
+        let before = air_at(view, pixel, depth);
+        light = light * before.left + before.light;
     }
     if COUNT_COST {
         cost.y += lights_asked(at.index);
@@ -60,7 +60,7 @@ fn shade_composite(
                 let point = (1u + i) * band.pixel_count + at.index;
                 var shown = pane.passed * light_of(point);
                 if HAS_AIR {
-                    shown *= air_at(pixel, pane.depth).a;
+                    shown *= air_at(view, pixel, pane.depth).left;
                 }
                 color += shown;
                 if COUNT_COST {

@@ -11,9 +11,9 @@ import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::band::band_pixel;
+import package::shade::environment::from_around;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, pane_of};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color, sheet_gloss};
-import package::shade::shading::sky;
 import package::shade::store_point::store_point;
 import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 import package::walk::lane::LANES;
@@ -41,7 +41,8 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
         material.roughness,
         gloss.reflectivity,
         gloss.polish,
-        mirror * sky(reflect(-to_eye, normals.normal)),
+        mirror * from_around(reflect(-to_eye, normals.normal), material.roughness),
+        0.0,
     );
 }
 

@@ -4,12 +4,12 @@
 
 import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::uniform::{materials, views};
-import package::features::{HAS_TEXTURES, HAS_TRIANGLES};
+import package::features::{HAS_ENVIRONMENT, HAS_TEXTURES, HAS_TRIANGLES};
 import package::hit::caster_hit::{triangle_uv, triangle_weights};
 import package::hit::texture::sample_texture;
 import package::records::caster::look_material;
 import package::records::light::cluster_of;
-import package::records::material::NO_TEXTURE;
+import package::records::material::{GpuMaterial, NO_TEXTURE};
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_NONE, POINT_SOLID, Point};
 import package::records::record::{TRIANGLE_BIT, record_texel};
@@ -17,7 +17,8 @@ import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::band::band_pixel;
 import package::shade::emission::emission_at;
-import package::shade::shading::sky;
+import package::shade::environment::from_around;
+import package::shade::shading::mirrored_solid;
 import package::shade::store_point::store_point;
 import package::shade::surface::{eye, normals_at, rounded, world_point};
 import package::walk::lane::LANES;
@@ -26,8 +27,18 @@ fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
     let way = normalize(world_point(view, pixel, 1.0) - eye());
     var point: Point;
     point.kind = POINT_NONE;
-    point.emission = sky(way);
+    point.emission = from_around(way, 0.0);
     return point;
+}
+
+// Of two colours that are all there is around only metal mirrors any.
+fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    if !HAS_ENVIRONMENT && material.metallic == 0.0 {
+        return vec3(0.0);
+    }
+    let share = mirrored_solid(albedo, material.metallic, dot(normal, to_eye), material.roughness);
+    let shown = select(material.metallic, 1.0, HAS_ENVIRONMENT);
+    return share * shown * from_around(reflect(-to_eye, normal), material.roughness);
 }
 
 fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> Point {
@@ -39,7 +50,8 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         albedo *= sample_texture(images, material.texture, material.texture_size, uv).rgb;
     }
     let position = world_point(view, pixel, depth);
-    let normals = normals_at(id, setup, weights, normalize(eye() - position));
+    let to_eye = normalize(eye() - position);
+    let normals = normals_at(id, setup, weights, to_eye);
     return Point(
         POINT_SOLID,
         rounded(id, weights, normals.face, position),
@@ -53,7 +65,8 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         material.roughness,
         0.0,
         1.0,
-        emission_at(material, setup, weights),
+        emission_at(material, setup, weights) + mirrored_around(material, albedo, normals.normal, to_eye),
+        material.metallic,
     );
 }
 
@@ -67,6 +80,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let aside = (position - place.xyz) / place.w;
     let to_eye = normalize(eye() - position);
     let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
+    let albedo = material.tint.rgb * color;
     return Point(
         POINT_SOLID,
         position,
@@ -76,11 +90,12 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         cluster_of(pixel, depth),
         material.receives,
         owner_tag(look.w),
-        material.tint.rgb * color,
+        albedo,
         material.roughness,
         0.0,
         1.0,
-        material.emission,
+        material.emission + mirrored_around(material, albedo, normal, to_eye),
+        material.metallic,
     );
 }
 

@@ -66,10 +66,10 @@ fn lay_fog(depth: f32) {
 
 // Seen through the air before light depth `depth`; what is behind is laid over what the air scatters
 // before it as well, so that here only what the layer takes of that counts.
-fn lay(depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
+fn lay(view: GpuView, depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
     if HAS_AIR {
-        let before = air_at(corner + 0.5, depth);
-        color += passed * (own * before.a + before.rgb * (1.0 - pass_on));
+        let before = air_at(view, corner + 0.5, depth);
+        color += passed * (own * before.left + before.light * (1.0 - pass_on));
     } else {
         color += passed * own;
     }
@@ -96,7 +96,7 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     }
     let emission = emission_at(material, pane.setup, weights);
     let own = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
-    lay(pane.depth, own, select(light * behind, vec3(1.0), adds));
+    lay(view, pane.depth, own, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {
         passed *= select(cross_face(pane.setup, pane.depth), vec3(1.0), adds);
     }
@@ -125,13 +125,13 @@ fn wait(pane: Waiting) {
     }
 }
 
-fn lay_particle(hit: Hit, arriving: vec3<f32>) {
+fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
     lay_fog(hit.depth);
     let material = materials[hit.material];
     let adds = material.transfer == TRANSFER_NONE;
     let light = select(arriving, vec3(1.0), adds);
     let own = seen_color(hit, material.transfer) * light + material.emission;
-    lay(hit.depth, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
+    lay(view, hit.depth, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
@@ -153,7 +153,7 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
         lay_waiting(view, select(hit.depth, -1.0, is_pane));
     }
     if HAS_PARTICLES && !is_pane {
-        lay_particle(hit, textureLoad(lit, record_texel(id), 0).rgb);
+        lay_particle(view, hit, textureLoad(lit, record_texel(id), 0).rgb);
     }
 }
 

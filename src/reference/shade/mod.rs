@@ -4,7 +4,7 @@ mod layers;
 mod seen;
 
 use super::{
-    air::AirVolume,
+    air::{AirBefore, AirVolume},
     caster_hit::{Hit, Target, metres_per_depth},
     occlude::is_solid,
     shading::{Gloss, Lighting, Point, PointKind, Receiver, to_screen, world_point},
@@ -15,7 +15,7 @@ use crate::{
     model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
     records::{AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, ViewMaps},
 };
-use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use glam::{Mat4, UVec2, Vec2, Vec3};
 use layers::{Face, Layer, Pixel};
 use seen::Seen;
 use std::ops::RangeInclusive;
@@ -54,7 +54,8 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     let air = scene
         .air
         .as_ref()
-        .map(|air| AirVolume::new(&view, &world_from_view, lighting, &AirParams::new(air)));
+        .map(|air| AirParams::new(air, scene.ambient))
+        .map(|air| AirVolume::new(&view, &world_from_view, lighting, &air));
     let eye = Eye { view, world_from_view, lighting, air };
     let solid_scene = of_classes(scene, Class::SOLID);
     let clear_scene = of_classes(scene, Class::BLENDED);
@@ -102,9 +103,8 @@ impl Eye<'_> {
         world_point(&self.view, &self.world_from_view, pixel, depth)
     }
 
-    /// What the air scatters before light depth `depth`, and what it lets through.
-    fn air_before(&self, pixel: Vec2, depth: f32) -> Vec4 {
-        self.air.as_ref().map_or(Vec4::W, |air| air.at(pixel, depth))
+    fn air_before(&self, pixel: Vec2, depth: f32) -> AirBefore {
+        self.air.as_ref().map_or(AirBefore::CLEAR, |air| air.at(pixel, depth))
     }
 
     fn position(&self) -> Vec3 {
@@ -131,6 +131,7 @@ impl Eye<'_> {
             roughness: 1.0,
             gloss: Gloss::SOLID,
             emission: Vec3::ZERO,
+            metallic: 0.0,
         })
     }
 
@@ -158,11 +159,11 @@ impl Eye<'_> {
                 }
                 None => {
                     let away = self.point(pixel, 1.0) - self.position();
-                    self.lighting.sky(away.normalize())
+                    self.lighting.from_around(away.normalize(), 0.0)
                 }
             };
             let before = self.air_before(pixel, depth);
-            surfaces[place] = (color * before.w + before.truncate(), depth);
+            surfaces[place] = (color * before.left + before.light, depth);
         }
         surfaces
     }
@@ -177,10 +178,17 @@ impl Eye<'_> {
     ) -> Vec3 {
         if footprint.caster & TRIANGLE_BIT != 0 {
             let facet = self.triangle(solid, footprint, material, hit, pixel);
+            let Point { albedo, normal, to_eye, face, .. } = facet;
+            let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
             let met = solid.setup(footprint).hit(pixel);
-            let position = solid.rounded(footprint, met, facet.face, facet.position);
-            let to_eye = (self.position() - position).normalize();
-            return self.lighting.light(&Point { position, to_eye, ..facet });
+            let position = solid.rounded(footprint, met, face, facet.position);
+            return self.lighting.light(&Point {
+                position,
+                to_eye: (self.position() - position).normalize(),
+                emission: facet.emission + around,
+                metallic: material.metallic,
+                ..facet
+            });
         }
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);
@@ -189,6 +197,8 @@ impl Eye<'_> {
         let aside = (position - caster.center) / caster.radius;
         let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
         let normal = (aside + to_eye * out).normalize();
+        let albedo = (caster.color() * material.tint).truncate();
+        let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
         self.lighting.light(&Point {
             kind: PointKind::Solid,
             position,
@@ -197,14 +207,15 @@ impl Eye<'_> {
             to_eye,
             reach: caster.radius,
             receiver: Receiver::new(material, caster.id),
-            albedo: (caster.color() * material.tint).truncate(),
+            albedo,
             roughness: material.roughness,
             gloss: Gloss::SOLID,
-            emission: material.emission,
+            emission: material.emission + around,
+            metallic: material.metallic,
         })
     }
 
-    /// As a solid one.
+    /// As a solid one that mirrors nothing.
     fn triangle(
         &self,
         seen: &Seen<'_>,
@@ -231,6 +242,7 @@ impl Eye<'_> {
             roughness: material.roughness,
             gloss: Gloss::SOLID,
             emission: seen.emission(material, met),
+            metallic: 0.0,
         }
     }
 
@@ -272,8 +284,8 @@ impl Eye<'_> {
                 let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
                 // What is behind is laid over what the air scatters before it as well.
                 let before = self.air_before(at, hit.depth);
-                let veil = before.truncate() * (1.0 - passed);
-                pixel.lay(hit.opacity * own * before.w + veil, passed);
+                let veil = before.light * (1.0 - passed);
+                pixel.lay(hit.opacity * own * before.left + veil, passed);
             }
         }
         let mut colors = TileTexels::filled(Vec3::ZERO);
@@ -286,7 +298,7 @@ impl Eye<'_> {
             for ((footprint, material, hit), passed) in &pixel.lit {
                 let point = self.pane(clear, footprint, material, hit, at);
                 let before = self.air_before(at, hit.depth);
-                color += passed * self.lighting.light(&point) * before.w;
+                color += passed * self.lighting.light(&point) * before.left;
             }
             colors[place] = color + pixel.passed * behind;
         }
@@ -306,9 +318,9 @@ impl Eye<'_> {
         let before = self.air_before(pixel, depth);
         let setup = clear.setup(footprint);
         let met = setup.hit(pixel);
-        let emitted = opacity * clear.emission(material, met) * before.w;
+        let emitted = opacity * clear.emission(material, met) * before.left;
         if material.transfer == Transfer::None {
-            let own = emitted + opacity * seen_color(hit, material) * before.w;
+            let own = emitted + opacity * seen_color(hit, material) * before.left;
             return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
         }
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
@@ -325,7 +337,7 @@ impl Eye<'_> {
             absorption: clear.records.absorptions[setup.material as usize],
             leaves: setup.ties & BACK_BIT != 0,
         };
-        let own = emitted + before.truncate() * (1.0 - passed);
+        let own = emitted + before.light * (1.0 - passed);
         Layer { depth, own, passed, face: Some(face), pane: Some((footprint, material, *hit)) }
     }
 
@@ -346,7 +358,7 @@ impl Eye<'_> {
             kind: PointKind::Sheet,
             albedo: share * seen_color(hit, material),
             gloss: sheet_gloss(material, hit),
-            emission: mirrored * self.lighting.sky(reflected),
+            emission: mirrored * self.lighting.from_around(reflected, material.roughness),
             ..surface
         }
     }

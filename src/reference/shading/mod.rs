@@ -11,7 +11,10 @@ use levels::Levels;
 
 use super::air::phase;
 use crate::{
-    model::{Material, ReceiverPoint, Receives, Scene, View},
+    model::{
+        Environment, IRRADIANCE, LEVELS, Material, ROUGH_SIZE, ReceiverPoint, Receives, Scene,
+        View, irradiance_at, place_of,
+    },
     records::{
         GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, SHAFTS_BIT, ViewMaps,
         owner_tag,
@@ -27,8 +30,11 @@ pub struct Lighting<'a> {
     /// Of lights that have a size.
     levels: Levels,
     maps: &'a [ViewMaps],
-    pub ambient: Vec3,
+    /// Over all directions.
+    ambient: Vec3,
+    irradiance: [Vec3; IRRADIANCE],
     background: Vec3,
+    environment: Option<&'a Environment>,
     /// [m]
     bias: f32,
     /// [texels]
@@ -55,8 +61,10 @@ pub struct Point {
     pub albedo: Vec3,
     pub roughness: f32,
     pub gloss: Gloss,
-    /// Light that it sends by itself.
+    /// Light that it sends by itself, and mirrors from all around.
     pub emission: Vec3,
+    /// 1: mirrors in its own colour and scatters nothing.
+    pub metallic: f32,
 }
 
 /// How a point scatters.
@@ -105,33 +113,36 @@ pub struct Gloss {
 impl Gloss {
     pub const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
 
-    /// `cosine` of the angle between the eye and the normal.
-    pub fn mirrored(self, cosine: f32) -> f32 {
-        self.of(fresnel(cosine, 1.0))
+    /// `cosine` of the angle between the eye and the normal; `head_on`: mirrored at 0 degrees.
+    pub fn mirrored(self, cosine: f32, head_on: Vec3) -> Vec3 {
+        self.of(head_on + (Vec3::ONE - head_on) * rising(cosine))
     }
 
     /// As [`Self::mirrored`], of light from all around: what is rough has no grazing shine (Lagarde
     /// 2011).
     pub fn mirrored_sky(self, cosine: f32, roughness: f32) -> f32 {
-        self.of(fresnel(cosine, (1.0 - roughness).max(HEAD_ON)))
+        let grazing = (1.0 - roughness).max(HEAD_ON);
+        self.of(Vec3::splat(HEAD_ON + (grazing - HEAD_ON) * rising(cosine))).x
     }
 
-    fn of(self, share: f32) -> f32 {
+    fn of(self, share: Vec3) -> Vec3 {
         self.reflectivity + (1.0 - self.reflectivity) * self.polish * share
     }
 }
 
 impl<'a> Lighting<'a> {
     /// `maps` of `views`: the shadow views of the scene's lights.
-    pub fn new(scene: &Scene, views: &[View], maps: &'a [ViewMaps]) -> Self {
+    pub fn new(scene: &'a Scene, views: &[View], maps: &'a [ViewMaps]) -> Self {
         let of_views = views.iter().map(|view| view.to_gpu(0, UVec2::ZERO, 0)).collect();
         let records = LightRecords::new(scene.lights.iter().enumerate(), views, of_views);
         Self {
             levels: Levels::new(&records, maps),
             records,
             maps,
-            ambient: scene.ambient,
+            ambient: scene.mean_ambient(),
+            irradiance: scene.irradiance(),
             background: scene.background,
+            environment: scene.environment.as_deref(),
             bias: scene.shadow.bias,
             normal_bias: scene.shadow.normal_bias,
         }
@@ -141,15 +152,41 @@ impl<'a> Lighting<'a> {
         &self.records.lights
     }
 
-    /// What is seen, and mirrored, where there is nothing: brighter above.
-    pub fn sky(&self, direction: Vec3) -> Vec3 {
-        self.background * (1.0 + 0.35 * direction.y)
+    /// What comes from a unit direction where there is nothing, and what is mirrored of it at a roughness.
+    pub fn from_around(&self, direction: Vec3, roughness: f32) -> Vec3 {
+        let Some(environment) = self.environment else {
+            // Brighter above.
+            return self.background * (1.0 + 0.35 * direction.y);
+        };
+        let place = place_of(direction) * 0.5 + 0.5;
+        let level = roughness.clamp(0.0, 1.0) * (LEVELS - 1) as f32;
+        let low = level as u32;
+        let sharp = level_around(environment, low, place);
+        if level == low as f32 {
+            return sharp;
+        }
+        sharp.lerp(level_around(environment, low + 1, place), level - low as f32)
+    }
+
+    /// What is solid mirrors of all around, by its material and its own colour. Of two colours that are all
+    /// there is around only metal mirrors any.
+    pub fn mirrored_around(
+        &self,
+        material: &Material,
+        albedo: Vec3,
+        normal: Vec3,
+        to_eye: Vec3,
+    ) -> Vec3 {
+        let Material { metallic, roughness, .. } = *material;
+        let shown = if self.environment.is_some() { 1.0 } else { metallic };
+        let share = mirrored_solid(albedo, metallic, normal.dot(to_eye), roughness);
+        share * shown * self.from_around((-to_eye).reflect(normal), roughness)
     }
 
     fn ambient_at(&self, point: &Point) -> Vec3 {
         match point.kind {
             PointKind::Particle => self.ambient,
-            PointKind::Solid | PointKind::Sheet => self.ambient * (0.85 + 0.15 * point.normal.y),
+            PointKind::Solid | PointKind::Sheet => irradiance_at(&self.irradiance, point.normal),
         }
     }
 
@@ -180,7 +217,7 @@ impl<'a> Lighting<'a> {
                 shine += passed * (cosine * highlight(point, toward));
             }
         }
-        point.emission + point.albedo * diffuse + shine
+        point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine
     }
 
     /// The share of a light that reaches a point: 1 where nothing is between, without falloff and
@@ -192,9 +229,10 @@ impl<'a> Lighting<'a> {
         self.shadow(light, point.position, face, toward, self.bias, Receiver::AIR)
     }
 
-    /// Radiance that a point of the air sends back along `ray`, were it to scatter all it takes.
+    /// Radiance of the lights that a point of the air sends back along `ray`, per unit of optical depth
+    /// that scatters.
     pub fn scattered(&self, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
-        let mut sum = self.ambient;
+        let mut sum = Vec3::ZERO;
         for light in self.lights().iter().filter(|light| light.traits & SHAFTS_BIT != 0) {
             let (toward, color) = incoming(light, point);
             if color.cmpgt(Vec3::ZERO).any() {
@@ -240,19 +278,46 @@ fn scattered(kind: PointKind, cosine: f32) -> f32 {
 /// What glass mirrors that is looked at straight.
 const HEAD_ON: f32 = 0.04;
 
-/// Schlick 1994, of glass and most that is no metal; `grazing`: what is mirrored at 90 degrees.
-fn fresnel(cosine: f32, grazing: f32) -> f32 {
-    HEAD_ON + (grazing - HEAD_ON) * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
+/// Schlick 1994: from 0 head-on to 1 at 90 degrees.
+fn rising(cosine: f32) -> f32 {
+    (1.0 - cosine).clamp(0.0, 1.0).powi(5)
+}
+
+/// What is solid mirrors of light from all around; metal in its own colour.
+fn mirrored_solid(albedo: Vec3, metallic: f32, cosine: f32, roughness: f32) -> Vec3 {
+    let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);
+    head_on + (head_on.max(Vec3::splat(1.0 - roughness)) - head_on) * rising(cosine)
+}
+
+/// Level of an environment at a place of the octahedral square, 0..1.
+fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
+    let fine = environment.size();
+    let size = if level == 0 { fine } else { ROUGH_SIZE };
+    let row = size + 2;
+    let first = match level.checked_sub(1) {
+        Some(rough) => (fine + 2) * (fine + 2) + rough * (ROUGH_SIZE + 2) * (ROUGH_SIZE + 2),
+        None => 0,
+    };
+    // The border is half a texel before the first middle.
+    let at = place * size as f32 + 0.5;
+    let low = at.as_uvec2();
+    let part = at - low.as_vec2();
+    let corner = (first + low.y * row + low.x) as usize;
+    let (texels, row) = (environment.texels(), row as usize);
+    let top = texels[corner].lerp(texels[corner + 1], part.x);
+    let bottom = texels[corner + row].lerp(texels[corner + row + 1], part.x);
+    top.lerp(bottom, part.y)
 }
 
 /// Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.
-fn highlight(point: &Point, toward: Vec3) -> f32 {
-    let Point { normal, to_eye, roughness, gloss, .. } = *point;
+fn highlight(point: &Point, toward: Vec3) -> Vec3 {
+    let Point { normal, to_eye, roughness, gloss, albedo, metallic, .. } = *point;
+    let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);
     let middle = (toward + to_eye).normalize();
     let width = (roughness * roughness).max(0.04);
     let exponent = 2.0 / (width * width) - 1.0;
     let lobe = normal.dot(middle).max(1e-6).powf(exponent);
-    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle))
+    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle), head_on)
 }
 
 /// World space, of a point of the camera's map at light depth `depth`.

@@ -1,0 +1,354 @@
+//! `[[animate]]`: keys of the camera, of lights, shapes, meshes, materials and of the air.
+use super::{
+    Scene, SceneError,
+    document::{AnimateTable, Document},
+    error::quoted,
+    particles::FARTHEST,
+    plain::nearest,
+    rig::{Moving, Placement},
+    source::Source,
+    tables::Table,
+    track::{Channel, Mode, Track},
+};
+use crate::model::{LightKind, Motion};
+use glam::{Vec3, Vec4};
+use std::{collections::HashMap, ops::RangeInclusive, sync::Arc};
+
+/// A shape or mesh of the scene file, as keys find it.
+pub(super) struct Placed {
+    /// `"shape"` or `"mesh"`.
+    pub kind: &'static str,
+    pub name: Option<String>,
+    /// `None` of what cannot be moved: a displaced sphere.
+    pub moving: Option<Moving>,
+}
+
+/// A value that keys move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Target {
+    Eye,
+    LookAt,
+    Up,
+    Lens,
+    Exposure,
+    Position(usize),
+    Direction(usize),
+    Color(usize),
+    Intensity(usize),
+    Angle(usize),
+    Tint(usize),
+    Emission(usize),
+    Reflectivity(usize),
+    Cutoff(usize),
+    Transmission(usize),
+    Roughness(usize),
+    Metallic(usize),
+    Scattering,
+    Extinction,
+}
+
+const CAMERA: &[&str] = &["eye", "target", "up", "fov_y", "exposure"];
+const LIGHT: &[&str] = &["position", "direction", "color", "intensity", "angle"];
+const MATERIAL: &[&str] =
+    &["tint", "emission", "reflectivity", "cutoff", "transmission", "roughness", "metallic"];
+const PLACE: &[&str] = &["translation", "rotation", "scale"];
+const AIR: &[&str] = &["scattering", "extinction"];
+
+/// What one table moves.
+#[derive(Clone, Debug)]
+struct Keyed {
+    target: Target,
+    track: Track,
+    /// Of each number.
+    range: RangeInclusive<f32>,
+    /// The scene's, in the world [m].
+    origin: Vec3,
+}
+
+/// What a key's numbers are.
+struct Kind {
+    /// How many, in each key.
+    count: usize,
+    range: RangeInclusive<f32>,
+}
+
+impl Target {
+    fn kind(self, scene: &Scene) -> Kind {
+        let (count, range) = match self {
+            Self::Eye | Self::LookAt | Self::Up | Self::Position(_) | Self::Direction(_) => {
+                (3, -FARTHEST..=FARTHEST)
+            }
+            Self::Lens | Self::Angle(_) => (1, 0.01..=179.9),
+            Self::Exposure => (1, -32.0..=32.0),
+            Self::Color(_) | Self::Emission(_) => (3, 0.0..=f32::MAX),
+            Self::Intensity(_) => (1, 0.0..=f32::MAX),
+            Self::Tint(material) => (4, 0.0..=scene.materials[material].transfer.max_color()),
+            Self::Reflectivity(_)
+            | Self::Cutoff(_)
+            | Self::Transmission(_)
+            | Self::Roughness(_)
+            | Self::Metallic(_) => (1, 0.0..=1.0),
+            Self::Scattering | Self::Extinction => (3, 0.0..=1e3),
+        };
+        Kind { count, range }
+    }
+}
+
+impl Motion for Keyed {
+    fn apply(&self, scene: &mut Scene, seconds: f64) {
+        let (low, high) = (Vec4::splat(*self.range.start()), Vec4::splat(*self.range.end()));
+        let value = self.track.at(seconds).clamp(low, high);
+        let (vector, number) = (value.truncate(), value.x);
+        let Scene { camera, lights, materials, .. } = scene;
+        match self.target {
+            Target::Eye => camera.eye = vector - self.origin,
+            Target::LookAt => camera.target = vector - self.origin,
+            Target::Up => camera.up = vector.try_normalize().unwrap_or(camera.up),
+            Target::Lens => camera.fov_y = number.to_radians(),
+            Target::Exposure => scene.exposure = number,
+            Target::Position(light) => match &mut lights[light].kind {
+                LightKind::Spot { position, .. } | LightKind::Point { position } => {
+                    *position = vector - self.origin;
+                }
+                LightKind::Directional { .. } => {}
+            },
+            Target::Direction(light) => match &mut lights[light].kind {
+                LightKind::Directional { direction } | LightKind::Spot { direction, .. } => {
+                    *direction = vector.try_normalize().unwrap_or(*direction);
+                }
+                LightKind::Point { .. } => {}
+            },
+            Target::Color(light) => lights[light].color = vector,
+            Target::Intensity(light) => lights[light].intensity = number,
+            Target::Angle(light) => {
+                if let LightKind::Spot { angle, .. } = &mut lights[light].kind {
+                    *angle = number.to_radians();
+                }
+            }
+            Target::Tint(material) => {
+                materials[material].tint = vector.extend(value.w.min(1.0));
+            }
+            Target::Emission(material) => materials[material].emission = vector,
+            Target::Reflectivity(material) => materials[material].reflectivity = number,
+            Target::Cutoff(material) => materials[material].cutoff = number,
+            Target::Transmission(material) => materials[material].transmission = number,
+            Target::Roughness(material) => materials[material].roughness = number,
+            Target::Metallic(material) => materials[material].metallic = number,
+            Target::Scattering | Target::Extinction => {
+                if let Some(air) = &mut scene.air {
+                    let is_scattering = self.target == Target::Scattering;
+                    *(if is_scattering { &mut air.scattering } else { &mut air.extinction }) =
+                        vector;
+                }
+            }
+        }
+    }
+
+    fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
+        Some(Arc::new(Self { origin: self.origin - by, ..self.clone() }))
+    }
+}
+
+type Check<'a> = Table<'a, AnimateTable>;
+
+/// The keys of a scene file's tables, as motions of the scene: of shapes and meshes all keys together.
+pub(super) fn animate(
+    source: &Source<'_>,
+    document: &Document,
+    placed: Vec<Placed>,
+    scene: &mut Scene,
+) -> Result<(), SceneError> {
+    let mut placed = placed;
+    let mut seen = HashMap::new();
+    for table in &document.animate {
+        let check = Table { source, table };
+        let target = &table.get_ref().target;
+        if seen.insert(target.clone(), ()).is_some() {
+            let message = format!("a second table moves {}", quoted(target));
+            return Err(check.fault("target", message, "put all keys into one table"));
+        }
+        let parts: Vec<&str> = target.split('.').collect();
+        match parts[..] {
+            [kind @ ("shape" | "mesh"), name, field] => {
+                place(&check, kind, name, field, &mut placed)?;
+            }
+            _ => {
+                let target = find(&check, &parts, scene)?;
+                let Kind { count, range } = target.kind(scene);
+                let track = track(&check, count, &range)?;
+                scene.motions.push(Arc::new(Keyed { target, track, range, origin: Vec3::ZERO }));
+            }
+        }
+    }
+    for moving in placed.into_iter().filter_map(|placed| placed.moving) {
+        if moving.placement.moves() || moving.rig.moves() {
+            scene.motions.push(Arc::new(moving));
+        }
+    }
+    scene.set_time(0.0);
+    Ok(())
+}
+
+/// Keys of a shape or mesh.
+fn place(
+    check: &Check<'_>,
+    kind: &str,
+    name: &str,
+    field: &str,
+    placed: &mut [Placed],
+) -> Result<(), SceneError> {
+    let of_kind = || placed.iter().enumerate().filter(|(_, placed)| placed.kind == kind);
+    let named = of_kind().find(|(_, placed)| placed.name.as_deref() == Some(name));
+    let by_index = || name.parse().ok().and_then(|index| of_kind().nth(index));
+    let Some((index, _)) = named.or_else(by_index) else {
+        let known = of_kind().filter_map(|(_, placed)| placed.name.as_deref());
+        let help = nearest(name, known).filter(|help| help.contains('`'));
+        let help = help.unwrap_or_else(|| format!("give a [[{kind}]] a name, or use its number"));
+        return Err(check.fault("target", format!("there is no {kind} {}", quoted(name)), &help));
+    };
+    let Some(moving) = &mut placed[index].moving else {
+        let message = "a displaced sphere cannot be moved";
+        return Err(check.fault("target", message, "remove `displace`, or use its `drift`"));
+    };
+    let Placement { translation, rotation, scale } = &mut moving.placement;
+    let channel = match field {
+        "translation" => translation,
+        "rotation" => rotation,
+        "scale" => scale,
+        _ => return Err(no_value(check, field, PLACE)),
+    };
+    let track = track(check, 3, &(-FARTHEST..=FARTHEST))?;
+    let has_zero = |key: &Vec<f32>| key.contains(&0.0);
+    if field == "scale" && check.table.get_ref().values.iter().any(|key| has_zero(&key.0)) {
+        let help = "use a small number to flatten a shape";
+        return Err(check.fault("values", "scale has a 0", help));
+    }
+    *channel = Channel::Moving(track);
+    Ok(())
+}
+
+fn no_value(check: &Check<'_>, field: &str, known: &[&str]) -> SceneError {
+    let message = format!("{} is no value that keys can move", quoted(field));
+    let help = nearest(field, known.iter().copied()).unwrap_or_default();
+    check.fault("target", message, &help)
+}
+
+fn find(check: &Check<'_>, parts: &[&str], scene: &Scene) -> Result<Target, SceneError> {
+    let index = |kind: &str, name: &str, names: Vec<&str>| {
+        let named = names.iter().position(|known| *known == name);
+        let found =
+            named.or_else(|| name.parse().ok().filter(|&index: &usize| index < names.len()));
+        found.ok_or_else(|| {
+            let message = format!("there is no {kind} {}", quoted(name));
+            check.fault("target", message, &nearest(name, names).unwrap_or_default())
+        })
+    };
+    match *parts {
+        ["camera", field] => match field {
+            "eye" => Ok(Target::Eye),
+            "target" => Ok(Target::LookAt),
+            "up" => Ok(Target::Up),
+            "fov_y" => Ok(Target::Lens),
+            "exposure" => Ok(Target::Exposure),
+            _ => Err(no_value(check, field, CAMERA)),
+        },
+        ["air", field] => {
+            if scene.air.is_none() {
+                return Err(check.fault("target", "the scene has no air", "add an [air] table"));
+            }
+            match field {
+                "scattering" => Ok(Target::Scattering),
+                "extinction" => Ok(Target::Extinction),
+                _ => Err(no_value(check, field, AIR)),
+            }
+        }
+        ["light", name, field] => {
+            let names = scene.lights.iter().map(|light| light.name.as_str()).collect();
+            let light = index("light", name, names)?;
+            light_target(check, light, field, scene.lights[light].kind)
+        }
+        ["material", name, field] => {
+            let names = scene.materials.iter().map(|material| material.name.as_str()).collect();
+            let material = index("material", name, names)?;
+            match field {
+                "tint" => Ok(Target::Tint(material)),
+                "emission" => Ok(Target::Emission(material)),
+                "reflectivity" => Ok(Target::Reflectivity(material)),
+                "cutoff" => Ok(Target::Cutoff(material)),
+                "transmission" => Ok(Target::Transmission(material)),
+                "roughness" => Ok(Target::Roughness(material)),
+                "metallic" => Ok(Target::Metallic(material)),
+                _ => Err(no_value(check, field, MATERIAL)),
+            }
+        }
+        _ => {
+            let message = format!("{} is nothing that keys can move", quoted(&parts.join(".")));
+            let help = "write camera.eye, light.NAME.direction, shape.NAME.translation, \
+                        mesh.NAME.rotation, material.NAME.tint or air.scattering";
+            Err(check.fault("target", message, help))
+        }
+    }
+}
+
+fn light_target(
+    check: &Check<'_>,
+    light: usize,
+    field: &str,
+    kind: LightKind,
+) -> Result<Target, SceneError> {
+    let (is_directional, is_point) =
+        (matches!(kind, LightKind::Directional { .. }), matches!(kind, LightKind::Point { .. }));
+    match field {
+        "position" if !is_directional => Ok(Target::Position(light)),
+        "direction" if !is_point => Ok(Target::Direction(light)),
+        "angle" if !is_directional && !is_point => Ok(Target::Angle(light)),
+        "color" => Ok(Target::Color(light)),
+        "intensity" => Ok(Target::Intensity(light)),
+        "position" | "direction" | "angle" => {
+            let message = format!("the light has no {field}");
+            Err(check.fault("target", message, "name a value that its kind has"))
+        }
+        _ => Err(no_value(check, field, LIGHT)),
+    }
+}
+
+/// Keys of `count` numbers each, in `range`.
+fn track(
+    check: &Check<'_>,
+    count: usize,
+    range: &RangeInclusive<f32>,
+) -> Result<Track, SceneError> {
+    let AnimateTable { times, values, mode, .. } = check.table.get_ref();
+    if times.is_empty() || times.len() != values.len() {
+        let message = format!("{} times and {} values", times.len(), values.len());
+        return Err(check.fault("values", message, "give a value for each time, one at least"));
+    }
+    if !times.iter().all(|time| time.is_finite()) || !times.is_sorted_by(|a, b| a < b) {
+        let message = "times that do not ascend";
+        return Err(check.fault("times", message, "write them in order, each once [s]"));
+    }
+    let mut keys = Vec::with_capacity(values.len());
+    for key in values {
+        let key = match key.0[..] {
+            // One number for all channels.
+            [all] if count == 3 && *range.end() == 1e3 => vec![all; 3],
+            _ => key.0.clone(),
+        };
+        if key.len() != count {
+            let message = format!("a value of {} numbers", key.len());
+            return Err(check.fault("values", message, &format!("each value has {count} here")));
+        }
+        for &v in &key {
+            let words = format!("from {:?} to {:?}", range.start(), range.end());
+            check.number("values", v, |v| range.contains(&v), &words)?;
+        }
+        let part = |i: usize| key.get(i).copied().unwrap_or(0.0);
+        keys.push(Vec4::new(part(0), part(1), part(2), part(3)));
+    }
+    if count == 4 && keys.iter().any(|key| key.w > 1.0) {
+        let message = "alpha is above 1";
+        return Err(check.fault("values", message, "alpha is from 0 to 1"));
+    }
+    let track = Track::new(times.clone(), keys, mode.unwrap_or(Mode::Linear));
+    track.ok_or_else(|| check.fault("values", "keys that are not finite", "use finite numbers"))
+}

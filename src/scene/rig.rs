@@ -1,0 +1,180 @@
+//! Shapes and meshes that move: as a whole by keys of the scene file, their nodes by those of their own.
+use super::{Scene, track::Channel, track::Track};
+use crate::model::{LightKind, Motion, Triangle, volume};
+use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
+use std::{ops::Range, sync::Arc};
+
+/// Where a shape or a mesh is.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Placement {
+    pub(super) translation: Channel,
+    /// Euler xyz [degrees].
+    pub(super) rotation: Channel,
+    pub(super) scale: Channel,
+}
+
+impl Placement {
+    pub(super) fn still(translation: Vec3, rotation: Vec3, scale: Vec3) -> Self {
+        let [translation, rotation, scale] = [translation, rotation, scale].map(Channel::Still);
+        Self { translation, rotation, scale }
+    }
+
+    pub(super) fn moves(&self) -> bool {
+        self.translation.moves() || self.rotation.moves() || self.scale.moves()
+    }
+
+    pub(super) fn at(&self, seconds: f64) -> Mat4 {
+        let [x, y, z] = self.rotation.at(seconds).to_array().map(f32::to_radians);
+        let turn = Quat::from_euler(EulerRot::XYZ, x, y, z);
+        let (scale, translation) = (self.scale.at(seconds), self.translation.at(seconds));
+        Mat4::from_scale_rotation_translation(scale, turn, translation)
+    }
+}
+
+/// A node of a glTF file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Node {
+    /// Which comes before it.
+    pub(super) parent: Option<usize>,
+    /// Of those that no track moves.
+    pub(super) transform: Mat4,
+    pub(super) translation: Option<Track>,
+    pub(super) rotation: Option<Track>,
+    pub(super) scale: Option<Track>,
+}
+
+impl Node {
+    fn at(&self, seconds: f64) -> Mat4 {
+        if self.translation.is_none() && self.rotation.is_none() && self.scale.is_none() {
+            return self.transform;
+        }
+        let (scale, rotation, translation) = self.transform.to_scale_rotation_translation();
+        let vector = |track: &Option<Track>, still: Vec3| {
+            track.as_ref().map_or(still, |track| track.at(seconds).truncate())
+        };
+        let rotation = self.rotation.as_ref().map_or(rotation, |track| track.rotation(seconds));
+        let (scale, translation) =
+            (vector(&self.scale, scale), vector(&self.translation, translation));
+        Mat4::from_scale_rotation_translation(scale, rotation, translation)
+    }
+}
+
+/// Triangles that follow a node.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Draw {
+    pub(super) triangles: Range<usize>,
+    pub(super) node: usize,
+    /// In the node's space.
+    pub(super) place: Mat4,
+}
+
+/// What of a model follows which of its nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Rig {
+    /// Parents before their children.
+    pub(super) nodes: Vec<Node>,
+    pub(super) draws: Vec<Draw>,
+    /// Light of the model, and its node.
+    pub(super) lights: Vec<(usize, usize)>,
+}
+
+impl Rig {
+    /// That of triangles which follow nothing but their placement.
+    pub(super) fn whole(triangles: usize) -> Self {
+        let transform = Mat4::IDENTITY;
+        let node = Node { parent: None, transform, translation: None, rotation: None, scale: None };
+        let draw = Draw { triangles: 0..triangles, node: 0, place: transform };
+        Self { nodes: vec![node], draws: vec![draw], lights: Vec::new() }
+    }
+
+    pub(super) fn moves(&self) -> bool {
+        let tracks = |node: &Node| {
+            node.translation.is_some() || node.rotation.is_some() || node.scale.is_some()
+        };
+        self.nodes.iter().any(tracks)
+    }
+
+    /// Moves `own` to where they are then [s], and returns the places of the nodes. World space = `whole` *
+    /// the file's space.
+    pub(super) fn pose(
+        &self,
+        local: &[Triangle],
+        own: &mut [Triangle],
+        whole: Mat4,
+        seconds: f64,
+        is_volume: impl Fn(u32) -> bool,
+    ) -> Vec<Mat4> {
+        let worlds = self.worlds(seconds, whole);
+        for Draw { triangles, node, place } in &self.draws {
+            let world = worlds[*node] * *place;
+            let own = &mut own[triangles.clone()];
+            put(own, &local[triangles.clone()], world);
+            // A mirrored body is inside out.
+            let has_volume = own.first().is_some_and(|triangle| is_volume(triangle.material));
+            if has_volume && Mat3::from_mat4(world).determinant() < 0.0 {
+                volume::turn_outwards(own);
+            }
+        }
+        worlds
+    }
+
+    fn worlds(&self, seconds: f64, whole: Mat4) -> Vec<Mat4> {
+        let mut worlds: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let parent = node.parent.map_or(whole, |parent| worlds[parent]);
+            worlds.push(parent * node.at(seconds));
+        }
+        worlds
+    }
+}
+
+/// A part of a scene that moves.
+#[derive(Clone, Debug)]
+pub(super) struct Moving {
+    pub(super) rig: Arc<Rig>,
+    pub(super) placement: Placement,
+    /// In the spaces of their draws.
+    pub(super) local: Arc<Vec<Triangle>>,
+    /// First of the scene's triangles that are its own.
+    pub(super) first_triangle: usize,
+    /// Of the scene's lights, and what they are at their nodes' places.
+    pub(super) lights: Vec<(usize, usize)>,
+    /// The scene's, in the world [m].
+    pub(super) origin: Vec3,
+}
+
+impl Motion for Moving {
+    fn apply(&self, scene: &mut Scene, seconds: f64) {
+        let whole = Mat4::from_translation(-self.origin) * self.placement.at(seconds);
+        let Scene { triangles, materials, lights, .. } = scene;
+        let own = &mut triangles[self.first_triangle..][..self.local.len()];
+        let is_volume = |material: u32| materials[material as usize].is_volume();
+        let worlds = self.rig.pose(&self.local, own, whole, seconds, is_volume);
+        for &(light, node) in &self.lights {
+            let world = worlds[node];
+            let toward = world.transform_vector3(Vec3::NEG_Z).try_normalize();
+            let at = world.w_axis.truncate();
+            match &mut lights[light].kind {
+                LightKind::Directional { direction } => *direction = toward.unwrap_or(*direction),
+                LightKind::Spot { position, direction, .. } => {
+                    (*position, *direction) = (at, toward.unwrap_or(*direction));
+                }
+                LightKind::Point { position } => *position = at,
+            }
+        }
+    }
+
+    fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
+        Some(Arc::new(Self { origin: self.origin - by, ..self.clone() }))
+    }
+}
+
+/// `own` becomes `local` in the world.
+fn put(own: &mut [Triangle], local: &[Triangle], world: Mat4) {
+    let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
+    for (own, local) in own.iter_mut().zip(local) {
+        own.positions = local.positions.map(|p| world.transform_point3(p));
+        own.normals = local.normals.map(|n| (normal_from_local * n).normalize_or(Vec3::Y));
+        own.uvs = local.uvs;
+    }
+}

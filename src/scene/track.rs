@@ -1,0 +1,120 @@
+//! Values that follow the time: keys, and what is between them.
+use glam::{Quat, Vec3, Vec4};
+
+/// How a value gets from one key to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// It stays, and jumps at the next key.
+    Step,
+    #[default]
+    Linear,
+    /// By a cubic whose slope at each key is that between its neighbours (Catmull and Rom 1974), at the
+    /// first and the last that of the way to the only neighbour.
+    Smooth,
+    /// By a cubic whose slopes the file gives (glTF).
+    #[serde(skip)]
+    Cubic,
+}
+
+/// Keys in the order of their times. Before the first the value is that of the first, after the last
+/// that of the last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// [s], ascending.
+    times: Vec<f32>,
+    /// One for each time; of [`Mode::Cubic`] three: slope before, value, slope behind [1/s].
+    values: Vec<Vec4>,
+    mode: Mode,
+}
+
+impl Track {
+    /// `None` where times are missing, not finite or do not ascend, or values are not as many or not finite.
+    pub fn new(times: Vec<f32>, values: Vec<Vec4>, mode: Mode) -> Option<Self> {
+        let each = if mode == Mode::Cubic { 3 } else { 1 };
+        let is_whole = !times.is_empty() && values.len() == each * times.len();
+        let ascend = times.is_sorted_by(|a, b| a < b) && times.iter().all(|time| time.is_finite());
+        (is_whole && ascend && values.iter().all(|value| value.is_finite())).then_some(Self {
+            times,
+            values,
+            mode,
+        })
+    }
+
+    fn value(&self, key: usize) -> Vec4 {
+        if self.mode == Mode::Cubic { self.values[3 * key + 1] } else { self.values[key] }
+    }
+
+    /// The key before `seconds`, the way to the next [s], and the share of it that has passed.
+    fn place(&self, seconds: f64) -> (usize, f32, f32) {
+        let after = self.times.partition_point(|&time| f64::from(time) <= seconds);
+        let before = after.saturating_sub(1);
+        if after == 0 || after == self.times.len() {
+            return (before, 1.0, 0.0);
+        }
+        let (start, end) = (f64::from(self.times[before]), f64::from(self.times[after]));
+        (before, (end - start) as f32, ((seconds - start) / (end - start)) as f32)
+    }
+
+    /// Change in a second at `key`, between its neighbours.
+    fn slope(&self, key: usize) -> Vec4 {
+        let (low, high) = (key.saturating_sub(1), (key + 1).min(self.times.len() - 1));
+        (self.values[high] - self.values[low]) / (self.times[high] - self.times[low])
+    }
+
+    fn cubic(&self, key: usize, way: f32, t: f32) -> Vec4 {
+        let (leaves, arrives) = if self.mode == Mode::Cubic {
+            (self.values[3 * key + 2], self.values[3 * key + 3])
+        } else {
+            (self.slope(key), self.slope(key + 1))
+        };
+        let (a, b) = (self.value(key), self.value(key + 1));
+        let (t2, t3) = (t * t, t * t * t);
+        let ends = a * (2.0 * t3 - 3.0 * t2 + 1.0) + b * (3.0 * t2 - 2.0 * t3);
+        ends + (leaves * (t3 - 2.0 * t2 + t) + arrives * (t3 - t2)) * way
+    }
+
+    /// At `seconds` from the start.
+    pub fn at(&self, seconds: f64) -> Vec4 {
+        let (key, way, t) = self.place(seconds);
+        match self.mode {
+            _ if t == 0.0 => self.value(key),
+            Mode::Step => self.value(key),
+            Mode::Linear => self.value(key).lerp(self.value(key + 1), t),
+            Mode::Smooth | Mode::Cubic => self.cubic(key, way, t),
+        }
+    }
+
+    /// As [`Self::at`], of a rotation: unit, and along the shorter arc between two keys.
+    pub fn rotation(&self, seconds: f64) -> Quat {
+        let unit = |value: Vec4| {
+            let turn = value.try_normalize().map(Quat::from_vec4);
+            turn.unwrap_or(Quat::IDENTITY)
+        };
+        let (key, _, t) = self.place(seconds);
+        if self.mode == Mode::Linear && t > 0.0 {
+            return unit(self.value(key)).slerp(unit(self.value(key + 1)), t);
+        }
+        unit(self.at(seconds))
+    }
+}
+
+/// What is where it is, or follows a track.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Channel {
+    Still(Vec3),
+    Moving(Track),
+}
+
+impl Channel {
+    pub fn at(&self, seconds: f64) -> Vec3 {
+        match self {
+            Self::Still(value) => *value,
+            Self::Moving(track) => track.at(seconds).truncate(),
+        }
+    }
+
+    pub fn moves(&self) -> bool {
+        matches!(self, Self::Moving(_))
+    }
+}

@@ -1,0 +1,77 @@
+//! Sequences: a frame is the same alone and among others, and all are one animated picture.
+use super::commands::Folder;
+use std::fs;
+
+const SCENE: &str = "[camera]\neye = [0, 2, 6]\ntarget = [0, 0.5, 0]\nsize = [48, 32]\n[shadow]\nsize = 64\n\
+    [[material]]\nname = 'ground'\ntransfer = 'opaque'\n[[material]]\nname = 'glass'\ntint = [0.9, 0.2, 0.1, 0.8]\n\
+    [[shape]]\nkind = 'plane'\nmaterial = 'ground'\nscale = [9, 1, 9]\n\
+    [[shape]]\nname = 'pane'\nkind = 'pane'\nmaterial = 'glass'\n\
+    [[animate]]\ntarget = 'shape.pane.translation'\ntimes = [0, 1]\nvalues = [[-2, 1, 0], [2, 1, 0]]\n\
+    [[animate]]\ntarget = 'material.glass.tint'\ntimes = [0, 1]\nvalues = [[1, 0, 0, 1], [0, 0, 1, 0.5]]\nmode = 'smooth'\n\
+    [[animate]]\ntarget = 'light.sun.direction'\ntimes = [0, 1]\nvalues = [[1, -1, 0], [-1, -1, 0]]\n\
+    [[animate]]\ntarget = 'camera.eye'\ntimes = [0, 1]\nvalues = [[0, 2, 6], [1, 3, 5]]\n";
+
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    fs::write(folder.0.join("moving.toml"), SCENE).unwrap();
+    folder
+}
+
+#[test]
+fn a_frame_alone_is_that_of_the_sequence() {
+    let folder = folder("alone");
+    let render = |more: &[&str]| folder.run(&[&["render", "moving.toml"], more].concat());
+    for (backend, name) in [("cpu", "cpu"), ("auto", "gpu")] {
+        let (all, one) = (format!("{name}-all"), format!("{name}-one"));
+        render(&["--backend", backend, "--frames=0..4", "--fps", "4", "-o", &all]);
+        render(&["--backend", backend, "--frame", "3", "--fps", "4", "-o", &one]);
+        let read = |dir: &str, frame: u32| {
+            fs::read(folder.0.join(dir).join(format!("frame_{frame:04}.png"))).unwrap()
+        };
+        assert!(read(&all, 3) == read(&one, 3), "{backend}");
+        assert!(read(&all, 3) != read(&all, 0), "{backend}: nothing moves");
+    }
+    // Frame 6 of 8 a second is frame 3 of 4.
+    render(&["--backend", "cpu", "--frame", "6", "--fps", "8", "-o", "fast"]);
+    let fast = fs::read(folder.0.join("fast/frame_0006.png")).unwrap();
+    assert!(fast == fs::read(folder.0.join("cpu-one/frame_0003.png")).unwrap());
+    for rate in ["0", "-1", "many", "nan", "1e9"] {
+        let refused = folder.gobo(&["render", "moving.toml", &format!("--fps={rate}")]);
+        assert_eq!(refused.status.code(), Some(2), "{rate}");
+    }
+}
+
+#[test]
+fn a_preview_holds_all_frames_or_is_not_there() {
+    let folder = folder("preview");
+    let job = ["render", "moving.toml", "--backend", "cpu", "--frames=0..5", "--fps=12.5"];
+    let with = [&job[..], &["--preview", "moving.png", "--skip-existing"]].concat();
+    folder.run(&with);
+    let path = folder.0.join("moving.png");
+    let first = fs::read(&path).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&first)).read_info().unwrap();
+    let animation = *reader.info().animation_control().expect("it is animated");
+    assert_eq!((animation.num_frames, animation.num_plays), (5, 0));
+    for frame in 0..5 {
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        let control = reader.info().frame_control().unwrap();
+        let delay = f64::from(control.delay_num) / f64::from(control.delay_den);
+        assert!((delay - 0.08).abs() < 1e-4, "{delay}");
+        let file = folder.0.join(format!("out/frame_{frame:04}.png"));
+        assert_eq!(pixels, image::open(file).unwrap().into_rgb8().into_raw(), "{frame}");
+    }
+    // Of frames that are there already, too.
+    fs::remove_file(&path).unwrap();
+    folder.run(&with);
+    assert_eq!(fs::read(&path).unwrap(), first);
+    // Where a frame cannot be made there is none.
+    fs::remove_file(&path).unwrap();
+    fs::create_dir(folder.0.join("blocked")).unwrap();
+    fs::create_dir(folder.0.join("blocked/frame_0003.png")).unwrap();
+    let failed = [&job[..], &["-o", "blocked", "--preview", "moving.png"]].concat();
+    assert_eq!(folder.gobo(&failed).status.code(), Some(1));
+    assert!(!path.exists());
+    let shard = [&job[..], &["--shard", "0/2", "--preview", "moving.png"]].concat();
+    assert_eq!(folder.gobo(&shard).status.code(), Some(2));
+}
