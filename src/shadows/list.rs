@@ -249,6 +249,10 @@ impl List {
         kernels.bin_tiles.record(&mut pass, &self.tiles, groups);
     }
 
+    pub(crate) fn counted(&self) -> &ReadBack<ListCounters> {
+        &self.counters
+    }
+
     pub(crate) fn read_counters(
         &self,
         device: &wgpu::Device,

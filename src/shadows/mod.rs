@@ -31,6 +31,7 @@ mod room;
 pub(crate) mod scratch;
 mod small;
 mod soften;
+mod statistics;
 mod warm_up;
 
 pub use casters::{CasterSet, Span};

@@ -7,8 +7,8 @@ use crate::{
 };
 
 impl Shadows {
-    /// The kernels that [`Self::prepare_with`] of the same arguments would make before it returns, as
-    /// jobs for the threads that the host has. Uploads the casters as `prepare_with` does, so that it
+    /// The kernels that [`Self::prepare_with`] of the same arguments would make before it returns, now
+    /// and in later frames, as jobs for the threads that the host has. Uploads the casters as `prepare_with` does, so that it
     /// finds them.
     ///
     /// A software adapter compiles a kernel again when it first runs: there, record and submit a
@@ -23,7 +23,10 @@ impl Shadows {
         settings: &ShadowSettings,
         inputs: &HostInputs<'_>,
     ) -> Result<Vec<KernelJob>, Error> {
-        self.plan(casters, views, settings, inputs)?;
+        // Maps that are new are cleared without a kernel, those of a frame before are not.
+        for _ in 0..2 {
+            self.plan(casters, views, settings, inputs)?;
+        }
         Ok(self.kernels().pending())
     }
 

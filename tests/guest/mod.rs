@@ -4,6 +4,7 @@ mod depths;
 mod kernels;
 mod layouts;
 mod rendered;
+mod statistics;
 mod warm_up;
 mod wrong;
 

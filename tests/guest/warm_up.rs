@@ -11,7 +11,7 @@ fn pipelines(gpu: &Gpu) -> isize {
 fn what_threads_have_made_no_frame_makes() {
     for tier in TIERS {
         let gpu = own_gpu(tier);
-        let (particles, materials) = (particles(3000, 5), materials());
+        let (mut particles, materials) = (particles(3000, 5), materials());
         let casters =
             Casters { particles: &particles, materials: &materials, ..Casters::default() };
         let (views, settings) = (views(), ShadowSettings::default());
@@ -46,6 +46,12 @@ fn what_threads_have_made_no_frame_makes() {
         let mut cold = shadows(&gpu);
         let expected = submit(&gpu, &cold.prepare(&casters, &views, &settings).unwrap());
         assert_eq!(submit(&gpu, &prepared), expected, "{tier:?}");
+        // Nor a later one, of which something has changed.
+        particles[0].radius *= 2.0;
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        warm.prepare(&casters, &views, &settings).unwrap();
+        assert_eq!(made(), jobs.len(), "{tier:?}");
 
         // Other settings have kernels of their own.
         let curves = ShadowSettings { receiver: Receiver::Curve, ..settings };

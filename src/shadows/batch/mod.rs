@@ -8,6 +8,7 @@ use super::{
     list::{List, ListCounters},
     maps::Maps,
     plan::Plan,
+    read_back::ReadBack,
     scratch::Scratch,
     small::{SmallTriangles, copy_depths},
 };
@@ -153,14 +154,8 @@ impl Batch {
     }
 
     /// `(opaque, translucent)`
-    pub(super) fn read_counters(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<(ListCounters, ListCounters), Error> {
-        Ok((
-            self.blocking.list.read_counters(device, queue)?,
-            self.filtering.list.read_counters(device, queue)?,
-        ))
+    /// What kernels count of opaque casters and of translucent ones.
+    pub(super) fn counted(&self) -> [&ReadBack<ListCounters>; 2] {
+        [&self.blocking, &self.filtering].map(|bound| bound.list.counted())
     }
 }
