@@ -9,7 +9,7 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo examples features test test-all test-swiftshader web-test export-check web soak doc deny bench \
+.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check web fuzz soak doc deny bench \
 	results native tables quality setup
 
 # Renders the scenes of data/ and says where the pictures are.
@@ -18,6 +18,17 @@ demo: setup
 		cargo run --release --quiet -- render data/$$scene.toml -o out/$$scene --maps || exit; \
 	done
 	@echo "The pictures are above; the shadow maps are in out/*/maps/."
+
+# Every scene of data/gallery, a contact sheet and a page with maps, times and counts; fails where a
+# picture is missing or shows nothing.
+gallery: setup
+	cargo run --release --quiet --example gallery
+
+# Eight frames by two farm engines on this machine (tools/farm): after lost, damaged and killed ones the
+# same files. Fetches the engines from PyPI.
+farm: setup
+	cargo build --release --quiet
+	sh tools/farm/try.sh
 
 # Hosts of several kinds, each of which fails where it sees something wrong.
 examples: setup
@@ -53,6 +64,10 @@ web:
 export-check: setup
 	cargo build --release --quiet
 	sh tools/export_check.sh
+
+# Each reader of files on changed ones, FUZZ_SECONDS each: fails where one panics or hangs, and keeps what made it.
+fuzz:
+	cargo run --release --quiet --example fuzz
 
 # Memory over 2,000 frames of one run: fails where it grows.
 soak: setup

@@ -38,7 +38,24 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
         }
     }
     pick_sources(&mut root);
+    keep_channels_of_nodes(&mut root);
     Ok((root, ignored))
+}
+
+/// Channels that move no node, or what no node has (`KHR_animation_pointer`), are valid; the crate panics at
+/// their paths and refuses files where they name no node.
+fn keep_channels_of_nodes(root: &mut Value) {
+    const PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
+    let moves_node = |channel: &Value| {
+        let Some(target) = channel.get("target") else { return true };
+        let path = target.get("path").and_then(Value::as_str);
+        target.get("node").is_some() && path.is_some_and(|path| PATHS.contains(&path))
+    };
+    for animation in list(root, "animations").into_iter().flatten() {
+        if let Some(channels) = list(animation, "channels") {
+            channels.retain(moves_node);
+        }
+    }
 }
 
 fn list<'a>(root: &'a mut Value, key: &str) -> Option<&'a mut Vec<Value>> {

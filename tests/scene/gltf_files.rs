@@ -263,3 +263,26 @@ fn images_are_shared_by_what_looks_alike() {
     assert_eq!((model.materials.len(), model.textures.len()), (3, 1));
     assert!(Path::new(&model.textures[0].name).is_relative());
 }
+
+/// Found by `make fuzz`: an unknown path ended the program.
+#[test]
+fn channels_that_move_no_node_are_passed_over() {
+    let animated = |target: &str| {
+        let more = format!(
+            r#""animations": [{{"channels": [{{"sampler": 0, "target": {target}}}],
+                "samplers": [{{"input": 0, "output": 0}}]}}],"#
+        );
+        read(&document("corners.bin", &more))
+    };
+    for target in [
+        r#"{"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": "/x"}}}"#,
+        r#"{"node": 0, "path": "pointer"}"#,
+        r#"{"node": 0, "path": ""}"#,
+        r#"{"path": "translation"}"#,
+    ] {
+        let model = animated(target).unwrap_or_else(|error| panic!("{target}: {error}"));
+        assert_eq!(model.triangles.len(), 1, "{target}");
+    }
+    // What moves a node is read: these times are no times.
+    assert!(animated(r#"{"node": 0, "path": "translation"}"#).is_err());
+}

@@ -1,0 +1,82 @@
+//! Changes files at random and reads them: `make fuzz`.
+//!
+//! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and
+//! `FUZZ_SEED` (0). A reader fails where it panics or takes longer than `SLOW`. What made it is in
+//! out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
+mod mutate;
+mod seeds;
+
+use gobo::scene::{self, generate::Chance};
+use std::{
+    fs,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::{Duration, Instant},
+};
+
+/// The largest scene that the limits allow is made in less.
+const SLOW: Duration = Duration::from_secs(20);
+
+/// Files of one kind.
+struct Reader {
+    name: &'static str,
+    extension: &'static str,
+    seeds: Vec<Vec<u8>>,
+    /// A scene file that reads `current.EXTENSION`, where that is none itself.
+    scene: Option<String>,
+}
+
+fn main() -> std::io::Result<ExitCode> {
+    let number = |name: &str, usual: u64| {
+        std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
+    };
+    let (seconds, seed) = (number("FUZZ_SECONDS", 30), number("FUZZ_SEED", 0));
+    let only: Vec<String> = std::env::args().skip(1).collect();
+    let out = PathBuf::from("out/fuzz");
+    fs::create_dir_all(&out)?;
+    // A finding is one line, not a backtrace.
+    std::panic::set_hook(Box::new(|_| ()));
+    let mut findings = 0;
+    for reader in seeds::readers()? {
+        if only.is_empty() || only.iter().any(|name| name == reader.name) {
+            findings += run(&reader, Duration::from_secs(seconds), seed, &out)?;
+        }
+    }
+    Ok(if findings == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// How many inputs did what they must not.
+fn run(reader: &Reader, time: Duration, seed: u64, out: &Path) -> std::io::Result<usize> {
+    let mut chance = Chance::new(seed);
+    let input = out.join(format!("current.{}", reader.extension));
+    let scene = out.join("current.toml");
+    if let Some(text) = &reader.scene {
+        fs::write(&scene, text)?;
+    }
+    let path = if reader.scene.is_some() { &scene } else { &input };
+    let (clock, mut count, mut read, mut findings) = (Instant::now(), 0_u64, 0_u64, 0);
+    while clock.elapsed() < time {
+        let bytes = mutate::mutated(&reader.seeds, &mut chance);
+        fs::write(&input, &bytes)?;
+        let start = Instant::now();
+        let result = catch_unwind(AssertUnwindSafe(|| scene::load(path).is_ok()));
+        let fault = match result {
+            Err(_) => Some("panics"),
+            Ok(_) if start.elapsed() > SLOW => Some("is slow"),
+            Ok(is_scene) => {
+                read += u64::from(is_scene);
+                None
+            }
+        };
+        if let Some(fault) = fault {
+            let kept = out.join(format!("{}-{count}.{}", reader.name, reader.extension));
+            fs::write(&kept, &bytes)?;
+            println!("{}: {fault}: {}", reader.name, kept.display());
+            findings += 1;
+        }
+        count += 1;
+    }
+    println!("{}: {count} inputs, {read} of them scenes, {findings} findings", reader.name);
+    Ok(findings)
+}

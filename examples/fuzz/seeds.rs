@@ -1,0 +1,163 @@
+//! What files are changed: scenes of the project, and small ones of each other kind.
+use super::Reader;
+use image::{DynamicImage, ImageFormat, RgbaImage};
+use std::{
+    fmt::Write as _,
+    fs,
+    io::{self, Cursor},
+    path::Path,
+};
+
+const PLANE: &str = "shape = [{ kind = \"pane\", material = \"m\" }]\n";
+/// Larger scenes are slow to read, and say nothing new [bytes].
+const LARGEST: usize = 6000;
+
+pub(super) fn readers() -> io::Result<Vec<Reader>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let alone = |name, extension, seeds| Reader { name, extension, seeds, scene: None };
+    let textured = |name, extension, seed| Reader {
+        name,
+        extension,
+        seeds: vec![seed],
+        scene: Some(format!(
+            "material = [{{ name = \"m\", texture = \"current.{extension}\" }}]\n{PLANE}"
+        )),
+    };
+    let surroundings = Reader {
+        name: "hdr",
+        extension: "hdr",
+        seeds: vec![hdr()],
+        scene: Some(format!(
+            "material = [{{ name = \"m\" }}]\n{PLANE}[environment]\nfile = \"current.hdr\"\n"
+        )),
+    };
+    let glass = fs::read(root.join("data/gallery/wine_glass.glb"))?;
+    Ok(vec![
+        alone("toml", "toml", scenes(root)?),
+        alone("csv", "csv", vec![csv()]),
+        alone(
+            "ply",
+            "ply",
+            vec![ply("ascii"), ply("binary_little_endian"), ply("binary_big_endian")],
+        ),
+        alone("gltf", "gltf", vec![gltf()]),
+        alone("glb", "glb", vec![glb(&gltf()), glass]),
+        textured("png", "png", picture(ImageFormat::Png)?),
+        textured("jpeg", "jpg", picture(ImageFormat::Jpeg)?),
+        textured("webp", "webp", picture(ImageFormat::WebP)?),
+        surroundings,
+    ])
+}
+
+fn scenes(root: &Path) -> io::Result<Vec<Vec<u8>>> {
+    let mut found = Vec::new();
+    for folder in ["data", "data/issues", "data/gallery"] {
+        for entry in fs::read_dir(root.join(folder))? {
+            let path = entry?.path();
+            if path.extension().is_some_and(|extension| extension == "toml") {
+                found.push((path.clone(), fs::read(path)?));
+            }
+        }
+    }
+    // The same seed finds the same whatever order a folder has.
+    found.sort();
+    let few = |text: &[u8]| String::from_utf8_lossy(text).replace("000,", ",").into_bytes();
+    Ok(found.iter().map(|(_, text)| few(text)).filter(|text| text.len() < LARGEST).collect())
+}
+
+const COLUMNS: [&str; 9] = ["x", "y", "z", "radius", "red", "green", "blue", "alpha", "rotation"];
+
+fn row(i: usize) -> impl Iterator<Item = f32> {
+    (0..COLUMNS.len()).map(move |column| ((i * 7 + column * 3) % 10) as f32 / 10.0 + 0.05)
+}
+
+fn csv() -> Vec<u8> {
+    let mut text = COLUMNS.join(",") + "\n";
+    for i in 0..12 {
+        let values: Vec<String> = row(i).map(|value| value.to_string()).collect();
+        text += &(values.join(",") + "\n");
+    }
+    text.into_bytes()
+}
+
+fn ply(encoding: &str) -> Vec<u8> {
+    let mut text = format!("ply\nformat {encoding} 1.0\ncomment seed\nelement vertex 12\n");
+    for column in COLUMNS {
+        let _ = writeln!(text, "property float {column}");
+    }
+    text += "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let mut bytes = text.into_bytes();
+    for i in 0..12 {
+        match encoding {
+            "ascii" => {
+                let values: Vec<String> = row(i).map(|value| value.to_string()).collect();
+                bytes.extend((values.join(" ") + "\n").into_bytes());
+            }
+            "binary_little_endian" => bytes.extend(row(i).flat_map(f32::to_le_bytes)),
+            _ => bytes.extend(row(i).flat_map(f32::to_be_bytes)),
+        }
+    }
+    match encoding {
+        "ascii" => bytes.extend(b"3 0 1 2\n"),
+        "binary_little_endian" => bytes.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]),
+        _ => bytes.extend([3, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2]),
+    }
+    bytes
+}
+
+/// A triangle of glass, moved by an animation, and a lamp.
+fn gltf() -> Vec<u8> {
+    br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
+"extensionsUsed":["KHR_lights_punctual","KHR_materials_transmission","KHR_materials_volume"],
+"extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","color":[1,1,1],"intensity":5,"range":9,
+"spot":{"innerConeAngle":0.2,"outerConeAngle":0.6}}]}},
+"nodes":[{"mesh":0,"translation":[0,1,0],"rotation":[0,0,0,1],"scale":[1,2,1]},
+{"translation":[0,3,0],"extensions":{"KHR_lights_punctual":{"light":0}}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0,"mode":4}]}],
+"materials":[{"alphaMode":"BLEND","alphaCutoff":0.5,"doubleSided":true,
+"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.2,0.5],"metallicFactor":0,"roughnessFactor":0.3},
+"extensions":{"KHR_materials_transmission":{"transmissionFactor":0.9},
+"KHR_materials_volume":{"thicknessFactor":0.1,"attenuationDistance":1,"attenuationColor":[1,0.2,0.1]}}}],
+"animations":[{"channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}],
+"samplers":[{"input":2,"output":0,"interpolation":"LINEAR"}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},
+{"bufferView":2,"componentType":5126,"count":3,"type":"SCALAR","min":[0],"max":[2]}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6},
+{"buffer":0,"byteOffset":44,"byteLength":12}],
+"buffers":[{"byteLength":56,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIAAAAAAAAAAACAPwAAAEA="}]}"#
+        .to_vec()
+}
+
+fn glb(json: &[u8]) -> Vec<u8> {
+    let mut text = json.to_vec();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let length = |bytes: usize| (bytes as u32).to_le_bytes();
+    [
+        &b"glTF"[..],
+        &2_u32.to_le_bytes(),
+        &length(20 + text.len()),
+        &length(text.len()),
+        b"JSON",
+        &text,
+    ]
+    .concat()
+}
+
+fn picture(format: ImageFormat) -> io::Result<Vec<u8>> {
+    let image = RgbaImage::from_fn(9, 7, |x, y| {
+        image::Rgba([x as u8 * 28, y as u8 * 36, 90, 255 - x as u8 * 9])
+    });
+    let image = DynamicImage::from(image);
+    let image = if format == ImageFormat::Jpeg { image.to_rgb8().into() } else { image };
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, format).map_err(io::Error::other)?;
+    Ok(bytes.into_inner())
+}
+
+/// Four by two, without runs.
+fn hdr() -> Vec<u8> {
+    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
+    bytes.extend((0..8_u8).flat_map(|i| [100 + i, 120, 140 - i, 128 + i % 3]));
+    bytes
+}

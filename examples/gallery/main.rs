@@ -1,0 +1,135 @@
+//! Renders every scene of data/gallery into pictures, a contact sheet and one page that shows what
+//! they are, their shadow maps, and what they cost: `make gallery`.
+//!
+//! `cargo run --release --example gallery [OUT=out/gallery] [NAME]... [KEY=VALUE]...`
+//!
+//! Fails where a picture is missing, is flat, or a frame dropped what it counted.
+mod page;
+mod preview;
+
+use gobo::{
+    gpu::Backend,
+    render::{Frame, RenderOptions, Renderer},
+    scene::load_with,
+};
+use image::RgbImage;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
+
+/// A scene of the gallery and what became of it.
+struct Plate {
+    name: String,
+    /// The scene file's first comment.
+    about: String,
+    path: PathBuf,
+    frame: Frame,
+    /// Reading, rendering and reading back.
+    time: Duration,
+}
+
+fn main() -> Fallible<()> {
+    let (set, words): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|a| a.contains('='));
+    let set: Vec<(String, String)> = set
+        .iter()
+        .filter_map(|pair| pair.split_once('='))
+        .map(|(key, value)| (key.to_owned(), value.to_owned()))
+        .collect();
+    let out = words.first().map_or_else(|| PathBuf::from("out/gallery"), PathBuf::from);
+    let only = words.get(1..).unwrap_or_default();
+    fs::create_dir_all(&out)?;
+
+    let mut renderer = Renderer::new(Backend::Auto, None)?;
+    let device = renderer.device();
+    println!("{device}");
+    let mut plates = Vec::new();
+    for scene in scenes(only)? {
+        let plate = render(&mut renderer, &scene, &set, &out)?;
+        println!("{:>7.1} s  {}", plate.time.as_secs_f64(), plate.path.display());
+        plates.push(plate);
+    }
+    let sheet = preview::contact_sheet(&plates)?;
+    sheet.save(out.join("sheet.png"))?;
+    let whole: Duration = plates.iter().map(|plate| plate.time).sum();
+    fs::write(out.join("index.html"), page::page(&plates, &device, whole)?)?;
+    println!("{:>7.1} s  {} pictures", whole.as_secs_f64(), plates.len());
+    println!("{}\n{}", out.join("sheet.png").display(), out.join("index.html").display());
+    check(&plates)
+}
+
+/// The scene files, by name; all of them where `only` names none.
+fn scenes(only: &[String]) -> Fallible<Vec<PathBuf>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery");
+    let mut found = Vec::new();
+    for entry in fs::read_dir(&folder)? {
+        let path = entry?.path();
+        let is_wanted = |name: &str| only.is_empty() || only.iter().any(|wanted| wanted == name);
+        if path.extension().is_some_and(|e| e == "toml") && is_wanted(&name(&path)) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    if found.is_empty() {
+        return Err(format!("no such scene in {}", folder.display()).into());
+    }
+    Ok(found)
+}
+
+fn name(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn render(
+    renderer: &mut Renderer,
+    scene: &Path,
+    set: &[(String, String)],
+    out: &Path,
+) -> Fallible<Plate> {
+    let clock = Instant::now();
+    let text = fs::read_to_string(scene)?;
+    let about: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
+    let loaded = load_with(scene, set)?;
+    let frame = renderer.render(&loaded, &RenderOptions { maps: true, ..Default::default() })?;
+    let time = clock.elapsed();
+    let name = name(scene);
+    let path = out.join(format!("{name}.png"));
+    preview::image(&frame.picture)?.save(&path)?;
+    Ok(Plate { name, about: about.join(" "), path, frame, time })
+}
+
+/// Every picture is there, shows something, and all that its frame counted had room.
+fn check(plates: &[Plate]) -> Fallible<()> {
+    let mut faults = Vec::new();
+    for Plate { name, path, frame, .. } in plates {
+        match image::open(path).map(|picture| picture.to_rgb8()) {
+            Err(error) => faults.push(format!("{name}: {}: {error}", path.display())),
+            Ok(picture) if is_flat(&picture) => faults.push(format!("{name}: the picture is flat")),
+            Ok(_) => {}
+        }
+        let casts = |maps: &gobo::records::ViewMaps| {
+            maps.filter.iter().any(|filter| filter.iter().any(|&light| light < 0.9))
+        };
+        if !frame.maps.iter().any(casts) {
+            faults.push(format!("{name}: nothing translucent casts in any map"));
+        }
+        for (what, count) in
+            [("shrunk", frame.counters.shrunk), ("unordered", frame.counters.unordered)]
+        {
+            if count > 0 {
+                faults.push(format!("{name}: {count} {what}"));
+            }
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults.join("\n").into()) }
+}
+
+/// Whether there are few tones: fewer than 64 of the picture's colours, in steps of 8.
+fn is_flat(picture: &RgbImage) -> bool {
+    let tones: std::collections::HashSet<[u8; 3]> =
+        picture.pixels().map(|pixel| pixel.0.map(|v| v / 8)).collect();
+    tones.len() < 64
+}

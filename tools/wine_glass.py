@@ -1,0 +1,116 @@
+"""Writes data/gallery/wine_glass.glb: a glass and the wine in it, two closed bodies of revolution.
+
+python3 tools/wine_glass.py data/gallery/wine_glass.glb
+"""
+import json
+import math
+import struct
+import sys
+
+SIDES = 64
+# Radius and height [cm], from the axis at the bottom, outside up and inside down to the axis.
+GLASS = [
+    (0, 0), (3.4, 0), (3.5, 0.1), (3.4, 0.2), (2.2, 0.35), (1.0, 0.7), (0.5, 1.3), (0.38, 2.5), (0.36, 5),
+    (0.4, 7.6), (0.7, 8.5), (1.6, 9.2), (2.8, 10.1), (3.7, 11.3), (4.15, 12.8), (4.25, 14.2), (4.1, 16),
+    (3.75, 18), (3.4, 20), (3.35, 20.05), (3.3, 20), (3.64, 18), (3.98, 16), (4.12, 14.2), (4.02, 12.8),
+    (3.57, 11.4), (2.68, 10.25), (1.5, 9.4), (0.6, 9.0), (0, 8.9),
+]
+WINE = [
+    (0, 8.93), (0.59, 9.03), (1.48, 9.43), (2.66, 10.28), (3.55, 11.43), (4.0, 12.82), (4.09, 14.0),
+    (4.04, 14.05), (0, 14.0),
+]
+
+
+def lathe(profile):
+    """Positions, normals and triangles; corners of the profile sharper than 40 degrees stay sharp."""
+    rings = []
+    for (r0, y0), (r1, y1) in zip(profile, profile[1:]):
+        length = math.hypot(r1 - r0, y1 - y0)
+        rings.append(((y1 - y0) / length, (r0 - r1) / length))
+
+    def normal(segment, neighbour):
+        if not 0 <= neighbour < len(rings):
+            return rings[segment]
+        a, b = rings[segment], rings[neighbour]
+        if a[0] * b[0] + a[1] * b[1] < math.cos(math.radians(40)):
+            return a
+        size = math.hypot(a[0] + b[0], a[1] + b[1])
+        return ((a[0] + b[0]) / size, (a[1] + b[1]) / size)
+
+    positions, normals, triangles = [], [], []
+    for segment in range(len(rings)):
+        first = len(positions)
+        for at, n in ((segment, normal(segment, segment - 1)), (segment + 1, normal(segment, segment + 1))):
+            r, y = profile[at]
+            for side in range(SIDES):
+                c, s = math.cos(2 * math.pi * side / SIDES), math.sin(2 * math.pi * side / SIDES)
+                positions.append((r * c / 100, y / 100, -r * s / 100))
+                normals.append((n[0] * c, n[1], -n[0] * s))
+        for side in range(SIDES):
+            a, b = first + side, first + (side + 1) % SIDES
+            if profile[segment][0] > 0:
+                triangles.append((a, b, b + SIDES))
+            if profile[segment + 1][0] > 0:
+                triangles.append((a, b + SIDES, a + SIDES))
+    return positions, normals, triangles
+
+
+def main(path):
+    views, accessors, binary = [], [], b""
+
+    def add(values, code, component, kind, target):
+        nonlocal binary
+        data = b"".join(struct.pack("<" + code * len(v), *v) for v in values)
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data), "target": target})
+        count = len(values) * (3 if kind == "SCALAR" else 1)
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": count, "type": kind})
+        if target == 34962:
+            accessors[-1]["min"] = [struct.unpack("<f", struct.pack("<f", min(v[i] for v in values)))[0] for i in range(3)]
+            accessors[-1]["max"] = [struct.unpack("<f", struct.pack("<f", max(v[i] for v in values)))[0] for i in range(3)]
+        binary += data
+        return len(accessors) - 1
+
+    meshes = []
+    for material, profile in enumerate((GLASS, WINE)):
+        positions, normals, triangles = lathe(profile)
+        attributes = {
+            "POSITION": add(positions, "f", 5126, "VEC3", 34962),
+            "NORMAL": add(normals, "f", 5126, "VEC3", 34962),
+        }
+        indices = add(triangles, "I", 5125, "SCALAR", 34963)
+        meshes.append({"primitives": [{"attributes": attributes, "indices": indices, "material": material}]})
+
+    def body(name, color, distance, roughness):
+        return {
+            "name": name,
+            "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": roughness},
+            "extensions": {
+                "KHR_materials_transmission": {"transmissionFactor": 1},
+                "KHR_materials_volume": {
+                    "thicknessFactor": 0.01, "attenuationColor": color, "attenuationDistance": distance,
+                },
+            },
+        }
+
+    document = {
+        "asset": {"version": "2.0", "generator": "gobo, tools/wine_glass.py"},
+        "extensionsUsed": ["KHR_materials_transmission", "KHR_materials_volume"],
+        "materials": [body("glass", [0.8, 0.88, 0.86], 0.012, 0.05), body("wine", [0.62, 0.03, 0.06], 0.03, 0.1)],
+        "meshes": meshes,
+        "nodes": [{"name": "glass", "mesh": 0}, {"name": "wine", "mesh": 1}],
+        "scenes": [{"nodes": [0, 1]}],
+        "scene": 0,
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": len(binary)}],
+    }
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    with open(path, "wb") as file:
+        file.write(struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)))
+        file.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
+        file.write(struct.pack("<II", len(binary), 0x004E4942) + binary)
+
+
+main(sys.argv[1])
