@@ -76,7 +76,8 @@ pub use glam;
 #[doc(hidden)]
 pub use gpu::error;
 pub use gpu::{
-    Gpu, KernelJob, Memory, Missing, Need, Requirement, Support, Tier, Timeline, error::Error,
+    Gpu, KernelJob, Memory, Missing, Need, Profiler, Requirement, Support, Tier, Timeline,
+    error::Error,
 };
 pub use model::{
     Bounds, Camera, Cascades, Casters, Counters, InvalidCamera, InvalidLight, Light, LightKind,

@@ -28,4 +28,4 @@ pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
-pub use timing::Timeline;
+pub use timing::{Profiler, Timeline};

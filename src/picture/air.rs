@@ -61,7 +61,7 @@ impl PreparedAir {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let mut pass = timeline.pass(encoder, "air");
+        let mut pass = timeline.pass(encoder, "gobo air");
         kernels.get(Variant::AirScatter, self.features).record(
             &mut pass,
             &self.scatter,

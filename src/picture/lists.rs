@@ -108,7 +108,7 @@ impl CameraList {
     ) {
         self.scratch.clear(&self.list, encoder);
         if let Some(clip) = self.clips.get(part) {
-            let mut pass = timeline.pass(encoder, "bin");
+            let mut pass = timeline.pass(encoder, "gobo bin");
             let groups = point_grid(self.list.footprint_count);
             kernels.get(Variant::ShadeClip, Features::NONE).record(&mut pass, clip, groups);
         }

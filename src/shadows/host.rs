@@ -271,6 +271,7 @@ impl Prepared {
         let engine = lock(&self.engine);
         if let Ok(maps) = self.current(&engine) {
             maps.record(engine.pipeline.kernels(), encoder, timeline);
+            timeline.end(encoder);
         }
     }
 

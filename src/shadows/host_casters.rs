@@ -183,7 +183,7 @@ impl HostSets {
     /// Records and boxes, from what the host's buffers hold by then.
     pub(super) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         encoder.clear_buffer(self.counters.buffer(), 0, None);
-        let mut pass = timeline.pass(encoder, "load");
+        let mut pass = timeline.pass(encoder, "gobo load");
         for set in &self.sets {
             let beside = set.beside.lock().unwrap_or_else(PoisonError::into_inner);
             pass.set_bind_group(1, &*beside, &[]);

@@ -4,6 +4,7 @@ mod depths;
 mod emitters;
 mod kernels;
 mod layouts;
+mod profiler;
 mod rendered;
 mod statistics;
 mod warm_up;

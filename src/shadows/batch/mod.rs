@@ -122,7 +122,7 @@ impl Batch {
             let texels = self.tile_count * TILE_SIZE * TILE_SIZE;
             small.record(scratch, texels, kernels, encoder, timeline);
             if !is_listed {
-                timeline.step(encoder, "occlude");
+                timeline.step(encoder, "gobo occlude");
                 copy_depths(scratch, &self.views, &self.opaques, encoder);
             }
         }
@@ -134,7 +134,7 @@ impl Batch {
             blocking.record_resolve(scratch, kernels, &mut pass);
         }
         if !self.imports.is_empty() {
-            self.imports.record(kernels, &mut timeline.pass(encoder, "import"));
+            self.imports.record(kernels, &mut timeline.pass(encoder, "gobo import"));
         }
     }
 
@@ -150,7 +150,7 @@ impl Batch {
         filtering.record_tiles(kernels, &mut pass, self.tile_count);
         filtering.record_segments(scratch, kernels, &mut pass);
         drop(pass);
-        filtering.record_resolve(scratch, kernels, &mut timeline.pass(encoder, "resolve"));
+        filtering.record_resolve(scratch, kernels, &mut timeline.pass(encoder, "gobo resolve"));
     }
 
     /// `(opaque, translucent)`
