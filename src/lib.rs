@@ -84,8 +84,9 @@ pub use model::{
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};
 pub use shadows::{
-    CasterCount, CasterLoader, ConvertedMaps, FilterFormat, HostCasters, HostDepth, HostInputs,
-    LightBindings, LightPoints, MapLayout, Maps, PointBuffers, Prepared, Shadows,
+    CasterCount, CasterLoader, ConvertedMaps, FLYING_WGSL, FilterFormat, HostCasters, HostDepth,
+    HostInputs, LightBindings, LightPoints, MapLayout, Maps, PointBuffers, Prepared, Shadows,
+    Simulation,
 };
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

@@ -1,7 +1,7 @@
 //! What can be asked for.
 use super::bench::BenchArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use gobo::{gpu::Backend, picture::debug::DebugMode};
+use gobo::{gpu::Backend, picture::debug::DebugMode, scene::Scene};
 use std::{ops::Range, path::PathBuf, str::FromStr};
 
 /// Coloured translucent shadows by compute shaders alone
@@ -64,7 +64,7 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     /// Frames of a second: frame N is N/F s from the start
-    #[arg(long, value_name = "F", default_value = "24", value_parser = frame_rate)]
+    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
     pub(crate) fps: f64,
     /// Also write the frames as one animated PNG, when all are there
     #[arg(long, value_name = "FILE.png", conflicts_with = "shard")]
@@ -113,7 +113,7 @@ pub(crate) struct LightArguments {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) frame: u32,
     /// Frames of a second: frame N is N/F s from the start
-    #[arg(long, value_name = "F", default_value = "24", value_parser = frame_rate)]
+    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
     pub(crate) fps: f64,
     /// The interface to the hardware
     #[arg(long, default_value = "auto")]

@@ -50,8 +50,8 @@ impl Default for Sky {
     fn default() -> Self {
         Self {
             zenith: Vec3::new(0.11, 0.17, 0.30),
-            horizon: Vec3::new(0.42, 0.46, 0.50),
-            ground: Vec3::new(0.17, 0.16, 0.145),
+            horizon: Vec3::new(0.62, 0.66, 0.70),
+            ground: Vec3::new(0.40, 0.385, 0.36),
             sun: None,
         }
     }

@@ -6,7 +6,9 @@ mod caster;
 mod class;
 mod counters;
 pub mod dither;
+pub mod emitter;
 mod environment;
+mod hash;
 mod light;
 mod origin;
 mod point;
@@ -28,6 +30,7 @@ pub use dither::Pattern;
 pub use environment::{
     Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
 };
+pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 pub use point::ReceiverPoint;
 pub use scene::{MAX_SAMPLES, Motion, Scene};

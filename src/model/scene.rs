@@ -58,6 +58,11 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     /// Makes the part what it is at `seconds` from the start.
     fn apply(&self, scene: &mut Scene, seconds: f64);
 
+    /// Whether particles change their places, or come and go.
+    fn moves_particles(&self) -> bool {
+        false
+    }
+
     /// The same, of a scene that is moved [m]; `None` for what has no place.
     fn moved(&self, _by: Vec3) -> Option<Arc<dyn Motion>> {
         None
@@ -105,7 +110,9 @@ impl Scene {
     /// What casts and what is seen, as [`crate::shadows::Shadows::prepare`] takes it.
     pub fn casters(&self) -> Casters<'_> {
         let Self { particles, triangles, materials, textures, .. } = self;
-        Casters { particles, triangles, materials, textures, in_order: false }
+        // What a frame looks like must not depend on who was whose neighbour in the one before.
+        let in_order = self.motions.iter().any(|motion| motion.moves_particles());
+        Casters { particles, triangles, materials, textures, in_order }
     }
 
     /// Frames of a second of [`Self::set_time`], where frames are numbered.

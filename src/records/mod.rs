@@ -9,8 +9,8 @@ mod blue;
 mod caster;
 mod cluster;
 mod convert;
+mod emitter;
 mod footprint;
-mod hash;
 mod host;
 mod import;
 mod layout;
@@ -22,6 +22,7 @@ mod pack;
 mod triangle;
 mod view;
 
+pub use crate::model::pcg;
 pub use air::{AIR_CELL, AirParams, air_columns};
 pub use area::{
     AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BLOCK_NODES, BLOCK_TEXELS, GpuArea,
@@ -34,11 +35,11 @@ pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
 };
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
+pub use emitter::{EmitterParams, GpuFlying, STEPS_AT_ONCE};
 pub use footprint::{
     CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
     TileRect,
 };
-pub use hash::pcg;
 pub use host::{CullParams, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};

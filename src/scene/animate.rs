@@ -1,7 +1,8 @@
 //! `[[animate]]`: keys of the camera, of lights, shapes, meshes, materials and of the air.
 use super::{
     Scene, SceneError,
-    document::{AnimateTable, Document},
+    document::Document,
+    document_motion::AnimateTable,
     error::quoted,
     particles::FARTHEST,
     plain::nearest,

@@ -1,14 +1,16 @@
 //! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
 use crate::{
     model::{Pattern, Profile, Receiver, Receives, Shape, Transfer},
-    scene::{displace::Displace, generate::Generate, noise::Noise, track::Mode},
+    scene::{
+        displace::Displace,
+        document_motion::{AnimateTable, EmitterTable, Shades},
+        generate::Generate,
+        noise::Noise,
+    },
 };
 use serde::{
     Deserialize, Deserializer,
-    de::{
-        Error as _, MapAccess, SeqAccess,
-        value::{MapAccessDeserializer, SeqAccessDeserializer},
-    },
+    de::{Error as _, MapAccess, value::MapAccessDeserializer},
 };
 use std::path::PathBuf;
 use toml::Spanned;
@@ -26,42 +28,14 @@ where
     })
 }
 
-fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<Option<[T; N]>, D::Error>
+pub(super) fn exactly<'de, D, T, const N: usize>(
+    deserializer: D,
+) -> Result<Option<[T; N]>, D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,
 {
     array(deserializer).map(Some)
-}
-
-/// One number for all channels, or one for each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shades(pub [f32; 3]);
-
-impl<'de> Deserialize<'de> for Shades {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> serde::de::Visitor<'de> for Visitor {
-            type Value = Shades;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("f32")
-            }
-
-            fn visit_f64<E>(self, value: f64) -> Result<Shades, E> {
-                Ok(Shades([value as f32; 3]))
-            }
-
-            fn visit_i64<E>(self, value: i64) -> Result<Shades, E> {
-                Ok(Shades([value as f32; 3]))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Shades, A::Error> {
-                array(SeqAccessDeserializer::new(list)).map(Shades)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
 }
 
 /// The whole file.
@@ -86,6 +60,8 @@ pub(super) struct Document {
     pub mesh: Vec<Spanned<MeshTable>>,
     #[serde(default)]
     pub animate: Vec<Spanned<AnimateTable>>,
+    #[serde(default)]
+    pub emitter: Vec<Spanned<EmitterTable>>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -369,46 +345,4 @@ pub(super) struct MeshTable {
     pub rotation: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub scale: Option<[f32; 3]>,
-}
-
-/// Keys of one value.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct AnimateTable {
-    /// What they move: `camera.eye`.
-    pub target: String,
-    /// [s]
-    pub times: Vec<f32>,
-    pub values: Vec<Key>,
-    pub mode: Option<Mode>,
-}
-
-/// A number, or several.
-#[derive(Clone, Debug)]
-pub(super) struct Key(pub Vec<f32>);
-
-impl<'de> Deserialize<'de> for Key {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> serde::de::Visitor<'de> for Visitor {
-            type Value = Key;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("f32")
-            }
-
-            fn visit_f64<E>(self, value: f64) -> Result<Key, E> {
-                Ok(Key(vec![value as f32]))
-            }
-
-            fn visit_i64<E>(self, value: i64) -> Result<Key, E> {
-                Ok(Key(vec![value as f32]))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Key, A::Error> {
-                Vec::deserialize(SeqAccessDeserializer::new(list)).map(Key)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
 }

@@ -3,7 +3,9 @@
 //! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones
 //! are taken as they are, as exporters write both.
 use super::{
-    Camera, SceneError, gltf_animation,
+    Camera, SceneError,
+    deform::Deform,
+    gltf_animation::{self, NodeTracks},
     gltf_file::File,
     gltf_json::Instancing,
     gltf_material::Materials,
@@ -17,7 +19,7 @@ use ::gltf::{
     khr_lights_punctual::Kind,
 };
 use glam::{Mat4, Quat, UVec2, Vec3};
-use std::path::Path;
+use std::{collections::HashMap, path::Path, sync::Arc};
 
 /// What one file holds, in world space.
 #[derive(Clone, Debug)]
@@ -73,8 +75,11 @@ pub(super) fn load(
 ) -> Result<Model, SceneError> {
     let mut file = File::open(path)?;
     let mut tracks = gltf_animation::tracks(&mut file)?;
-    let moves = is_keyed || !tracks.is_empty();
+    let has_targets = |mesh: gltf::Mesh<'_>| mesh.primitives().any(|p| p.morph_targets().len() > 0);
+    let is_soft = file.document.skins().len() > 0 || file.document.meshes().any(has_targets);
+    let moves = is_keyed || is_soft || !tracks.is_empty();
     let mut rig = Rig::default();
+    let mut numbers = HashMap::new();
     let too_many = |(message, help): (String, &str)| file.invalid(message, help);
     let mut materials = Materials::new(&file, earlier);
     let mut meshes = Meshes::new(earlier.triangles as u64);
@@ -95,17 +100,18 @@ pub(super) fn load(
         let own = Mat4::from_cols_array_2d(&node.transform().matrix());
         let world = parent_world * own;
         let number = rig.nodes.len();
-        let [translation, rotation, scale] = tracks.remove(&node.index()).unwrap_or_default();
+        let NodeTracks { place, weights } = tracks.remove(&node.index()).unwrap_or_default();
+        let [translation, rotation, scale] = place;
+        numbers.insert(node.index(), number);
         rig.nodes.push(Node { parent, transform: own, translation, rotation, scale });
         if let Some(mesh) = node.mesh() {
-            if node.skin().is_some() {
-                *skipped.entry("skins ignored").or_default() += 1;
-            }
+            let weights = Arc::new(weights);
             for place in instances(&file, &node)? {
                 for primitive in mesh.primitives() {
                     uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
                     meshes.promise(&file, &primitive)?;
-                    draws.push((primitive, world * place, number, place));
+                    let weights = weights.clone();
+                    draws.push((primitive, world * place, node.clone(), place, weights));
                 }
             }
         }
@@ -131,10 +137,15 @@ pub(super) fn load(
         let children: Vec<_> = node.children().map(|child| (child, world, Some(number))).collect();
         waiting.extend(children.into_iter().rev());
     }
-    for (primitive, world, node, place) in draws {
+    for (primitive, world, node, place, weights) in draws {
         let first = meshes.triangles.len();
         meshes.add(&file, &mut materials, &primitive, world, !moves)?;
-        rig.draws.push(Draw { triangles: first..meshes.triangles.len(), node, place });
+        let mut deform = Deform::new(&file, &node, &primitive, &meshes.kept, &weights)?;
+        if let Some(deform) = &mut deform {
+            deform.find(&file, |node| numbers.get(&node).copied())?;
+        }
+        let (triangles, node) = (first..meshes.triangles.len(), numbers[&node.index()]);
+        rig.draws.push(Draw { triangles, node, place, deform });
     }
     let rig = moves.then_some(rig);
     let (materials, textures, ignored) = materials.finish();

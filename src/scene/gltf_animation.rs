@@ -12,23 +12,25 @@ use ::gltf::{
 use glam::Vec4;
 use std::collections::HashMap;
 
-/// Translation, rotation and scale of a node.
-pub(super) type NodeTracks = [Option<Track>; 3];
+/// What moves a node.
+#[derive(Debug, Default)]
+pub(super) struct NodeTracks {
+    /// Translation, rotation and scale.
+    pub(super) place: [Option<Track>; 3],
+    /// Of the mesh's morph targets.
+    pub(super) weights: Vec<Track>,
+}
 
 /// Of the file's first animation, by node.
 pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, SceneError> {
     let mut tracks: HashMap<usize, NodeTracks> = HashMap::new();
     let Some(animation) = file.document.animations().next() else { return Ok(tracks) };
-    let mut has_weights = false;
     for channel in animation.channels() {
         let place = match channel.target().property() {
             Property::Translation => 0,
             Property::Rotation => 1,
             Property::Scale => 2,
-            Property::MorphTargetWeights => {
-                has_weights = true;
-                continue;
-            }
+            Property::MorphTargetWeights => WEIGHTS,
         };
         let sampler = channel.sampler();
         let mode = match sampler.interpolation() {
@@ -43,22 +45,40 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
             file.invalid(message, "export the file again")
         };
         let times = read(file, &sampler.input(), Dimensions::Scalar)?.ok_or_else(damaged)?;
-        let kind = if place == 1 { Dimensions::Vec4 } else { Dimensions::Vec3 };
+        let kind = match place {
+            1 => Dimensions::Vec4,
+            WEIGHTS => Dimensions::Scalar,
+            _ => Dimensions::Vec3,
+        };
         let values = read(file, &sampler.output(), kind)?.ok_or_else(damaged)?;
-        let times = times.into_iter().map(|time| time.x).collect();
-        let track = Track::new(times, values, mode).ok_or_else(damaged)?;
-        tracks.entry(node).or_default()[place] = Some(track);
+        let times: Vec<f32> = times.into_iter().map(|time| time.x).collect();
+        let own = tracks.entry(node).or_default();
+        if place != WEIGHTS {
+            own.place[place] = Some(Track::new(times, values, mode).ok_or_else(damaged)?);
+            continue;
+        }
+        // All weights of a key stand together.
+        let rows = times.len() * if mode == Mode::Cubic { 3 } else { 1 };
+        if rows == 0 || values.is_empty() || values.len() % rows != 0 {
+            return Err(damaged());
+        }
+        let count = values.len() / rows;
+        for target in 0..count {
+            let own_values = values.iter().skip(target).step_by(count).copied().collect();
+            let track = Track::new(times.clone(), own_values, mode);
+            own.weights.push(track.ok_or_else(damaged)?);
+        }
     }
     let count = file.document.animations().count();
     let path = file.path.display().to_string();
     if count > 1 {
         file.notes.push(format!("{path}: of its {count} animations the first is played"));
     }
-    if has_weights {
-        file.notes.push(format!("{path}: morph targets stay as they are"));
-    }
     Ok(tracks)
 }
+
+/// Place of morph targets' weights among properties.
+const WEIGHTS: usize = 3;
 
 /// `None` where items are of another type.
 fn read(
@@ -69,7 +89,7 @@ fn read(
     let is_whole =
         matches!(accessor.data_type(), DataType::I8 | DataType::U8 | DataType::I16 | DataType::U16);
     let is_known =
-        accessor.data_type() == DataType::F32 || is_whole && dimensions == Dimensions::Vec4;
+        accessor.data_type() == DataType::F32 || is_whole && dimensions != Dimensions::Vec3;
     if accessor.dimensions() != dimensions || !is_known {
         return Ok(None);
     }

@@ -84,6 +84,16 @@ impl<'a> Items<'a> {
         })
     }
 
+    /// The first components of item `i` of whole numbers.
+    pub(super) fn wholes<const N: usize>(&self, i: usize) -> [usize; N] {
+        let Some(bytes) = self.bytes(i) else { return [0; N] };
+        std::array::from_fn(|c| match self.data_type {
+            DataType::U8 | DataType::I8 => usize::from(bytes[c]),
+            DataType::U16 | DataType::I16 => usize::from(u16::from_le_bytes(part(bytes, c))),
+            DataType::U32 | DataType::F32 => u32::from_le_bytes(part(bytes, c)) as usize,
+        })
+    }
+
     /// Item `i` of whole numbers.
     pub(super) fn whole(&self, i: usize) -> usize {
         let bytes = self.bytes(i).unwrap_or_default();

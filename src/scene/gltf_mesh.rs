@@ -19,6 +19,8 @@ use std::collections::HashSet;
 #[derive(Debug, Default)]
 pub(super) struct Meshes {
     pub(super) triangles: Vec<Triangle>,
+    /// Vertices of the triangles of the last primitive.
+    pub(super) kept: Vec<[usize; 3]>,
     /// Primitives so far: ids of their triangles.
     objects: u32,
     pub(super) skipped: Skipped,
@@ -66,6 +68,7 @@ impl Meshes {
         world: Mat4,
         stays: bool,
     ) -> Result<(), SceneError> {
+        self.kept.clear();
         if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip)
         {
             self.skip("points and lines ignored");
@@ -73,9 +76,6 @@ impl Meshes {
         }
         if primitive.get(&Semantic::Colors(0)).is_some() {
             self.skip("vertex colours ignored");
-        }
-        if primitive.morph_targets().len() > 0 {
-            self.skip("morph targets ignored");
         }
         let uses = materials.add(&primitive.material(), world)?;
         let vertices = self.vertices(file, primitive, &uses)?;
@@ -99,14 +99,21 @@ impl Meshes {
                 return Err(file.invalid(message, "the file is damaged: export it again"));
             }
             match triangle(&vertices, corner, world, normal_from_local, &uses, self.objects) {
-                Ok(triangle) => self.triangles.push(triangle),
+                Ok(triangle) => {
+                    self.triangles.push(triangle);
+                    self.kept.push(corner);
+                }
                 Err(reason) => self.skip(reason),
             }
         }
         if materials.is_volume(uses.material) {
             let body = &mut self.triangles[first..];
             if volume::is_closed(body) {
+                let first = body.first().map(|triangle| triangle.positions);
                 volume::turn_outwards(body);
+                if first != body.first().map(|triangle| triangle.positions) {
+                    self.kept.iter_mut().for_each(|corners| corners.swap(1, 2));
+                }
             } else {
                 let open = materials.open(uses.material);
                 body.iter_mut().for_each(|triangle| triangle.material = open);

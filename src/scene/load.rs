@@ -12,7 +12,10 @@ use super::{
 };
 use crate::model::{Environment, Sky};
 use glam::Vec3;
-use std::{path::Path, sync::Arc};
+use std::{
+    path::Path,
+    sync::{Arc, OnceLock},
+};
 
 /// What is read besides the file.
 #[derive(Clone, Debug)]
@@ -79,7 +82,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         |table: &EnvironmentTable| table.ambient.is_some() || table.background.is_some();
     let is_said = document.environment.as_ref().is_some_and(|table| two_colours(table.get_ref()));
     if is_alone && scene.environment.is_none() && !is_said {
-        scene.environment = Some(Arc::new(Environment::of_sky(&Sky::default(), 1.0)));
+        scene.environment = Some(usual_sky());
     }
     // Before the ground is added: the camera looks at what the file holds.
     let bounds = scene.bounds();
@@ -109,6 +112,12 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     animate(&source, &document, placed, &mut scene)?;
     scene.recentre();
     Ok(scene)
+}
+
+/// Made once: it takes as long as a small model.
+fn usual_sky() -> Arc<Environment> {
+    static SKY: OnceLock<Arc<Environment>> = OnceLock::new();
+    SKY.get_or_init(|| Arc::new(Environment::of_sky(&Sky::default(), 1.0))).clone()
 }
 
 fn scene_text(path: &Path) -> Result<String, SceneError> {

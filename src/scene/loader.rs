@@ -119,6 +119,7 @@ impl<'a> Loader<'a> {
         for table in &document.particles {
             self.particles(table)?;
         }
+        self.emitters(&document.emitter)?;
         for table in &document.shape {
             self.shape(table)?;
         }

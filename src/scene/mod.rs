@@ -1,9 +1,12 @@
 //! Scenes: what the command line, the tests and the benches share.
 mod animate;
 mod defaults;
+mod deform;
 #[doc(hidden)]
 pub mod displace;
 mod document;
+mod document_motion;
+mod emitters;
 mod environment;
 mod error;
 #[doc(hidden)]

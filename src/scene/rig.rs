@@ -1,5 +1,5 @@
 //! Shapes and meshes that move: as a whole by keys of the scene file, their nodes by those of their own.
-use super::{Scene, track::Channel, track::Track};
+use super::{Scene, deform::Deform, track::Channel, track::Track};
 use crate::model::{LightKind, Motion, Triangle, volume};
 use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
 use std::{ops::Range, sync::Arc};
@@ -66,6 +66,8 @@ pub(super) struct Draw {
     pub(super) node: usize,
     /// In the node's space.
     pub(super) place: Mat4,
+    /// Where their corners move against each other.
+    pub(super) deform: Option<Deform>,
 }
 
 /// What of a model follows which of its nodes.
@@ -83,7 +85,7 @@ impl Rig {
     pub(super) fn whole(triangles: usize) -> Self {
         let transform = Mat4::IDENTITY;
         let node = Node { parent: None, transform, translation: None, rotation: None, scale: None };
-        let draw = Draw { triangles: 0..triangles, node: 0, place: transform };
+        let draw = Draw { triangles: 0..triangles, node: 0, place: transform, deform: None };
         Self { nodes: vec![node], draws: vec![draw], lights: Vec::new() }
     }
 
@@ -91,7 +93,8 @@ impl Rig {
         let tracks = |node: &Node| {
             node.translation.is_some() || node.rotation.is_some() || node.scale.is_some()
         };
-        self.nodes.iter().any(tracks)
+        let deforms = |draw: &Draw| draw.deform.as_ref().is_some_and(Deform::moves);
+        self.nodes.iter().any(tracks) || self.draws.iter().any(deforms)
     }
 
     /// Moves `own` to where they are then [s], and returns the places of the nodes. World space = `whole` *
@@ -105,10 +108,15 @@ impl Rig {
         is_volume: impl Fn(u32) -> bool,
     ) -> Vec<Mat4> {
         let worlds = self.worlds(seconds, whole);
-        for Draw { triangles, node, place } in &self.draws {
+        for Draw { triangles, node, place, deform } in &self.draws {
             let world = worlds[*node] * *place;
             let own = &mut own[triangles.clone()];
-            put(own, &local[triangles.clone()], world);
+            let local = &local[triangles.clone()];
+            if let Some(deform) = deform {
+                deform.put(own, local, world, &worlds, seconds);
+                continue;
+            }
+            put(own, local, world);
             // A mirrored body is inside out.
             let has_volume = own.first().is_some_and(|triangle| is_volume(triangle.material));
             if has_volume && Mat3::from_mat4(world).determinant() < 0.0 {

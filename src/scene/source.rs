@@ -185,8 +185,8 @@ const ONE: [&str; 8] = [
     "shape.displace",
 ];
 /// Keys that are many tables each.
-const MANY: [&str; 7] =
-    ["light", "material", "particles", "shape", "mesh", "animate", "light.shadow"];
+const MANY: [&str; 8] =
+    ["light", "material", "particles", "shape", "mesh", "animate", "emitter", "light.shadow"];
 
 fn value_span(
     value: &Spanned<DeValue<'_>>,

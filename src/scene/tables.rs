@@ -1,9 +1,8 @@
 //! Tables of the scene file, checked and in the units of the library.
 use super::{
     Bounds, Camera, SceneError, defaults,
-    document::{
-        AirTable, CameraTable, ClustersTable, MaterialTable, Shades, ShadowTable, TextureSource,
-    },
+    document::{AirTable, CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
+    document_motion::Shades,
     noise::Noise,
     source::Source,
 };

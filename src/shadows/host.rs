@@ -116,6 +116,16 @@ impl Shadows {
         })
     }
 
+    /// The queue of its device.
+    pub(super) fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// A kernel that no frame needs.
+    pub(super) fn kernel_of(&self, desc: &KernelDesc) -> Result<Kernel, Error> {
+        Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, &[])?)
+    }
+
     /// Uploads what has changed of `casters` and allocates the maps of `views`. Maps of the frame
     /// before stay where nothing has changed that they see; the others are rendered when the
     /// [`Prepared`] is recorded. Earlier ones are void from here on.

@@ -29,6 +29,7 @@ mod prepared;
 mod read_back;
 mod room;
 pub(crate) mod scratch;
+mod simulation;
 mod small;
 mod soften;
 
@@ -51,4 +52,5 @@ pub use maps::Maps;
 pub use pipeline::Pipeline;
 pub use prepared::PreparedMaps;
 pub use room::Room;
+pub use simulation::{FLYING_WGSL, Simulation};
 pub use small::{SMALL_SIDE, TriangleExtent};

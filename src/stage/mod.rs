@@ -19,6 +19,7 @@ pub mod profile;
 pub mod project;
 pub mod resolve;
 pub mod shade;
+pub mod simulate;
 pub mod sort;
 mod walk;
 
@@ -55,6 +56,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &air::SUM,
     &levels::FIRST,
     &levels::NEXT,
+    &simulate::PARTICLES,
     &cluster::COUNT,
     &cluster::SCAN,
     &cluster::EMIT,

@@ -9,7 +9,9 @@ const SCENE: &str = "[camera]\neye = [0, 2, 6]\ntarget = [0, 0.5, 0]\nsize = [48
     [[animate]]\ntarget = 'shape.pane.translation'\ntimes = [0, 1]\nvalues = [[-2, 1, 0], [2, 1, 0]]\n\
     [[animate]]\ntarget = 'material.glass.tint'\ntimes = [0, 1]\nvalues = [[1, 0, 0, 1], [0, 0, 1, 0.5]]\nmode = 'smooth'\n\
     [[animate]]\ntarget = 'light.sun.direction'\ntimes = [0, 1]\nvalues = [[1, -1, 0], [-1, -1, 0]]\n\
-    [[animate]]\ntarget = 'camera.eye'\ntimes = [0, 1]\nvalues = [[0, 2, 6], [1, 3, 5]]\n";
+    [[animate]]\ntarget = 'camera.eye'\ntimes = [0, 1]\nvalues = [[0, 2, 6], [1, 3, 5]]\n\
+    [[emitter]]\nmaterial = 'glass'\nrate = 400\nlifetime = 0.5\nstart = -1\nspread = 1\nextent = [2, 1, 2]\nshape = 'box'\n\
+    drag = 1\nturbulence = 3\n";
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);

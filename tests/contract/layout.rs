@@ -3,8 +3,9 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
-        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, GpuArea, GpuLayout,
-        GpuLight, GpuMaterial, GpuView, HostGroup, ImportParams, Listed, LoadCounters, LoadParams,
+        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmitterParams,
+        GpuArea, GpuFlying, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, ImportParams,
+        Listed, LoadCounters, LoadParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -49,6 +50,8 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<Listed>,
     struct_agrees::<ImportParams>,
     struct_agrees::<ConvertParams>,
+    struct_agrees::<EmitterParams>,
+    struct_agrees::<GpuFlying>,
 ];
 
 /// Every one is in the list: the sources are searched for `gpu_layout!`.

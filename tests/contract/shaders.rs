@@ -61,7 +61,7 @@ fn native_kernels_are_not_core() {
 
 /// Numbers of an enum stand together, whether a kernel asks for each of them or not.
 const ENUMS: &[&str] =
-    &["AREA_", "FORMAT_", "LIGHT_", "PART_", "PATTERN_", "PROFILE_", "RECEIVES_"];
+    &["AREA_", "FORMAT_", "LIGHT_", "PART_", "PATTERN_", "PROFILE_", "RECEIVES_", "SOURCE_"];
 
 #[test]
 fn every_declaration_is_some_kernels() {

@@ -1,6 +1,7 @@
 //! What a host has on the device already: casters in its buffers, and depth maps.
 mod casters;
 mod depths;
+mod emitters;
 mod kernels;
 mod layouts;
 mod rendered;

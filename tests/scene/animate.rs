@@ -381,3 +381,96 @@ fn gltf_nodes_follow_their_keys() {
         assert!(error.contains("mill.gltf"), "{error}");
     }
 }
+
+/// A triangle of which two corners follow two joints, the third both; the second joint turns about z. Its
+/// second target lifts all corners.
+fn bent(weights: &str) -> String {
+    let mut floats: Vec<f32> = vec![0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 1.0, 0.0];
+    // Weights of the corners, then what brings the second joint's place, (1, 0, 0), to its own.
+    floats.extend([1.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0]);
+    floats.extend(Mat4::IDENTITY.to_cols_array());
+    floats.extend(Mat4::from_translation(Vec3::NEG_X).to_cols_array());
+    floats.extend([0.0, 2.0]);
+    floats.extend(Quat::IDENTITY.to_array());
+    floats.extend(Quat::from_rotation_z(90f32.to_radians()).to_array());
+    // Targets: one that stays, and one that lifts; their weights at 0 s and 2 s.
+    floats.extend([9.0; 9]);
+    floats.extend([0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    floats.extend([0.0, 0.0, 0.0, 4.0]);
+    let mut bytes: Vec<u8> = floats.iter().flat_map(|v| v.to_le_bytes()).collect();
+    bytes.extend([0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
+    let (uri, length) = (base64(&bytes), bytes.len());
+    let view = |offset: usize, length: usize| {
+        format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length}}}"#)
+    };
+    let views = [
+        (0, 36),
+        (36, 48),
+        (84, 128),
+        (212, 8),
+        (220, 32),
+        (252, 36),
+        (288, 36),
+        (324, 16),
+        (340, 12),
+    ];
+    let views = views.map(|(offset, length)| view(offset, length)).join(",");
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[2,0]}}],
+        "nodes":[{{"children":[1]}},{{"translation":[1,0,0]}},{{"mesh":0,"skin":0,"translation":[50,0,0]}}],
+        "skins":[{{"joints":[0,1],"inverseBindMatrices":2}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"WEIGHTS_0":1,"JOINTS_0":8}},
+          "targets":[{{"POSITION":5}},{{"POSITION":6}}]}}]{weights}}}],
+        "animations":[{{"channels":[{{"sampler":0,"target":{{"node":1,"path":"rotation"}}}},
+            {{"sampler":1,"target":{{"node":2,"path":"weights"}}}}],
+          "samplers":[{{"input":3,"output":4}},{{"input":3,"output":7}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,1,0]}},
+          {{"bufferView":1,"componentType":5126,"count":3,"type":"VEC4"}},
+          {{"bufferView":2,"componentType":5126,"count":2,"type":"MAT4"}},
+          {{"bufferView":3,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[2]}},
+          {{"bufferView":4,"componentType":5126,"count":2,"type":"VEC4"}},
+          {{"bufferView":5,"componentType":5126,"count":3,"type":"VEC3","min":[9,9,9],"max":[9,9,9]}},
+          {{"bufferView":6,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,1],"max":[0,0,1]}},
+          {{"bufferView":7,"componentType":5126,"count":4,"type":"SCALAR"}},
+          {{"bufferView":8,"componentType":5121,"count":3,"type":"VEC4"}}],
+        "bufferViews":[{views}],
+        "buffers":[{{"byteLength":{length},"uri":"data:application/octet-stream;base64,{uri}"}}]}}"#
+    )
+}
+
+#[test]
+fn skins_and_targets_move_corners_against_each_other() {
+    let folder = Folder::new();
+    let mut scene = scene::load(&folder.write("bent.gltf", bent(""))).unwrap();
+    for (seconds, turned, lift) in [(0.0, 0.0f32, 0.0), (1.0, 45.0, 2.0), (2.0, 90.0, 4.0)] {
+        scene.set_time(seconds);
+        let turn = |p: Vec3| {
+            let about = Quat::from_rotation_z(turned.to_radians());
+            Vec3::X + about * (p - Vec3::X)
+        };
+        let lifted = |p: Vec3| p + Vec3::Z * lift;
+        let middle = Vec3::new(1.0, 1.0, 0.0);
+        let exact = [
+            lifted(Vec3::ZERO),
+            lifted(turn(Vec3::X * 2.0)),
+            lifted((middle + turn(middle)) * 0.5),
+        ];
+        for (found, exact) in scene.triangles[0].positions.iter().zip(exact) {
+            assert!(found.distance(exact) < 1e-5, "{seconds} s: {found} {exact}");
+        }
+    }
+    assert!(!scene.skipped.keys().any(|reason| reason.contains("ignored")), "{:?}", scene.skipped);
+    for (from, to) in [
+        (r#""joints":[0,1]"#, r#""joints":[0]"#),
+        (r#""nodes":[2,0]"#, r#""nodes":[2]"#),
+        (r#""inverseBindMatrices":2"#, r#""inverseBindMatrices":1"#),
+        (r#""JOINTS_0":8"#, r#""JOINTS_0":1"#),
+        (r#"{"POSITION":6}"#, r#"{"POSITION":7}"#),
+        (r#""count":4,"type":"SCALAR""#, r#""count":3,"type":"SCALAR""#),
+    ] {
+        assert!(bent("").contains(from), "{from}");
+        let text = bent("").replace(from, to);
+        let error = scene::load(&folder.write("bent.gltf", text)).unwrap_err().to_string();
+        assert!(error.contains("bent.gltf"), "{error}");
+    }
+}

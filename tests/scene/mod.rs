@@ -4,6 +4,7 @@ mod animate;
 mod defaults;
 mod displace;
 mod document;
+mod emitters;
 mod far;
 mod gltf;
 mod gltf_files;

@@ -1,0 +1,352 @@
+//! Particles that emitters send out, by fixed steps of time. What becomes of a particle depends on its number
+//! and its age alone: a frame is the same whichever was made before it.
+//!
+//! Numbers are drawn by a hash of integers (Jarzynski and Olano 2020, `pcg`), and no step asks for more than sums,
+//! products, divisions and square roots. The twin of `wgsl/simulate/simulate_particles.wgsl`.
+use super::hash::pcg;
+use glam::{IVec3, Vec3};
+
+/// [s]
+pub const STEP: f32 = 1.0 / 60.0;
+/// Of a life: what 16 bits hold [steps].
+pub const LONGEST: u32 = 65_535;
+/// Steps of a second.
+pub const STEPS_PER_SECOND: f64 = 60.0;
+/// Boxes that particles of an emitter strike, at most.
+pub const MAX_BOXES: usize = 8;
+
+/// Where particles start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+pub enum Source {
+    #[default]
+    /// At the emitter's position.
+    Point,
+    /// In a box of the emitter's extent.
+    Box,
+    /// In the ellipsoid of that extent.
+    Sphere,
+    /// In the ellipse of its x and z.
+    Disc,
+}
+
+/// What moves the particles of an emitter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forces {
+    /// Of what is drawn.
+    pub seed: u32,
+    /// [1/s]
+    pub rate: f64,
+    /// Shortest and longest [s].
+    pub lifetime: [f32; 2],
+    /// Where particles start.
+    pub source: Source,
+    /// [m]
+    pub position: Vec3,
+    /// Whole [m].
+    pub extent: Vec3,
+    /// [m/s]
+    pub velocity: Vec3,
+    /// The most that a particle's own velocity differs [m/s].
+    pub spread: f32,
+    /// Downwards [m/s^2].
+    pub gravity: f32,
+    /// Upwards at the start; gone at the end of a particle's life [m/s^2].
+    pub buoyancy: f32,
+    /// How fast a particle takes on the velocity of the air [1/s].
+    pub drag: f32,
+    /// Of the air [m/s].
+    pub wind: Vec3,
+    /// Of the air's whirls [m/s].
+    pub turbulence: f32,
+    /// Of the whirls [1/m].
+    pub frequency: f32,
+    /// How fast whirls rise through the air [m/s].
+    pub evolve: f32,
+    /// Height of a ground that is struck [m].
+    pub ground: Option<f32>,
+    /// Corners of boxes that are struck [m].
+    pub boxes: Vec<[Vec3; 2]>,
+    /// Share of its velocity that a particle keeps when it strikes, away from what it strikes.
+    pub bounce: f32,
+    /// Along it.
+    pub slide: f32,
+    /// Where the emitter goes: seconds from its start, ascending, and x, y, z beside `position` [m]. Between
+    /// two rows evenly, before the first and behind the last it stands.
+    pub path: Vec<[f32; 4]>,
+    /// Of the scene, in the world: whirls stay where they are [m].
+    pub origin: Vec3,
+}
+
+/// A particle on its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flying {
+    /// Of the emitter's.
+    pub number: u32,
+    /// [m]
+    pub position: Vec3,
+    /// [m/s]
+    pub velocity: Vec3,
+    /// [steps]
+    pub age: u32,
+    /// [steps]
+    pub life: u32,
+}
+
+/// Draw `index` of particle `number`, 0..1.
+fn draw(seed: u32, number: u32, index: u32) -> f32 {
+    (pcg(number ^ pcg(index ^ pcg(seed))) >> 8) as f32 / (1 << 24) as f32
+}
+
+/// In a ball of radius 1, or where `axes` has 0 in its section: the first of some places in its box that are
+/// inside.
+fn in_ball(seed: u32, number: u32, index: u32, axes: Vec3) -> Vec3 {
+    const TRIES: u32 = 8;
+    for i in 0..TRIES {
+        let axis = |k: u32| draw(seed, number, index + 3 * i + k) * 2.0 - 1.0;
+        let place = Vec3::new(axis(0), axis(1), axis(2)) * axes;
+        if place.length_squared() <= 1.0 {
+            return place;
+        }
+    }
+    Vec3::ZERO
+}
+
+impl Forces {
+    /// Particle `number` as it starts.
+    pub fn start(&self, number: u32) -> Flying {
+        let axis = |k: u32| draw(self.seed, number, k) - 0.5;
+        let aside = match self.source {
+            Source::Point => Vec3::ZERO,
+            Source::Box => Vec3::new(axis(1), axis(2), axis(3)),
+            Source::Sphere => in_ball(self.seed, number, 8, Vec3::ONE) * 0.5,
+            Source::Disc => in_ball(self.seed, number, 8, Vec3::new(1.0, 0.0, 1.0)) * 0.5,
+        };
+        let [least, most] = self.lifetime;
+        let life = least + (most - least) * draw(self.seed, number, 0);
+        Flying {
+            number,
+            position: self.position
+                + self.gone(f64::from(number) / self.rate)
+                + aside * self.extent,
+            velocity: self.velocity + in_ball(self.seed, number, 40, Vec3::ONE) * self.spread,
+            age: 0,
+            life: ((life * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST),
+        }
+    }
+
+    /// How far along its path the emitter is then [s].
+    fn gone(&self, seconds: f64) -> Vec3 {
+        let place = |row: &[f32; 4]| Vec3::new(row[1], row[2], row[3]);
+        let after = self.path.partition_point(|row| f64::from(row[0]) <= seconds);
+        match (after.checked_sub(1).map(|i| &self.path[i]), self.path.get(after)) {
+            (Some(a), Some(b)) => {
+                let share = (seconds - f64::from(a[0])) / f64::from(b[0] - a[0]);
+                place(a).lerp(place(b), share as f32)
+            }
+            (Some(end), None) | (None, Some(end)) => place(end),
+            (None, None) => Vec3::ZERO,
+        }
+    }
+
+    /// Step of time in which particle `number` starts; the first is number 0 in step 0.
+    pub fn starts_in(&self, number: u32) -> u32 {
+        (f64::from(number) / self.rate * STEPS_PER_SECOND) as u32
+    }
+
+    /// Particles that have started before the end of step `step`.
+    pub fn started(&self, step: u32) -> u32 {
+        /// A number more than which no emitter sends out.
+        const MOST: u32 = 1 << 31;
+        let guess = (f64::from(step) + 1.0) / STEPS_PER_SECOND * self.rate;
+        if guess >= f64::from(MOST) {
+            return MOST;
+        }
+        // What rounding leaves open is asked.
+        let mut count = guess as u32;
+        while self.starts_in(count) <= step {
+            count += 1;
+        }
+        while count > 0 && self.starts_in(count - 1) > step {
+            count -= 1;
+        }
+        count
+    }
+
+    /// Longest life [steps].
+    pub fn longest(&self) -> u32 {
+        ((self.lifetime[1] * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST)
+    }
+
+    /// A step on; `step`: of time.
+    pub fn advance(&self, flying: &mut Flying, step: u32) {
+        let share = flying.age as f32 / flying.life as f32;
+        let lift = self.buoyancy * (1.0 - share) - self.gravity;
+        let mut air = self.wind;
+        if self.turbulence > 0.0 {
+            let rise = Vec3::Y * (self.evolve * STEP * step as f32);
+            air += whirl((flying.position + self.origin - rise) * self.frequency, self.seed)
+                * self.turbulence;
+        }
+        // The drag by its end: it never overshoots.
+        let pushed = flying.velocity + (Vec3::Y * lift + air * self.drag) * STEP;
+        flying.velocity = pushed / (1.0 + self.drag * STEP);
+        flying.position += flying.velocity * STEP;
+        flying.age += 1;
+        if let Some(ground) = self.ground
+            && flying.position.y < ground
+        {
+            flying.position.y = ground;
+            self.strike(flying, Vec3::Y);
+        }
+        for corners in &self.boxes {
+            if let Some((place, out)) = pushed_out(flying.position, corners) {
+                flying.position = place;
+                self.strike(flying, out);
+            }
+        }
+    }
+
+    /// Against what faces `out`.
+    fn strike(&self, flying: &mut Flying, out: Vec3) {
+        let into = flying.velocity.dot(out);
+        if into < 0.0 {
+            let along = flying.velocity - out * into;
+            flying.velocity = along * self.slide - out * (into * self.bounce);
+        }
+    }
+}
+
+/// Through the nearest side, of what is inside.
+fn pushed_out(place: Vec3, &[min, max]: &[Vec3; 2]) -> Option<(Vec3, Vec3)> {
+    if !(place.cmpgt(min).all() && place.cmplt(max).all()) {
+        return None;
+    }
+    let mut nearest = (f32::INFINITY, Vec3::ZERO, place);
+    for axis in 0..3 {
+        for (side, sign) in [(min[axis], -1.0), (max[axis], 1.0)] {
+            let way = (side - place[axis]) * sign;
+            if way < nearest.0 {
+                let (mut out, mut at) = (Vec3::ZERO, place);
+                (out[axis], at[axis]) = (sign, side);
+                nearest = (way, out, at);
+            }
+        }
+    }
+    Some((nearest.2, nearest.1))
+}
+
+/// Velocity of whirling air that is nowhere dense: the cross product of two gradients (`DeWolf` 2005), about 1
+/// in size.
+pub fn whirl(at: Vec3, seed: u32) -> Vec3 {
+    const SCALE: f32 = 0.875;
+    noise_gradient(at, seed).cross(noise_gradient(at, seed ^ 0x9e37_79b9)) * SCALE
+}
+
+/// Gradient of noise that is -1..1 at the corners of a lattice (value noise, Perlin's fade of 2002).
+fn noise_gradient(at: Vec3, seed: u32) -> Vec3 {
+    let low = at.floor();
+    let t = at - low;
+    let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let slope = t * t * (t * (t * 30.0 - 60.0) + 30.0);
+    let cell = low.as_ivec3();
+    let corner = |x: i32, y: i32, z: i32| {
+        let [x, y, z] = (cell + IVec3::new(x, y, z)).to_array().map(i32::cast_unsigned);
+        (pcg(x ^ pcg(y ^ pcg(z ^ seed))) >> 8) as f32 / (1 << 23) as f32 - 1.0
+    };
+    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+    let [c000, c100] = [corner(0, 0, 0), corner(1, 0, 0)];
+    let [c010, c110] = [corner(0, 1, 0), corner(1, 1, 0)];
+    let [c001, c101] = [corner(0, 0, 1), corner(1, 0, 1)];
+    let [c011, c111] = [corner(0, 1, 1), corner(1, 1, 1)];
+    // Along x at the four edges, then what differs between these.
+    let edges = [
+        mix(c000, c100, fade.x),
+        mix(c010, c110, fade.x),
+        mix(c001, c101, fade.x),
+        mix(c011, c111, fade.x),
+    ];
+    let along_x =
+        mix(mix(c100 - c000, c110 - c010, fade.y), mix(c101 - c001, c111 - c011, fade.y), fade.z);
+    let along_y = mix(edges[1] - edges[0], edges[3] - edges[2], fade.z);
+    let along_z = mix(edges[2], edges[3], fade.y) - mix(edges[0], edges[1], fade.y);
+    Vec3::new(along_x, along_y, along_z) * slope
+}
+
+/// Particles of one emitter that are on their way, oldest first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flock {
+    /// Steps of time that have passed.
+    step: u32,
+    flying: Vec<Flying>,
+}
+
+impl Flock {
+    /// In the order of their numbers.
+    pub fn flying(&self) -> &[Flying] {
+        &self.flying
+    }
+
+    /// The flock after `step` steps, on from where it is; the same as from the start. None starts after `last`
+    /// steps.
+    pub fn advance_to(&mut self, forces: &Forces, step: u32, last: u32) {
+        if step < self.step {
+            *self = Self::default();
+        }
+        if step == 0 {
+            return;
+        }
+        let longest = forces.longest();
+        let first = forces.started_before(self.step.min(last));
+        // What starts and ends between is never seen.
+        let oldest = forces.started_before(step.saturating_sub(longest).min(last));
+        let end = forces.started_before(step.min(last));
+        let older = self.flying.iter().copied().map(|flying| (flying, self.step));
+        let newer = (first.max(oldest)..end).map(|n| (forces.start(n), forces.starts_in(n)));
+        let mut all: Vec<(Flying, u32)> = older.chain(newer).collect();
+        let fly = |(flying, from): &mut (Flying, u32)| {
+            for step in *from..step {
+                if flying.age >= flying.life {
+                    break;
+                }
+                forces.advance(flying, step);
+            }
+        };
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let each = all.len().div_ceil(threads).max(1024);
+        std::thread::scope(|scope| {
+            for part in all.chunks_mut(each) {
+                scope.spawn(move || part.iter_mut().for_each(fly));
+            }
+        });
+        self.flying = all.into_iter().map(|(f, _)| f).filter(|f| f.age < f.life).collect();
+        self.step = step;
+    }
+}
+
+impl Forces {
+    /// Particles that fly at a time, at most.
+    pub fn most(&self) -> u32 {
+        // Those that start in as many steps as the longest life has, and one more.
+        let seconds = f64::from(self.longest() + 1) / STEPS_PER_SECOND;
+        (self.rate * seconds).ceil() as u32 + 1
+    }
+
+    /// In a scene that is moved [m].
+    #[must_use]
+    pub fn moved(&self, by: Vec3) -> Self {
+        Self {
+            position: self.position + by,
+            ground: self.ground.map(|ground| ground + by.y),
+            boxes: self.boxes.iter().map(|corners| corners.map(|corner| corner + by)).collect(),
+            origin: self.origin - by,
+            ..self.clone()
+        }
+    }
+
+    /// Particles that have started before step `step`.
+    pub fn started_before(&self, step: u32) -> u32 {
+        step.checked_sub(1).map_or(0, |last| self.started(last))
+    }
+}

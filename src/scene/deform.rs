@@ -1,0 +1,245 @@
+//! Skins and morph targets of glTF meshes: corners that move against each other.
+use super::{SceneError, gltf_file::File, gltf_items::Items, limits::Limit, track::Track};
+use crate::model::Triangle;
+use ::gltf::{
+    Accessor, Semantic,
+    accessor::{DataType, Dimensions},
+};
+use glam::{Mat3, Mat4, Vec3};
+
+/// Of the triangles of a draw.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Deform {
+    targets: Vec<Target>,
+    skin: Option<Skin>,
+}
+
+/// A morph target: what it adds to each corner.
+#[derive(Clone, Debug, PartialEq)]
+struct Target {
+    /// Where no track says one.
+    weight: f32,
+    track: Option<Track>,
+    positions: Vec<[Vec3; 3]>,
+    /// None, or as many.
+    normals: Vec<[Vec3; 3]>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Skin {
+    /// Node of the file, until [`Skin::find`] makes it one of the rig, and mesh space to its own.
+    joints: Vec<(usize, Mat4)>,
+    corners: Vec<[Bound; 3]>,
+}
+
+/// How a corner follows joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Bound {
+    joints: [u16; 4],
+    /// Their sum is 1, or 0 of what follows none.
+    weights: [f32; 4],
+}
+
+impl Deform {
+    /// `kept`: vertices of the triangles that were made of the primitive. `tracks`: of the node's weights.
+    pub(super) fn new(
+        file: &File,
+        node: &gltf::Node<'_>,
+        primitive: &gltf::Primitive<'_>,
+        kept: &[[usize; 3]],
+        tracks: &[Track],
+    ) -> Result<Option<Self>, SceneError> {
+        let skin = match node.skin() {
+            Some(skin) => Skin::new(file, &skin, primitive, kept)?,
+            None => None,
+        };
+        let targets = targets(file, node, primitive, kept, tracks)?;
+        Ok((skin.is_some() || !targets.is_empty()).then_some(Self { targets, skin }))
+    }
+
+    /// `number`: of a file's node, in the rig.
+    pub(super) fn find(
+        &mut self,
+        file: &File,
+        number: impl Fn(usize) -> Option<usize>,
+    ) -> Result<(), SceneError> {
+        for (joint, _) in self.skin.iter_mut().flat_map(|skin| &mut skin.joints) {
+            *joint = number(*joint).ok_or_else(|| {
+                let message = format!("joint {joint} of a skin is not in the scene");
+                file.invalid(message, "export the file again")
+            })?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn moves(&self) -> bool {
+        self.targets.iter().any(|target| target.track.is_some())
+    }
+
+    /// `own` becomes `local` in the world then [s]; `worlds`: of the rig's nodes.
+    pub(super) fn put(
+        &self,
+        own: &mut [Triangle],
+        local: &[Triangle],
+        world: Mat4,
+        worlds: &[Mat4],
+        seconds: f64,
+    ) {
+        let weights: Vec<f32> = self.targets.iter().map(|target| target.at(seconds)).collect();
+        // A skinned mesh is where its joints are, not where its node is.
+        let joints = self.skin.iter().flat_map(|skin| &skin.joints);
+        let joints: Vec<Mat4> = joints.map(|&(node, inverse)| worlds[node] * inverse).collect();
+        for (i, (own, local)) in own.iter_mut().zip(local).enumerate() {
+            for c in 0..3 {
+                let (mut position, mut normal) = (local.positions[c], local.normals[c]);
+                for (target, weight) in self.targets.iter().zip(&weights) {
+                    position += target.positions[i][c] * *weight;
+                    normal += target.normals.get(i).map_or(Vec3::ZERO, |n| n[c]) * *weight;
+                }
+                let world =
+                    self.skin.as_ref().map_or(world, |skin| skin.corners[i][c].at(&joints, world));
+                own.positions[c] = world.transform_point3(position);
+                let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
+                own.normals[c] = (normal_from_local * normal).normalize_or(Vec3::Y);
+            }
+            own.uvs = local.uvs;
+        }
+    }
+}
+
+impl Target {
+    fn at(&self, seconds: f64) -> f32 {
+        self.track.as_ref().map_or(self.weight, |track| track.at(seconds).x)
+    }
+}
+
+impl Bound {
+    fn at(&self, joints: &[Mat4], node: Mat4) -> Mat4 {
+        if self.weights == [0.0; 4] {
+            return node;
+        }
+        let parts = self.joints.iter().zip(self.weights);
+        parts
+            .map(|(&joint, weight)| joints[usize::from(joint)] * weight)
+            .fold(Mat4::ZERO, |a, b| a + b)
+    }
+}
+
+impl Skin {
+    fn new(
+        file: &File,
+        skin: &gltf::Skin<'_>,
+        primitive: &gltf::Primitive<'_>,
+        kept: &[[usize; 3]],
+    ) -> Result<Option<Self>, SceneError> {
+        let damaged = |problem: &str| {
+            let message = format!("skin {}: {problem}", skin.index());
+            file.invalid(message, "export the file again")
+        };
+        let [joints, weights] =
+            [Semantic::Joints(0), Semantic::Weights(0)].map(|s| primitive.get(&s));
+        let (Some(joints), Some(weights)) = (joints, weights) else { return Ok(None) };
+        let is_whole = matches!(joints.data_type(), DataType::U8 | DataType::U16);
+        let is_weight = matches!(weights.data_type(), DataType::F32 | DataType::U8 | DataType::U16);
+        let four = |accessor: &Accessor<'_>| accessor.dimensions() == Dimensions::Vec4;
+        if !(is_whole && is_weight && four(&joints) && four(&weights)) {
+            return Err(damaged("joints or weights are of another type"));
+        }
+        let (joints, weights) = (items(file, &joints)?, items(file, &weights)?);
+        let nodes: Vec<usize> = skin.joints().map(|joint| joint.index()).collect();
+        let inverses = match skin.inverse_bind_matrices() {
+            None => vec![Mat4::IDENTITY; nodes.len()],
+            Some(accessor) => {
+                let is_matrix = accessor.dimensions() == Dimensions::Mat4
+                    && accessor.data_type() == DataType::F32
+                    && accessor.count() >= nodes.len();
+                if !is_matrix {
+                    return Err(damaged("its matrices are too few or of another type"));
+                }
+                let matrices = items(file, &accessor)?;
+                (0..nodes.len()).map(|i| Mat4::from_cols_array(&matrices.floats(i))).collect()
+            }
+        };
+        let bound = |vertex: usize| {
+            if vertex >= joints.count.min(weights.count) {
+                return Err(damaged("a vertex has no joints"));
+            }
+            let (own, weights): ([usize; 4], [f32; 4]) =
+                (joints.wholes(vertex), weights.floats(vertex));
+            let sum: f32 = weights.iter().sum();
+            let is_known = own.iter().zip(weights).all(|(&j, w)| w == 0.0 || j < nodes.len());
+            if !is_known || !sum.is_finite() {
+                return Err(damaged("a vertex follows a joint that is not there"));
+            }
+            let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+            // What has no weight may have any number.
+            let own = own.map(|joint| if joint < nodes.len() { joint as u16 } else { 0 });
+            Ok(Bound { joints: own, weights: weights.map(|weight| weight * share) })
+        };
+        let corners = kept.iter().map(|&[a, b, c]| Ok([bound(a)?, bound(b)?, bound(c)?]));
+        let corners = corners.collect::<Result<_, SceneError>>()?;
+        Ok(Some(Self { joints: nodes.into_iter().zip(inverses).collect(), corners }))
+    }
+}
+
+fn targets(
+    file: &File,
+    node: &gltf::Node<'_>,
+    primitive: &gltf::Primitive<'_>,
+    kept: &[[usize; 3]],
+    tracks: &[Track],
+) -> Result<Vec<Target>, SceneError> {
+    let of_mesh = node.mesh().and_then(|mesh| mesh.weights());
+    let weights = node.weights().or(of_mesh).unwrap_or_default();
+    let mut targets = Vec::new();
+    let mut count = 0;
+    for (i, target) in primitive.morph_targets().enumerate() {
+        let (weight, track) = (weights.get(i).copied().unwrap_or(0.0), tracks.get(i).cloned());
+        if !weight.is_finite() {
+            let message = format!("a weight of node {} is not finite", node.index());
+            return Err(file.invalid(message, "export the file again"));
+        }
+        let Some(positions) = target.positions().filter(|_| weight != 0.0 || track.is_some())
+        else {
+            continue;
+        };
+        count = Limit::Triangles
+            .grown(count, kept.len() as u64)
+            .map_err(|(message, help)| file.invalid(message, help))?;
+        let positions = deltas(file, &positions, kept)?;
+        let normals = match target.normals() {
+            Some(normals) => deltas(file, &normals, kept)?,
+            None => Vec::new(),
+        };
+        targets.push(Target { weight, track, positions, normals });
+    }
+    Ok(targets)
+}
+
+fn deltas(
+    file: &File,
+    accessor: &Accessor<'_>,
+    kept: &[[usize; 3]],
+) -> Result<Vec<[Vec3; 3]>, SceneError> {
+    let damaged = || {
+        let message = format!("accessor {} is not that of a morph target", accessor.index());
+        file.invalid(message, "export the file again, without mesh quantization")
+    };
+    if accessor.dimensions() != Dimensions::Vec3 || accessor.data_type() != DataType::F32 {
+        return Err(damaged());
+    }
+    let items = items(file, accessor)?;
+    let delta = |vertex: usize| {
+        if vertex >= items.count {
+            return Err(damaged());
+        }
+        let delta = Vec3::from_array(items.floats(vertex));
+        if delta.is_finite() { Ok(delta) } else { Err(damaged()) }
+    };
+    kept.iter().map(|&[a, b, c]| Ok([delta(a)?, delta(b)?, delta(c)?])).collect()
+}
+
+fn items<'f>(file: &'f File, accessor: &Accessor<'_>) -> Result<Items<'f>, SceneError> {
+    file.check(accessor, accessor.size())?;
+    file.items(accessor)
+}

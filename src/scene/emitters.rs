@@ -1,0 +1,295 @@
+//! `[[emitter]]`: particles that are sent out, fly and fade.
+use super::{
+    Scene, SceneError,
+    document_motion::{BoxTable, EmitterTable, Shades},
+    limits::Limit,
+    loader::Loader,
+    particles::FARTHEST,
+    tables::Table,
+};
+use crate::{
+    model::{
+        Motion, Particle,
+        emitter::{Flock, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
+    },
+    records::pcg,
+};
+use glam::Vec3;
+use std::{
+    fmt,
+    ops::RangeInclusive,
+    sync::{Arc, Mutex, PoisonError},
+};
+use toml::Spanned;
+
+/// Steps of all particles that a frame alone may take: some minutes on two cores.
+const MOST_FLOWN: u64 = 1 << 32;
+
+/// One emitter of a scene.
+#[derive(Clone, Debug)]
+struct Emitter {
+    forces: Forces,
+    material: u32,
+    /// Of its first particle.
+    first_id: u32,
+    /// When it begins [s].
+    start: f64,
+    /// How long it sends particles out [steps].
+    steps: u32,
+    /// Over a particle's life, evenly spaced.
+    radius: Vec<f32>,
+    color: Vec<Vec3>,
+    alpha: Vec<f32>,
+}
+
+/// All emitters of a scene: their particles follow all others.
+struct Emitters {
+    first_particle: usize,
+    emitters: Vec<Emitter>,
+    /// As they last were: the next frame goes on from there. What they are follows from the time alone.
+    flocks: Mutex<Vec<Flock>>,
+}
+
+impl fmt::Debug for Emitters {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { first_particle, emitters, .. } = self;
+        f.debug_tuple("Emitters").field(first_particle).field(emitters).finish()
+    }
+}
+
+impl Motion for Emitters {
+    fn apply(&self, scene: &mut Scene, seconds: f64) {
+        scene.particles.truncate(self.first_particle);
+        let mut flocks = self.flocks.lock().unwrap_or_else(PoisonError::into_inner);
+        flocks.resize(self.emitters.len(), Flock::default());
+        for (emitter, flock) in self.emitters.iter().zip(flocks.iter_mut()) {
+            emitter.send(flock, seconds, &mut scene.particles);
+        }
+    }
+
+    fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
+        let moved =
+            |emitter: &Emitter| Emitter { forces: emitter.forces.moved(by), ..emitter.clone() };
+        Some(Arc::new(Self {
+            first_particle: self.first_particle,
+            emitters: self.emitters.iter().map(moved).collect(),
+            flocks: Mutex::default(),
+        }))
+    }
+
+    fn moves_particles(&self) -> bool {
+        true
+    }
+}
+
+impl Emitter {
+    /// Adds the particles that are on their way.
+    fn send(&self, flock: &mut Flock, seconds: f64, particles: &mut Vec<Particle>) {
+        // Frames that fall on a step do so in spite of rounding.
+        let steps = ((seconds - self.start) * STEPS_PER_SECOND + 1e-6).max(0.0);
+        let step = steps as u32;
+        flock.advance_to(&self.forces, step, self.steps);
+        // On from the last whole step.
+        let part = (steps - f64::from(step)) as f32;
+        particles.extend(flock.flying().iter().filter_map(|flying| {
+            let share = ((flying.age as f32 + part) / flying.life as f32).min(1.0);
+            let alpha = mixed(&self.alpha, share, |a, b, t| a + (b - a) * t);
+            let center = flying.position + flying.velocity * (part * STEP);
+            let turn = (pcg(flying.number ^ self.forces.seed) >> 8) as f32 / (1 << 24) as f32;
+            (alpha > 0.0 && center.abs().max_element() <= FARTHEST).then(|| Particle {
+                center,
+                radius: mixed(&self.radius, share, |a, b, t| a + (b - a) * t),
+                color: mixed(&self.color, share, Vec3::lerp).extend(alpha),
+                rotation: turn * std::f32::consts::TAU,
+                material: self.material,
+                id: self.first_id.wrapping_add(flying.number),
+            })
+        }));
+    }
+}
+
+/// Between evenly spaced values.
+fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
+    let at = share * (values.len() - 1) as f32;
+    let low = (at as usize).min(values.len() - 1);
+    let high = (low + 1).min(values.len() - 1);
+    mix(values[low], values[high], at - low as f32)
+}
+
+impl Loader<'_> {
+    /// After all other particles.
+    pub(super) fn emitters(&mut self, tables: &[Spanned<EmitterTable>]) -> Result<(), SceneError> {
+        if tables.is_empty() {
+            return Ok(());
+        }
+        let first_particle = self.scene.particles.len();
+        let mut have = first_particle;
+        let mut emitters = Vec::with_capacity(tables.len());
+        for table in tables {
+            let emitter = self.emitter(table)?;
+            let most = emitter.forces.most();
+            self.check_limit(Limit::Particles, have, most as usize, (&table.span(), "rate"))?;
+            let flown = u64::from(most) * u64::from(emitter.forces.longest());
+            if flown > MOST_FLOWN {
+                let message = format!("{flown} steps of particles for one frame");
+                let help = format!("at most {MOST_FLOWN}: use a lower rate or shorter lives");
+                return Err(self.error(&table.span(), "lifetime", &message, &help));
+            }
+            have += most as usize;
+            self.next_id = self.next_id.wrapping_add(1 << 24);
+            emitters.push(emitter);
+        }
+        let emitters = Emitters { first_particle, emitters, flocks: Mutex::default() };
+        emitters.apply(&mut self.scene, 0.0);
+        self.scene.motions.push(Arc::new(emitters));
+        Ok(())
+    }
+
+    fn emitter(&self, table: &Spanned<EmitterTable>) -> Result<Emitter, SceneError> {
+        let check = Table { source: self.source, table };
+        let given = table.get_ref();
+        let material = self.material(&table.span(), &given.material)?;
+        let number = |key: &str, value: Option<f32>, usual: f32, range: RangeInclusive<f32>| {
+            let words = format!("{} to {}", range.start(), range.end());
+            check.number(key, value.unwrap_or(usual), |v| range.contains(&v), &words)
+        };
+        let vector = |key: &str, value: Option<[f32; 3]>, usual: [f32; 3]| {
+            check.vector(key, value.unwrap_or(usual))
+        };
+        let stops =
+            |key: &str, given: &Option<Vec<f32>>, usual: &[f32], range: RangeInclusive<f32>| {
+                let values = given.clone().unwrap_or_else(|| usual.to_vec());
+                count_stops(&check, key, values.len())?;
+                let words = format!("{} to {}", range.start(), range.end());
+                for &value in &values {
+                    check.number(key, value, |v| range.contains(&v), &words)?;
+                }
+                Ok(values)
+            };
+        let most_color = self.scene.materials[material as usize].transfer.max_color();
+        let colors = given.color.clone().unwrap_or_else(|| vec![Shades([1.0; 3])]);
+        count_stops(&check, "color", colors.len())?;
+        for &value in colors.iter().flat_map(|color| &color.0) {
+            let range = format!("0 to {most_color}");
+            check.number("color", value, |v| (0.0..=most_color).contains(&v), &range)?;
+        }
+        let lifetime = match given.lifetime.0[..] {
+            [one] => [one; 2],
+            [least, most] if least <= most => [least, most],
+            _ => {
+                let help = "one number, or the shortest and the longest [s]";
+                return Err(check.fault("lifetime", "lifetime is no range", help));
+            }
+        };
+        for seconds in lifetime {
+            number("lifetime", Some(seconds), 1.0, 0.02..=600.0)?;
+        }
+        let start = number("start", given.start, 0.0, -600.0..=1e6)?;
+        let stop = match given.stop {
+            Some(stop) if stop.is_finite() && stop > start => Some(stop),
+            Some(stop) => {
+                let help = "it ends after its start [s]";
+                return Err(check.fault("stop", format!("stop is {stop}"), help));
+            }
+            None => None,
+        };
+        let extent = vector("extent", given.extent, [0.2; 3])?;
+        if extent.min_element() < 0.0 {
+            return Err(check.fault("extent", "a negative extent", "use lengths of 0 or more [m]"));
+        }
+        if given.boxes.len() > MAX_BOXES {
+            let message = format!("{} boxes", given.boxes.len());
+            return Err(check.fault("boxes", message, &format!("at most {MAX_BOXES}")));
+        }
+        let forces = Forces {
+            seed: given.seed.unwrap_or(0),
+            rate: f64::from(number("rate", Some(given.rate), 1.0, 1e-3..=1e6)?),
+            lifetime,
+            source: given.shape.unwrap_or_default(),
+            position: vector("position", given.position, [0.0; 3])?,
+            extent,
+            velocity: vector("velocity", given.velocity, [0.0, 1.0, 0.0])?,
+            spread: number("spread", given.spread, 0.0, 0.0..=1e3)?,
+            gravity: number("gravity", given.gravity, 0.0, -1e3..=1e3)?,
+            buoyancy: number("buoyancy", given.buoyancy, 0.0, -1e3..=1e3)?,
+            drag: number("drag", given.drag, 0.0, 0.0..=1e3)?,
+            wind: vector("wind", given.wind, [0.0; 3])?,
+            turbulence: number("turbulence", given.turbulence, 0.0, 0.0..=1e3)?,
+            frequency: number("frequency", given.frequency, 1.0, 1e-3..=1e3)?,
+            evolve: number("evolve", given.evolve, 0.0, -1e3..=1e3)?,
+            ground: match given.ground {
+                Some(height) => Some(number("ground", Some(height), 0.0, -FARTHEST..=FARTHEST)?),
+                None => None,
+            },
+            boxes: given
+                .boxes
+                .iter()
+                .map(|table| self.solid_box(table))
+                .collect::<Result<_, _>>()?,
+            bounce: number("bounce", given.bounce, 0.2, 0.0..=1.0)?,
+            slide: number("slide", given.slide, 0.8, 0.0..=1.0)?,
+            path: path(&check, start)?,
+            origin: Vec3::ZERO,
+        };
+        if (forces.turbulence > 0.0 || forces.wind != Vec3::ZERO) && forces.drag == 0.0 {
+            let key = if forces.turbulence > 0.0 { "turbulence" } else { "wind" };
+            let help =
+                "give it a drag, such as 1: that is how fast the air takes particles with it";
+            return Err(check.fault(key, "air that moves takes nothing with it", help));
+        }
+        let lasts =
+            stop.map_or(f64::from(u32::MAX), |stop| f64::from(stop - start) * STEPS_PER_SECOND);
+        Ok(Emitter {
+            forces,
+            material,
+            first_id: self.next_id,
+            start: f64::from(start),
+            steps: lasts as u32,
+            radius: stops("radius", &given.radius, &[0.05], 1e-6..=1e5)?,
+            color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
+            alpha: stops("alpha", &given.alpha, &[1.0], 0.0..=1.0)?,
+        })
+    }
+
+    fn solid_box(&self, table: &Spanned<BoxTable>) -> Result<[Vec3; 2], SceneError> {
+        let check = Table { source: self.source, table };
+        let BoxTable { min, max } = *table.get_ref();
+        let (low, high) = (check.vector("min", min)?, check.vector("max", max)?);
+        if low.cmplt(high).all() {
+            return Ok([low, high]);
+        }
+        Err(check.fault("min", "min is not below max", "write the lower corner as min"))
+    }
+}
+
+/// Rows of the table, from the emitter's start on.
+fn path(check: &Table<'_, EmitterTable>, start: f32) -> Result<Vec<[f32; 4]>, SceneError> {
+    let mut rows: Vec<[f32; 4]> = Vec::new();
+    for row in &check.table.get_ref().path {
+        let &[seconds, x, y, z] = &row.0[..] else {
+            let message = format!("a row of {} numbers", row.0.len());
+            return Err(check.fault("path", message, "each row is [seconds, x, y, z]"));
+        };
+        check.vector("path", [x, y, z])?;
+        let ascends = rows.last().is_none_or(|last| last[0] < seconds - start);
+        if !seconds.is_finite() || !ascends {
+            let message = "times that do not ascend";
+            return Err(check.fault(
+                "path",
+                message,
+                "write its rows in order, each time once [s]",
+            ));
+        }
+        rows.push([seconds - start, x, y, z]);
+    }
+    Ok(rows)
+}
+
+fn count_stops(check: &Table<'_, EmitterTable>, key: &str, count: usize) -> Result<(), SceneError> {
+    const MOST: usize = 16;
+    if (1..=MOST).contains(&count) {
+        return Ok(());
+    }
+    let help = format!("1 to {MOST}, evenly spaced over a particle's life");
+    Err(check.fault(key, format!("{count} values of {key}"), &help))
+}

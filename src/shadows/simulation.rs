@@ -1,0 +1,119 @@
+//! Particles that never leave the device: an emitter's, moved by a kernel, and read by gobo as the host's.
+use super::Shadows;
+use crate::{
+    error::Error,
+    gpu::{Allocator, Kernel, Memory, Resources},
+    model::emitter::Forces,
+    records::{EmitterParams, GpuFlying, STEPS_AT_ONCE},
+    stage::{shade::point_grid, simulate},
+};
+use wgpu::{BindGroup, Buffer, BufferUsages};
+
+/// An emitter on the device. Its particles are those of [`Flock`](crate::model::emitter::Flock) but for
+/// rounding, which whirls and collisions make grow.
+#[derive(Debug)]
+pub struct Simulation {
+    queue: wgpu::Queue,
+    forces: Forces,
+    kernel: Kernel,
+    /// Of each dispatch that one recording may make.
+    rounds: Vec<(Buffer, BindGroup)>,
+    flying: Buffer,
+    capacity: u32,
+    step: u32,
+    memory: Memory,
+}
+
+/// How [`Shadows::caster_loader`] reads the particles of a [`Simulation`]: the text before a host's own
+/// `load_caster`, which has `flying_particles[index]` and `flying_share`. The buffer is binding 0 of the host's group.
+pub const FLYING_WGSL: &str = "
+struct Flying { position: vec3<f32>, number: u32, velocity: vec3<f32>, age_life: u32 }
+@group(1) @binding(0) var<storage, read> flying_particles: array<Flying>;
+
+// Age over life; 1 of a particle that has ended, which is to have no alpha.
+fn flying_share(particle: Flying) -> f32 {
+    let life = particle.age_life >> 16u;
+    return select(f32(particle.age_life & 0xffffu) / f32(max(life, 1u)), 1.0, life == 0u);
+}
+";
+
+impl Shadows {
+    /// An emitter whose particles are moved on the device, from step 0 of time on.
+    ///
+    /// # Errors
+    /// Where the emitter has a path, which the kernel does not follow, or the device has no room for its
+    /// particles or refuses the kernel.
+    pub fn simulation(&self, forces: &Forces) -> Result<Simulation, Error> {
+        if !forces.path.is_empty() {
+            let problem = "its path is not followed on the device";
+            return Err(Error::Invalid { what: "emitter", index: 0, problem });
+        }
+        let ((device, _), queue) = (self.device(), self.queue());
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let capacity = forces.most();
+        let copied = BufferUsages::COPY_SRC;
+        let flying = allocator.storage::<GpuFlying>("flying", u64::from(capacity), copied)?;
+        let kernel = self.kernel_of(&simulate::PARTICLES)?;
+        let mut rounds = Vec::new();
+        for _ in 0..ROUNDS {
+            let params = allocator.uniform::<EmitterParams>("emitter_params");
+            let resources =
+                Resources::new().with("emitter_params", &params).with("flying", &flying);
+            let bindings = kernel.bind(device, &resources)?;
+            rounds.push((params, bindings));
+        }
+        let (queue, forces) = (queue.clone(), forces.clone());
+        Ok(Simulation { queue, forces, kernel, rounds, flying, capacity, step: 0, memory })
+    }
+}
+
+/// Dispatches that one recording may make.
+const ROUNDS: u32 = 8;
+
+impl Simulation {
+    /// Steps of time that one recording may make.
+    pub const MOST_STEPS: u32 = ROUNDS * STEPS_AT_ONCE;
+
+    /// Records `steps` more steps of 1/60 s, at most [`Self::MOST_STEPS`], of which it returns how many. The
+    /// commands must be submitted before it records again.
+    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, steps: u32) -> u32 {
+        let end = self.step.saturating_add(steps.min(Self::MOST_STEPS));
+        let first = self.step;
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("gobo simulate"),
+            timestamp_writes: None,
+        });
+        for (params, bindings) in &self.rounds {
+            let count = (end - self.step).min(STEPS_AT_ONCE);
+            if count == 0 {
+                break;
+            }
+            let values = EmitterParams::new(&self.forces, self.capacity, self.step, count);
+            self.queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
+            self.kernel.record(&mut pass, bindings, point_grid(self.capacity));
+            self.step += count;
+        }
+        self.step - first
+    }
+
+    /// Particles, as [`FLYING_WGSL`] reads them: [`Self::capacity`] of them. Usages `STORAGE` and `COPY_SRC`.
+    pub fn particles(&self) -> &Buffer {
+        &self.flying
+    }
+
+    /// Particles that fly at a time, at most.
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
+    /// Steps of time that have been recorded.
+    pub fn step(&self) -> u32 {
+        self.step
+    }
+
+    /// Bytes by buffer.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+}

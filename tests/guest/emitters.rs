@@ -1,0 +1,180 @@
+//! An emitter on the device: its particles are the twin's, and cast shadows without leaving it.
+use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, uploaded};
+use crate::common::{TIERS, gpu};
+use gobo::{
+    CasterCount, HostCasters,
+    gpu::Gpu,
+    model::emitter::{Flock, Flying, Forces, Source},
+    records::GpuFlying,
+    shadows::{FLYING_WGSL, Simulation},
+    wgpu,
+};
+
+fn calm() -> Forces {
+    Forces {
+        seed: 11,
+        rate: 700.0,
+        lifetime: [0.3, 1.2],
+        source: Source::Sphere,
+        position: Vec3::new(0.2, -1.0, 0.1),
+        extent: Vec3::new(1.0, 0.4, 0.8),
+        velocity: Vec3::new(0.2, 1.5, 0.0),
+        spread: 0.7,
+        gravity: 1.0,
+        buoyancy: 2.5,
+        drag: 1.2,
+        wind: Vec3::new(0.4, 0.0, -0.3),
+        turbulence: 0.0,
+        frequency: 1.3,
+        evolve: 0.5,
+        ground: None,
+        boxes: Vec::new(),
+        bounce: 0.4,
+        slide: 0.8,
+        path: Vec::new(),
+        origin: Vec3::new(3.0, 0.0, 1.0),
+    }
+}
+
+/// Whirls, a ground and boxes.
+fn wild() -> Forces {
+    Forces {
+        turbulence: 1.5,
+        ground: Some(-1.1),
+        boxes: vec![
+            [Vec3::new(0.4, -2.0, -1.0), Vec3::new(0.9, -0.2, 1.0)],
+            [Vec3::new(-1.0, -0.4, -1.0), Vec3::new(0.0, -0.2, 1.0)],
+        ],
+        ..calm()
+    }
+}
+
+fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
+    let mut left = steps;
+    while left > 0 {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        left -= simulation.record(&mut encoder, left);
+        gpu.queue.submit([encoder.finish()]);
+    }
+    gpu.check().unwrap();
+}
+
+/// In the order of their numbers.
+fn read(gpu: &Gpu, simulation: &Simulation) -> Vec<Flying> {
+    let records: Vec<GpuFlying> = gpu.read(simulation.particles());
+    let mut flying: Vec<_> = records.iter().filter_map(GpuFlying::flying).collect();
+    flying.sort_by_key(|flying| flying.number);
+    flying
+}
+
+/// The same particles of the same ages; and which share of them is farther off than `near` [m].
+fn share_off(found: &[Flying], expected: &[Flying], near: f32) -> f64 {
+    let whole =
+        |flying: &[Flying]| flying.iter().map(|f| (f.number, f.age, f.life)).collect::<Vec<_>>();
+    assert_eq!(whole(found), whole(expected));
+    let pairs = found.iter().zip(expected);
+    let off = pairs.filter(|(a, b)| a.position.distance(b.position) > near).count();
+    off as f64 / expected.len().max(1) as f64
+}
+
+#[test]
+fn the_kernel_flies_as_the_twin() {
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let shadows = shadows(&gpu);
+        // Rounding that whirls spread, and which side of a box's edge is nearer.
+        for (forces, near, off) in [(calm(), 1e-5, 0.0), (wild(), 1e-3, 0.01)] {
+            let mut simulation = shadows.simulation(&forces).unwrap();
+            let mut flock = Flock::default();
+            let mut step = 0;
+            for steps in [1, 2, 9, 60, 64, 100] {
+                advance(&gpu, &mut simulation, steps);
+                step += steps;
+                assert_eq!(simulation.step(), step);
+                flock.advance_to(&forces, step, u32::MAX);
+                let found = read(&gpu, &simulation);
+                let share = share_off(&found, flock.flying(), near);
+                assert!(share <= off, "{tier}, step {step}: {share} of the particles");
+                assert!(found.len() as u32 <= simulation.capacity());
+            }
+            assert!(flock.flying().len() > 300);
+            // Another seed is other smoke.
+            let mut other = Flock::default();
+            other.advance_to(&Forces { seed: 12, ..forces.clone() }, step, u32::MAX);
+            let [a, b] = [&other, &flock].map(|flock| flock.flying()[0].position);
+            assert!(a.distance(b) > near);
+        }
+    }
+}
+
+#[test]
+fn a_path_is_refused() {
+    let gpu = gpu(TIERS[0]);
+    let forces = Forces { path: vec![[0.0; 4]], ..calm() };
+    let error = shadows(&gpu).simulation(&forces).unwrap_err().to_string();
+    assert!(error.contains("path"), "{error}");
+}
+
+const LOADER: &str = "
+fn load_caster(index: u32) -> Caster {
+    let one = flying_particles[index];
+    let share = flying_share(one);
+    // What has ended has no radius, and is left out.
+    let radius = select(0.0, 0.02 + 0.1 * share, share < 1.0);
+    return Caster(one.position, radius, vec4(0.9, 0.6, 0.3, 0.5), 0.0, 0u, one.number);
+}";
+
+#[test]
+fn smoke_on_the_device_casts_the_shadow_of_an_upload() {
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let mut shadows = shadows(&gpu);
+        let mut simulation = shadows.simulation(&wild()).unwrap();
+        advance(&gpu, &mut simulation, 90);
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: true },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: simulation.particles().as_entire_binding(),
+            }],
+        });
+        let text = format!("{FLYING_WGSL}{LOADER}");
+        let loader = shadows.caster_loader("smoke.wgsl", &text, &layout).unwrap();
+        let count = CasterCount::Fixed(simulation.capacity());
+        let set = HostCasters::new(&loader, &bindings, count, &[0]).least_alpha(0.01);
+        let settings = ShadowSettings::default();
+        // In the order of their places in the ring.
+        let records: Vec<GpuFlying> = gpu.read(simulation.particles());
+        let particle = |flying: Flying| Particle {
+            center: flying.position,
+            radius: 0.02 + 0.1 * (flying.age as f32 / flying.life as f32),
+            color: Vec4::new(0.9, 0.6, 0.3, 0.5),
+            rotation: 0.0,
+            material: 0,
+            id: flying.number,
+        };
+        let all: Vec<_> = records.iter().filter_map(GpuFlying::flying).map(particle).collect();
+        let expected = uploaded(&gpu, &mut shadows, &all, &settings);
+        let prepared = on_device(&mut shadows, &[], &[set], &settings);
+        assert!(submit(&gpu, &prepared) == expected, "{tier}");
+        let shade = expected.filters.iter().filter(|texel| texel[2] < 0x3a00).count();
+        assert!(shade > 300, "{shade} texels are in shade");
+        // The next steps cast other shadows, without another `prepare`.
+        advance(&gpu, &mut simulation, 10);
+        assert!(submit(&gpu, &prepared) != expected, "{tier}");
+    }
+}

@@ -1,0 +1,130 @@
+// simulate, particles: some steps of time of what an emitter sends out. Particle n is in place n modulo
+// `capacity`, which is free again when it has ended. One invocation per place.
+// CPU twin: src/model/emitter.rs. Host: src/stage/simulate.rs.
+
+import package::bind::changed::flying;
+import package::bind::uniform::emitter_params;
+import package::hit::hash::{pcg, unit_float};
+import package::records::emitter::{
+    GpuFlying, SOURCE_BOX, SOURCE_DISC, SOURCE_SPHERE, STEPS_AT_ONCE, STEPS_PER_SECOND, STEP_SECONDS,
+};
+import package::simulate::whirl::whirl;
+
+const TRIES: u32 = 8u; // of places in a box for one in a ball
+
+fn draw(number: u32, index: u32) -> f32 {
+    return unit_float(pcg(number ^ pcg(index ^ pcg(emitter_params.seed))));
+}
+
+// In a ball of radius 1, or where `axes` has 0 in its section: the first place that is inside.
+fn in_ball(number: u32, index: u32, axes: vec3<f32>) -> vec3<f32> {
+    for (var i = 0u; i < TRIES; i += 1u) {
+        let first = index + 3u * i;
+        let drawn = vec3(draw(number, first), draw(number, first + 1u), draw(number, first + 2u));
+        let place = (drawn * 2.0 - 1.0) * axes;
+        if dot(place, place) <= 1.0 {
+            return place;
+        }
+    }
+    return vec3(0.0);
+}
+
+// Here as below no uniform alone decides a branch: llvmpipe would compile the kernel again for its value.
+fn aside(number: u32) -> vec3<f32> {
+    switch select(0u, emitter_params.source, number < 0xffffffffu) {
+        case SOURCE_BOX: { return vec3(draw(number, 1u), draw(number, 2u), draw(number, 3u)) - 0.5; }
+        case SOURCE_SPHERE: { return in_ball(number, 8u, vec3(1.0)) * 0.5; }
+        case SOURCE_DISC: { return in_ball(number, 8u, vec3(1.0, 0.0, 1.0)) * 0.5; }
+        default: { return vec3(0.0); }
+    }
+}
+
+fn started_particle(number: u32) -> GpuFlying {
+    let position = emitter_params.position + aside(number) * emitter_params.extent;
+    let velocity = emitter_params.velocity + in_ball(number, 40u, vec3(1.0)) * emitter_params.spread;
+    let range = emitter_params.life_most - emitter_params.life_least;
+    let seconds = emitter_params.life_least + range * draw(number, 0u);
+    let life = clamp(u32(seconds * STEPS_PER_SECOND), 1u, 0xffffu);
+    return GpuFlying(position, number, velocity, life << 16u);
+}
+
+// Against what faces `out`.
+fn struck(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
+    let into = dot(velocity, out);
+    let along = velocity - out * into;
+    let kept = along * emitter_params.slide - out * (into * emitter_params.bounce);
+    return select(velocity, kept, into < 0.0);
+}
+
+// Out of a box through the nearest side, the first of several; xyz faces out there, w is how far it is.
+fn way_out(place: vec3<f32>, low: vec3<f32>, high: vec3<f32>) -> vec4<f32> {
+    var nearest = vec4(0.0, 0.0, 0.0, 1e30);
+    for (var axis = 0u; axis < 3u; axis += 1u) {
+        let down = place[axis] - low[axis];
+        let up = high[axis] - place[axis];
+        let unit = select(vec3(0.0), vec3(1.0), vec3(0u, 1u, 2u) == vec3(axis));
+        nearest = select(nearest, vec4(-unit, down), down < nearest.w);
+        nearest = select(nearest, vec4(unit, up), up < nearest.w);
+    }
+    return nearest;
+}
+
+fn advanced(particle: GpuFlying, step: u32) -> GpuFlying {
+    let age = particle.age_life & 0xffffu;
+    let share = f32(age) / f32(particle.age_life >> 16u);
+    let lift = emitter_params.buoyancy * (1.0 - share) - emitter_params.gravity;
+    var air = emitter_params.wind;
+    let whirls = select(0.0, emitter_params.turbulence, particle.age_life > 0u);
+    if whirls > 0.0 {
+        let rise = vec3(0.0, emitter_params.evolve * STEP_SECONDS * f32(step), 0.0);
+        let at = (particle.position + emitter_params.origin - rise) * emitter_params.frequency;
+        air += whirl(at, emitter_params.seed) * whirls;
+    }
+    // The drag by its end: it never overshoots.
+    let pushed = particle.velocity + (vec3(0.0, lift, 0.0) + air * emitter_params.drag) * STEP_SECONDS;
+    var velocity = pushed / (1.0 + emitter_params.drag * STEP_SECONDS);
+    var position = particle.position + velocity * STEP_SECONDS;
+    let ground = select(-1e30, emitter_params.ground, emitter_params.has_ground != 0u);
+    if position.y < ground {
+        position.y = ground;
+        velocity = struck(velocity, vec3(0.0, 1.0, 0.0));
+    }
+    let box_count = select(0u, emitter_params.box_count, particle.age_life > 0u);
+    for (var i = 0u; i < box_count; i += 1u) {
+        let low = emitter_params.boxes[2u * i].xyz;
+        let high = emitter_params.boxes[2u * i + 1u].xyz;
+        if all(position > low) && all(position < high) {
+            let out = way_out(position, low, high);
+            position = select(position, select(low, high, out.xyz > vec3(0.0)), out.xyz != vec3(0.0));
+            velocity = struck(velocity, out.xyz);
+        }
+    }
+    return GpuFlying(position, particle.number, velocity, particle.age_life + 1u);
+}
+
+@compute @workgroup_size(64)
+fn simulate_particles(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+) {
+    let place = id.y * workgroups.x * 64u + id.x;
+    let capacity = emitter_params.capacity;
+    if place >= capacity {
+        return;
+    }
+    var particle = flying[place];
+    let steps = select(0u, min(emitter_params.step_count, STEPS_AT_ONCE), place < capacity);
+    for (var i = 0u; i < steps; i += 1u) {
+        let before = emitter_params.started[i / 4u][i % 4u];
+        let behind = emitter_params.started[(i + 1u) / 4u][(i + 1u) % 4u];
+        // The next one that belongs here.
+        let number = before + (place + capacity - before % capacity) % capacity;
+        if number < behind {
+            particle = started_particle(number);
+        }
+        if (particle.age_life & 0xffffu) < (particle.age_life >> 16u) {
+            particle = advanced(particle, emitter_params.step + i);
+        }
+    }
+    flying[place] = particle;
+}
