@@ -315,11 +315,15 @@ impl Flock {
         };
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let each = all.len().div_ceil(threads).max(1024);
-        std::thread::scope(|scope| {
-            for part in all.chunks_mut(each) {
-                scope.spawn(move || part.iter_mut().for_each(fly));
-            }
-        });
+        if all.len() <= each {
+            all.iter_mut().for_each(fly);
+        } else {
+            std::thread::scope(|scope| {
+                for part in all.chunks_mut(each) {
+                    scope.spawn(move || part.iter_mut().for_each(fly));
+                }
+            });
+        }
         self.flying = all.into_iter().map(|(f, _)| f).filter(|f| f.age < f.life).collect();
         self.step = step;
     }

@@ -85,10 +85,10 @@ impl Environment {
     /// `intensity`: all is so much brighter.
     pub fn of_sky(sky: &Sky, intensity: f32) -> Self {
         let even = Map::new(SKY_SIZE, |direction| sky.radiance(direction) * intensity);
-        let Some(sun) = sky.sun else { return Self::new(even.clone(), &even) };
+        let Some(sun) = sky.sun else { return Self::new(&even, &even) };
         let mut sharp = even.clone();
         sharp.add_disc(-sun.direction.normalize_or(Vec3::NEG_Y), sun.angle, sun.color * intensity);
-        Self::new(sharp, &even)
+        Self::new(&sharp, &even)
     }
 
     /// Of an equirectangular image: rows from +y to -y, its middle looks along -z; turned about +y by `turn`
@@ -112,11 +112,11 @@ impl Environment {
         };
         let edge = size.y.next_power_of_two().clamp(ROUGH_SIZE, MAX_SIZE);
         let map = Map::new(edge, at);
-        Self::new(map.clone(), &map)
+        Self::new(&map, &map)
     }
 
     /// `sharp` is seen and mirrored, `even` lights.
-    fn new(sharp: Map, even: &Map) -> Self {
+    fn new(sharp: &Map, even: &Map) -> Self {
         let (irradiance, mean) = even.irradiance();
         let coarser = even.coarser();
         let mut texels = sharp.bordered();

@@ -121,7 +121,7 @@ impl PreparedMasks {
             };
             queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
             let of_variant = if variant == Variant::MaskLookUp { features } else { Features::NONE };
-            let kernel = kernels.make(allocator.device, variant, of_variant)?.clone();
+            let kernel = kernels.plan(allocator.device, variant, of_variant)?.clone();
             let bound = resources.clone().and(&bound).with("mask_params", &params);
             let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), layers];
             let bindings = kernel.bind(allocator.device, &bound)?;

@@ -153,8 +153,7 @@ impl Pipeline {
         let at_once = parts.len() == 1 && room.rounds == 1;
         let tiles_of_band = band_tiles(tiles, scene.mask.is_some(), at_once);
         let panes = clear.list.footprint_count > 0 && clear.features.triangles;
-        let memory_of_band =
-            BandMemory::new(&mut allocator, room.rounds, tiles_of_band, panes)?;
+        let memory_of_band = BandMemory::new(&mut allocator, room.rounds, tiles_of_band, panes)?;
         let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
         let resources = casters
             .resources()
@@ -170,7 +169,7 @@ impl Pipeline {
         // Of the maps that light comes through.
         let filters = records.is_filtered();
         let of_maps = Features { nodes: maps.nodes, gain: maps.gain, filters, ..Features::NONE };
-        let make = |variant, features| Ok(kernels.make(device, variant, features)?.clone());
+        let make = |variant, features| Ok(kernels.plan(device, variant, features)?.clone());
         let levels = AreaLevels::new(&mut allocator, queue, &records, &resources, of_maps, make)?;
         let of_maps = Features { areas: levels.is_some(), ..of_maps };
         let resources = match &levels {
@@ -216,6 +215,7 @@ impl Pipeline {
         };
         let resources = resources.with("air", &air_volume).with("environment", &environment);
         let shading = Shading::new(to_shade, &parts, &resources)?;
+        kernels.finish()?;
         Ok(PreparedPicture {
             room,
             clusters,

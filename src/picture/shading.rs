@@ -166,7 +166,7 @@ impl ToShade<'_, '_> {
         resources: &Resources<'_>,
     ) -> Result<BindGroup, Error> {
         let device = self.allocator.device;
-        Ok(self.kernels.make(device, variant, features)?.bind(device, resources)?)
+        Ok(self.kernels.plan(device, variant, features)?.bind(device, resources)?)
     }
 
     fn band(&mut self, rect: &TileRect, resources: &Resources<'_>) -> Result<ShadedBand, Error> {
@@ -256,7 +256,8 @@ impl Shading {
             bands.push(of_part?);
         }
         let casters = to.casters(resources)?;
-        let keeps_surfaces = features.light.masks && matches!(&bands[..], [part] if part.len() == 1);
+        let keeps_surfaces =
+            features.light.masks && matches!(&bands[..], [part] if part.len() == 1);
         let light_groups = point_grid(batch.count);
         Ok(Self { features, bands, casters, light, light_groups, keeps_surfaces })
     }
@@ -268,7 +269,7 @@ impl Shading {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let mut pass = timeline.pass(encoder, "shade");
+        let mut pass = timeline.pass(encoder, "gobo shade");
         for run in &self.casters {
             let points = kernels.get(Variant::ShadeCasters, Features::NONE);
             points.record(&mut pass, &run.points, run.groups);
@@ -286,7 +287,7 @@ impl Shading {
         timeline: &mut Timeline,
     ) {
         let features = &self.features;
-        let mut pass = timeline.pass(encoder, "shade");
+        let mut pass = timeline.pass(encoder, "gobo shade");
         for band in &self.bands[part] {
             let mut record = |variant, features, bound| {
                 kernels.get(variant, features).record(&mut pass, bound, band.groups);

@@ -136,7 +136,7 @@ impl Loader<'_> {
             first_triangle,
             origin: Vec3::ZERO,
         });
-        // Until now they are where their nodes are not.
+        // The scene's triangles are in the spaces of their nodes.
         if let Some(moving) = &moving {
             moving.apply(&mut self.scene, 0.0);
         }

@@ -108,6 +108,25 @@ fn the_kernel_flies_as_the_twin() {
 }
 
 #[test]
+#[ignore = "a million particles: make test-all"]
+fn a_million_fly_as_the_twin() {
+    let gpu = gpu(TIERS[0]);
+    let forces = Forces { rate: 4e5, lifetime: [2.0, 3.0], turbulence: 1.0, ..calm() };
+    let mut simulation = shadows(&gpu).simulation(&forces).unwrap();
+    let mut flock = Flock::default();
+    flock.advance_to(&forces, 168, u32::MAX);
+    advance(&gpu, &mut simulation, 168);
+    let (found, expected) = (read(&gpu, &simulation), flock.flying());
+    assert!(expected.len() > 950_000, "{}", expected.len());
+    let share = share_off(&found, expected, 1e-3);
+    assert!(share < 1e-3, "{share} of the particles");
+    let start = std::time::Instant::now();
+    advance(&gpu, &mut simulation, 12);
+    let _ = read(&gpu, &simulation);
+    println!("{} particles: {:?} for 12 steps", simulation.capacity(), start.elapsed());
+}
+
+#[test]
 fn a_path_is_refused() {
     let gpu = gpu(TIERS[0]);
     let forces = Forces { path: vec![[0.0; 4]], ..calm() };

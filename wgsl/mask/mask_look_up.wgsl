@@ -31,11 +31,14 @@ fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
         let slot = mask_slot(index);
         var light = light_record(index);
         let arriving = incoming(light, position);
-        let is_lit = dot(surface.face, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
+        let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
+        // As `point_light` does of what is solid.
+        let faces = dot(surface.face, arriving.toward) > 0.0;
+        let face = select(surface.normal, surface.face, faces);
         let is_own = slot != 0u && slot_mask(max(slot, 1u)) == id.z;
         // A light without views asks no map.
         light.view_count = select(0u, light.view_count, is_lit && is_own);
-        let share = shadow(light, position, surface.face, arriving.toward, surface.reach);
+        let share = shadow(light, position, face, arriving.toward, surface.reach);
         let channels = slot_channels(max(slot, 1u)) & vec4(is_own);
         let is_colored = channels.x && channels.y;
         // A mask of one channel is of what blocks all of them alike.

@@ -202,12 +202,18 @@ impl<'a> Lighting<'a> {
         for (index, light) in self.lights().iter().enumerate() {
             let (toward, color) = incoming(light, point.position);
             let (cosine, side) = (point.normal.dot(toward), point.face.dot(toward));
-            let is_behind = point.kind == PointKind::Solid && !(cosine > 0.0 && side > 0.0);
+            let is_solid = point.kind == PointKind::Solid;
+            let is_behind = is_solid && cosine <= 0.0;
             if is_behind || !color.cmpgt(Vec3::ZERO).any() {
                 continue;
             }
-            // Off itself, on the light's side.
-            let face = if side > 0.0 { point.face } else { -point.face };
+            // Off itself, on the light's side. A facet that looks away while its normal does not is
+            // part of a round surface.
+            let face = match (side > 0.0, is_solid) {
+                (true, _) => point.face,
+                (false, true) => point.normal,
+                (false, false) => -point.face,
+            };
             let receiver = point.receiver.of_kind(point.kind);
             let masked = masks.and_then(|masks| masks.share(index, point));
             let through = masked.unwrap_or_else(|| {
@@ -231,14 +237,15 @@ impl<'a> Lighting<'a> {
         self.shadow(light, point.position, face, toward, 0.0, Receiver::AIR)
     }
 
-    /// The share of a light that a mask keeps of what is solid: 1 where it does not get to the face.
+    /// The share of a light that a mask keeps of what is solid: 1 where it does not get to.
     pub fn mask_share(&self, light: &GpuLight, point: &Point) -> Vec3 {
         let (toward, color) = incoming(light, point.position);
-        if !(point.face.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any()) {
+        if !(point.normal.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any()) {
             return Vec3::ONE;
         }
+        let face = if point.face.dot(toward) > 0.0 { point.face } else { point.normal };
         let receiver = point.receiver.of_kind(point.kind);
-        self.shadow(light, point.position, point.face, toward, point.reach, receiver)
+        self.shadow(light, point.position, face, toward, point.reach, receiver)
     }
 
     /// Radiance of the lights that a point of the air sends back along `ray`, per unit of optical depth
