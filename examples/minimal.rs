@@ -3,7 +3,6 @@
 //! `cargo run --example minimal`
 use gobo::{
     Bounds, Casters, Light, Material, Particle, PointBuffers, ShadowSettings, Shadows, Tier,
-    glam::{Vec3, Vec4},
     wgpu::{self, util::DeviceExt as _},
 };
 
@@ -16,11 +15,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         required_limits: settings.limits(Tier::Core, settings.size),
         ..Default::default()
     }))?;
-    let materials = [Material { tint: Vec4::new(0.3, 0.5, 1.0, 0.5), ..Material::default() }];
-    let particles = [Particle { center: Vec3::Y, ..Particle::default() }];
+    let materials = [Material { tint: [0.3, 0.5, 1.0, 0.5].into(), ..Material::default() }];
+    let particles = [Particle::new([0.0, 1.0, 0.0], 0.1)];
     let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
-    let lights = [Light::point(Vec3::Y * 2.0)];
-    let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(2.0) };
+    let lights = [Light::point([0.0, 2.0, 0.0])];
+    let bounds = Bounds::new([-1.0; 3], [2.0; 3]);
     let views = gobo::light_views(0, &lights[0], settings.size, None, &bounds)?;
     let mut shadows = Shadows::new(&device, &queue, &adapter.get_info())?;
     let prepared = shadows.prepare(&casters, &views, &settings)?;

@@ -75,11 +75,14 @@ pub mod view;
 pub use glam;
 #[doc(hidden)]
 pub use gpu::error;
-pub use gpu::{Gpu, Memory, Missing, Need, Requirement, Support, Tier, Timeline, error::Error};
+pub use gpu::{
+    Gpu, KernelJob, Memory, Missing, Need, Profiler, Requirement, Support, Tier, Timeline,
+    error::Error,
+};
 pub use model::{
-    Bounds, Camera, Cascades, Casters, Counters, InvalidLight, Light, LightKind, Material, Part,
-    Particle, Pattern, Profile, Projection, Receiver, ReceiverPoint, Receives, Scene, Shadow,
-    ShadowSettings, Shape, Source, Texture, Transfer, Triangle, View,
+    Bounds, Camera, Cascades, Casters, Counters, InvalidCamera, InvalidLight, Light, LightKind,
+    Material, Part, Particle, Pattern, Profile, Projection, Receiver, ReceiverPoint, Receives,
+    Scene, Shadow, ShadowSettings, Shape, Source, Texture, Transfer, Triangle, View,
 };
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};

@@ -210,7 +210,16 @@ impl GpuEngine {
     fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = fitted_views(scene, &limits);
-        let (prepared, counted) = self.shade_maps(scene, &views)?;
+        let whole = View::from_camera(&scene.camera, &scene.bounds());
+        let first = scene.sample_offsets().next().unwrap_or_default();
+        let camera = whole.clone().through(first);
+        // The picture's kernels, while the device renders the maps of a first frame.
+        let meanwhile = |engine: &mut Self, prepared: &Prepared| {
+            let lit = Lit { scene, camera: camera.clone(), views: &views, maps: prepared.maps() };
+            let is_first = engine.room.is_none();
+            is_first.then(|| engine.prepare_picture(&lit, PictureRoom::default())).transpose()
+        };
+        let (prepared, counted) = self.shade_maps(scene, &views, meanwhile)?;
         let mut stages = self.timeline.read(&self.gpu.device);
         let maps = if options.maps {
             let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
@@ -218,9 +227,6 @@ impl GpuEngine {
         } else {
             Vec::new()
         };
-        let whole = View::from_camera(&scene.camera, &scene.bounds());
-        let first = scene.sample_offsets().next().unwrap_or_default();
-        let camera = whole.clone().through(first);
         let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
         let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
         let (shown, room, overflowed) = self.shade_whole_picture(&lit, budget)?;
@@ -273,7 +279,7 @@ impl GpuEngine {
         const MOST: usize = 1 << 20;
         let limits = self.gpu.device.limits();
         let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
-        let (prepared, _) = self.shade_maps(scene, &views)?;
+        let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(()))?;
         let chosen: Vec<_> = (0..scene.lights.len()).collect();
         let answers = limits.max_storage_buffer_binding_size as usize / size_of::<[f32; 3]>();
         let room = (answers / chosen.len().max(1)).clamp(1, MOST);
@@ -297,8 +303,14 @@ impl GpuEngine {
         Ok(shares)
     }
 
-    /// Renders the maps until their pairs fit.
-    fn shade_maps(&mut self, scene: &Scene, views: &[View]) -> Result<(Prepared, Counters), Error> {
+    /// Renders the maps until their pairs fit, and does something `meanwhile`.
+    fn shade_maps<T>(
+        &mut self,
+        scene: &Scene,
+        views: &[View],
+        meanwhile: impl FnOnce(&mut Self, &Prepared) -> Result<T, Error>,
+    ) -> Result<(Prepared, Counters), Error> {
+        let mut meanwhile = Some(meanwhile);
         let casters = scene.casters();
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.count_first = count_first);
@@ -309,6 +321,9 @@ impl GpuEngine {
             submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
                 prepared.record_timed(encoder, timeline);
             });
+            if let Some(meanwhile) = meanwhile.take() {
+                meanwhile(self, &prepared)?;
+            }
             let counters = prepared.counters()?;
             self.gpu.check()?;
             if !self.shadows.grow_from(counters.clone()) {

@@ -19,7 +19,7 @@ pub use adapter::{
     TierChoice, shortcoming,
 };
 pub use allocate::{Allocator, Memory, array_view, view, write_records};
-pub use cache::KernelCache;
+pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
 pub use kernel::{Choice, Constant, HostText, Kernel, KernelDesc, KernelError, Tier};
 pub use link::{Item, Library, LinkError, Linked, words};
@@ -28,4 +28,4 @@ pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
-pub use timing::Timeline;
+pub use timing::{Profiler, Timeline};

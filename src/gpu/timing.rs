@@ -4,13 +4,38 @@ use std::time::Instant;
 /// Timestamps that one frame may write.
 const MAX_STAMPS: u32 = 2048;
 
+/// A host's own timer of compute passes, for [`Timeline::profiled`].
+pub trait Profiler: std::fmt::Debug + Send {
+    /// Before a pass: `label` is `gobo sort` and the like. The pass writes the stamps.
+    fn begin(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        label: &'static str,
+    ) -> Option<wgpu::ComputePassTimestampWrites<'_>>;
+
+    /// After the pass, before the next begins.
+    fn end(&mut self, encoder: &mut wgpu::CommandEncoder);
+}
+
 /// Begins one compute pass per stage and stamps its begin and end.
 #[derive(Debug)]
 pub struct Timeline {
-    queries: Option<Queries>,
-    steps: Option<Box<Steps>>,
+    timer: Timer,
     stages: Vec<&'static str>,
 }
+
+/// What measures.
+#[derive(Debug)]
+enum Timer {
+    None,
+    Queries(Box<Queries>),
+    Steps(Box<Steps>),
+    /// The host's, and whether it has begun a pass.
+    Host(Box<dyn Profiler>, bool),
+}
+
+/// What labels begin with.
+const PREFIX: &str = "gobo ";
 
 /// One submit per stage, timed by the wall clock.
 #[derive(Debug)]
@@ -37,8 +62,9 @@ impl Steps {
     }
 }
 
-/// To the stage of that name, or at the end.
-fn add(times: &mut Vec<(&'static str, f64)>, stage: &'static str, ms: f64) {
+/// To the stage of that label, or at the end.
+fn add(times: &mut Vec<(&'static str, f64)>, label: &'static str, ms: f64) {
+    let stage = label.strip_prefix(PREFIX).unwrap_or(label);
     match times.iter_mut().find(|(known, _)| *known == stage) {
         Some((_, sum)) => *sum += ms,
         None => times.push((stage, ms)),
@@ -79,12 +105,21 @@ impl Timeline {
                 period: queue.get_timestamp_period(),
             }
         });
-        Self { queries, steps: None, stages: Vec::new() }
+        Self::by(queries.map_or(Timer::None, |queries| Timer::Queries(Box::new(queries))))
     }
 
     /// Measures nothing.
     pub fn untimed() -> Self {
-        Self { queries: None, steps: None, stages: Vec::new() }
+        Self::by(Timer::None)
+    }
+
+    /// Leaves it to the host what is measured.
+    pub fn profiled(profiler: impl Profiler + 'static) -> Self {
+        Self::by(Timer::Host(Box::new(profiler), false))
+    }
+
+    fn by(timer: Timer) -> Self {
+        Self { timer, stages: Vec::new() }
     }
 
     /// For adapters whose timestamps mean nothing, where frames may wait: submits and waits between
@@ -92,52 +127,69 @@ impl Timeline {
     pub fn stepped(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let (device, queue) = (device.clone(), queue.clone());
         let steps = Steps { device, queue, times: Vec::new(), open: None };
-        Self { queries: None, steps: Some(Box::new(steps)), stages: Vec::new() }
+        Self::by(Timer::Steps(Box::new(steps)))
     }
 
     pub fn reset(&mut self) {
         self.stages.clear();
-        if let Some(steps) = &mut self.steps {
+        if let Timer::Steps(steps) = &mut self.timer {
             steps.times.clear();
         }
     }
 
-    /// What is recorded next, outside a pass, belongs to `stage`. Only a stepped timeline knows.
-    pub fn step(&mut self, encoder: &mut wgpu::CommandEncoder, stage: &'static str) {
-        if let Some(steps) = &mut self.steps {
+    /// What is recorded next, outside a pass, belongs to `label`. Only a stepped timeline knows.
+    pub fn step(&mut self, encoder: &mut wgpu::CommandEncoder, label: &'static str) {
+        self.end(encoder);
+        if let Timer::Steps(steps) = &mut self.timer {
             steps.run(encoder);
-            steps.open = Some(stage);
+            steps.open = Some(label);
+        }
+    }
+
+    /// After a pass.
+    pub(crate) fn end(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        if let Timer::Host(profiler, open @ true) = &mut self.timer {
+            *open = false;
+            profiler.end(encoder);
         }
     }
 
     pub fn pass<'e>(
         &mut self,
         encoder: &'e mut wgpu::CommandEncoder,
-        stage: &'static str,
+        label: &'static str,
     ) -> wgpu::ComputePass<'e> {
-        self.step(encoder, stage);
+        self.step(encoder, label);
         let first = 2 * self.stages.len() as u32;
-        let queries = self.queries.as_ref().filter(|_| first + 2 <= MAX_STAMPS);
-        if queries.is_some() {
-            self.stages.push(stage);
-        }
+        let timestamp_writes = match &mut self.timer {
+            Timer::Queries(queries) if first + 2 <= MAX_STAMPS => {
+                self.stages.push(label);
+                Some(wgpu::ComputePassTimestampWrites {
+                    query_set: &queries.set,
+                    beginning_of_pass_write_index: Some(first),
+                    end_of_pass_write_index: Some(first + 1),
+                })
+            }
+            Timer::Host(profiler, open) => {
+                *open = true;
+                profiler.begin(encoder, label)
+            }
+            _ => None,
+        };
         encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(stage),
-            timestamp_writes: queries.map(|queries| wgpu::ComputePassTimestampWrites {
-                query_set: &queries.set,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(first + 1),
-            }),
+            label: Some(label),
+            timestamp_writes,
         })
     }
 
     /// After the last pass: makes the stamps readable.
     pub fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(steps) = &mut self.steps {
+        self.end(encoder);
+        if let Timer::Steps(steps) = &mut self.timer {
             steps.run(encoder);
         }
         let count = 2 * self.stages.len() as u32;
-        if let Some(queries) = self.queries.as_ref().filter(|_| count > 0) {
+        if let (Timer::Queries(queries), 1..) = (&self.timer, count) {
             encoder.resolve_query_set(&queries.set, 0..count, &queries.resolved, 0);
             let bytes = u64::from(count) * 8;
             encoder.copy_buffer_to_buffer(&queries.resolved, 0, &queries.readback, 0, bytes);
@@ -146,11 +198,10 @@ impl Timeline {
 
     /// Stages in order of first appearance and their times [ms]. Blocks until the frame is done.
     pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
-        if let Some(steps) = &self.steps {
-            return steps.times.clone();
-        }
-        let Some(queries) = self.queries.as_ref().filter(|_| !self.stages.is_empty()) else {
-            return Vec::new();
+        let queries = match &self.timer {
+            Timer::Steps(steps) => return steps.times.clone(),
+            Timer::Queries(queries) if !self.stages.is_empty() => queries,
+            _ => return Vec::new(),
         };
         let slice = queries.readback.slice(..self.stages.len() as u64 * 16);
         slice.map_async(wgpu::MapMode::Read, |_| ());

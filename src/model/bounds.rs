@@ -14,6 +14,11 @@ impl Bounds {
     /// Around nothing.
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
+    /// Between two corners, world space [m].
+    pub fn new(min: impl Into<[f32; 3]>, max: impl Into<[f32; 3]>) -> Self {
+        Self { min: min.into().into(), max: max.into().into() }
+    }
+
     /// Around a sphere as well [m].
     #[must_use]
     pub fn with_sphere(self, center: Vec3, radius: f32) -> Self {

@@ -1,5 +1,5 @@
 //! The camera of the picture.
-use glam::{UVec2, Vec3};
+use glam::{DMat3, DMat4, DVec3, UVec2, Vec3};
 
 /// The eye of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,5 +26,55 @@ impl Default for Camera {
             fov_y: std::f32::consts::FRAC_PI_4,
             size: UVec2::new(960, 540),
         }
+    }
+}
+
+/// A matrix that is no camera's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the camera's matrix cannot be used: {0}")]
+pub struct InvalidCamera(&'static str);
+
+impl Camera {
+    /// The camera of a perspective projection: `clip_from_world` as columns, reversed or not, infinite
+    /// or not; `size` of the picture [pixels]. One that looks aside, as each of two eyes does or one
+    /// that is moved within its pixels, becomes one that looks straight and sees more than it.
+    ///
+    /// # Errors
+    /// Where a number is not finite, the picture has no pixel, or the projection has no eye
+    /// (orthographic ones).
+    pub fn from_clip(
+        clip_from_world: [[f32; 4]; 4],
+        size: impl Into<[u32; 2]>,
+    ) -> Result<Self, InvalidCamera> {
+        let size = UVec2::from(size.into());
+        let clip = DMat4::from_cols_array_2d(&clip_from_world.map(|column| column.map(f64::from)));
+        if !clip.is_finite() || size.min_element() == 0 {
+            return Err(InvalidCamera("its numbers must be finite, its picture not empty"));
+        }
+        let [x, y, w] = [0, 1, 3].map(|row| clip.row(row));
+        // Where all three are 0; w grows ahead.
+        let rows = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose();
+        let steepness = w.truncate().length();
+        let volume = x.truncate().length() * y.truncate().length() * steepness;
+        if rows.determinant().abs() <= 1e-9 * volume {
+            return Err(InvalidCamera("it must be a perspective one, whose rays meet in an eye"));
+        }
+        let eye = -(rows.inverse() * DVec3::new(x.w, y.w, w.w));
+        let forward = w.truncate() / steepness;
+        // Slopes of the farther borders: clip.x = -w and clip.x = w.
+        let slope = |row: DVec3| {
+            let ahead = row.dot(forward);
+            (ahead.abs() + steepness) / (row - ahead * forward).length()
+        };
+        let aspect = f64::from(size.x) / f64::from(size.y);
+        let tall = slope(y.truncate()).max(slope(x.truncate()) / aspect);
+        let up = y.truncate() - y.truncate().dot(forward) * forward;
+        Ok(Self {
+            eye: eye.as_vec3(),
+            target: (eye + forward).as_vec3(),
+            up: up.normalize().as_vec3(),
+            fov_y: (2.0 * tall.atan()) as f32,
+            size,
+        })
     }
 }

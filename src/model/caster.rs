@@ -215,6 +215,19 @@ impl Default for Particle {
     }
 }
 
+impl Particle {
+    /// White and opaque; centre in world space [m], radius [m].
+    pub fn new(center: impl Into<[f32; 3]>, radius: f32) -> Self {
+        Self { center: center.into().into(), radius, ..Self::default() }
+    }
+
+    /// With a linear rgba, which multiplies the material's tint.
+    #[must_use]
+    pub fn with_color(self, color: impl Into<[f32; 4]>) -> Self {
+        Self { color: color.into().into(), ..self }
+    }
+}
+
 /// A triangle of a mesh, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
@@ -228,6 +241,16 @@ pub struct Triangle {
     pub material: u32,
     /// Decorrelates dither patterns: one per object.
     pub id: u32,
+}
+
+impl Triangle {
+    /// A flat one, of a material; corners in world space [m], counter-clockwise from its front.
+    pub fn flat(corners: [impl Into<[f32; 3]>; 3], material: u32) -> Self {
+        let positions = corners.map(|corner| Vec3::from(corner.into()));
+        let [a, b, c] = positions;
+        let normals = [(b - a).cross(c - a).normalize_or(Vec3::Y); 3];
+        Self { positions, normals, uvs: [Vec2::ZERO; 3], material, id: 0 }
+    }
 }
 
 /// An image that materials sample, bilinear and repeating.

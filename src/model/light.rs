@@ -194,17 +194,20 @@ impl Shadow {
 
 impl Light {
     /// Parallel light that travels along `direction` (world space, of any length).
-    pub fn directional(direction: Vec3) -> Self {
+    pub fn directional(direction: impl Into<[f32; 3]>) -> Self {
+        let direction = Vec3::from(direction.into());
         Self { kind: LightKind::Directional { direction }, ..Self::default() }
     }
 
     /// A cone around `direction` (world space, of any length); `angle` is the whole cone [radians].
-    pub fn spot(position: Vec3, direction: Vec3, angle: f32) -> Self {
+    pub fn spot(position: impl Into<[f32; 3]>, direction: impl Into<[f32; 3]>, angle: f32) -> Self {
+        let (position, direction) = (position.into().into(), direction.into().into());
         Self { kind: LightKind::Spot { position, direction, angle }, ..Self::default() }
     }
 
     /// Light in all directions.
-    pub fn point(position: Vec3) -> Self {
+    pub fn point(position: impl Into<[f32; 3]>) -> Self {
+        let position = Vec3::from(position.into());
         Self { kind: LightKind::Point { position }, ..Self::default() }
     }
 

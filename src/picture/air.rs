@@ -50,7 +50,7 @@ impl PreparedAir {
             .with("air", &volume);
         let device = allocator.device;
         let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), air.steps];
-        let scatter = kernels.make(device, Variant::AirScatter, features)?.bind(device, &own)?;
+        let scatter = kernels.plan(device, Variant::AirScatter, features)?.bind(device, &own)?;
         let sum = kernels.air_sum.bind(device, &own)?;
         Ok((volume, Some(Self { scatter, sum, groups, features })))
     }
@@ -61,7 +61,7 @@ impl PreparedAir {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let mut pass = timeline.pass(encoder, "air");
+        let mut pass = timeline.pass(encoder, "gobo air");
         kernels.get(Variant::AirScatter, self.features).record(
             &mut pass,
             &self.scatter,

@@ -92,7 +92,7 @@ impl Clusters {
         timeline: &mut Timeline,
     ) {
         encoder.clear_buffer(&self.counters, 0, None);
-        let mut pass = timeline.pass(encoder, "cluster");
+        let mut pass = timeline.pass(encoder, "gobo cluster");
         let groups = [self.grid.cluster_count().div_ceil(cluster::LANES), 1, 1];
         kernels.cluster_count.record(&mut pass, &self.count, groups);
         kernels.cluster_scan.record(&mut pass, &self.scan, [1, 1, 1]);

@@ -79,7 +79,7 @@ impl CameraList {
                     .with("point_batch", &batch)
                     .with("band", &band);
                 let device = context.allocator.device;
-                let kernel = context.kernels.make(device, Variant::ShadeClip, Features::NONE)?;
+                let kernel = context.kernels.plan(device, Variant::ShadeClip, Features::NONE)?;
                 clips.push(kernel.bind(device, &resources)?);
             }
         }
@@ -108,7 +108,7 @@ impl CameraList {
     ) {
         self.scratch.clear(&self.list, encoder);
         if let Some(clip) = self.clips.get(part) {
-            let mut pass = timeline.pass(encoder, "bin");
+            let mut pass = timeline.pass(encoder, "gobo bin");
             let groups = point_grid(self.list.footprint_count);
             kernels.get(Variant::ShadeClip, Features::NONE).record(&mut pass, clip, groups);
         }

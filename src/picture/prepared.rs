@@ -162,7 +162,7 @@ impl Pipeline {
             .with("pixels", &pixels);
         // Of the maps that light comes through.
         let of_maps = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
-        let make = |variant, features| Ok(kernels.make(device, variant, features)?.clone());
+        let make = |variant, features| Ok(kernels.plan(device, variant, features)?.clone());
         let levels = AreaLevels::new(&mut allocator, queue, &records, &resources, of_maps, make)?;
         let of_maps = Features { areas: levels.is_some(), ..of_maps };
         let resources = match &levels {
@@ -184,6 +184,7 @@ impl Pipeline {
         };
         let resources = resources.with("air", &air_volume).with("environment", &environment);
         let shading = Shading::new(to_shade, &parts, &resources)?;
+        kernels.finish()?;
         Ok(PreparedPicture {
             room,
             clusters,

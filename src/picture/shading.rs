@@ -148,7 +148,7 @@ impl ToShade<'_, '_> {
         resources: &Resources<'_>,
     ) -> Result<BindGroup, Error> {
         let device = self.allocator.device;
-        Ok(self.kernels.make(device, variant, features)?.bind(device, resources)?)
+        Ok(self.kernels.plan(device, variant, features)?.bind(device, resources)?)
     }
 
     fn band(&mut self, rect: &TileRect, resources: &Resources<'_>) -> Result<ShadedBand, Error> {
@@ -242,7 +242,7 @@ impl Shading {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let mut pass = timeline.pass(encoder, "shade");
+        let mut pass = timeline.pass(encoder, "gobo shade");
         for run in &self.casters {
             let points = kernels.get(Variant::ShadeCasters, Features::NONE);
             points.record(&mut pass, &run.points, run.groups);
@@ -260,7 +260,7 @@ impl Shading {
         timeline: &mut Timeline,
     ) {
         let features = &self.features;
-        let mut pass = timeline.pass(encoder, "shade");
+        let mut pass = timeline.pass(encoder, "gobo shade");
         for band in &self.bands[part] {
             let mut record = |variant, features, bound| {
                 kernels.get(variant, features).record(&mut pass, bound, band.groups);

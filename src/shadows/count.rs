@@ -62,6 +62,7 @@ impl Pipeline {
         let views = view_uniform(context.allocator, queue, &plan.views);
         let view_count = plan.views.len() as u32;
         let list = List::new(&mut context, &plan.lists[i], &views, view_count, plan.tile_count)?;
+        self.kernels.finish()?;
         let mut encoder = device.create_command_encoder(&Default::default());
         let timeline = &mut Timeline::untimed();
         scratch.clear(&list, &mut encoder);

@@ -1,16 +1,14 @@
 //! The library's face: a host's casters and views in, maps to be recorded out.
 use super::{
-    CasterSet, Config, HostInputs, ListCounters, Maps, Pipeline, PreparedMaps, Room,
-    host_depths::depth_inputs, kernels::Variant,
+    CasterSet, Config, HostInputs, Maps, Pipeline, PreparedMaps, Room, host_depths::depth_inputs,
+    kernels::Variant,
 };
 use crate::{
     error::Error,
     gpu::{
         Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
     },
-    model::{
-        Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, Skipped, View,
-    },
+    model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
     stage::{hits::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -43,9 +41,9 @@ pub struct Prepared {
     queue: wgpu::Queue,
     engine: Arc<Mutex<Engine>>,
     frame: u64,
-    caster_count: u64,
+    pub(super) caster_count: u64,
     /// Whether some filter depends on the order of its casters.
-    ordered: bool,
+    pub(super) ordered: bool,
     pub(super) views: Vec<View>,
     pub(super) settings: ShadowSettings,
     maps: Maps,
@@ -154,6 +152,19 @@ impl Shadows {
         settings: &ShadowSettings,
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
+        let prepared = self.plan(casters, views, settings, inputs)?;
+        self.kernels().finish()?;
+        Ok(prepared)
+    }
+
+    /// As [`Self::prepare_with`], but that kernels may not be made yet.
+    pub(crate) fn plan(
+        &mut self,
+        casters: &Casters<'_>,
+        views: &[View],
+        settings: &ShadowSettings,
+        inputs: &HostInputs<'_>,
+    ) -> Result<Prepared, Error> {
         check_alive(&self.device)?;
         casters.check()?;
         check(views, settings)?;
@@ -199,6 +210,10 @@ impl Shadows {
             maps: prepared.maps.clone(),
             memory: prepared.memory.clone(),
         })
+    }
+
+    pub(super) fn kernels(&self) -> KernelCache {
+        lock(&self.engine).pipeline.kernels.cache().clone()
     }
 
     /// The device, and what its kernels may use.
@@ -256,6 +271,7 @@ impl Prepared {
         let engine = lock(&self.engine);
         if let Ok(maps) = self.current(&engine) {
             maps.record(engine.pipeline.kernels(), encoder, timeline);
+            timeline.end(encoder);
         }
     }
 
@@ -275,7 +291,9 @@ impl Prepared {
     /// Makes a kernel of this device, or has it already.
     pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
         let mut engine = lock(&self.engine);
-        Ok(engine.pipeline.kernels.make(&self.device, variant, features)?.clone())
+        let kernel = engine.pipeline.kernels.plan(&self.device, variant, features)?.clone();
+        kernel.make()?;
+        Ok(kernel)
     }
 
     /// As [`Self::kernel`], of one that is made for a host that asks.
@@ -302,43 +320,15 @@ impl Prepared {
         }
     }
 
-    fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {
-        engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
+    pub(super) fn with_maps<T>(
+        &self,
+        act: impl FnOnce(&PreparedMaps) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        act(self.current(&lock(&self.engine))?)
     }
 
-    /// What the last recorded frame counted, once it was submitted. Waits for the device.
-    ///
-    /// # Errors
-    /// Where a later [`Shadows::prepare`] has taken the maps over, or the device is lost.
-    pub fn counters(&self) -> Result<Counters, Error> {
-        let engine = lock(&self.engine);
-        let maps = self.current(&engine)?;
-        let (opaque, translucent) = maps.read_counters(&self.device, &self.queue)?;
-        let loaded = maps.read_load_counters(&self.device, &self.queue)?;
-        let mut skipped = Skipped::new();
-        if loaded.skipped > 0 {
-            skipped.insert("a number of a host's caster is out of range", loaded.skipped.into());
-        }
-        let sum =
-            |of: fn(&ListCounters) -> u32| u64::from(of(&opaque)) + u64::from(of(&translucent));
-        Ok(Counters {
-            casters: self.caster_count + u64::from(loaded.taken),
-            views_rendered: maps.rendered_count() as u64,
-            views_kept: (maps.view_count() - maps.rendered_count()) as u64,
-            culled: maps.culled_count(),
-            hidden: maps.hidden_count(),
-            visible: sum(|c| c.visible + c.scattered),
-            pairs: sum(|c| c.pair_count),
-            segments: sum(|c| c.segment_count),
-            scattered: sum(|c| c.scattered + c.overflowed),
-            overflowed: sum(|c| c.overflowed),
-            disordered: sum(|c| c.disordered),
-            unordered: u64::from(translucent.overflowed) * u64::from(self.ordered),
-            pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
-            pair_room: maps.pair_capacity(),
-            skipped,
-            ..Counters::default()
-        })
+    fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {
+        engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
     }
 
     /// The textures that the maps of all views are in, and where in them each is.

@@ -29,7 +29,7 @@ pub(crate) struct HostSets {
     sets: Vec<HostSet>,
     /// Boxes of all groups, which only the device knows.
     pub groups: Buffer,
-    counters: ReadBack<LoadCounters>,
+    pub(super) counters: ReadBack<LoadCounters>,
     /// Record of the first group's first caster.
     pub first_caster: u32,
     /// By list.
@@ -183,7 +183,7 @@ impl HostSets {
     /// Records and boxes, from what the host's buffers hold by then.
     pub(super) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         encoder.clear_buffer(self.counters.buffer(), 0, None);
-        let mut pass = timeline.pass(encoder, "load");
+        let mut pass = timeline.pass(encoder, "gobo load");
         for set in &self.sets {
             let beside = set.beside.lock().unwrap_or_else(PoisonError::into_inner);
             pass.set_bind_group(1, &*beside, &[]);
@@ -198,14 +198,6 @@ impl HostSets {
             *set.beside.lock().unwrap_or_else(PoisonError::into_inner) = bindings.clone();
         }
         set.is_some()
-    }
-
-    pub(super) fn read_counters(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<LoadCounters, Error> {
-        self.counters.read(device, queue)
     }
 }
 

@@ -134,7 +134,7 @@ impl HostChunks {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let mut pass = timeline.pass(encoder, "cull");
+        let mut pass = timeline.pass(encoder, "gobo cull");
         kernels.cull_groups.record(&mut pass, &self.cull, [1, 1, 1]);
         drop(pass);
         let mut tell = |place: usize, to: &Buffer, offset: u64| {

@@ -94,14 +94,14 @@ impl Variant {
     }
 }
 
-/// A kernel that is made when something is first bound to it.
+/// A kernel that is planned when something is first bound to it.
 #[derive(Debug)]
 pub(crate) struct OnDemand {
     desc: &'static KernelDesc,
     tier: Tier,
     constants: Vec<Constant>,
     cache: KernelCache,
-    made: OnceLock<Kernel>,
+    planned: OnceLock<Kernel>,
 }
 
 impl OnDemand {
@@ -111,25 +111,25 @@ impl OnDemand {
         device: &wgpu::Device,
         resources: &Resources<'_>,
     ) -> Result<wgpu::BindGroup, KernelError> {
-        let kernel = match self.made.get() {
+        let kernel = match self.planned.get() {
             Some(kernel) => kernel,
             None => {
                 let Self { desc, tier, constants, cache, .. } = self;
-                let kernel = cache.kernel(device, desc, *tier, &[], constants)?;
-                self.made.get_or_init(|| kernel)
+                let kernel = cache.plan(device, desc, *tier, &[], constants)?;
+                self.planned.get_or_init(|| kernel)
             }
         };
         kernel.bind(device, resources)
     }
 
-    /// `bindings` are its own, so that it has been made.
+    /// `bindings` are its own, so that it has been planned.
     pub(crate) fn record(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &wgpu::BindGroup,
         groups: [u32; 3],
     ) {
-        if let Some(kernel) = self.made.get() {
+        if let Some(kernel) = self.planned.get() {
             kernel.record(pass, bindings, groups);
         }
     }
@@ -172,7 +172,7 @@ impl Kernels {
             tier: config.tier,
             constants,
             cache: cache.clone(),
-            made: OnceLock::new(),
+            planned: OnceLock::new(),
         };
         let kernel = |desc| make(desc, Vec::new());
         let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);
@@ -203,20 +203,20 @@ impl Kernels {
         }
     }
 
-    /// For `prepare`: makes the kernel where there is none yet.
-    pub(crate) fn make(
+    /// For `prepare`, which ends with [`Self::finish`].
+    pub(crate) fn plan(
         &mut self,
         device: &wgpu::Device,
         variant: Variant,
         features: Features,
     ) -> Result<&Kernel, KernelError> {
         match self.variants.entry((variant, features)) {
-            Entry::Occupied(made) => Ok(made.into_mut()),
+            Entry::Occupied(planned) => Ok(planned.into_mut()),
             Entry::Vacant(place) => {
                 let mut constants = features.constants();
                 constants.extend(self.profile.constants());
                 let desc = variant.desc(features);
-                Ok(place.insert(self.cache.kernel(
+                Ok(place.insert(self.cache.plan(
                     device,
                     desc,
                     self.tier,
@@ -225,6 +225,15 @@ impl Kernels {
                 )?))
             }
         }
+    }
+
+    /// Makes all that is planned.
+    pub(crate) fn finish(&self) -> Result<(), KernelError> {
+        self.cache.finish()
+    }
+
+    pub(crate) fn cache(&self) -> &KernelCache {
+        &self.cache
     }
 
     /// One that no frame needs.
@@ -240,7 +249,7 @@ impl Kernels {
     /// For `record`.
     ///
     /// # Panics
-    /// Where `prepare` has not made the kernel.
+    /// Where `prepare` has not planned the kernel.
     pub(crate) fn get(&self, variant: Variant, features: Features) -> &Kernel {
         &self.variants[&(variant, features)]
     }

@@ -176,7 +176,7 @@ impl List {
         if let Some(host) = &self.host_chunks {
             host.record_cull(kernels, encoder, timeline);
         }
-        let mut pass = timeline.pass(encoder, "project");
+        let mut pass = timeline.pass(encoder, "gobo project");
         if let Some(chunks) = &self.particle_chunks {
             kernels.project_particles.record(&mut pass, &chunks.bindings, grid(chunks.count));
         }
@@ -212,7 +212,7 @@ impl List {
         timeline: &mut Timeline,
     ) -> bool {
         let Some(depth_sort) = &self.depth_sort else { return false };
-        kernels.sort.record(&mut timeline.pass(encoder, "sort"), depth_sort);
+        kernels.sort.record(&mut timeline.pass(encoder, "gobo sort"), depth_sort);
         true
     }
 
@@ -226,7 +226,7 @@ impl List {
         if self.footprint_count == 0 {
             return false;
         }
-        let mut pass = timeline.pass(encoder, "bin");
+        let mut pass = timeline.pass(encoder, "gobo bin");
         let runs = [self.run_count.div_ceil(bin::lanes(kernels.profile.shape)), 1, 1];
         kernels.bin_count.record(&mut pass, &self.count, runs);
         kernels.bin_scan.record(&mut pass, &self.scan, [1, 1, 1]);
@@ -241,12 +241,16 @@ impl List {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let mut pass = timeline.pass(encoder, "bin");
+        let mut pass = timeline.pass(encoder, "gobo bin");
         if let Some(tile_sort) = &self.tile_sort {
             kernels.sort.record(&mut pass, tile_sort);
         }
         let groups = [self.tile_count.div_ceil(bin::TILE_LANES), 1, 1];
         kernels.bin_tiles.record(&mut pass, &self.tiles, groups);
+    }
+
+    pub(crate) fn counted(&self) -> &ReadBack<ListCounters> {
+        &self.counters
     }
 
     pub(crate) fn read_counters(

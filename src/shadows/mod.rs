@@ -32,6 +32,8 @@ pub(crate) mod scratch;
 mod simulation;
 mod small;
 mod soften;
+mod statistics;
+mod warm_up;
 
 pub use casters::{CasterSet, Span};
 pub use config::Config;

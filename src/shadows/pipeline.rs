@@ -100,6 +100,7 @@ impl Pipeline {
         pairs: Option<u32>,
     ) -> Result<PreparedMaps, Error> {
         self.prepare_from(&self.request(device, queue, casters, views, pairs), None)
+            .and_then(|prepared| self.finished(prepared))
     }
 
     /// As [`Self::prepare`], with the maps of an earlier frame: only those views are recorded
@@ -117,6 +118,7 @@ impl Pipeline {
         earlier: PreparedMaps,
     ) -> Result<PreparedMaps, Error> {
         self.prepare_from(&self.request(device, queue, casters, views, pairs), Some(earlier))
+            .and_then(|prepared| self.finished(prepared))
     }
 
     pub(super) fn request<'a>(
@@ -140,6 +142,13 @@ impl Pipeline {
         }
     }
 
+    /// With all kernels made.
+    fn finished(&self, prepared: PreparedMaps) -> Result<PreparedMaps, Error> {
+        self.kernels.finish()?;
+        Ok(prepared)
+    }
+
+    /// Kernels are planned, and may not be made yet.
     pub(super) fn prepare_from(
         &mut self,
         request: &Request<'_>,

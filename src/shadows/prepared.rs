@@ -4,6 +4,7 @@ use super::{
     batch::Batch,
     cache::{MapCache, Relocation},
     host_casters::HostSets,
+    read_back::ReadBack,
     scratch::Scratch,
     soften::Soften,
 };
@@ -13,6 +14,9 @@ use crate::{
     records::LoadCounters,
 };
 use std::sync::Arc;
+
+/// Of opaque lists, of translucent ones, and of the host's casters.
+pub(super) type AllCounters = ((ListCounters, ListCounters), LoadCounters);
 
 /// A scene's maps on the GPU and all it takes to fill them.
 #[derive(Debug)]
@@ -106,27 +110,63 @@ impl PreparedMaps {
         }
     }
 
-    /// Counters of the host's casters that were loaded last.
-    pub(super) fn read_load_counters(
+    /// What the last frame counted of opaque lists and of translucent ones, each over the batches, and of
+    /// the host's casters that were loaded; waits.
+    pub(super) fn read_all_counters(
         &self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-    ) -> Result<LoadCounters, Error> {
-        let none = LoadCounters::default();
-        self.host.as_ref().map_or(Ok(none), |host| host.read_counters(device, queue))
+    ) -> Result<AllCounters, Error> {
+        let loaded = self.loaded().map(|counted| counted.read(device, queue)).transpose()?;
+        let lists = self.sum(|counted| counted.read(device, queue))?;
+        Ok((lists, loaded.unwrap_or_default()))
     }
 
-    /// What the last frame counted; blocks. `(opaque, translucent)`, summed over the batches.
+    /// What the last frame counted; waits. `(opaque, translucent)`, summed over the batches.
     pub fn read_counters(
         &self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
     ) -> Result<(ListCounters, ListCounters), Error> {
+        self.sum(|counted| counted.read(device, queue))
+    }
+
+    pub(super) fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.counted().flatten().for_each(|counted| counted.record(encoder));
+        if let Some(counted) = self.loaded() {
+            counted.record(encoder);
+        }
+    }
+
+    /// Whether [`Self::take_statistics`] has what was recorded.
+    pub(super) fn has_statistics(&self) -> bool {
+        // All are asked, so that all are on their way.
+        let loaded = self.loaded().is_none_or(ReadBack::is_ready);
+        let lists = self.counted().flatten().filter(|counted| !counted.is_ready()).count() == 0;
+        loaded && lists
+    }
+
+    pub(super) fn take_statistics(&self) -> Result<AllCounters, Error> {
+        let loaded = self.loaded().map(ReadBack::take).transpose()?;
+        Ok((self.sum(ReadBack::take)?, loaded.unwrap_or_default()))
+    }
+
+    fn counted(&self) -> impl Iterator<Item = [&ReadBack<ListCounters>; 2]> {
+        self.batches.iter().map(Batch::counted)
+    }
+
+    fn loaded(&self) -> Option<&ReadBack<LoadCounters>> {
+        self.host.as_ref().map(|host| &host.counters)
+    }
+
+    fn sum(
+        &self,
+        read: impl Fn(&ReadBack<ListCounters>) -> Result<ListCounters, Error>,
+    ) -> Result<(ListCounters, ListCounters), Error> {
         let mut sums = (ListCounters::default(), ListCounters::default());
-        for batch in &self.batches {
-            let (opaque, translucent) = batch.read_counters(device, queue)?;
-            sums.0.add(&opaque);
-            sums.1.add(&translucent);
+        for [opaque, translucent] in self.counted() {
+            sums.0.add(&read(opaque)?);
+            sums.1.add(&read(translucent)?);
         }
         Ok(sums)
     }

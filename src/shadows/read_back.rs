@@ -1,6 +1,12 @@
 //! What kernels count, and how the CPU learns of it.
 use crate::{error::Error, gpu::Allocator};
-use std::marker::PhantomData;
+use std::{
+    marker::PhantomData,
+    sync::{
+        Arc,
+        atomic::{AtomicU8, Ordering::SeqCst},
+    },
+};
 use wgpu::{Buffer, BufferUsages};
 
 /// Counters on the device, and room to read them into.
@@ -8,8 +14,17 @@ use wgpu::{Buffer, BufferUsages};
 pub(crate) struct ReadBack<T> {
     buffer: Buffer,
     readback: Buffer,
+    /// Of `readback`.
+    state: Arc<AtomicU8>,
     counters: PhantomData<T>,
 }
+
+const IDLE: u8 = 0;
+/// A recording copies into it.
+const COPIED: u8 = 1;
+const MAPPING: u8 = 2;
+const MAPPED: u8 = 3;
+const FAILED: u8 = 4;
 
 impl<T: bytemuck::Pod> ReadBack<T> {
     pub(crate) fn new(allocator: &mut Allocator<'_>, name: &'static str) -> Result<Self, Error> {
@@ -20,26 +35,62 @@ impl<T: bytemuck::Pod> ReadBack<T> {
             mapped_at_creation: false,
         });
         let buffer = allocator.storage::<T>(name, 1, BufferUsages::COPY_SRC)?;
-        Ok(Self { buffer, readback, counters: PhantomData })
+        Ok(Self { buffer, readback, state: Arc::new(AtomicU8::new(IDLE)), counters: PhantomData })
     }
 
     pub(crate) fn buffer(&self) -> &Buffer {
         &self.buffer
     }
 
-    /// After all that was submitted before. Waits.
-    pub(crate) fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<T, Error> {
-        let Self { buffer, readback, .. } = self;
-        let mut encoder = device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, readback, 0, readback.size());
-        queue.submit([encoder.finish()]);
-        readback.slice(..).map_async(wgpu::MapMode::Read, |_| ());
-        let lost = |error: &dyn std::fmt::Display| Error::Lost(error.to_string());
-        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
-        let bytes = readback.slice(..).get_mapped_range().map_err(|e| lost(&e))?;
+    /// For [`Self::is_ready`] once it was submitted. Nothing while an earlier copy was not taken.
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        if self.state.compare_exchange(IDLE, COPIED, SeqCst, SeqCst).is_ok() {
+            let Self { buffer, readback, .. } = self;
+            encoder.copy_buffer_to_buffer(buffer, 0, readback, 0, readback.size());
+        }
+    }
+
+    /// Whether [`Self::take`] has what was recorded last. Waits for nothing; after the submission.
+    pub(crate) fn is_ready(&self) -> bool {
+        if self.state.compare_exchange(COPIED, MAPPING, SeqCst, SeqCst).is_ok() {
+            let state = Arc::clone(&self.state);
+            self.readback.map_async(wgpu::MapMode::Read, .., move |result| {
+                state.store(if result.is_ok() { MAPPED } else { FAILED }, SeqCst);
+            });
+        }
+        matches!(self.state.load(SeqCst), MAPPED | FAILED)
+    }
+
+    /// Once [`Self::is_ready`].
+    pub(crate) fn take(&self) -> Result<T, Error> {
+        if self.state.swap(IDLE, SeqCst) != MAPPED {
+            return Err(Error::Lost("its counters cannot be read".to_owned()));
+        }
+        let lost = |error: wgpu::MapRangeError| Error::Lost(error.to_string());
+        let bytes = self.readback.get_mapped_range(..).map_err(lost)?;
         let counters = bytemuck::pod_read_unaligned(&bytes);
         drop(bytes);
-        readback.unmap();
+        self.readback.unmap();
         Ok(counters)
     }
+
+    /// After all that was submitted before. Waits.
+    pub(crate) fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<T, Error> {
+        // What was recorded for others to take comes first.
+        if self.is_ready() || self.state.load(SeqCst) == MAPPING {
+            wait(device)?;
+            self.take()?;
+        }
+        let mut encoder = device.create_command_encoder(&Default::default());
+        self.record(&mut encoder);
+        queue.submit([encoder.finish()]);
+        self.is_ready();
+        wait(device)?;
+        self.take()
+    }
+}
+
+fn wait(device: &wgpu::Device) -> Result<(), Error> {
+    let done = device.poll(wgpu::PollType::wait_indefinitely());
+    done.map(drop).map_err(|error| Error::Lost(error.to_string()))
 }

@@ -126,9 +126,9 @@ impl SmallTriangles {
     ) {
         let SmallDepths { depths, far } = &scratch.small;
         let far = far.as_ref().expect("there is room where there are triangles");
-        timeline.step(encoder, "occlude");
+        timeline.step(encoder, "gobo occlude");
         encoder.copy_buffer_to_buffer(far, 0, depths, 0, u64::from(texels) * 4);
-        let mut pass = timeline.pass(encoder, "occlude");
+        let mut pass = timeline.pass(encoder, "gobo occlude");
         kernels.occlude_small.record(&mut pass, &self.0.bindings, grid(self.0.count));
     }
 }

@@ -94,7 +94,7 @@ impl Soften {
         let Maps { nodes, gain, .. } = *soft;
         self.features = Features { nodes, gain, over, ..Features::NONE };
         if self.curve_rows.is_some() {
-            kernels.make(device, Variant::CurveColumns, self.features)?;
+            kernels.plan(device, Variant::CurveColumns, self.features)?;
         }
         let kernels = &*kernels;
         let [rows_kernel, columns_kernel] = self.kernels(kernels);
@@ -150,7 +150,7 @@ impl Soften {
     ) {
         let [rows_kernel, columns_kernel] = self.kernels(kernels);
         for Pass { rows, columns, curves, groups } in &self.passes {
-            let mut pass = timeline.pass(encoder, "filter");
+            let mut pass = timeline.pass(encoder, "gobo filter");
             rows_kernel.record(&mut pass, rows, *groups);
             columns_kernel.record(&mut pass, columns, *groups);
             if let Some([rows, columns]) = curves {

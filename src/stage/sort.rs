@@ -243,7 +243,7 @@ impl Sort {
             return Ok(steps);
         }
         let [count, scan, scatter] =
-            descs.map(|desc| self.cache.kernel(device, desc, Tier::Core, &[], &[]));
+            descs.map(|desc| self.cache.plan(device, desc, Tier::Core, &[], &[]));
         let steps = Steps { count: count?, scan: scan?, scatter: scatter? };
         Ok(made.get_or_init(|| steps))
     }

@@ -39,11 +39,7 @@ pub(crate) fn two_devices() -> [Gpu; 2] {
 
 /// A renderer on the tier's device that scatters tiny particles, as on a GPU.
 pub(crate) fn renderer(tier: Tier) -> Renderer {
-    renderer_on(gpu(tier))
-}
-
-fn renderer_on(gpu: Gpu) -> Renderer {
-    let mut renderer = Renderer::on(gpu).unwrap();
+    let mut renderer = Renderer::on(gpu(tier)).unwrap();
     renderer.configure(|config| config.scatter_tiny = true);
     renderer
 }
@@ -53,20 +49,17 @@ pub(crate) fn pipeline(gpu: &Gpu) -> Pipeline {
     Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap()
 }
 
-/// One of two for each tier, which all tests share: a software adapter compiles on one thread for
-/// each device.
+/// One of two of the tier's device, which all tests share.
 fn any_renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     static RENDERERS: [[OnceLock<Mutex<Renderer>>; 2]; 2] =
         [const { [const { OnceLock::new() }; 2] }; 2];
-    let [first, second] = &RENDERERS[tier as usize];
-    let first = first.get_or_init(|| Mutex::new(renderer(tier)));
+    let [first, second] =
+        RENDERERS[tier as usize].each_ref().map(|it| it.get_or_init(|| Mutex::new(renderer(tier))));
     match first.try_lock() {
-        Ok(renderer) => return renderer,
-        Err(TryLockError::Poisoned(poisoned)) => return poisoned.into_inner(),
-        Err(TryLockError::WouldBlock) => {}
+        Ok(renderer) => renderer,
+        Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+        Err(TryLockError::WouldBlock) => second.lock().unwrap_or_else(PoisonError::into_inner),
     }
-    let second = second.get_or_init(|| Mutex::new(renderer_on(own_gpu(tier))));
-    second.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A frame with its maps; tiny particles take the scatter path, as on a GPU.

@@ -4,14 +4,12 @@ use crate::common::{
     scenes::{material, particle, random_discs},
 };
 use gobo::{
-    Casters, Gpu, Light, Material, Particle, Prepared, ShadowSettings, Shadows, Texture, Transfer,
-    View,
+    Bounds, Camera, Casters, Gpu, Light, Material, Particle, Prepared, ShadowSettings, Shadows,
+    Texture, Transfer, Triangle, View,
     error::Error,
-    glam::{Vec3, Vec4},
+    glam::{Mat4, UVec2, Vec3, Vec4},
     gpu::{NATIVE_FEATURES, Selection},
-    light_views,
-    model::Bounds,
-    wgpu,
+    light_views, wgpu,
 };
 
 fn open(tier: gobo::gpu::Tier) -> (Gpu, Shadows) {
@@ -164,4 +162,69 @@ fn a_device_of_usual_limits_is_enough() {
         queue.submit([encoder.finish()]);
         assert!(prepared.counters().unwrap().visible > 0);
     }
+}
+
+/// Whatever its planes and the direction of its depth are.
+#[test]
+fn a_camera_is_what_its_matrix_says() {
+    let camera = Camera {
+        eye: Vec3::new(40.0, 3.0, -6.0),
+        target: Vec3::new(38.0, 2.5, 1.0),
+        up: Vec3::new(0.1, 1.0, 0.0),
+        fov_y: 0.9,
+        size: UVec2::new(640, 400),
+    };
+    let back = (camera.eye - camera.target).normalize();
+    let right = camera.up.cross(back).normalize();
+    let pose = [right, back.cross(right), back].map(|axis| axis.extend(0.0));
+    let view = Mat4::from_cols(pose[0], pose[1], pose[2], camera.eye.extend(1.0)).inverse();
+    // Depth is (a z + b) / -z.
+    let scale = 1.0 / (0.5 * camera.fov_y).tan();
+    let project = |a: f32, b: f32| {
+        let diagonal = Mat4::from_scale(Vec3::new(scale / 1.6, scale, 1.0));
+        Mat4 {
+            z_axis: Vec4::new(0.0, 0.0, a, -1.0),
+            w_axis: Vec4::new(0.0, 0.0, b, 0.0),
+            ..diagonal
+        }
+    };
+    let (near, far) = (0.1, 900.0);
+    let finite = project(far / (near - far), near * far / (near - far));
+    let reversed = project(near / (far - near), near * far / (far - near));
+    let (infinite, both) = (project(-1.0, -near), project(0.0, near));
+    for projection in [finite, reversed, infinite, both] {
+        let clip = (projection * view).to_cols_array_2d();
+        let read = Camera::from_clip(clip, camera.size).unwrap();
+        assert!(read.eye.distance(camera.eye) < 1e-3, "{read:?}");
+        let [ahead, expected] = [read, camera].map(|c| (c.target - c.eye).normalize());
+        assert!(ahead.distance(expected) < 1e-4, "{read:?}");
+        assert!((read.fov_y - camera.fov_y).abs() < 1e-4 && read.size == camera.size, "{read:?}");
+        assert!(read.up.distance(camera.up.reject_from(expected).normalize()) < 1e-4, "{read:?}");
+    }
+    // One that looks aside by half of its picture is enclosed.
+    let aside = Mat4 { z_axis: finite.z_axis - 0.5 * Vec4::X, ..finite };
+    let read = Camera::from_clip((aside * view).to_cols_array_2d(), [640, 400]).unwrap();
+    let wide = 2.0 * (1.5 * (0.5 * camera.fov_y).tan()).atan();
+    assert!((read.fov_y - wide).abs() < 1e-3, "{read:?}");
+    let flat = Mat4::from_scale(Vec3::new(0.5, 0.8, -0.1)) * view;
+    let bad = [flat, Mat4::ZERO, Mat4::from_cols_array(&[f32::NAN; 16])];
+    for (matrix, problem) in bad.into_iter().zip(["perspective", "perspective", "finite"]) {
+        let error = Camera::from_clip(matrix.to_cols_array_2d(), [64, 64]).unwrap_err();
+        assert!(error.to_string().contains(problem), "{error}");
+    }
+    assert!(Camera::from_clip(finite.to_cols_array_2d(), [0, 64]).is_err());
+}
+
+/// Vectors of whatever library the host has.
+#[test]
+fn plain_numbers_are_enough() {
+    let lamp = Light::spot([0.0, 3.0, 0.0], [0.0, -1.0, 0.0], 0.8);
+    assert_eq!(lamp, Light::spot(Vec3::Y * 3.0, Vec3::NEG_Y, 0.8));
+    let floor = Triangle::flat([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], 2);
+    assert_eq!((floor.normals, floor.material), ([Vec3::Y; 3], 2));
+    let smoke = Particle::new([1.0, 2.0, 3.0], 0.2).with_color([0.5, 0.5, 0.5, 0.1]);
+    assert_eq!((smoke.center, smoke.radius), (Vec3::new(1.0, 2.0, 3.0), 0.2));
+    assert_eq!(smoke.color, Vec4::new(0.5, 0.5, 0.5, 0.1));
+    let bounds = Bounds::new([-1.0; 3], Vec3::ONE);
+    assert_eq!(bounds, Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE });
 }

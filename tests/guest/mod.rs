@@ -4,7 +4,10 @@ mod depths;
 mod emitters;
 mod kernels;
 mod layouts;
+mod profiler;
 mod rendered;
+mod statistics;
+mod warm_up;
 mod wrong;
 
 use crate::common::scenes::Chance;

@@ -143,3 +143,50 @@ fn what_lies_on_a_floor_tints_all_of_it() {
     quad(&mut scene, Vec3::Y * 0.002, Vec3::X * 0.25, Vec3::NEG_Z * 0.25, 1);
     assert_eq!(green_pixels(&mut scene, 0.0, 0.02), [0; 3]);
 }
+
+/// A ball of few facets that are shaded round: on the side of the light they are lit as its cosine says,
+/// up to the ball's own terminator, and a facet that looks away from the light cuts no notch in it.
+#[test]
+fn facets_cut_no_notches_in_a_terminator() {
+    let tint = Vec4::new(0.5, 0.5, 0.5, 1.0);
+    let mut scene = empty(vec![Material { tint, roughness: 1.0, ..material(Transfer::Opaque) }]);
+    scene.camera.eye = Vec3::new(0.0, 0.0, 5.0);
+    scene.camera.size = UVec2::splat(65);
+    let toward = Vec3::new(0.9, 0.3, 0.2).normalize();
+    let sun = LightKind::Directional { direction: -toward };
+    scene.lights = vec![Light { intensity: PI, ..light(sun) }];
+    let at = |i: u32, j: u32| {
+        let (around, down) = (i as f32 * PI / 8.0, j as f32 * PI / 8.0);
+        Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
+    };
+    for (i, j) in (0..8).flat_map(|j| (0..16).map(move |i| (i, j))) {
+        let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+            let positions = [corners[a], corners[b], corners[c]];
+            if (positions[1] - positions[0]).cross(positions[2] - positions[0]).length() > 1e-3 {
+                scene.triangles.push(Triangle { normals: positions, ..triangle(positions, 0) });
+            }
+        }
+    }
+    let slope = (0.5 * scene.camera.fov_y).tan() / 32.5;
+    for picture in pictures(&scene) {
+        let mut judged = 0;
+        for (i, light) in picture.light.iter().enumerate() {
+            let x = (i % 65) as f32 - 32.0;
+            let ray = Vec3::new(x * slope, (32.0 - (i / 65) as f32) * slope, -1.0).normalize();
+            // Where the ray meets the ball; its rim belongs to the facets.
+            let (nearest, eye) = (-ray.dot(scene.camera.eye), scene.camera.eye);
+            let off = eye.length_squared() - nearest * nearest;
+            if off > 0.85 {
+                continue;
+            }
+            let normal = eye + ray * (nearest - (1.0 - off).sqrt());
+            let cosine = normal.dot(toward).max(0.0);
+            // A facet's normals are off the ball's by up to 0.02, and the rough ball has some shine.
+            let above = light[0] - 0.5 * cosine;
+            assert!((-0.03..0.06).contains(&above), "{i}: {light:?} for {}", 0.5 * cosine);
+            judged += 1;
+        }
+        assert!(judged > 300, "{judged}");
+    }
+}

@@ -58,10 +58,11 @@ fn point_light(point: Point) -> vec3<f32> {
         let arriving = incoming(light, point.position);
         let cosine = dot(point.normal, arriving.toward);
         let side = dot(point.face, arriving.toward);
-        let is_behind = is_solid && !(cosine > 0.0 && side > 0.0);
+        let is_behind = is_solid && cosine <= 0.0;
         if !is_behind && any(arriving.color > vec3(0.0)) {
-            // Off itself, on the light's side.
-            let face = point.face * select(-1.0, 1.0, side > 0.0);
+            // Off itself, on the light's side. A facet that looks away while its normal does not is
+            // part of a round surface.
+            let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
             let passed = arriving.color * shadow(light, point.position, face, arriving.toward, bias);
             diffuse += passed * scattered(point, cosine);
             let middle = normalize(arriving.toward + to_eye);

@@ -20,7 +20,7 @@ import package::shade::emission::emission_at;
 import package::shade::environment::from_around;
 import package::shade::shading::mirrored_solid;
 import package::shade::store_point::store_point;
-import package::shade::surface::{eye, normals_at, world_point};
+import package::shade::surface::{eye, normals_at, rounded, world_point};
 import package::walk::lane::LANES;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
@@ -54,7 +54,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let normals = normals_at(id, setup, weights, to_eye);
     return Point(
         POINT_SOLID,
-        position,
+        rounded(id, weights, normals.face, position),
         normals.face,
         normals.normal,
         0.0,

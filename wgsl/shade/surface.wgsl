@@ -33,6 +33,21 @@ fn normals_at(id: u32, setup: u32, barycentric: vec3<f32>, to_eye: vec3<f32>) ->
     return Normals(face, toward(face, triangle_normal(id & ~TRIANGLE_BIT, barycentric)));
 }
 
+// A point of a facet, moved out to the round surface that the facet's normals stand for, so that no facet
+// shades itself where that surface still faces the light (Hanika 2021, "Hacking the shadow terminator",
+// section 4.2). `face`: of the facet, on the eye's side.
+fn rounded(id: u32, barycentric: vec3<f32>, face: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
+    let first = (id & ~TRIANGLE_BIT) * TRIANGLE_TEXELS;
+    let bits = textureLoad(triangles, record_texel(first + 4u), 0).xyz;
+    var out = vec3(0.0);
+    for (var i = 0u; i < 3u && any(bits.xy != bits.yz); i += 1u) {
+        let corner = bitcast<vec3<f32>>(textureLoad(triangles, record_texel(first + i), 0).xyz);
+        let normal = toward(face, from_octahedral(bits[i]));
+        out += normal * (barycentric[i] * max(dot(normal, corner - point), 0.0));
+    }
+    return point + out;
+}
+
 // The caster of a pane.
 fn pane_caster(setup: u32) -> u32 {
     return caster_of(load_footprint(picture_params.first_setup + setup));

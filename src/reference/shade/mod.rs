@@ -177,11 +177,18 @@ impl Eye<'_> {
         pixel: Vec2,
     ) -> Vec3 {
         if footprint.caster & TRIANGLE_BIT != 0 {
-            let point = self.triangle(solid, footprint, material, hit, pixel);
-            let Point { albedo, normal, to_eye, .. } = point;
+            let facet = self.triangle(solid, footprint, material, hit, pixel);
+            let Point { albedo, normal, to_eye, face, .. } = facet;
             let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
-            let emission = point.emission + around;
-            return self.lighting.light(&Point { emission, metallic: material.metallic, ..point });
+            let met = solid.setup(footprint).hit(pixel);
+            let position = solid.rounded(footprint, met, face, facet.position);
+            return self.lighting.light(&Point {
+                position,
+                to_eye: (self.position() - position).normalize(),
+                emission: facet.emission + around,
+                metallic: material.metallic,
+                ..facet
+            });
         }
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);

@@ -64,9 +64,29 @@ impl<'a> Seen<'a> {
         let [a, b, c] = self.record(footprint).normals.map(from_octahedral);
         let normal = a * weights.x + b * weights.y + c * weights.z;
         let normal = normal / normal.length().max(1e-6);
-        let toward = |side: Vec3, n: Vec3| if n.dot(side) >= 0.0 { n } else { -n };
         let face = toward(to_eye, from_octahedral(self.setup(footprint).normal));
         [face, toward(face, normal)]
+    }
+
+    /// A point of a facet, moved out to the round surface that the facet's normals stand for, so that
+    /// no facet shades itself where that surface still faces the light (Hanika 2021, "Hacking the
+    /// shadow terminator", section 4.2). `face`: of the facet, on the eye's side.
+    pub(super) fn rounded(
+        &self,
+        footprint: &Footprint,
+        met: Option<TriangleHit>,
+        face: Vec3,
+        point: Vec3,
+    ) -> Vec3 {
+        let record = self.record(footprint);
+        let is_flat = record.normals.iter().all(|&normal| normal == record.normals[0]);
+        let Some(met) = met.filter(|_| !is_flat) else { return point };
+        let out = |i: usize| {
+            let normal = toward(face, from_octahedral(record.normals[i]));
+            let below = normal.dot(record.positions_u[i].truncate() - point);
+            normal * (met.barycentric[i] * below.max(0.0))
+        };
+        point + out(0) + out(1) + out(2)
     }
 
     pub(super) fn record(&self, footprint: &Footprint) -> &TriangleRecord {
@@ -76,4 +96,8 @@ impl<'a> Seen<'a> {
     pub(super) fn setup(&self, footprint: &Footprint) -> &TriangleSetup {
         &self.casters.setups[footprint.red_green as usize]
     }
+}
+
+fn toward(side: Vec3, normal: Vec3) -> Vec3 {
+    if normal.dot(side) >= 0.0 { normal } else { -normal }
 }

@@ -197,12 +197,18 @@ impl<'a> Lighting<'a> {
         for light in self.lights() {
             let (toward, color) = incoming(light, point.position);
             let (cosine, side) = (point.normal.dot(toward), point.face.dot(toward));
-            let is_behind = point.kind == PointKind::Solid && !(cosine > 0.0 && side > 0.0);
+            let is_solid = point.kind == PointKind::Solid;
+            let is_behind = is_solid && cosine <= 0.0;
             if is_behind || !color.cmpgt(Vec3::ZERO).any() {
                 continue;
             }
-            // Off itself, on the light's side.
-            let face = if side > 0.0 { point.face } else { -point.face };
+            // Off itself, on the light's side. A facet that looks away while its normal does not is
+            // part of a round surface.
+            let face = match (side > 0.0, is_solid) {
+                (true, _) => point.face,
+                (false, true) => point.normal,
+                (false, false) => -point.face,
+            };
             let receiver = point.receiver.of_kind(point.kind);
             let through = self.shadow(light, point.position, face, toward, bias, receiver);
             let passed = color * through;

@@ -45,7 +45,7 @@ pub(super) struct Readers {
 
 impl Readers {
     const OCCLUDE: Self = Self {
-        stage: "occlude",
+        stage: "gobo occlude",
         tiles: Variant::OccludeTiles,
         segments: Variant::OccludeSegments,
         overflow: Variant::OccludeOverflow,
@@ -53,14 +53,14 @@ impl Readers {
     };
     /// Where dithering is coloured.
     pub(super) const COLORED: Self = Self {
-        stage: "occlude",
+        stage: "gobo occlude",
         tiles: Variant::ColoredTiles,
         segments: Variant::ColoredSegments,
         overflow: Variant::ColoredOverflow,
         resolve: Variant::ColoredResolve,
     };
     const ACCUMULATE: Self = Self {
-        stage: "accumulate",
+        stage: "gobo accumulate",
         tiles: Variant::AccumulateTiles,
         segments: Variant::AccumulateSegments,
         overflow: Variant::AccumulateOverflow,
@@ -119,7 +119,7 @@ impl BoundList {
             (readers.resolve, is_read && is_merged),
         ];
         for (variant, _) in needed.into_iter().filter(|(_, is_needed)| *is_needed) {
-            context.kernels.make(device, variant, features)?;
+            context.kernels.plan(device, variant, features)?;
         }
         let scratch = context.scratch;
         let partials = match &scratch.composed {
@@ -156,7 +156,7 @@ impl BoundList {
         timeline: &mut Timeline,
     ) {
         let Self { list, readers, features, .. } = self;
-        timeline.step(encoder, "clear");
+        timeline.step(encoder, "gobo clear");
         scratch.clear(list, encoder);
         list.record_project(kernels, encoder, timeline);
         for chunks in &self.tiny {
@@ -185,7 +185,7 @@ impl BoundList {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        timeline.step(encoder, "clear");
+        timeline.step(encoder, "gobo clear");
         scratch.clear(&self.list, encoder);
         self.list.record_project(kernels, encoder, timeline);
         self.list.record_emit(kernels, encoder, timeline);

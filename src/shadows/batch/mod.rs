@@ -8,6 +8,7 @@ use super::{
     list::{List, ListCounters},
     maps::Maps,
     plan::Plan,
+    read_back::ReadBack,
     scratch::Scratch,
     small::{SmallTriangles, copy_depths},
 };
@@ -121,7 +122,7 @@ impl Batch {
             let texels = self.tile_count * TILE_SIZE * TILE_SIZE;
             small.record(scratch, texels, kernels, encoder, timeline);
             if !is_listed {
-                timeline.step(encoder, "occlude");
+                timeline.step(encoder, "gobo occlude");
                 copy_depths(scratch, &self.views, &self.opaques, encoder);
             }
         }
@@ -133,7 +134,7 @@ impl Batch {
             blocking.record_resolve(scratch, kernels, &mut pass);
         }
         if !self.imports.is_empty() {
-            self.imports.record(kernels, &mut timeline.pass(encoder, "import"));
+            self.imports.record(kernels, &mut timeline.pass(encoder, "gobo import"));
         }
     }
 
@@ -149,18 +150,12 @@ impl Batch {
         filtering.record_tiles(kernels, &mut pass, self.tile_count);
         filtering.record_segments(scratch, kernels, &mut pass);
         drop(pass);
-        filtering.record_resolve(scratch, kernels, &mut timeline.pass(encoder, "resolve"));
+        filtering.record_resolve(scratch, kernels, &mut timeline.pass(encoder, "gobo resolve"));
     }
 
     /// `(opaque, translucent)`
-    pub(super) fn read_counters(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<(ListCounters, ListCounters), Error> {
-        Ok((
-            self.blocking.list.read_counters(device, queue)?,
-            self.filtering.list.read_counters(device, queue)?,
-        ))
+    /// What kernels count of opaque casters and of translucent ones.
+    pub(super) fn counted(&self) -> [&ReadBack<ListCounters>; 2] {
+        [&self.blocking, &self.filtering].map(|bound| bound.list.counted())
     }
 }

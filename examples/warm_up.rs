@@ -1,0 +1,90 @@
+//! Kernels made by threads of the host's before a frame asks for them, and how long each takes.
+use gobo::{
+    Bounds, Casters, Gpu, HostInputs, Light, Material, Particle, Receiver, ShadowSettings, Shadows,
+    Transfer, View, glam::Vec3, gpu::Selection, light_views, wgpu,
+};
+use std::{error::Error, sync::Mutex, thread, time::Instant};
+
+type Done = Result<(), Box<dyn Error + Send + Sync>>;
+
+/// Smoke before a ground.
+fn particles() -> Vec<Particle> {
+    let at = |i: f32| Vec3::new((i * 0.37).sin(), 1.0 + (i * 0.11).sin(), (i * 0.23).cos());
+    (0..5000)
+        .map(|i| Particle { center: at(i as f32), radius: 0.1, id: i, ..Particle::default() })
+        .collect()
+}
+
+fn main() -> Done {
+    let gpu = Gpu::new(&Selection::default())?;
+    let (particles, lamp) = (particles(), Light::point(Vec3::new(0.2, 4.0, 0.3)));
+    let bounds = Bounds { min: Vec3::splat(-3.0), max: Vec3::splat(3.0) };
+    let views = light_views(0, &lamp, 512, None, &bounds)?;
+    let nearest = ShadowSettings::default();
+    let curve = ShadowSettings { receiver: Receiver::Curve, ..nearest };
+    println!("| | kernels | one after another | on {} threads | first frame | next |", cores());
+    println!("|---|---|---|---|---|---|");
+    for (name, transfer, settings) in [
+        ("smoke, nearest depth", Transfer::Filter, nearest),
+        ("smoke in its order", Transfer::Over, nearest),
+        ("smoke, curve", Transfer::Filter, curve),
+    ] {
+        let materials = [Material { transfer, ..Material::default() }];
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        let times: Vec<_> = [1, cores()]
+            .into_iter()
+            .map(|threads| measure(&gpu, &casters, &views, &settings, threads))
+            .collect::<Result<_, _>>()?;
+        let ([one, ..], [many, first, next]) = (times[0].1, times[1].1);
+        println!(
+            "| {name} | {} | {one:.0} ms | {many:.0} ms | {first:.0} ms | {next:.0} ms |",
+            times[0].0
+        );
+    }
+    Ok(())
+}
+
+fn cores() -> usize {
+    thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// How many kernels there are; milliseconds of these, of the first frame and of the next.
+fn measure(
+    gpu: &Gpu,
+    casters: &Casters<'_>,
+    views: &[View],
+    settings: &ShadowSettings,
+    threads: usize,
+) -> Result<(usize, [f64; 3]), Box<dyn Error + Send + Sync>> {
+    let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)?;
+    let jobs = shadows.pending(casters, views, settings, &HostInputs::new())?;
+    let start = Instant::now();
+    let (left, failed) = (Mutex::new(jobs.iter()), Mutex::new(Ok(())));
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let job = left.lock().ok().and_then(|mut left| left.next());
+                    let Some(job) = job else { break };
+                    if let (Err(error), Ok(mut failed)) = (job.run(), failed.lock()) {
+                        *failed = Err(error);
+                    }
+                }
+            });
+        }
+    });
+    failed.into_inner()??;
+    assert!(shadows.is_ready(), "all were run");
+    let mut times = [start.elapsed().as_secs_f64() * 1e3, 0.0, 0.0];
+    let prepared = shadows.prepare(casters, views, settings)?;
+    for time in &mut times[1..] {
+        let start = Instant::now();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        prepared.record(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+        *time = start.elapsed().as_secs_f64() * 1e3;
+    }
+    Ok((jobs.len(), times))
+}

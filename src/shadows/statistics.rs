@@ -1,0 +1,77 @@
+//! What a frame counted: at once, which waits, or when the device has it.
+use super::{ListCounters, Prepared, PreparedMaps, prepared::AllCounters};
+use crate::{
+    error::Error,
+    model::{Counters, Skipped},
+};
+
+impl Prepared {
+    /// What the last recorded frame counted, once it was submitted. Waits for the device.
+    ///
+    /// # Errors
+    /// Where a later [`Shadows::prepare`](super::Shadows::prepare) has taken the maps over, or the
+    /// device is lost.
+    pub fn counters(&self) -> Result<Counters, Error> {
+        let (device, queue) = self.device();
+        self.with_maps(|maps| Ok(self.counters_of(maps, maps.read_all_counters(device, queue)?)))
+    }
+
+    /// Records what [`Self::statistics`] tells: after [`Self::record`], in the same submission or a
+    /// later one. Nothing until the statistics before were told.
+    pub fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) {
+        // Of maps that were taken over there are none.
+        let _ = self.with_maps(|maps| {
+            maps.record_statistics(encoder);
+            Ok(())
+        });
+    }
+
+    /// What the frame counted after which [`Self::record_statistics`] was recorded, where the device
+    /// has it by now: mostly a frame or two late. To be asked after the submission; waits for nothing.
+    ///
+    /// # Errors
+    /// As [`Self::counters`].
+    pub fn statistics(&self) -> Result<Option<Counters>, Error> {
+        let (device, _) = self.device();
+        self.with_maps(|maps| {
+            // Both: the first asks for what the second may have.
+            let was_ready = maps.has_statistics();
+            device.poll(wgpu::PollType::Poll).map_err(|error| Error::Lost(error.to_string()))?;
+            if !(was_ready || maps.has_statistics()) {
+                return Ok(None);
+            }
+            Ok(Some(self.counters_of(maps, maps.take_statistics()?)))
+        })
+    }
+
+    fn counters_of(
+        &self,
+        maps: &PreparedMaps,
+        ((opaque, translucent), loaded): AllCounters,
+    ) -> Counters {
+        let mut skipped = Skipped::new();
+        if loaded.skipped > 0 {
+            skipped.insert("a number of a host's caster is out of range", loaded.skipped.into());
+        }
+        let sum =
+            |of: fn(&ListCounters) -> u32| u64::from(of(&opaque)) + u64::from(of(&translucent));
+        Counters {
+            casters: self.caster_count + u64::from(loaded.taken),
+            views_rendered: maps.rendered_count() as u64,
+            views_kept: (maps.view_count() - maps.rendered_count()) as u64,
+            culled: maps.culled_count(),
+            hidden: maps.hidden_count(),
+            visible: sum(|c| c.visible + c.scattered),
+            pairs: sum(|c| c.pair_count),
+            segments: sum(|c| c.segment_count),
+            scattered: sum(|c| c.scattered + c.overflowed),
+            overflowed: sum(|c| c.overflowed),
+            disordered: sum(|c| c.disordered),
+            unordered: u64::from(translucent.overflowed) * u64::from(self.ordered),
+            pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
+            pair_room: maps.pair_capacity(),
+            skipped,
+            ..Counters::default()
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! A profiler of the host's own around each pass.
+use super::{materials, particles, shadows, views};
+use crate::common::{TIERS, gpu};
+use gobo::{Casters, Profiler, ShadowSettings, Timeline, gpu::Gpu, wgpu};
+use std::sync::{Arc, Mutex};
+
+/// Passes that it can stamp.
+const PASSES: u32 = 64;
+
+#[derive(Debug)]
+struct Log {
+    stamps: Option<wgpu::QuerySet>,
+    labels: Arc<Mutex<Vec<&'static str>>>,
+}
+
+impl Profiler for Log {
+    fn begin(
+        &mut self,
+        _: &mut wgpu::CommandEncoder,
+        label: &'static str,
+    ) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        let mut labels = self.labels.lock().unwrap();
+        let first = labels.len() as u32;
+        labels.push(label);
+        self.stamps.as_ref().map(|query_set| wgpu::ComputePassTimestampWrites {
+            query_set,
+            beginning_of_pass_write_index: Some(first),
+            end_of_pass_write_index: Some(first + 1),
+        })
+    }
+
+    fn end(&mut self, _: &mut wgpu::CommandEncoder) {
+        self.labels.lock().unwrap().push("end");
+    }
+}
+
+fn stamps(gpu: &Gpu) -> Option<wgpu::QuerySet> {
+    let has = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+    has.then(|| {
+        gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: None,
+            ty: wgpu::QueryType::Timestamp,
+            count: 2 * PASSES,
+        })
+    })
+}
+
+#[test]
+fn a_profiler_sees_each_pass_from_begin_to_end() {
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let (particles, materials) = (particles(500, 5), materials());
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        let mut shadows = shadows(&gpu);
+        let prepared = shadows.prepare(&casters, &views(), &ShadowSettings::default()).unwrap();
+        let labels = Arc::new(Mutex::new(Vec::new()));
+        let stamps = stamps(&gpu);
+        let log = Log { stamps: stamps.clone(), labels: Arc::clone(&labels) };
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        prepared.record_timed(&mut encoder, &mut Timeline::profiled(log));
+        let labels = labels.lock().unwrap();
+        let count = labels.len() as u32;
+        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let resolved = gpu.upload("ticks", &vec![0_u64; 2 * PASSES as usize], usage);
+        if let Some(stamps) = &stamps {
+            encoder.resolve_query_set(stamps, 0..count, &resolved, 0);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.check().unwrap();
+
+        assert!(count <= 2 * PASSES, "{labels:?}");
+        let (begun, ended): (Vec<_>, Vec<_>) = labels.chunks_exact(2).map(|c| (c[0], c[1])).unzip();
+        assert_eq!((ended, count % 2), (vec!["end"; begun.len()], 0), "{tier:?}");
+        for stage in ["gobo project", "gobo sort", "gobo bin", "gobo accumulate", "gobo resolve"] {
+            assert!(begun.contains(&stage), "{begun:?}");
+        }
+        assert!(begun.iter().all(|label| label.starts_with("gobo ")), "{begun:?}");
+        if stamps.is_some() {
+            let ticks: Vec<u64> = gpu.read(&resolved);
+            let (ticks, _) = ticks[..count as usize].as_chunks::<2>();
+            assert!(ticks.iter().all(|&[begin, end]| begin > 0 && begin <= end), "{ticks:?}");
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Kernels that threads of the host's make before a frame asks for them.
+use super::{materials, particles, shadows, submit, views};
+use crate::common::{TIERS, own_gpu};
+use gobo::{Casters, HostInputs, KernelJob, Receiver, ShadowSettings, gpu::Gpu};
+
+fn pipelines(gpu: &Gpu) -> isize {
+    gpu.device.get_internal_counters().hal.compute_pipelines.read()
+}
+
+#[test]
+fn what_threads_have_made_no_frame_makes() {
+    for tier in TIERS {
+        let gpu = own_gpu(tier);
+        let (mut particles, materials) = (particles(3000, 5), materials());
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        let (views, settings) = (views(), ShadowSettings::default());
+        let mut warm = shadows(&gpu);
+        assert!(warm.is_ready());
+        let before = pipelines(&gpu);
+        let made = || (pipelines(&gpu) - before) as usize;
+
+        let jobs = warm.pending(&casters, &views, &settings, &HostInputs::new()).unwrap();
+        let names: Vec<_> = jobs.iter().map(KernelJob::name).collect();
+        assert!(names.iter().any(|name| name.starts_with("sort")), "{names:?}");
+        assert_eq!((made(), warm.is_ready()), (0, false), "{tier:?}");
+        // Asked again, it has no other jobs.
+        let again = warm.pending(&casters, &views, &settings, &HostInputs::new()).unwrap();
+        assert_eq!(again.iter().map(KernelJob::name).collect::<Vec<_>>(), names);
+
+        let (last, others) = jobs.split_last().unwrap();
+        std::thread::scope(|scope| {
+            let halves = others.split_at(others.len() / 2);
+            for half in [halves.0, halves.1, others] {
+                scope.spawn(move || half.iter().for_each(|job| job.run().unwrap()));
+            }
+        });
+        assert_eq!((made(), warm.is_ready()), (others.len(), false));
+        last.run().unwrap();
+        assert!(warm.is_ready());
+
+        let prepared = warm.prepare(&casters, &views, &settings).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        prepared.record(&mut encoder);
+        assert_eq!(made(), jobs.len(), "{tier:?}");
+        let mut cold = shadows(&gpu);
+        let expected = submit(&gpu, &cold.prepare(&casters, &views, &settings).unwrap());
+        assert_eq!(submit(&gpu, &prepared), expected, "{tier:?}");
+        // Nor a later one, of which something has changed.
+        particles[0].radius *= 2.0;
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        warm.prepare(&casters, &views, &settings).unwrap();
+        assert_eq!(made(), jobs.len(), "{tier:?}");
+
+        // Other settings have kernels of their own.
+        let curves = ShadowSettings { receiver: Receiver::Curve, ..settings };
+        let jobs = warm.pending(&casters, &views, &curves, &HostInputs::new()).unwrap();
+        assert!(!jobs.is_empty() && jobs.iter().all(|job| !names.contains(&job.name())));
+    }
+}
