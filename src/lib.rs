@@ -81,8 +81,9 @@ pub use gpu::{
 };
 pub use model::{
     Bounds, Camera, Cascades, Casters, Counters, InvalidCamera, InvalidLight, Light, LightKind,
-    Material, Part, Particle, Pattern, Profile, Projection, Receiver, ReceiverPoint, Receives,
-    Scene, Shadow, ShadowSettings, Shape, Source, Texture, Transfer, Triangle, View,
+    LookUp, MaskSettings, Material, Part, Particle, Pattern, Profile, Projection, Receiver,
+    ReceiverPoint, Receives, Scene, Shadow, ShadowFilter, ShadowSettings, Shape, Source, Texture,
+    Transfer, Triangle, View,
 };
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};

@@ -9,7 +9,7 @@ use crate::{
         PictureRoom, PreparedPicture,
         debug::{self, DebugMode},
     },
-    records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
+    records::{CurveMap, FormerSlots, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
     shadows::{Config, Maps, PointBuffers, Prepared, Shadows, check as check_views},
     stage::sort::pair_limit,
@@ -70,6 +70,8 @@ struct GpuEngine {
     room: Option<PictureRoom>,
     /// A frame of the casters that are kept has counted its pairs.
     has_counted: bool,
+    /// Masks of the lights of the frame before.
+    slots: FormerSlots,
 }
 
 impl Renderer {
@@ -100,6 +102,7 @@ impl Renderer {
                 timeline,
                 room: None,
                 has_counted: false,
+                slots: FormerSlots::new(),
             })),
         })
     }
@@ -243,6 +246,7 @@ impl GpuEngine {
         if scene.samples > 1 {
             picture = self.shade_samples(&lit, &whole, budget, picture.light)?;
         }
+        self.slots = shown.slots().former(scene);
         let clusters = shown.read_cluster_counters(&self.gpu)?;
         let debug = options
             .debug
@@ -257,6 +261,8 @@ impl GpuEngine {
             shrunk: shrunk as u64,
             cluster_lights: clusters.needed.into(),
             clusters_overflowed: clusters.overflowed.into(),
+            masks: shown.slots().count.into(),
+            unmasked_lights: shown.slots().unmasked.into(),
             overflowed: counted.overflowed + overflowed,
             skipped: scene.skipped.clone(),
             ..counted
@@ -396,11 +402,12 @@ impl GpuEngine {
         lit: &Lit<'_>,
         room: PictureRoom,
     ) -> Result<PreparedPicture, Error> {
-        let Self { gpu, shadows, .. } = self;
+        let Self { gpu, shadows, slots, .. } = self;
         let Lit { scene, camera, views, maps } = lit;
         let (device, queue) = (&gpu.device, &gpu.queue);
         shadows.with_casters(|pipeline, casters| {
-            pipeline.prepare_picture(device, queue, casters, scene, camera, views, maps, room)
+            pipeline
+                .prepare_picture(device, queue, casters, scene, camera, views, maps, room, slots)
         })
     }
 
@@ -428,6 +435,7 @@ impl GpuEngine {
             DebugMode::Clusters => debug::clusters(&self.gpu, shown, scene, picture),
             DebugMode::Cascades => debug::cascades(&self.gpu, shown, scene, views, picture),
             DebugMode::Atlas => debug::atlas(&self.gpu, maps, views),
+            DebugMode::Masks => debug::masks(&self.gpu, shown, picture),
             DebugMode::Cost => {
                 self.shadows.configure(|config| config.count_cost = true);
                 let counting = self.prepare_picture(lit, room);

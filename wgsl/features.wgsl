@@ -40,3 +40,5 @@ override HAS_AIR: bool = false;
 override HAS_ENVIRONMENT: bool = false;
 override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
+// Some map is read otherwise than by the spline, or with a bias for slopes.
+override HAS_FILTERS: bool = false;

@@ -202,6 +202,8 @@ pub(crate) enum DebugName {
     Cascades,
     /// The maps of all views as they are packed
     Atlas,
+    /// The shadow masks of the picture, where the scene asks for some
+    Masks,
 }
 
 impl From<DebugName> for DebugMode {
@@ -211,6 +213,7 @@ impl From<DebugName> for DebugMode {
             DebugName::Cost => Self::Cost,
             DebugName::Cascades => Self::Cascades,
             DebugName::Atlas => Self::Atlas,
+            DebugName::Masks => Self::Masks,
         }
     }
 }

@@ -199,6 +199,7 @@ mod tests {
             shadows: Vec::new(),
             shafts: true,
             source: None,
+            look_up: gobo::LookUp::default(),
         }
     }
 

@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let inputs = arguments.skip_existing.then(|| sidecar::inputs(&scene, arguments));
     stop::listen()?;
     let frames = arguments.frames();
-    let mut shrunk = 0;
+    let (mut shrunk, mut unmasked) = (0, 0);
     let mut preview = match &arguments.preview {
         Some(path) => {
             Some(Preview::new(path, scene.camera.size, frames.len() as u32, arguments.fps)?)
@@ -100,6 +100,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         scene.set_time(f64::from(index) / arguments.fps);
         let frame = renderer.render(&scene, &options)?;
         shrunk = shrunk.max(frame.counters.shrunk);
+        unmasked = unmasked.max(frame.counters.unmasked_lights);
         let picture = arguments.out.join(format!("frame_{index:04}.png"));
         if arguments.maps {
             let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
@@ -140,6 +141,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         tracing::warn!(
             "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
              smaller size for some lights, or a larger texel_budget of [shadow]"
+        );
+    }
+    if unmasked > 0 {
+        tracing::warn!(
+            "{unmasked} lights are shaded without a mask: all are taken; raise the limit of [mask], or \
+             give lights a far"
         );
     }
     let skipped = &scene.skipped;
@@ -254,6 +261,8 @@ mod tests {
             "shrunk",
             "cluster_lights",
             "clusters_overflowed",
+            "masks",
+            "unmasked_lights",
         ] {
             assert_eq!(value[name], 0, "{name}");
         }

@@ -115,6 +115,7 @@ fn texture(ty: &str) -> Option<BindingKind> {
         "r32float" => TextureFormat::R32Float,
         "rgba32float" => TextureFormat::Rgba32Float,
         "rgba16float" => TextureFormat::Rgba16Float,
+        "rgba8unorm" => TextureFormat::Rgba8Unorm,
         _ => return None,
     };
     let access = match access {

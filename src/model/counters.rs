@@ -36,6 +36,10 @@ pub struct Counters {
     pub cluster_lights: u64,
     /// Clusters whose list did not fit, so that their pixels ask all lights.
     pub clusters_overflowed: u64,
+    /// Shadow masks of the picture.
+    pub masks: u64,
+    /// Lights that cast shadows into the picture and found no mask: they were shaded without one.
+    pub unmasked_lights: u64,
     /// Those of them that filter in a view where the order counts: an `over` caster is among them or
     /// beside them, and they were applied last.
     pub unordered: u64,

@@ -1,5 +1,5 @@
 //! Lights as a scene describes them.
-use super::Source;
+use super::{LookUp, Source};
 use glam::{DVec3, Vec3};
 
 /// Where a light is and where it shines.
@@ -159,6 +159,8 @@ pub struct Light {
     pub shafts: bool,
     /// The surface that its rays leave: they give shadows penumbrae. One place when `None`.
     pub source: Option<Source>,
+    /// How its maps are read.
+    pub look_up: LookUp,
 }
 
 impl Default for Light {
@@ -177,6 +179,7 @@ impl Default for Light {
             shadows: Vec::new(),
             shafts: true,
             source: None,
+            look_up: LookUp::default(),
         }
     }
 }
@@ -219,7 +222,8 @@ impl Light {
     pub fn check(&self, index: usize) -> Result<(), InvalidLight> {
         let kinds = std::iter::once(&self.kind).chain(self.shadows.iter().map(|own| &own.kind));
         let of_source = self.source.iter().filter_map(|source| source.problem(&self.kind));
-        let problem = kinds.filter_map(LightKind::problem).chain(of_source).next();
+        let problems = kinds.filter_map(LightKind::problem).chain(of_source);
+        let problem = problems.chain(self.look_up.problem()).next();
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }
 

@@ -10,6 +10,8 @@ pub mod emitter;
 mod environment;
 mod hash;
 mod light;
+mod look_up;
+mod mask;
 mod origin;
 mod point;
 mod scene;
@@ -32,6 +34,8 @@ pub use environment::{
 };
 pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use look_up::{LookUp, ShadowFilter};
+pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{

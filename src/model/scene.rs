@@ -1,7 +1,7 @@
 //! Everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, Material,
-    Particle, ShadowSettings, Skipped, Texture, Triangle,
+    Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, MaskSettings,
+    Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -26,6 +26,8 @@ pub struct Scene {
     pub shadow: ShadowSettings,
     /// Of the picture.
     pub clusters: ClusterSettings,
+    /// Masks through which what is solid is lit; none where every point asks the maps.
+    pub mask: Option<MaskSettings>,
     /// At most 4,096.
     pub lights: Vec<Light>,
     /// At most 512, named by casters.
@@ -138,6 +140,7 @@ impl Default for Scene {
             samples: 1,
             shadow: ShadowSettings::default(),
             clusters: ClusterSettings::default(),
+            mask: None,
             lights: Vec::new(),
             materials: Vec::new(),
             textures: Vec::new(),

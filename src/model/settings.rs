@@ -1,4 +1,5 @@
 //! What a user may choose about shadows.
+use super::ShadowFilter;
 
 /// How a receiver reads a shadow map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,9 +22,16 @@ pub struct ShadowSettings {
     pub receiver: Receiver,
     /// Nodes of a transmittance curve (K).
     pub nodes: u32,
-    /// How far behind a stored depth a receiver must be to count as behind it [m].
+    /// Which texels a receiver asks; of lights that do not say for themselves.
+    pub filter: ShadowFilter,
+    /// How far behind a stored depth a receiver must be to count as behind it [m]; of lights that do not
+    /// say for themselves.
     pub bias: f32,
-    /// How far a lit surface's point is moved along its normal before the look-up [texels].
+    /// What the slope of a lit surface adds to that: the depth that it falls by over so many texels
+    /// [texels]; of lights that do not say for themselves.
+    pub slope_bias: f32,
+    /// How far a lit surface's point is moved along its normal before the look-up, beyond what the reach of
+    /// a wider filter than the default's asks for [texels]; of lights that do not say for themselves.
     pub normal_bias: f32,
     /// Pairs that one batch of views may hold; casters past it take the scatter path.
     pub pair_budget: u32,
@@ -48,7 +56,9 @@ impl Default for ShadowSettings {
             size: 1024,
             receiver: Receiver::Nearest,
             nodes: 8,
+            filter: ShadowFilter::Spline,
             bias: 0.01,
+            slope_bias: 0.0,
             normal_bias: 1.5,
             pair_budget: MAX_PAIRS,
             texel_budget: 1 << 27,

@@ -6,8 +6,21 @@ use crate::{
 };
 use glam::UVec2;
 
-/// Pixels that a band has room for.
-pub(super) const BAND_PIXELS: u32 = BAND_TILES * TILE_SIZE * TILE_SIZE;
+/// Most tiles of a picture that is one band where it has masks, so that what it sees is kept for its
+/// shading: 1920 x 1080 pixels.
+const WHOLE_TILES: u32 = 8192;
+
+/// Tiles of a band, of a picture of `tiles`, which is in one part and one round where `at_once`.
+pub(super) fn band_tiles(tiles: UVec2, has_masks: bool, at_once: bool) -> u32 {
+    let count = tiles.element_product();
+    let is_whole = has_masks && at_once && count <= WHOLE_TILES;
+    if is_whole { count.max(BAND_TILES) } else { BAND_TILES }
+}
+
+/// Pixels of some tiles.
+pub(super) fn pixels_of(tiles: u32) -> u32 {
+    tiles * TILE_SIZE * TILE_SIZE
+}
 
 /// A rectangle of tiles of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,9 +30,10 @@ pub(super) struct TileRect {
 }
 
 impl TileRect {
-    pub(super) fn band(&self, round: u32) -> Band {
+    /// `tiles`: that a band has room for.
+    pub(super) fn band(&self, round: u32, tiles: u32) -> Band {
         let Self { origin, size } = *self;
-        Band { origin, size, round, pixel_count: BAND_PIXELS }
+        Band { origin, size, round, pixel_count: pixels_of(tiles) }
     }
 
     /// One workgroup a tile.
@@ -44,10 +58,10 @@ impl TileRect {
         self.cut(UVec2::new(width.max(1), rows.max(1)))
     }
 
-    /// As few bands as have room for their tiles.
-    pub(super) fn bands(&self) -> Vec<Self> {
-        let width = self.size.x.clamp(1, BAND_TILES);
-        self.cut(UVec2::new(width, (BAND_TILES / width).max(1)))
+    /// As few bands of at most `tiles` as there may be.
+    pub(super) fn bands(&self, tiles: u32) -> Vec<Self> {
+        let width = self.size.x.clamp(1, tiles);
+        self.cut(UVec2::new(width, (tiles / width).max(1)))
     }
 }
 
@@ -76,7 +90,7 @@ mod tests {
             for count in [1, 2, 3, 34, 100, 5000, u32::MAX] {
                 let parts = whole.parts(count);
                 assert!(parts.len() as u32 >= count.min(size.element_product()), "{size} {count}");
-                let bands: Vec<_> = parts.iter().flat_map(TileRect::bands).collect();
+                let bands: Vec<_> = parts.iter().flat_map(|part| part.bands(BAND_TILES)).collect();
                 assert!(covered(&parts, size).iter().all(|&n| n == 1), "{size} {count}");
                 assert!(covered(&bands, size).iter().all(|&n| n == 1), "{size} {count}");
                 assert!(bands.iter().all(|band| band.size.element_product() <= BAND_TILES));

@@ -5,7 +5,7 @@ use crate::{
     model::{Scene, View},
     records::{
         ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, LightRecords, MAX_LIGHTS,
-        MAX_SHADOW_VIEWS, REACH_TEXELS, Reach,
+        MAX_SHADOW_VIEWS, MAX_TAPS, REACH_TEXELS, Reach,
     },
     shadows::{kernels::Kernels, light_texture},
     stage::cluster,
@@ -41,6 +41,7 @@ impl Clusters {
         records: &LightRecords,
     ) -> Result<Self, Error> {
         limit("lights of a picture", MAX_LIGHTS, scene.lights.len())?;
+        limit("texels that a point asks", MAX_TAPS as usize, records.taps())?;
         limit("shadow views of a picture", MAX_SHADOW_VIEWS, records.views.len())?;
         let light_count = scene.lights.len();
         let grid = Grid::new(&scene.clusters, camera, light_count);
@@ -120,6 +121,6 @@ fn limit(limit: &'static str, have: usize, need: usize) -> Result<(), Error> {
     if need <= have {
         return Ok(());
     }
-    let remedy = "use fewer lights";
+    let remedy = "use fewer lights, or filters of fewer taps";
     Err(Error::Limit { limit, have: have as u64, need: need as u64, remedy })
 }

@@ -72,7 +72,7 @@ impl CameraList {
             let batch = PointBatch { first: 0, count: own.footprint_count, has_normals: 0 };
             let batch = context.uniform("point_batch", &batch);
             for part in parts {
-                let band = context.uniform("band", &part.band(0));
+                let band = context.uniform("band", &part.band(0, 0));
                 let resources = Resources::new()
                     .with("rects", &scratch.rects)
                     .with("clipped_rects", clipped)

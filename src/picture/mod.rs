@@ -4,6 +4,7 @@ mod bands;
 mod clusters;
 pub mod debug;
 mod lists;
+mod masks;
 mod prepared;
 mod shading;
 

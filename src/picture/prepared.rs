@@ -1,16 +1,17 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
 use super::{
     air::PreparedAir,
-    bands::TileRect,
+    bands::{TileRect, band_tiles},
     clusters::Clusters,
     lists::CameraList,
+    masks::{MaskMemory, PreparedMasks},
     shading::{BandMemory, ShadeFeatures, Shading, ToShade},
 };
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline, write_records},
     model::{Class, Scene, View},
-    records::{ClusterCounters, Grid, LightRecords, Picture},
+    records::{ClusterCounters, FormerSlots, Grid, LightRecords, MaskSlots, Picture},
     shadows::{
         AreaLevels, CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels,
         list::ListCounters, plan::Plan,
@@ -28,6 +29,10 @@ pub struct PreparedPicture {
     clusters: Clusters,
     /// Where some light has a size.
     levels: Option<AreaLevels>,
+    /// Where lights have some.
+    masks: Option<(MaskMemory, PreparedMasks)>,
+    /// Lights that found none.
+    slots: MaskSlots,
     radiance: Texture,
     lit_texture: Texture,
     size: UVec2,
@@ -82,6 +87,7 @@ impl Pipeline {
         views: &[View],
         maps: &Maps,
         room: PictureRoom,
+        former: &FormerSlots,
     ) -> Result<PreparedPicture, Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
@@ -105,7 +111,8 @@ impl Pipeline {
             .zip(&maps.places)
             .map(|(view, place)| view.to_gpu(0, place.origin, place.layer))
             .collect();
-        let records = LightRecords::new(scene.lights.iter().enumerate(), views, shadow_views);
+        let records =
+            LightRecords::new(scene.lights.iter().enumerate(), views, shadow_views, &scene.shadow);
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let grid = &clusters.grid;
         let params = allocator.uniform::<PictureParams>("picture_params");
@@ -115,8 +122,6 @@ impl Pipeline {
             light_count: scene.lights.len() as u32,
             background: scene.background,
             first_setup: clear.first_setup,
-            bias: scene.shadow.bias,
-            normal_bias: scene.shadow.normal_bias,
             near: grid.near,
             depth_range: grid.depth_range,
             cells: grid.cells,
@@ -127,8 +132,6 @@ impl Pipeline {
             air_slices: scene.air.map_or(0, |air| air.steps),
             exposure: scene.exposure.exp2(),
             first_area: records.first_area(),
-            pad_1: 0,
-            pad_2: 0,
             extinction: scene.air.map_or(glam::Vec3::ZERO, |air| air.extinction),
             environment_size: scene.environment.as_ref().map_or(0, |sky| sky.size()),
             irradiance: scene.irradiance().map(|c| c.extend(0.0)),
@@ -147,7 +150,10 @@ impl Pipeline {
             parts.len() as u64,
             BufferUsages::COPY_SRC,
         )?;
-        let memory_of_band = BandMemory::new(&mut allocator, room.rounds)?;
+        let at_once = parts.len() == 1 && room.rounds == 1;
+        let tiles_of_band = band_tiles(tiles, scene.mask.is_some(), at_once);
+        let panes = clear.list.footprint_count > 0 && clear.features.triangles;
+        let memory_of_band = BandMemory::new(&mut allocator, room.rounds, tiles_of_band, panes)?;
         let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
         let resources = casters
             .resources()
@@ -161,7 +167,8 @@ impl Pipeline {
             .with("radiance", &radiance)
             .with("pixels", &pixels);
         // Of the maps that light comes through.
-        let of_maps = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let filters = records.is_filtered();
+        let of_maps = Features { nodes: maps.nodes, gain: maps.gain, filters, ..Features::NONE };
         let make = |variant, features| Ok(kernels.plan(device, variant, features)?.clone());
         let levels = AreaLevels::new(&mut allocator, queue, &records, &resources, of_maps, make)?;
         let of_maps = Features { areas: levels.is_some(), ..of_maps };
@@ -171,6 +178,29 @@ impl Pipeline {
         };
         let (air_volume, air) =
             PreparedAir::new(&mut allocator, queue, kernels, of_maps, scene, &resources)?;
+        let slots = scene.mask.as_ref().map(|own| MaskSlots::new(scene, own, camera, former));
+        let slots = slots.unwrap_or_default();
+        let masks = match &scene.mask {
+            Some(own) if slots.count > 0 => {
+                let slots = slots.clone();
+                let memory = MaskMemory::new(&mut allocator, queue, own, slots, camera.size)?;
+                let passes = PreparedMasks::new(
+                    &mut allocator,
+                    queue,
+                    kernels,
+                    of_maps,
+                    &memory,
+                    &resources,
+                )?;
+                Some((memory, passes))
+            }
+            _ => None,
+        };
+        let of_maps = Features { masks: masks.is_some(), ..of_maps };
+        let resources = match &masks {
+            Some((memory, _)) => resources.and(&memory.resources()),
+            None => resources,
+        };
         let environment = environment_texture(&mut allocator, queue, scene)?;
         let to_shade = ToShade {
             allocator: &mut allocator,
@@ -180,6 +210,7 @@ impl Pipeline {
             solid: &solid,
             clear: &clear,
             rounds: room.rounds,
+            memory: &memory_of_band,
             lit_casters: &lit_texture,
         };
         let resources = resources.with("air", &air_volume).with("environment", &environment);
@@ -189,6 +220,8 @@ impl Pipeline {
             room,
             clusters,
             levels,
+            masks,
+            slots,
             radiance,
             lit_texture,
             size: camera.size,
@@ -224,8 +257,17 @@ impl PreparedPicture {
             list.record_footprints(kernels, encoder, timeline);
         }
         self.shading.record_casters(kernels, encoder, timeline);
+        if let Some((_, masks)) = &self.masks {
+            for part in 0..self.part_count {
+                self.record_pairs(part, kernels, encoder, timeline);
+                self.shading.record_surfaces(part, kernels, encoder, timeline);
+            }
+            masks.record(encoder, timeline);
+        }
         for part in 0..self.part_count {
-            self.record_pairs(part, kernels, encoder, timeline);
+            if self.masks.is_none() || self.part_count > 1 {
+                self.record_pairs(part, kernels, encoder, timeline);
+            }
             self.shading.record_part(part, kernels, encoder, timeline);
         }
     }
@@ -296,6 +338,19 @@ impl PreparedPicture {
             room.parts = self.room.parts.saturating_mul(more).min(self.tile_count);
         }
         Ok((room != self.room).then_some(room))
+    }
+
+    /// Which light is in which mask.
+    pub fn slots(&self) -> &MaskSlots {
+        &self.slots
+    }
+
+    /// The masks, layer by layer and row by row, of the picture's size; empty where there are none. Blocks.
+    pub fn read_masks(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>, Error> {
+        match &self.masks {
+            Some((memory, _)) => gpu.try_read_texture(memory.masks()),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// Blocks.

@@ -1,6 +1,6 @@
 //! The shade kernels of a picture, bound: to each band of tiles, and to the particles.
 use super::{
-    bands::{BAND_PIXELS, TileRect},
+    bands::{TileRect, pixels_of},
     lists::CameraList,
 };
 use crate::{
@@ -23,14 +23,25 @@ pub(super) struct BandMemory {
     points: Texture,
     lit: Texture,
     carried: Buffer,
+    /// That a band has room for.
+    pub tiles: u32,
+    /// Of a pixel.
+    points_of_pixel: u32,
 }
 
 impl BandMemory {
-    pub(super) fn new(allocator: &mut Allocator<'_>, rounds: u32) -> Result<Self, Error> {
+    /// `panes`: whether pixels have points for some.
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        rounds: u32,
+        tiles: u32,
+        panes: bool,
+    ) -> Result<Self, Error> {
         let storage = TextureUsages::STORAGE_BINDING;
         let uint = TextureFormat::Rgba32Uint;
-        let pixels = u64::from(BAND_PIXELS);
-        let points = pixels * u64::from(PIXEL_POINTS);
+        let pixels = u64::from(pixels_of(tiles));
+        let points_of_pixel = if panes { PIXEL_POINTS } else { 1 };
+        let points = pixels * u64::from(points_of_pixel);
         let carried = if rounds > 1 { pixels * u64::from(CARRIED) } else { 1 };
         let none = BufferUsages::empty();
         Ok(Self {
@@ -39,6 +50,8 @@ impl BandMemory {
             points: allocator.records("points", uint, points * u64::from(POINT_TEXELS), storage)?,
             lit: allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?,
             carried: allocator.storage::<[u32; 4]>("carried", carried, none)?,
+            tiles,
+            points_of_pixel,
         })
     }
 
@@ -99,6 +112,8 @@ pub(super) struct ShadedBand {
     seen: Vec<BindGroup>,
     layers: Vec<BindGroup>,
     surfaces: BindGroup,
+    /// Where lights have masks.
+    masks: Option<BindGroup>,
     panes: Option<BindGroup>,
     composite: BindGroup,
 }
@@ -119,6 +134,8 @@ pub(super) struct Shading {
     casters: Vec<LitCasters>,
     light: BindGroup,
     light_groups: [u32; 3],
+    /// What masks have seen is still there for the shading.
+    keeps_surfaces: bool,
 }
 
 /// What [`Shading::new`] binds.
@@ -130,6 +147,7 @@ pub(super) struct ToShade<'a, 'b> {
     pub solid: &'a CameraList,
     pub clear: &'a CameraList,
     pub rounds: u32,
+    pub memory: &'a BandMemory,
     /// Light of the particles.
     pub lit_casters: &'a Texture,
 }
@@ -165,7 +183,7 @@ impl ToShade<'_, '_> {
             .with("lit", self.lit_casters);
         let (mut seen, mut layers) = (Vec::new(), Vec::new());
         for round in 0..self.rounds {
-            let band = self.uniform("band", &rect.band(round));
+            let band = self.uniform("band", &rect.band(round, self.memory.tiles));
             let of_solid = of_solid.clone().with("band", &band);
             seen.push(self.bind(Variant::ShadeSeen, features.solid, &of_solid)?);
             if features.composite.layers {
@@ -173,22 +191,27 @@ impl ToShade<'_, '_> {
                 layers.push(self.bind(Variant::ShadeLayers, features.layers, &of_clear)?);
             }
         }
-        let band = self.uniform("band", &rect.band(0));
+        let band = self.uniform("band", &rect.band(0, self.memory.tiles));
         let of_solid = of_solid.with("band", &band);
         let of_clear = of_clear.with("band", &band);
         let surfaces = self.bind(Variant::ShadeSurfaces, features.surfaces, &of_solid)?;
+        let masks = if features.light.masks {
+            Some(self.bind(Variant::MaskSurfaces, Features::NONE, &of_solid)?)
+        } else {
+            None
+        };
         let panes = if features.composite.panes {
             Some(self.bind(Variant::ShadePanes, features.panes, &of_clear)?)
         } else {
             None
         };
         let composite = self.bind(Variant::ShadeComposite, features.composite, &of_solid)?;
-        Ok(ShadedBand { groups: rect.groups(), seen, layers, surfaces, panes, composite })
+        Ok(ShadedBand { groups: rect.groups(), seen, layers, surfaces, masks, panes, composite })
     }
 
     /// As many particles at a time as there is room for their points.
     fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<LitCasters>, Error> {
-        let room = BAND_PIXELS * PIXEL_POINTS;
+        let room = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         // Triangles follow the particles.
         let count = self.clear.first_setup;
         let clear = self.clear;
@@ -220,19 +243,23 @@ impl Shading {
         resources: &Resources<'_>,
     ) -> Result<Self, Error> {
         let features = to.features;
+        let tiles = to.memory.tiles;
         let points = if features.composite.panes { PIXEL_POINTS } else { 1 };
-        let batch = PointBatch { first: 0, count: BAND_PIXELS * points, has_normals: 0 };
+        let batch = PointBatch { first: 0, count: pixels_of(tiles) * points, has_normals: 0 };
         let buffer = to.uniform("point_batch", &batch);
         let of_band = resources.clone().with("point_batch", &buffer);
         let light = to.bind(Variant::LightPoints, features.light, &of_band)?;
         let mut bands = Vec::new();
         for part in parts {
             let of_part: Result<Vec<_>, Error> =
-                part.bands().iter().map(|rect| to.band(rect, &of_band)).collect();
+                part.bands(tiles).iter().map(|rect| to.band(rect, &of_band)).collect();
             bands.push(of_part?);
         }
         let casters = to.casters(resources)?;
-        Ok(Self { features, bands, casters, light, light_groups: point_grid(batch.count) })
+        let keeps_surfaces =
+            features.light.masks && matches!(&bands[..], [part] if part.len() == 1);
+        let light_groups = point_grid(batch.count);
+        Ok(Self { features, bands, casters, light, light_groups, keeps_surfaces })
     }
 
     /// The light of the particles that are seen and not solid.
@@ -251,8 +278,8 @@ impl Shading {
         }
     }
 
-    /// The bands of a part, whose pairs have been recorded.
-    pub(super) fn record_part(
+    /// What is solid in the bands of a part, for masks; its pairs have been recorded.
+    pub(super) fn record_surfaces(
         &self,
         part: usize,
         kernels: &Kernels,
@@ -269,6 +296,32 @@ impl Shading {
                 record(Variant::ShadeSeen, features.solid, round);
             }
             record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
+            if let Some(masks) = &band.masks {
+                record(Variant::MaskSurfaces, Features::NONE, masks);
+            }
+        }
+    }
+
+    /// The bands of a part, whose pairs have been recorded.
+    pub(super) fn record_part(
+        &self,
+        part: usize,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let features = &self.features;
+        let mut pass = timeline.pass(encoder, "shade");
+        for band in &self.bands[part] {
+            let mut record = |variant, features, bound| {
+                kernels.get(variant, features).record(&mut pass, bound, band.groups);
+            };
+            if !self.keeps_surfaces {
+                for round in &band.seen {
+                    record(Variant::ShadeSeen, features.solid, round);
+                }
+                record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
+            }
             for round in &band.layers {
                 record(Variant::ShadeLayers, features.layers, round);
             }

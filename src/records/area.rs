@@ -3,8 +3,10 @@
 //! A *level* of a map has a *block* for each 2^l x 2^l of its texels, and a border of [`SKIRT`] blocks
 //! around them: of a cube's face, those of its neighbours. A block holds the mean of its texels' light
 //! as a function of depth.
-use super::{GpuLight, GpuView, LIGHT_TEXELS, PART_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS};
-use crate::model::{Light, Source, View};
+use super::{
+    FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, PART_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS,
+};
+use crate::model::{Light, ShadowSettings, Source, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec3};
 
@@ -98,11 +100,14 @@ impl LightRecords {
         lights: impl Iterator<Item = (usize, &'a Light)>,
         models: &[View],
         views: Vec<GpuView>,
+        settings: &ShadowSettings,
     ) -> Self {
         let mut records = Self { views, ..Self::default() };
         for (index, light) in lights {
-            let mut own = GpuLight::new(light, index, models);
+            let mut own = GpuLight::new(light, index, models, settings);
             if let Some(source) = light.area().filter(|_| own.view_count > 0) {
+                // It filters by its spots.
+                own.taps = FILTER_SPLINE;
                 let first = records.leveled.len() as u32;
                 records.areas.push(GpuArea::new(&source, first));
                 own.traits |= (records.areas.len() as u32 * 2) & !SHAFTS_BIT;
@@ -155,6 +160,16 @@ impl LightRecords {
     /// Texel of `lights` where areas begin.
     pub fn first_area(&self) -> u32 {
         self.lights.len() as u32 * LIGHT_TEXELS + self.views.len() as u32 * VIEW_TEXELS
+    }
+
+    /// Texels that a point asks of the maps of all lights, each of them once.
+    pub fn taps(&self) -> usize {
+        self.lights.iter().map(GpuLight::tap_count).sum()
+    }
+
+    /// Whether some maps are read otherwise than by the spline.
+    pub fn is_filtered(&self) -> bool {
+        self.lights.iter().any(GpuLight::is_filtered)
     }
 
     /// What `wgsl/records/light.wgsl` and `area.wgsl` read.

@@ -1,6 +1,6 @@
 //! Lights as kernels read them.
 use super::GpuView;
-use crate::model::{Light, LightKind, View};
+use crate::model::{Light, LightKind, LookUp, ShadowFilter, ShadowSettings, View};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ pub const MAX_LIGHTS: usize = 4096;
 /// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
 pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
 /// Texels of a [`GpuLight`]. WGSL: `wgsl/records/light.wgsl`.
-pub const LIGHT_TEXELS: u32 = 4;
+pub const LIGHT_TEXELS: u32 = 5;
 const _: () = assert!(size_of::<GpuLight>() == LIGHT_TEXELS as usize * 16);
 /// Texels of a [`GpuView`]. WGSL: `wgsl/records/light.wgsl`.
 pub const VIEW_TEXELS: u32 = 8;
@@ -20,6 +20,19 @@ const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 pub const LIGHT_DIRECTIONAL: u32 = 0;
 pub const LIGHT_SPOT: u32 = 1;
 pub const LIGHT_POINT: u32 = 2;
+
+/// Numbers of [`ShadowFilter`] in [`GpuLight::taps`].
+pub const FILTER_NONE: u32 = 0;
+pub const FILTER_BOX: u32 = 1;
+pub const FILTER_SPLINE: u32 = 2;
+pub const FILTER_DISC: u32 = 3;
+/// Steps of a disc's radius in a texel. WGSL: `wgsl/shade/taps.wgsl`.
+pub const RADIUS_STEPS: f32 = 256.0;
+/// Half of what the spline reaches [texels]. WGSL: `wgsl/shade/taps.wgsl`.
+pub const SPLINE_REACH: f32 = 1.5;
+/// Most texels of a look-up of all lights of a picture: a point that asks them stays below the 65,535
+/// iterations that llvmpipe allows an invocation.
+pub const MAX_TAPS: u32 = 40_960;
 
 /// Of [`GpuLight::traits`].
 pub const SHAFTS_BIT: u32 = 1;
@@ -45,6 +58,15 @@ pub struct GpuLight {
     pub per_range2: f32,
     /// [`SHAFTS_BIT`] where the air scatters its light; above it the number of its area, and 1.
     pub traits: u32,
+    /// Kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's radius
+    /// [1/256 texel].
+    pub taps: u32,
+    /// [m]
+    pub bias: f32,
+    /// [texels]
+    pub slope_bias: f32,
+    /// [texels]
+    pub normal_bias: f32,
 }
 crate::gpu_layout!(GpuLight {
     position,
@@ -56,12 +78,17 @@ crate::gpu_layout!(GpuLight {
     cone_outer,
     cone_inner,
     per_range2,
-    traits
+    traits,
+    taps,
+    bias,
+    slope_bias,
+    normal_bias
 });
 
 impl GpuLight {
-    /// `views`: the shadow views of all lights.
-    pub fn new(light: &Light, index: usize, views: &[View]) -> Self {
+    /// `views`: the shadow views of all lights; `settings`: where the light says nothing.
+    pub fn new(light: &Light, index: usize, views: &[View], settings: &ShadowSettings) -> Self {
+        let LookUp { filter, bias, slope_bias, normal_bias } = light.look_up;
         let own = |view: &View| view.light == Some(index);
         let (kind, position, direction, angle) = match light.kind.with_unit_direction() {
             LightKind::Directional { direction } => (LIGHT_DIRECTIONAL, Vec3::ZERO, direction, 0.0),
@@ -81,11 +108,47 @@ impl GpuLight {
             cone_inner: (angle * 0.5 * 0.85).cos(),
             per_range2: light.range().map_or(0.0, |range| 1.0 / (range * range)),
             traits: if light.shafts { SHAFTS_BIT } else { 0 },
+            taps: packed_filter(&filter.unwrap_or(settings.filter)),
+            bias: bias.unwrap_or(settings.bias),
+            slope_bias: slope_bias.unwrap_or(settings.slope_bias),
+            normal_bias: normal_bias.unwrap_or(settings.normal_bias),
+        }
+    }
+
+    /// Whether its maps are read otherwise than by the spline.
+    pub fn is_filtered(&self) -> bool {
+        self.view_count > 0 && (self.taps != FILTER_SPLINE || self.slope_bias != 0.0)
+    }
+
+    /// Texels that a point asks of one of its maps.
+    pub fn tap_count(&self) -> usize {
+        let count = (self.taps >> 8 & 0xff) as usize;
+        if self.view_count == 0 {
+            return 0;
+        }
+        match self.taps & 0xff {
+            FILTER_SPLINE => 9,
+            FILTER_BOX => (count + 1) * (count + 1),
+            FILTER_DISC => count,
+            _ => 1,
         }
     }
 
     /// Number of its area.
     pub fn area(&self) -> Option<usize> {
         (self.traits as usize / 2).checked_sub(1)
+    }
+}
+
+fn packed_filter(filter: &ShadowFilter) -> u32 {
+    match *filter {
+        ShadowFilter::None => FILTER_NONE,
+        ShadowFilter::Bilinear => FILTER_BOX | (1 << 8),
+        ShadowFilter::Spline => FILTER_SPLINE,
+        ShadowFilter::Pcf { taps } => FILTER_BOX | (taps.min(ShadowFilter::MAX_PCF) << 8),
+        ShadowFilter::Vogel { taps, radius } => {
+            let steps = (radius.clamp(0.0, ShadowFilter::MAX_RADIUS) * RADIUS_STEPS).round();
+            FILTER_DISC | (taps.clamp(1, ShadowFilter::MAX_VOGEL) << 8) | ((steps as u32) << 16)
+        }
     }
 }

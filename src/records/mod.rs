@@ -16,6 +16,7 @@ mod import;
 mod layout;
 mod light;
 mod maps;
+mod mask;
 mod material;
 mod owner;
 mod pack;
@@ -44,10 +45,14 @@ pub use host::{CullParams, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, Load
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};
 pub use light::{
-    GpuLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS,
-    MAX_SHADOW_VIEWS, SHAFTS_BIT, VIEW_TEXELS,
+    FILTER_BOX, FILTER_DISC, FILTER_NONE, FILTER_SPLINE, GpuLight, LIGHT_DIRECTIONAL, LIGHT_POINT,
+    LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, MAX_TAPS, RADIUS_STEPS, SHAFTS_BIT,
+    SPLINE_REACH, VIEW_TEXELS,
 };
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
+pub use mask::{
+    COLORED_BIT, FormerSlots, MaskParams, MaskSlots, ROUND_BIT, SLOTS, ScreenBounds, mask_size,
+};
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub use pack::OPACITY_SCALE;

@@ -12,6 +12,7 @@ pub mod hit;
 pub mod import;
 mod light_points;
 pub mod maps;
+pub mod mask;
 pub mod occlude;
 pub mod order;
 pub mod project;
@@ -27,6 +28,7 @@ pub mod tile;
 
 pub use light_points::light_points;
 pub use maps::render_maps;
+pub use mask::Masks;
 pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
-pub use shade::{FAINT, mean_picture, render_picture};
+pub use shade::{FAINT, mean_picture, picture_masks, render_picture};
 pub use sort::{Pair, sort};

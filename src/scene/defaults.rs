@@ -1,6 +1,6 @@
 //! What a scene has where its file says nothing.
 use super::{Bounds, Camera, Scene, document::KindOfShape, particles::FARTHEST, shapes};
-use crate::model::{Light, LightKind, Material, Transfer};
+use crate::model::{Light, LightKind, LookUp, Material, Transfer};
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
 impl Scene {
@@ -44,6 +44,7 @@ pub(super) fn sun() -> Light {
         shadows: Vec::new(),
         shafts: true,
         source: None,
+        look_up: LookUp::default(),
     }
 }
 

@@ -27,7 +27,7 @@ struct Target {
 
 #[derive(Clone, Debug, PartialEq)]
 struct Skin {
-    /// Node of the file, until [`Skin::find`] makes it one of the rig, and mesh space to its own.
+    /// Node of the file, until [`Deform::find`] makes it one of the rig, and mesh space to its own.
     joints: Vec<(usize, Mat4)>,
     corners: Vec<[Bound; 3]>,
 }

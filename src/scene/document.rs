@@ -46,6 +46,7 @@ pub(super) struct Document {
     #[serde(default)]
     pub shadow: Option<Spanned<ShadowTable>>,
     pub clusters: Option<Spanned<ClustersTable>>,
+    pub mask: Option<Spanned<MaskTable>>,
     pub environment: Option<Spanned<EnvironmentTable>>,
     pub air: Option<Spanned<AirTable>>,
     #[serde(default)]
@@ -90,7 +91,12 @@ pub(super) struct ShadowTable {
     pub size: Option<u32>,
     pub receiver: Option<Receiver>,
     pub nodes: Option<u32>,
+    pub filter: Option<Spanned<FilterTable>>,
+    /// [m]
     pub bias: Option<f32>,
+    /// [texels]
+    pub slope_bias: Option<f32>,
+    /// [texels]
     pub normal_bias: Option<f32>,
     pub pair_budget: Option<u32>,
     pub texel_budget: Option<u64>,
@@ -107,6 +113,17 @@ pub(super) struct ClustersTable {
     /// [m]
     pub near: Option<f32>,
     pub budget: Option<u32>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MaskTable {
+    pub half: Option<bool>,
+    pub taps: Option<u32>,
+    /// [m]
+    pub depth_scale: Option<f32>,
+    pub sensitivity: Option<f32>,
+    pub limit: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -189,9 +206,49 @@ pub(super) struct LightTable {
     pub size: Option<u32>,
     pub casts: Option<bool>,
     pub source: Option<Spanned<SourceTable>>,
+    pub filter: Option<Spanned<FilterTable>>,
+    /// [m]
+    pub bias: Option<f32>,
+    /// [texels]
+    pub slope_bias: Option<f32>,
+    /// [texels]
+    pub normal_bias: Option<f32>,
     /// Further shadows.
     #[serde(default)]
     pub shadow: Vec<Spanned<LightShadowTable>>,
+}
+
+/// The texels around a receiver that are asked.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub(super) enum FilterTable {
+    None,
+    Bilinear,
+    Spline,
+    /// Bilinear taps a side.
+    Pcf {
+        #[serde(default = "usual_edge")]
+        taps: u32,
+    },
+    Vogel {
+        #[serde(default = "usual_taps")]
+        taps: u32,
+        /// [texels]
+        #[serde(default = "usual_radius")]
+        radius: f32,
+    },
+}
+
+fn usual_edge() -> u32 {
+    5
+}
+
+fn usual_taps() -> u32 {
+    16
+}
+
+fn usual_radius() -> f32 {
+    2.5
 }
 
 /// The surface that a light's rays leave.

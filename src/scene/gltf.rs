@@ -13,7 +13,7 @@ use super::{
     limits::Limit,
     rig::{Draw, Node, Rig},
 };
-use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
+use crate::model::{Light, LightKind, LookUp, Material, Skipped, Texture, Triangle};
 use ::gltf::{
     accessor::{DataType, Dimensions},
     khr_lights_punctual::Kind,
@@ -256,6 +256,7 @@ fn light(
         shadows: Vec::new(),
         shafts: true,
         source: None,
+        look_up: LookUp::default(),
     })
 }
 

@@ -2,6 +2,7 @@
 use super::{
     SceneError,
     document::{KindOfLight, LightShadowTable, LightTable, SourceTable},
+    look_up,
     source::Source,
     tables::Table,
 };
@@ -64,6 +65,7 @@ pub(super) fn light(
         cascades,
         shafts: light.shafts.unwrap_or(true),
         source: source_of(source, &check, kind)?,
+        look_up: look_up::of_light(source, &check)?,
         shadows: light.shadow.iter().map(further).collect::<Result<_, _>>()?,
     })
 }

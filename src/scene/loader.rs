@@ -8,6 +8,7 @@ use super::{
     error::quoted,
     light_tables,
     limits::Limit,
+    look_up,
     noise::Animated,
     particles::FARTHEST,
     plain::nearest,
@@ -94,6 +95,9 @@ impl<'a> Loader<'a> {
             Some(table) => tables::shadow(source, table)?,
             None => ShadowSettings::default(),
         };
+        if let Some(table) = &document.mask {
+            self.scene.mask = Some(look_up::mask(source, table)?);
+        }
         if let Some(table) = &document.clusters {
             self.scene.clusters = tables::clusters(source, table)?;
         }

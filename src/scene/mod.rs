@@ -25,6 +25,7 @@ mod limits;
 mod load;
 mod loader;
 mod loader_files;
+mod look_up;
 #[doc(hidden)]
 pub mod noise;
 mod painted;

@@ -174,10 +174,11 @@ impl<'a> Source<'a> {
 }
 
 /// Keys of the scene file that are one table each.
-const ONE: [&str; 8] = [
+const ONE: [&str; 9] = [
     "camera",
     "shadow",
     "clusters",
+    "mask",
     "environment",
     "environment.sun",
     "air",

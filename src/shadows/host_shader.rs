@@ -74,7 +74,9 @@ impl Maps {
             let problem = "a name of WGSL must be able to begin with it";
             return Err(Error::Invalid { what: "prefix", index: 0, problem });
         }
-        let features = Features { nodes: self.nodes, gain: self.gain, ..Features::NONE };
+        let own = Features { nodes: self.nodes, gain: self.gain, ..Features::NONE };
+        // Whatever lights are bound, the text is the same.
+        let features = Features { filters: true, ..own };
         Ok(part(source)?.host_part(group, prefix, &features.constants()))
     }
 }

@@ -4,7 +4,7 @@ use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
         accumulate, air, bin, cluster, colored, curve, filter, hits::Features, import, levels,
-        llvmpipe, load, occlude, profile::Profile, project, resolve, shade, sort::Sort,
+        llvmpipe, load, mask, occlude, profile::Profile, project, resolve, shade, sort::Sort,
     },
 };
 use std::{
@@ -42,6 +42,11 @@ pub(crate) enum Variant {
     ShadeComposite,
     FirstLevel,
     NextLevel,
+    MaskSurfaces,
+    MaskShrink,
+    MaskLookUp,
+    MaskBlur,
+    MaskEnlarge,
 }
 
 impl Variant {
@@ -83,6 +88,10 @@ impl Variant {
             Self::ShadeSurfaces => &shade::SURFACES,
             Self::ShadePanes => &shade::PANES,
             Self::ShadeCasters => &shade::CASTERS,
+            Self::LightPoints if features.areas && features.masks => {
+                &shade::AREA_MASKED_LIGHT_POINTS
+            }
+            Self::LightPoints if features.masks => &shade::MASKED_LIGHT_POINTS,
             Self::LightPoints if features.areas => &shade::AREA_LIGHT_POINTS,
             Self::LightShares if features.areas => &shade::AREA_LIGHT_SHARES,
             Self::LightPoints => &shade::LIGHT_POINTS,
@@ -90,6 +99,12 @@ impl Variant {
             Self::ShadeComposite => &shade::COMPOSITE,
             Self::FirstLevel => &levels::FIRST,
             Self::NextLevel => &levels::NEXT,
+            Self::MaskSurfaces => &mask::SURFACES,
+            Self::MaskShrink => &mask::SHRINK,
+            Self::MaskLookUp if features.areas => &mask::AREA_LOOK_UP,
+            Self::MaskLookUp => &mask::LOOK_UP,
+            Self::MaskBlur => &mask::BLUR,
+            Self::MaskEnlarge => &mask::ENLARGE,
         }
     }
 }

@@ -77,7 +77,8 @@ impl Prepared {
             .with("point_normals", points.normals.unwrap_or(points.positions))
             .with("point_shares", &shares);
         let areas = source.levels.is_some();
-        let features = Features { nodes: maps.nodes, gain: maps.gain, areas, ..Features::NONE };
+        let own = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let features = Features { areas, filters: source.is_filtered, ..own };
         let kernel = self.kernel(Variant::LightShares, features)?;
         let bindings = kernel.bind(device, &resources)?;
         let groups = point_grid(batch.count);

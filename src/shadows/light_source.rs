@@ -18,6 +18,8 @@ pub(super) struct LightSource {
     params: Buffer,
     /// Where some light has a size.
     pub levels: Option<AreaLevels>,
+    /// Some map is read otherwise than by the spline.
+    pub is_filtered: bool,
 }
 
 impl LightSource {
@@ -50,13 +52,11 @@ impl Prepared {
         let views = self.views.iter().zip(&maps.places);
         let views = views.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect();
         let of_light = chosen.iter().map(|&index| (index, &lights[index]));
-        let records = LightRecords::new(of_light, &self.views, views);
+        let records = LightRecords::new(of_light, &self.views, views, &self.settings);
         let lights = light_texture(allocator, queue, &records)?;
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = PictureParams {
             light_count: chosen.len() as u32,
-            bias: self.settings.bias,
-            normal_bias: self.settings.normal_bias,
             colored: u32::from(maps.colored.is_some()),
             first_area: records.first_area(),
             ..PictureParams::zeroed()
@@ -70,7 +70,7 @@ impl Prepared {
         } else {
             None
         };
-        Ok(LightSource { lights, params, levels })
+        Ok(LightSource { lights, params, levels, is_filtered: records.is_filtered() })
     }
 }
 

@@ -47,6 +47,10 @@ pub struct Features {
     pub panes: bool,
     /// Some light has a size; no property of casters.
     pub areas: bool,
+    /// Some map is read otherwise than by the spline; no property of casters.
+    pub filters: bool,
+    /// Lights of the picture have masks; no property of casters.
+    pub masks: bool,
 }
 
 impl Features {
@@ -77,6 +81,8 @@ impl Features {
         layers: false,
         panes: false,
         areas: false,
+        filters: false,
+        masks: false,
     };
 
     pub const ALL: Self = Self {
@@ -105,6 +111,8 @@ impl Features {
         layers: false,
         panes: false,
         areas: false,
+        filters: false,
+        masks: false,
     };
 
     /// Whether segments are composed one by one, and nothing is scattered by choice.
@@ -141,6 +149,8 @@ impl Features {
             layers: false,
             panes: false,
             areas: false,
+            filters: false,
+            masks: false,
         }
     }
 
@@ -179,6 +189,7 @@ impl Features {
             ("HAS_ENVIRONMENT", self.environment),
             ("HAS_LAYERS", self.layers),
             ("HAS_PANES", self.panes),
+            ("HAS_FILTERS", self.filters),
         ];
         let flags = flags.map(|(name, is)| (name, f64::from(u8::from(is))));
         flags.into_iter().chain([("NODES", f64::from(self.nodes))]).collect()

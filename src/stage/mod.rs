@@ -14,6 +14,7 @@ pub mod import;
 pub mod levels;
 pub mod llvmpipe;
 pub mod load;
+pub mod mask;
 pub mod occlude;
 pub mod profile;
 pub mod project;
@@ -51,6 +52,12 @@ pub const KERNELS: &[&KernelDesc] = &[
     &filter::CURVE_COLUMNS,
     &colored::ROWS,
     &colored::COLUMNS,
+    &mask::SURFACES,
+    &mask::SHRINK,
+    &mask::LOOK_UP,
+    &mask::AREA_LOOK_UP,
+    &mask::BLUR,
+    &mask::ENLARGE,
     &air::SCATTER,
     &air::AREA_SCATTER,
     &air::SUM,
@@ -70,6 +77,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::LIGHT_SHARES,
     &shade::AREA_LIGHT_POINTS,
     &shade::AREA_LIGHT_SHARES,
+    &shade::MASKED_LIGHT_POINTS,
+    &shade::AREA_MASKED_LIGHT_POINTS,
     &shade::COMPOSITE,
     &occlude::SMALL,
     &occlude::TILES,

@@ -39,6 +39,8 @@ const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
 const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
 
 const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
+const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
+const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
 const RADIANCE: Choice = Choice::new("answer", "shade/answer_radiance.wgsl");
 const SHARES: Choice = Choice::new("answer", "shade/answer_shares.wgsl");
 
@@ -61,7 +63,7 @@ pub const LAYERS: KernelDesc = KernelDesc {
 };
 
 /// Of a band, a pixel to an invocation.
-const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
+pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc {
         name,
         entry: name,
@@ -83,8 +85,10 @@ const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
 
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
 /// Of what the picture shows.
-pub const LIGHT_POINTS: KernelDesc =
-    KernelDesc { with: &[RADIANCE, OF_POINT], ..of_points("light_points", LIGHT_POINTS_ROOT) };
+pub const LIGHT_POINTS: KernelDesc = KernelDesc {
+    with: &[RADIANCE, UNMASKED, OF_POINT],
+    ..of_points("light_points", LIGHT_POINTS_ROOT)
+};
 /// Of a host's points.
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
@@ -94,7 +98,16 @@ pub const LIGHT_SHARES: KernelDesc = KernelDesc {
 };
 /// As [`LIGHT_POINTS`], where some light has a size.
 pub const AREA_LIGHT_POINTS: KernelDesc =
-    KernelDesc { name: "area_light_points", with: &[RADIANCE, OF_AREA], ..LIGHT_POINTS };
+    KernelDesc { name: "area_light_points", with: &[RADIANCE, UNMASKED, OF_AREA], ..LIGHT_POINTS };
+/// As [`LIGHT_POINTS`], where lights have masks.
+pub const MASKED_LIGHT_POINTS: KernelDesc =
+    KernelDesc { name: "masked_light_points", with: &[RADIANCE, MASKED, OF_POINT], ..LIGHT_POINTS };
+/// The same, where some light has a size.
+pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "area_masked_light_points",
+    with: &[RADIANCE, MASKED, OF_AREA],
+    ..LIGHT_POINTS
+};
 /// As [`LIGHT_SHARES`], where some light has a size.
 pub const AREA_LIGHT_SHARES: KernelDesc =
     KernelDesc { name: "area_light_shares", with: &[SHARES, OF_AREA], ..LIGHT_SHARES };
@@ -146,10 +159,10 @@ pub struct PictureParams {
     pub background: Vec3,
     /// Footprint of the first pane.
     pub first_setup: u32,
-    /// [m]
-    pub bias: f32,
-    /// [texels]
-    pub normal_bias: f32,
+    /// Light is shown so much brighter.
+    pub exposure: f32,
+    /// Texel of `lights` where areas begin.
+    pub first_area: u32,
     /// Of the camera [m].
     pub near: f32,
     /// From the camera's near to its far plane [m].
@@ -165,12 +178,6 @@ pub struct PictureParams {
     pub colored: u32,
     /// 0: the air is clear.
     pub air_slices: u32,
-    /// Light is shown so much brighter.
-    pub exposure: f32,
-    /// Texel of `lights` where areas begin.
-    pub first_area: u32,
-    pub pad_1: u32,
-    pub pad_2: u32,
     /// Of the air [1/m].
     pub extinction: Vec3,
     /// Edge of the sharp level of the environment [texels].
@@ -184,8 +191,8 @@ crate::gpu_layout!(PictureParams {
     light_count,
     background,
     first_setup,
-    bias,
-    normal_bias,
+    exposure,
+    first_area,
     near,
     depth_range,
     cells,
@@ -194,10 +201,6 @@ crate::gpu_layout!(PictureParams {
     slices_per_doubling,
     colored,
     air_slices,
-    exposure,
-    first_area,
-    pad_1,
-    pad_2,
     extinction,
     environment_size,
     irradiance

@@ -2,8 +2,8 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, Light, LightKind, Material, Part, Particle, Projection, ShadowSettings, Transfer,
-        Triangle, View,
+        Camera, Light, LightKind, LookUp, Material, Part, Particle, Projection, ShadowSettings,
+        Transfer, Triangle, View,
     },
     scene::Scene,
 };
@@ -82,6 +82,7 @@ pub(crate) fn light(kind: LightKind) -> Light {
         shadows: Vec::new(),
         shafts: true,
         source: None,
+        look_up: LookUp::default(),
     }
 }
 

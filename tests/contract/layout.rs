@@ -5,7 +5,7 @@ use gobo::{
     records::{
         AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmitterParams,
         GpuArea, GpuFlying, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, ImportParams,
-        Listed, LoadCounters, LoadParams,
+        Listed, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -40,6 +40,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<GpuArea>,
     struct_agrees::<GpuLight>,
     struct_agrees::<LevelParams>,
+    struct_agrees::<MaskParams>,
     struct_agrees::<PictureParams>,
     struct_agrees::<Band>,
     struct_agrees::<PointBatch>,

@@ -2,6 +2,7 @@
 mod air;
 mod environment;
 mod golden;
+mod masks;
 mod samples;
 mod shade;
 mod specks;

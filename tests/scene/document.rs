@@ -291,6 +291,7 @@ fn own_scenes_load() {
             let transfers = || scene.materials.iter().map(|m| m.transfer);
             // What only blocks light is there for how softly it does.
             let is_soft = scene.lights.iter().any(|light| light.source.is_some());
+            let is_soft = is_soft || scene.mask.is_some();
             let casts = is_soft || transfers().any(|t| t != Transfer::Opaque);
             assert!(casts, "{}: no caster", path.display());
             assert!(transfers().any(|t| t == Transfer::Opaque), "{}: no receiver", path.display());

@@ -1,7 +1,7 @@
-//! `source` of a light: what is read, and what a refusal says.
+//! `source` and `filter` of a light: what is read, and what a refusal says.
 use crate::common::files::read;
 use gobo::{
-    Source,
+    LookUp, MaskSettings, ShadowFilter, Source,
     glam::Vec3,
     scene::{Scene, SceneError},
 };
@@ -66,11 +66,84 @@ fn what_is_no_source_is_refused_with_a_remedy() {
 }
 
 #[test]
+fn filters_are_read() {
+    let pcf = ShadowFilter::Pcf { taps: 5 };
+    for (text, expected) in [
+        ("{ kind = \"none\" }", ShadowFilter::None),
+        ("{ kind = \"bilinear\" }", ShadowFilter::Bilinear),
+        ("{ kind = \"spline\" }", ShadowFilter::Spline),
+        ("{ kind = \"pcf\" }", pcf),
+        ("{ kind = \"pcf\", taps = 11 }", ShadowFilter::Pcf { taps: 11 }),
+        ("{ kind = \"vogel\" }", ShadowFilter::Vogel { taps: 16, radius: 2.5 }),
+        (
+            "{ kind = \"vogel\", taps = 64, radius = 32 }",
+            ShadowFilter::Vogel { taps: 64, radius: 32.0 },
+        ),
+    ] {
+        let scene = read(&format!("[shadow]\nfilter = {text}\n")).unwrap();
+        assert_eq!(scene.shadow.filter, expected, "{text}");
+    }
+    let sun = SUN.trim_end_matches("source = ");
+    let keys = "filter = { kind = \"pcf\" }\nbias = 0.5\nslope_bias = 2\nnormal_bias = 3\n";
+    let scene = read(&format!("[shadow]\nslope_bias = 1\n{sun}{keys}")).unwrap();
+    assert_eq!((scene.shadow.filter, scene.shadow.slope_bias), (ShadowFilter::Spline, 1.0));
+    let own = LookUp {
+        filter: Some(pcf),
+        bias: Some(0.5),
+        slope_bias: Some(2.0),
+        normal_bias: Some(3.0),
+    };
+    assert_eq!(scene.lights[0].look_up, own);
+}
+
+#[test]
+fn what_is_no_filter_is_refused_with_a_remedy() {
+    for (filter, said) in [
+        ("\"pcf\"", "table"),
+        ("{ kind = \"pfc\" }", "pcf"),
+        ("{ kind = \"pcf\", tabs = 1 }", "taps"),
+        ("{ kind = \"pcf\", taps = 1 }", "2 to 11"),
+        ("{ kind = \"pcf\", taps = 12 }", "2 to 11"),
+        ("{ kind = \"vogel\", taps = 0 }", "1 to 64"),
+        ("{ kind = \"vogel\", taps = 65 }", "1 to 64"),
+        ("{ kind = \"vogel\", radius = nan }", "0 to 32"),
+        ("{ kind = \"vogel\", radius = 33 }", "0 to 32"),
+    ] {
+        let lit = SUN.trim_end_matches("source = ");
+        for head in ["[shadow]\n", lit] {
+            match read(&format!("{head}filter = {filter}\n")) {
+                Err(SceneError::Document { message, help, line, .. }) => {
+                    let said_all = message + &help.unwrap_or_default();
+                    assert!(line > 0 && said_all.contains(said), "{filter}: {said_all}");
+                }
+                other => panic!("{filter}: {:?}", other.map(|scene| scene.lights)),
+            }
+        }
+    }
+}
+
+#[test]
 fn samples_are_1_to_16() {
     assert_eq!(read("[camera]\nsamples = 16\n").unwrap().samples, 16);
     assert_eq!(read("[camera]\n").unwrap().samples, 1);
     for wrong in [0, 17] {
         let error = read(&format!("[camera]\nsamples = {wrong}\n")).unwrap_err().to_string();
         assert!(error.contains("samples is"), "{error}");
+    }
+}
+
+#[test]
+fn masks_are_read() {
+    assert_eq!(read("[camera]\n").unwrap().mask, None);
+    let usual = MaskSettings::default();
+    assert_eq!(read("[mask]\n").unwrap().mask, Some(usual));
+    let text = "[mask]\nhalf = true\ntaps = 11\ndepth_scale = 4\nsensitivity = 50\nlimit = 3\n";
+    let own = MaskSettings { half: true, taps: 11, depth_scale: 4.0, sensitivity: 50.0, limit: 3 };
+    assert_eq!(read(text).unwrap().mask, Some(own));
+    for wrong in ["taps = 2", "taps = 17", "taps = 0", "limit = 0", "limit = 65", "half = 2"] {
+        assert!(read(&format!("[mask]\n{wrong}\n")).is_err(), "{wrong}");
+    }
+    for wrong in ["sensitivity = -1", "depth_scale = nan", "depth_scale = 2e6"] {
+        assert!(read(&format!("[mask]\n{wrong}\n")).is_err(), "{wrong}");
     }
 }

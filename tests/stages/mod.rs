@@ -7,6 +7,7 @@ mod dither;
 mod filter;
 mod host_shader;
 mod light_points;
+mod look_up;
 mod occlude;
 mod soft;
 mod soften_curves;

@@ -18,13 +18,17 @@ struct GpuLight {
     cone_inner: f32,
     per_range2: f32,      // [1/m^2]; 0: no end
     traits: u32,          // SHAFTS_BIT where the air scatters its light; above it its area's number, and 1
+    taps: u32,            // FILTER_*, from bit 8 on its taps, from bit 16 on a disc's radius
+    bias: f32,            // [m]
+    slope_bias: f32,      // [texels]
+    normal_bias: f32,     // [texels]
 }
 
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_SPOT: u32 = 1u;
 const LIGHT_POINT: u32 = 2u;
 const SHAFTS_BIT: u32 = 1u;
-const LIGHT_TEXELS: u32 = 4u;
+const LIGHT_TEXELS: u32 = 5u;
 const VIEW_TEXELS: u32 = 8u;
 
 struct PictureParams {
@@ -33,8 +37,8 @@ struct PictureParams {
     light_count: u32,
     background: vec3<f32>,
     first_setup: u32,  // footprint of the first pane
-    bias: f32,        // [m]
-    normal_bias: f32, // [texels]
+    exposure: f32,    // light is shown so much brighter
+    first_area: u32,  // texel of `lights` where areas begin
     near: f32,        // of the camera [m]
     depth_range: f32, // far - near [m]
     cells: vec3<u32>, // of the clusters, in x, y and depth
@@ -43,10 +47,6 @@ struct PictureParams {
     slices_per_doubling: f32,
     colored: u32,     // 1 where opaque depths are by channel
     air_slices: u32,  // 0: the air is clear
-    exposure: f32,    // light is shown so much brighter
-    first_area: u32,  // texel of `lights` where areas begin
-    pad_1: u32,
-    pad_2: u32,
     extinction: vec3<f32>, // of the air [1/m]
     environment_size: u32,            // edge of its sharp level [texels]
     irradiance: array<vec4<f32>, 9>,  // of the light from everywhere (rgb)
@@ -59,6 +59,8 @@ fn light_record(index: u32) -> GpuLight {
     let color = textureLoad(lights, record_texel(at + 2u), 0);
     let bits = textureLoad(lights, record_texel(at + 3u), 0);
     let rest = bitcast<vec3<f32>>(bits.xyz);
+    let look_up = textureLoad(lights, record_texel(at + 4u), 0);
+    let biases = bitcast<vec3<f32>>(look_up.yzw);
     return GpuLight(
         bitcast<vec3<f32>>(place.xyz),
         place.w,
@@ -70,6 +72,10 @@ fn light_record(index: u32) -> GpuLight {
         rest.y,
         rest.z,
         bits.w,
+        look_up.x,
+        biases.x,
+        biases.y,
+        biases.z,
     );
 }
 
@@ -141,10 +147,10 @@ fn cluster_list(cluster: u32) -> LightList {
     return LightList(first, count);
 }
 
-fn listed_light(list: LightList, i: u32) -> GpuLight {
+fn listed_index(list: LightList, i: u32) -> u32 {
     var index = i;
     if list.first != ALL_LIGHTS {
         index = textureLoad(clusters, record_texel(list.first + i), 0).r;
     }
-    return light_record(index);
+    return index;
 }

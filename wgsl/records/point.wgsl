@@ -13,6 +13,7 @@ const POINT_SHEET: u32 = 2u;    // scatters what comes from both sides
 const POINT_PARTICLE: u32 = 3u; // has no normal
 
 const POLISH_STEPS: f32 = 2047.0;
+const METAL_STEPS: f32 = 255.0;
 
 struct Point {
     kind: u32,            // POINT_*
@@ -29,6 +30,7 @@ struct Point {
     polish: f32,          // 1 of what shines like glass
     emission: vec3<f32>,  // light that it sends by itself, and mirrors from all around
     metallic: f32,        // 1: mirrors in its own colour and scatters nothing
+    pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 of a particle
 }
 
 // Some points that are made and looked up together. Rust: src/stage/shade.rs.
@@ -38,6 +40,17 @@ struct PointBatch {
     has_normals: u32, // 1 or 0, of a host's points
 }
 
+fn pixel_number(pixel: vec2<f32>) -> u32 {
+    let own = vec2<u32>(pixel);
+    return own.x | (own.y << 16u);
+}
+
+// With how metallic it is in the last eight bits.
+fn packed_pixel(p: Point) -> u32 {
+    let metal = u32(saturate(p.metallic) * METAL_STEPS + 0.5);
+    return (p.pixel & 0xfffu) | ((p.pixel >> 16u) << 12u) | (metal << 24u);
+}
+
 fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
     let polish = u32(saturate(p.polish) * POLISH_STEPS + 0.5);
     let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
@@ -45,7 +58,7 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
         vec4(bitcast<vec3<u32>>(p.position), bits),
         vec4(octahedral(p.face), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
         vec4(bitcast<vec3<u32>>(p.albedo), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
-        vec4(bitcast<vec3<u32>>(p.emission), bitcast<u32>(p.metallic)),
+        vec4(bitcast<vec3<u32>>(p.emission), packed_pixel(p)),
     );
 }
 
@@ -72,6 +85,7 @@ fn load_point(index: u32) -> Point {
         shine.y,
         f32((place.w >> 5u) & 2047u) / POLISH_STEPS,
         bitcast<vec3<f32>>(own.xyz),
-        bitcast<f32>(own.w),
+        f32(own.w >> 24u) / METAL_STEPS,
+        (own.w & 0xfffu) | (((own.w >> 12u) & 0xfffu) << 16u),
     );
 }

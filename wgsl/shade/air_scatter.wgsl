@@ -26,7 +26,7 @@ fn scattered(point: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
         let light = light_record(i);
         let arriving = incoming(light, point);
         if (light.traits & SHAFTS_BIT) != 0u && any(arriving.color > vec3(0.0)) {
-            let passed = shadow(light, point, vec3(0.0), arriving.toward, picture_params.bias);
+            let passed = shadow(light, point, vec3(0.0), arriving.toward, 0.0);
             sum += arriving.color * passed * phase(dot(arriving.toward, ray), air_params.anisotropy);
         }
     }

@@ -2,7 +2,6 @@
 // between, without falloff and cosine. CPU twin: `share` of src/reference/shading/mod.rs. Host:
 // src/shadows/host_shader.rs.
 
-import package::bind::uniform::picture_params;
 import package::records::light::light_record;
 import package::records::material::RECEIVES_CURVE;
 import package::records::owner::NO_OWNER;
@@ -16,7 +15,7 @@ fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
     let toward = incoming(source, position).toward;
     let face = normal * select(-1.0, 1.0, dot(normal, toward) > 0.0);
     set_receiver(RECEIVES_CURVE, NO_OWNER, false);
-    return shadow(source, position, face, toward, picture_params.bias);
+    return shadow(source, position, face, toward, 0.0);
 }
 
 // Of a point without a normal: smoke, fog.

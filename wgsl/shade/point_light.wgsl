@@ -1,7 +1,8 @@
 // What a point scatters, mirrors and emits to the eye. CPU twin: src/reference/shading/mod.rs.
 
+import choice::mask::masked;
 import package::bind::uniform::picture_params;
-import package::records::light::{cluster_list, listed_light};
+import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
     POINT_NONE, POINT_SHEET, POINT_SOLID, Point,
 };
@@ -9,6 +10,7 @@ import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
 import package::shade::surface::eye;
+import package::shade::taps::set_turn;
 
 const PER_TWO_PI: f32 = 0.15915494;
 
@@ -47,14 +49,15 @@ fn point_light(point: Point) -> vec3<f32> {
     let gloss = Gloss(point.reflectivity, point.polish);
     let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
     let to_eye = normalize(eye() - point.position);
-    let bias = picture_params.bias + point.reach;
     let list = cluster_list(point.cluster);
     let count = select(list.count, 0u, point.kind == POINT_NONE);
+    set_turn(point.pixel);
     set_receiver(point.receives, point.tag, is_solid);
     var diffuse = ambient(point);
     var shine = vec3(0.0);
     for (var i = 0u; i < count; i += 1u) {
-        let light = listed_light(list, i);
+        let index = listed_index(list, i);
+        var light = light_record(index);
         let arriving = incoming(light, point.position);
         let cosine = dot(point.normal, arriving.toward);
         let side = dot(point.face, arriving.toward);
@@ -63,7 +66,10 @@ fn point_light(point: Point) -> vec3<f32> {
             // Off itself, on the light's side. A facet that looks away while its normal does not is
             // part of a round surface.
             let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
-            let passed = arriving.color * shadow(light, point.position, face, arriving.toward, bias);
+            let mask = masked(index, point);
+            // A light without views asks no map.
+            light.view_count = select(light.view_count, 0u, mask.is_masked);
+            let passed = arriving.color * mask.share * shadow(light, point.position, face, arriving.toward, point.reach);
             diffuse += passed * scattered(point, cosine);
             let middle = normalize(arriving.toward + to_eye);
             let lobe = highlight(point.normal, middle, point.roughness)

@@ -4,12 +4,18 @@ import choice::source::receive_light;
 import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::curve::light::curve_light;
-import package::features::NODES;
+import package::features::{HAS_FILTERS, NODES};
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, shadow_part, shadow_view};
 import package::records::material::{RECEIVES_CURVE, RECEIVES_OPAQUE, RECEIVES_OTHERS};
 import package::records::view::{GpuView, PART_FACE, PART_WINDOW};
 import package::shade::receiver::{is_tinted, receives};
+import package::shade::taps::{
+    SPLINE_REACH, beyond_spline, filter_of, filter_tap, map_taps, next_way, turn,
+};
 import package::shade::tint::{set_plane, tint_depth};
+
+// Slopes are no steeper: 86 degrees.
+const LEAST_COSINE: f32 = 0.0625;
 
 // What one texel lets through to light depth z: the rules of the receiver. Texels beside the
 // view's map are those on its border.
@@ -31,47 +37,18 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
     return select(passed, vec3(0.0), vec3(z) > solid + bias);
 }
 
-// Weights of a quadratic B-spline around t in -0.5..0.5.
-fn spline(t: f32) -> vec3<f32> {
-    return vec3(0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t));
-}
-
-// Nine texels of a view's map around a point, weighted by the spline.
-struct Taps {
-    middle: vec2<f32>, // [texels]
-    z: f32,            // light depth of the point
-    reaches: bool,     // the map reaches it
-    x: vec3<f32>,
-    y: vec3<f32>,
-}
-
-fn map_taps(view: GpuView, point: vec3<f32>) -> Taps {
-    let p = (view.view_from_world * vec4(point, 1.0)).xyz;
-    let distance = -p.z;
-    let perspective = view.perspective > 0.0;
-    let place = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
-    let z = (distance - view.near) / (view.far - view.near);
-    let inside = all(place >= vec2(0.0)) && all(place <= view.size);
-    // A cone or a cube's face ends where its map does.
-    let reaches = z >= 0.0 && (inside || perspective);
-    let middle = clamp(floor(place), vec2(-1e6), vec2(1e6));
-    let t = clamp(place - middle - 0.5, vec2(-0.5), vec2(0.5));
-    return Taps(middle, z, reaches, spline(t.x), spline(t.y));
-}
-
-fn tap_weight(taps: Taps, i: u32) -> f32 {
-    return taps.x[i % 3u] * taps.y[i / 3u];
-}
-
 // `point`: lifted off what set_plane knows.
-fn receive(view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
+fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
     let taps = map_taps(view, point);
+    let own = filter_of(light);
     var sum = vec3(0.0);
+    var way = turn;
     // No constant ends the loop: compilers would write it out, with all the path to a texel's light.
-    let count = select(0u, 9u, taps.reaches);
+    let count = select(0u, own.count, taps.reaches);
     for (var i = 0u; i < count; i += 1u) {
-        let texel = taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
-        sum += receive_texel(view, texel, taps.z, bias / (view.far - view.near)) * tap_weight(taps, i);
+        let tap = filter_tap(own, taps, i, way);
+        sum += receive_texel(view, tap.texel, taps.z, bias / (view.far - view.near)) * tap.weight;
+        way = next_way(way);
     }
     return select(vec3(1.0), sum, taps.reaches);
 }
@@ -110,22 +87,27 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     return Incoming(-ray, color);
 }
 
-// `normal` lifts the point off its own shadow by what the slope of the surface hides within nine
-// texels; `sine` of the angle between the normal and the way to the light.
-fn lifted(view: GpuView, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> vec3<f32> {
+// Of a view's texel, where the point is [m].
+fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
     let along = -(view.view_from_world * vec4(point, 1.0)).z;
-    let texel = select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale; // [m]
-    return point + normal * ((picture_params.normal_bias + 0.5) * sine * texel);
+    return select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale;
+}
+
+// `normal` lifts the point off its own shadow by what the slope of the surface hides within the texels
+// that are asked; `sine` of the angle between the normal and the way to the light.
+fn lifted(light: GpuLight, texel: f32, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> vec3<f32> {
+    let reach = light.normal_bias + 0.5 + beyond_spline(light); // [texels]
+    return point + normal * (reach * sine * texel);
 }
 
 // How much of a window's answer counts at a point: less towards its border, nothing beyond.
-fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
+fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let spread = view.scale / select(1.0, max(-p.z, 1e-6), view.perspective > 0.0);
     let place = vec2(p.x, -p.y) * spread + view.size * 0.5;
     let inner = min(place, view.size - place);
-    // All nine texels are the window's own.
-    let border = min(inner.x, inner.y) - 1.5;
+    // All texels that are asked are the window's own.
+    let border = min(inner.x, inner.y) - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && -p.z >= view.near && -p.z <= view.far) {
         return 0.0;
     }
@@ -133,11 +115,13 @@ fn window_share(view: GpuView, point: vec3<f32>) -> f32 {
 }
 
 // Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
-// where there is none; `bias` [m].
+// where there is none; `reach`: how far what is in the maps may lie off the point [m].
 // Where branches cost what they skip, one loop asks fewer maps than a branch for each kind.
-fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, bias: f32) -> vec3<f32> {
+fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    // What has no normal has no slope.
+    let slope = light.slope_bias * dot(normal, normal) * sine / max(cosine, LEAST_COSINE);
     let face = cube_face(point - light.position);
     let end = light.first_view + light.view_count;
     var is_own = true;     // a further shadow can only take light
@@ -149,12 +133,17 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
         var view: GpuView;
         var at: vec3<f32>;
         var share: f32;
+        var bias = light.bias + reach;
         var last: u32; // view of this shadow
         loop {
             index += select(0u, face, shadow_part(index) == PART_FACE);
             view = shadow_view(index);
-            at = lifted(view, point, normal, sine);
-            share = select(1.0, window_share(view, at), view.part == PART_WINDOW);
+            let texel = texel_size(view, point);
+            at = lifted(light, texel, point, normal, sine);
+            if HAS_FILTERS {
+                bias = light.bias + reach + slope * texel;
+            }
+            share = select(1.0, window_share(light, view, at), view.part == PART_WINDOW);
             last = index + view.part_count - 1u - view.part_index;
             if share > 0.0 || index >= last {
                 break;

@@ -6,7 +6,7 @@ import package::bind::uniform::{band, materials, views};
 import package::hit::caster_hit::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_SHEET, Point};
+import package::records::point::{POINT_SHEET, Point, pixel_number};
 import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
@@ -43,6 +43,7 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
         gloss.polish,
         mirror * from_around(reflect(-to_eye, normals.normal), material.roughness),
         0.0,
+        pixel_number(pixel),
     );
 }
 

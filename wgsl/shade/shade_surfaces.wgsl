@@ -11,7 +11,7 @@ import package::records::caster::look_material;
 import package::records::light::cluster_of;
 import package::records::material::{GpuMaterial, NO_TEXTURE};
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_NONE, POINT_SOLID, Point};
+import package::records::point::{POINT_NONE, POINT_SOLID, Point, pixel_number};
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
@@ -67,6 +67,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         1.0,
         emission_at(material, setup, weights) + mirrored_around(material, albedo, normals.normal, to_eye),
         material.metallic,
+        pixel_number(pixel),
     );
 }
 
@@ -96,6 +97,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         1.0,
         material.emission + mirrored_around(material, albedo, normal, to_eye),
         material.metallic,
+        pixel_number(pixel),
     );
 }
 

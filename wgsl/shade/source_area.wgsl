@@ -10,8 +10,9 @@ import package::records::area::{area_of, has_area, level_map, leveled_view};
 import package::records::light::GpuLight;
 import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
-import package::shade::receive::{map_taps, receive, receive_texel, tap_weight};
+import package::shade::receive::{receive, receive_texel};
 import package::shade::receiver::receives;
+import package::shade::taps::{map_taps, tap_weight};
 import package::shade::spot::{
     NEVER, SHARP, WIDEST, depth_of_spot, next_taker, set_spot, spot_at, tell_level, told,
 };
@@ -117,5 +118,5 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, poin
     if has_area(light) && takes_all {
         return receive_area(light, index, view, at, point, normal, bias);
     }
-    return receive(view, at, bias);
+    return receive(light, view, at, bias);
 }

@@ -39,6 +39,10 @@ pub(crate) struct BenchArguments {
     /// 4 and 12 texels wide where --footprint is not given
     #[arg(long, conflicts_with_all = ["opacity", "layout", "lights"])]
     pub(super) occlude: bool,
+    /// Shadow masks of pictures at 1280 x 720 and 1920 x 1080 instead, beside PCF of 5 x 5 in shading; of 1, 4,
+    /// 16 and 64 lights where --lights is not given
+    #[arg(long, conflicts_with_all = ["vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size", "receiver", "pair_budget", "html"])]
+    pub(super) stage: Option<StageName>,
     /// What the maps hold: nearest depth and filter, or curves as well
     #[arg(long, default_value = "nearest", conflicts_with_all = ["vs", "occlude"])]
     pub(super) receiver: ReceiverName,
@@ -87,6 +91,11 @@ pub(super) enum Layout {
     Corner,
     /// All centred in one tile
     Tile,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum StageName {
+    Mask,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -3,6 +3,7 @@ mod arguments;
 mod case;
 mod check;
 mod clock;
+mod masks;
 mod measure;
 mod occlude;
 mod page;
@@ -27,6 +28,9 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
              use --backend vulkan"
                 .to_owned(),
         ));
+    }
+    if arguments.stage.is_some() {
+        return masks::run(arguments);
     }
     let selection = Selection { backend, adapter: arguments.adapter.clone(), tier: None };
     let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget)?;

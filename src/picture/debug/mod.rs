@@ -3,12 +3,13 @@ mod atlas;
 mod cascades;
 mod heat;
 mod letters;
+mod masks;
 
 use crate::{error::Error, gpu::Gpu, model::Scene, picture::PreparedPicture, records::Picture};
 use glam::{UVec2, Vec2};
 use heat::Heat;
 
-pub(crate) use {atlas::atlas, cascades::cascades};
+pub(crate) use {atlas::atlas, cascades::cascades, masks::masks};
 
 /// What to show beside the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,8 @@ pub enum DebugMode {
     Cascades,
     /// The maps of all views as they are packed.
     Atlas,
+    /// The shadow masks of the picture, beside each other.
+    Masks,
 }
 
 impl DebugMode {
@@ -31,6 +34,7 @@ impl DebugMode {
             Self::Cost => "cost",
             Self::Cascades => "cascades",
             Self::Atlas => "atlas",
+            Self::Masks => "masks",
         }
     }
 }

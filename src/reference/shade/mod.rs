@@ -6,6 +6,7 @@ mod seen;
 use super::{
     air::{AirBefore, AirVolume},
     caster_hit::{Hit, Target, metres_per_depth},
+    mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
     shading::{Gloss, Lighting, Point, PointKind, Receiver, to_screen, world_point},
     threads::each,
@@ -13,7 +14,10 @@ use super::{
 };
 use crate::{
     model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
-    records::{AirParams, BACK_BIT, Footprint, GpuView, Picture, TRIANGLE_BIT, ViewMaps},
+    records::{
+        AirParams, BACK_BIT, Footprint, FormerSlots, GpuView, MaskSlots, Picture, TRIANGLE_BIT,
+        ViewMaps,
+    },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use layers::{Face, Layer, Pixel};
@@ -47,6 +51,17 @@ pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
     }
 }
 
+/// The masks of the picture, as they are stored; none where the scene asks for none.
+pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option<Masks> {
+    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let lighting = Lighting::new(scene, views, maps);
+    let view = camera.to_gpu(0, UVec2::ZERO, 0);
+    let world_from_view = camera.view_from_world.inverse();
+    let eye = Eye { view, world_from_view, lighting: &lighting, air: None, masks: None };
+    let solid_scene = of_classes(scene, Class::SOLID);
+    eye.picture_masks(scene, &camera, &Seen::new(&solid_scene, &view))
+}
+
 /// Linear light, row by row.
 fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<Vec3> {
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
@@ -56,19 +71,20 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
         .as_ref()
         .map(|air| AirParams::new(air, scene.ambient))
         .map(|air| AirVolume::new(&view, &world_from_view, lighting, &air));
-    let eye = Eye { view, world_from_view, lighting, air };
+    let mut eye = Eye { view, world_from_view, lighting, air, masks: None };
     let solid_scene = of_classes(scene, Class::SOLID);
     let clear_scene = of_classes(scene, Class::BLENDED);
     let solid = Seen::new(&solid_scene, &view);
     let clear = Seen::new(&clear_scene, &view);
     let lit: Vec<Vec3> = each(clear.casters.footprints.len(), |i| eye.light_caster(&clear, i));
     let tile_count = (view.tiles_x * camera.tiles().y) as usize;
+    let size = scene.camera.size;
+    eye.masks = eye.picture_masks(scene, camera, &solid);
     let tiles = each(tile_count, |index| {
         let tile = Tile::new(&view, index as u32);
         let surfaces = eye.surfaces(&solid, index, &tile);
         eye.composite(&clear, &lit, index, &tile, &surfaces)
     });
-    let size = scene.camera.size;
     let mut light = vec![Vec3::ZERO; size.element_product() as usize];
     for (index, colors) in tiles.iter().enumerate() {
         for (place, pixel) in Tile::new(&view, index as u32).texels() {
@@ -96,9 +112,31 @@ struct Eye<'a> {
     world_from_view: Mat4,
     lighting: &'a Lighting<'a>,
     air: Option<AirVolume>,
+    masks: Option<Masks>,
 }
 
 impl Eye<'_> {
+    /// `None` where the scene asks for none.
+    fn picture_masks(&self, scene: &Scene, camera: &View, solid: &Seen<'_>) -> Option<Masks> {
+        let settings = scene.mask.as_ref()?;
+        let tiles = camera.tiles().element_product() as usize;
+        let points = each(tiles, |index| {
+            self.solid_points(solid, index, &Tile::new(&self.view, index as u32))
+        });
+        let size = camera.size;
+        let none = SeenSurface { depth: 1.0, point: None };
+        let mut seen = vec![none; size.element_product() as usize];
+        for (index, points) in points.iter().enumerate() {
+            for (place, pixel) in Tile::new(&self.view, index as u32).texels() {
+                let at = pixel.as_uvec2();
+                seen[(at.y * size.x + at.x) as usize] = points[place];
+            }
+        }
+        let slots = MaskSlots::new(scene, settings, camera, &FormerSlots::new());
+        let lighting = self.lighting;
+        Some(MaskInput { settings, camera, lighting, seen: &seen }.masks(slots))
+    }
+
     fn point(&self, pixel: Vec2, depth: f32) -> Vec3 {
         world_point(&self.view, &self.world_from_view, pixel, depth)
     }
@@ -118,9 +156,10 @@ impl Eye<'_> {
         }
         let caster = &clear.records.casters[caster as usize];
         let material = &clear.records.materials[caster.material() as usize];
-        self.lighting.light(&Point {
+        let point = Point {
             kind: PointKind::Particle,
             position: caster.center,
+            pixel: UVec2::ZERO,
             face: Vec3::ZERO,
             normal: Vec3::ZERO,
             to_eye: Vec3::ZERO,
@@ -132,11 +171,12 @@ impl Eye<'_> {
             gloss: Gloss::SOLID,
             emission: Vec3::ZERO,
             metallic: 0.0,
-        })
+        };
+        self.lighting.light(&point, None)
     }
 
-    /// Colour and light depth of the solid casters, or of the sky.
-    fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<(Vec3, f32)> {
+    /// The nearest of the solid casters.
+    fn solid_points(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<SeenSurface> {
         let mut nearest = TileTexels::filled((1.0_f32, None));
         for pair in solid.bins.tile(index) {
             let footprint = &solid.casters.footprints[pair.footprint as usize];
@@ -150,13 +190,25 @@ impl Eye<'_> {
                 }
             }
         }
-        let mut surfaces = TileTexels::filled((Vec3::ZERO, 1.0));
+        let mut points = TileTexels::filled(SeenSurface { depth: 1.0, point: None });
         for (place, pixel) in tile.texels() {
             let (depth, seen) = nearest[place];
-            let color = match seen {
-                Some((footprint, material, hit)) => {
-                    self.shade(solid, footprint, material, &hit, pixel)
-                }
+            let point = seen.map(|(footprint, material, hit)| {
+                self.solid_point(solid, footprint, material, &hit, pixel)
+            });
+            points[place] = SeenSurface { depth, point };
+        }
+        points
+    }
+
+    /// Colour and light depth of the solid casters, or of the sky.
+    fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<(Vec3, f32)> {
+        let points = self.solid_points(solid, index, tile);
+        let mut surfaces = TileTexels::filled((Vec3::ZERO, 1.0));
+        for (place, pixel) in tile.texels() {
+            let SeenSurface { depth, point } = points[place];
+            let color = match point {
+                Some(point) => self.lighting.light(&point, self.masks.as_ref()),
                 None => {
                     let away = self.point(pixel, 1.0) - self.position();
                     self.lighting.from_around(away.normalize(), 0.0)
@@ -168,27 +220,27 @@ impl Eye<'_> {
         surfaces
     }
 
-    fn shade(
+    fn solid_point(
         &self,
         solid: &Seen<'_>,
         footprint: &Footprint,
         material: &Material,
         hit: &Hit,
         pixel: Vec2,
-    ) -> Vec3 {
+    ) -> Point {
         if footprint.caster & TRIANGLE_BIT != 0 {
             let facet = self.triangle(solid, footprint, material, hit, pixel);
             let Point { albedo, normal, to_eye, face, .. } = facet;
             let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
             let met = solid.setup(footprint).hit(pixel);
             let position = solid.rounded(footprint, met, face, facet.position);
-            return self.lighting.light(&Point {
+            return Point {
                 position,
                 to_eye: (self.position() - position).normalize(),
                 emission: facet.emission + around,
                 metallic: material.metallic,
                 ..facet
-            });
+            };
         }
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);
@@ -199,20 +251,21 @@ impl Eye<'_> {
         let normal = (aside + to_eye * out).normalize();
         let albedo = (caster.color() * material.tint).truncate();
         let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
-        self.lighting.light(&Point {
+        Point {
             kind: PointKind::Solid,
             position,
+            pixel: pixel.as_uvec2(),
             face: normal,
             normal,
             to_eye,
             reach: caster.radius,
-            receiver: Receiver::new(material, caster.id),
+            receiver: Receiver::new(material, caster.id).at_pixel(pixel.as_uvec2()),
             albedo,
             roughness: material.roughness,
             gloss: Gloss::SOLID,
             emission: material.emission + around,
             metallic: material.metallic,
-        })
+        }
     }
 
     /// As a solid one that mirrors nothing.
@@ -233,11 +286,12 @@ impl Eye<'_> {
         Point {
             kind: PointKind::Solid,
             position,
+            pixel: pixel.as_uvec2(),
             face,
             normal,
             to_eye,
             reach: 0.0,
-            receiver: Receiver::new(material, record.id),
+            receiver: Receiver::new(material, record.id).at_pixel(pixel.as_uvec2()),
             albedo: seen_color(hit, material),
             roughness: material.roughness,
             gloss: Gloss::SOLID,
@@ -298,7 +352,7 @@ impl Eye<'_> {
             for ((footprint, material, hit), passed) in &pixel.lit {
                 let point = self.pane(clear, footprint, material, hit, at);
                 let before = self.air_before(at, hit.depth);
-                color += passed * self.lighting.light(&point) * before.left;
+                color += passed * self.lighting.light(&point, None) * before.left;
             }
             colors[place] = color + pixel.passed * behind;
         }

@@ -3,13 +3,14 @@
 mod levels;
 mod receive;
 pub mod soft;
+mod taps;
 mod tone;
 
 pub use tone::to_screen;
 
 use levels::Levels;
 
-use super::air::phase;
+use super::{air::phase, mask::Masks};
 use crate::{
     model::{
         Environment, IRRADIANCE, LEVELS, Material, ROUGH_SIZE, ReceiverPoint, Receives, Scene,
@@ -35,10 +36,6 @@ pub struct Lighting<'a> {
     irradiance: [Vec3; IRRADIANCE],
     background: Vec3,
     environment: Option<&'a Environment>,
-    /// [m]
-    bias: f32,
-    /// [texels]
-    normal_bias: f32,
 }
 
 /// A receiver as data: what is seen makes points, [`Lighting::light`] looks up the light that they send
@@ -48,6 +45,8 @@ pub struct Point {
     pub kind: PointKind,
     /// World space [m].
     pub position: Vec3,
+    /// Where the picture shows it; (0, 0) of a particle's middle.
+    pub pixel: UVec2,
     /// Of the plane, unit, on the eye's side; zero for none.
     pub face: Vec3,
     /// Interpolated, unit, on the eye's side; zero for none.
@@ -86,14 +85,22 @@ pub struct Receiver {
     tag: u16,
     /// It is in no filter, so that none of what is translucent is its own.
     solid: bool,
+    /// The way to the first texel of a disc, unit.
+    turn: Vec2,
 }
 
 impl Receiver {
     /// Tinted by all that is before it.
-    pub const AIR: Self = Self { receives: Receives::Curve, tag: 0, solid: false };
+    pub const AIR: Self = Self { receives: Receives::Curve, tag: 0, solid: false, turn: Vec2::X };
 
     pub fn new(material: &Material, id: u32) -> Self {
-        Self { receives: material.receives, tag: owner_tag(id), solid: false }
+        Self { receives: material.receives, tag: owner_tag(id), ..Self::AIR }
+    }
+
+    /// Where the picture shows it.
+    #[must_use]
+    pub fn at_pixel(self, pixel: UVec2) -> Self {
+        Self { turn: taps::turn(pixel), ..self }
     }
 
     #[must_use]
@@ -134,7 +141,8 @@ impl<'a> Lighting<'a> {
     /// `maps` of `views`: the shadow views of the scene's lights.
     pub fn new(scene: &'a Scene, views: &[View], maps: &'a [ViewMaps]) -> Self {
         let of_views = views.iter().map(|view| view.to_gpu(0, UVec2::ZERO, 0)).collect();
-        let records = LightRecords::new(scene.lights.iter().enumerate(), views, of_views);
+        let records =
+            LightRecords::new(scene.lights.iter().enumerate(), views, of_views, &scene.shadow);
         Self {
             levels: Levels::new(&records, maps),
             records,
@@ -143,8 +151,6 @@ impl<'a> Lighting<'a> {
             irradiance: scene.irradiance(),
             background: scene.background,
             environment: scene.environment.as_deref(),
-            bias: scene.shadow.bias,
-            normal_bias: scene.shadow.normal_bias,
         }
     }
 
@@ -190,11 +196,10 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// The light that a point sends to the eye.
-    pub fn light(&self, point: &Point) -> Vec3 {
-        let bias = self.bias + point.reach;
+    /// The light that a point sends to the eye. `masks`: of its picture.
+    pub fn light(&self, point: &Point, masks: Option<&Masks>) -> Vec3 {
         let (mut diffuse, mut shine) = (self.ambient_at(point), Vec3::ZERO);
-        for light in self.lights() {
+        for (index, light) in self.lights().iter().enumerate() {
             let (toward, color) = incoming(light, point.position);
             let (cosine, side) = (point.normal.dot(toward), point.face.dot(toward));
             let is_solid = point.kind == PointKind::Solid;
@@ -210,7 +215,10 @@ impl<'a> Lighting<'a> {
                 (false, false) => -point.face,
             };
             let receiver = point.receiver.of_kind(point.kind);
-            let through = self.shadow(light, point.position, face, toward, bias, receiver);
+            let masked = masks.and_then(|masks| masks.share(index, point));
+            let through = masked.unwrap_or_else(|| {
+                self.shadow(light, point.position, face, toward, point.reach, receiver)
+            });
             let passed = color * through;
             diffuse += passed * scattered(point.kind, cosine);
             if point.kind != PointKind::Particle && cosine > 0.0 {
@@ -226,7 +234,18 @@ impl<'a> Lighting<'a> {
         let (toward, _) = incoming(light, point.position);
         // Off itself, on the light's side.
         let face = if point.normal.dot(toward) > 0.0 { point.normal } else { -point.normal };
-        self.shadow(light, point.position, face, toward, self.bias, Receiver::AIR)
+        self.shadow(light, point.position, face, toward, 0.0, Receiver::AIR)
+    }
+
+    /// The share of a light that a mask keeps of what is solid: 1 where it does not get to.
+    pub fn mask_share(&self, light: &GpuLight, point: &Point) -> Vec3 {
+        let (toward, color) = incoming(light, point.position);
+        if !(point.normal.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any()) {
+            return Vec3::ONE;
+        }
+        let face = if point.face.dot(toward) > 0.0 { point.face } else { point.normal };
+        let receiver = point.receiver.of_kind(point.kind);
+        self.shadow(light, point.position, face, toward, point.reach, receiver)
     }
 
     /// Radiance of the lights that a point of the air sends back along `ray`, per unit of optical depth
@@ -236,8 +255,7 @@ impl<'a> Lighting<'a> {
         for light in self.lights().iter().filter(|light| light.traits & SHAFTS_BIT != 0) {
             let (toward, color) = incoming(light, point);
             if color.cmpgt(Vec3::ZERO).any() {
-                let passed =
-                    self.shadow(light, point, Vec3::ZERO, toward, self.bias, Receiver::AIR);
+                let passed = self.shadow(light, point, Vec3::ZERO, toward, 0.0, Receiver::AIR);
                 sum += color * passed * phase(toward.dot(ray), anisotropy);
             }
         }

@@ -1,8 +1,8 @@
 //! Twin of `wgsl/shade/receive.wgsl`: what of a light the shadow maps let through to a point.
-use super::{Lighting, Receiver};
+use super::{Lighting, Receiver, taps::beyond_spline};
 use crate::{
     model::Receives,
-    records::{GpuLight, GpuView, PART_FACE, PART_WINDOW},
+    records::{GpuLight, GpuView, PART_FACE, PART_WINDOW, SPLINE_REACH},
     reference::receive::{MapTexel, light_by_channel, receive, receive_curve},
 };
 use glam::{Vec2, Vec3};
@@ -14,6 +14,19 @@ pub(super) struct Surface {
     pub point: Vec3,
     pub normal: Vec3,
 }
+
+/// How a surface lies to the light.
+#[derive(Clone, Copy, Debug)]
+struct Slant {
+    /// Of the angle between its normal and the way to the light.
+    sine: f32,
+    tangent: f32,
+    /// How far what is in the maps may lie off it [m].
+    reach: f32,
+}
+
+/// Slopes are no steeper: 86 degrees.
+const LEAST_COSINE: f32 = 0.0625;
 
 /// Of a surface, in view space.
 #[derive(Clone, Copy, Debug)]
@@ -59,24 +72,6 @@ impl Plane {
         let is_edge_on = meets.abs() < EDGE_ON * way.length();
         let along = if is_edge_on { -point.z } else { normal.dot(point - start) / meets };
         (along - view.near) / (view.far - view.near) + TOUCH * bias
-    }
-}
-
-/// Nine texels of a map, around a point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Taps {
-    /// Light depth of the point.
-    pub z: f32,
-    middle: Vec2,
-    x: [f32; 3],
-    y: [f32; 3],
-}
-
-impl Taps {
-    /// Texel and weight of number `i`.
-    pub(super) fn tap(&self, i: usize) -> (Vec2, f32) {
-        let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
-        (self.middle + step, self.x[i % 3] * self.y[i / 3])
     }
 }
 
@@ -129,28 +124,11 @@ impl Lighting<'_> {
         light_by_channel(light, solid, z, 0.0)
     }
 
-    /// Where the map of a view is asked about a point; `None` where it does not reach.
-    pub(super) fn taps(&self, view: usize, point: Vec3) -> Option<Taps> {
-        let view = &self.records.views[view];
-        let p = view.view_from_world.transform_point3(point);
-        let distance = -p.z;
-        let perspective = view.perspective > 0.0;
-        let spread = view.scale / if perspective { distance.max(1e-6) } else { 1.0 };
-        let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
-        let z = (distance - view.near) / (view.far - view.near);
-        let inside = place.cmpge(Vec2::ZERO).all() && place.cmple(view.size).all();
-        if !(z >= 0.0 && (inside || perspective)) {
-            return None;
-        }
-        let middle = place.floor().clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
-        let t = (place - middle - 0.5).clamp(Vec2::splat(-0.5), Vec2::splat(0.5));
-        Some(Taps { z, middle, x: spline(t.x), y: spline(t.y) })
-    }
-
-    /// Nine texels, each asked for itself, weighted by a quadratic B-spline.
+    /// Each texel is asked for itself, and counts as the light's filter says.
     fn receive(
         &self,
         index: usize,
+        light: &GpuLight,
         point: Vec3,
         surface: Surface,
         bias: f32,
@@ -159,12 +137,11 @@ impl Lighting<'_> {
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.records.views[index];
         let (plane, bias) = (Plane::new(view, surface), bias / (view.far - view.near));
-        let mut light = Vec3::ZERO;
-        for i in 0..9 {
-            let (texel, weight) = taps.tap(i);
-            light += weight * self.receive_texel(index, texel, taps.z, plane, bias, receiver);
+        let mut sum = Vec3::ZERO;
+        for (texel, weight) in taps.of(light, receiver.turn) {
+            sum += weight * self.receive_texel(index, texel, taps.z, plane, bias, receiver);
         }
-        light
+        sum
     }
 
     /// What of a light reaches a point through one view. `point`: lifted off `surface`.
@@ -182,16 +159,25 @@ impl Lighting<'_> {
         if light.area().is_some() && takes_all {
             self.receive_area(index, light, point, surface, bias, receiver)
         } else {
-            self.receive(index, point, surface, bias, receiver)
+            self.receive(index, light, point, surface, bias, receiver)
         }
     }
 
-    /// `normal` lifts the point off its own shadow; `sine` of the angle between the normal and the
-    /// way to the light.
-    fn lifted(&self, view: &GpuView, point: Vec3, normal: Vec3, sine: f32) -> Vec3 {
-        let along = -view.view_from_world.transform_point3(point).z;
+    /// The point off its own shadow, by what the slope hides within the texels that are asked; and the
+    /// bias [m].
+    fn lifted(
+        &self,
+        index: usize,
+        light: &GpuLight,
+        surface: Surface,
+        slant: Slant,
+    ) -> (Vec3, f32) {
+        let view = &self.records.views[index];
+        let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
-        point + normal * ((self.normal_bias + 0.5) * sine * texel)
+        let reach = light.normal_bias + 0.5 + beyond_spline(light);
+        let point = surface.point + surface.normal * (reach * slant.sine * texel);
+        (point, light.bias + slant.reach + light.slope_bias * slant.tangent * texel)
     }
 
     /// Light through the first window that holds the point, faded into the next; and how much it
@@ -201,14 +187,13 @@ impl Lighting<'_> {
         windows: Range<usize>,
         light: &GpuLight,
         surface: Surface,
-        sine: f32,
-        bias: f32,
+        slant: Slant,
         receiver: Receiver,
     ) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
-            let at = self.lifted(&self.records.views[index], surface.point, surface.normal, sine);
-            let share = window_share(&self.records.views[index], at);
+            let (at, bias) = self.lifted(index, light, surface, slant);
+            let share = window_share(light, &self.records.views[index], at);
             if share > 0.0 {
                 let passed = self.receive_light(index, light, at, surface, bias, receiver);
                 sum += passed * (rest * share);
@@ -224,14 +209,13 @@ impl Lighting<'_> {
         views: Range<usize>,
         light: &GpuLight,
         surface: Surface,
-        sine: f32,
-        bias: f32,
+        slant: Slant,
         receiver: Receiver,
     ) -> (Vec3, f32) {
         if self.records.views[views.start].part == PART_WINDOW {
-            return self.through_windows(views, light, surface, sine, bias, receiver);
+            return self.through_windows(views, light, surface, slant, receiver);
         }
-        let at = self.lifted(&self.records.views[views.start], surface.point, surface.normal, sine);
+        let (at, bias) = self.lifted(views.start, light, surface, slant);
         (self.receive_light(views.start, light, at, surface, bias, receiver), 1.0)
     }
 
@@ -242,14 +226,15 @@ impl Lighting<'_> {
         first + face..first + view.part_count as usize
     }
 
-    /// Of all shadows of a light the least light, per channel. `normal` is on the light's side.
+    /// Of all shadows of a light the least light, per channel. `normal` is on the light's side; `reach`: how
+    /// far what is in the maps may lie off the point [m].
     pub fn shadow(
         &self,
         light: &GpuLight,
         point: Vec3,
         normal: Vec3,
         toward: Vec3,
-        bias: f32,
+        reach: f32,
         receiver: Receiver,
     ) -> Vec3 {
         if light.view_count == 0 {
@@ -258,33 +243,31 @@ impl Lighting<'_> {
         let surface = Surface { point, normal };
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        // What has no normal has no slope.
+        let tangent = normal.length_squared() * sine / cosine.max(LEAST_COSINE);
+        let slant = Slant { sine, tangent, reach };
         let first = light.first_view as usize;
         let views = self.views_of(first, light, point);
-        let (own, share) = self.through_shadow(views.clone(), light, surface, sine, bias, receiver);
+        let (own, share) = self.through_shadow(views.clone(), light, surface, slant, receiver);
         let mut passed = Vec3::ONE.lerp(own, share);
         let mut next = views.end;
         while next < first + light.view_count as usize {
             let views = self.views_of(next, light, point);
             next = views.end;
-            let (further, share) = self.through_shadow(views, light, surface, sine, bias, receiver);
+            let (further, share) = self.through_shadow(views, light, surface, slant, receiver);
             passed = passed.lerp(passed.min(further), share);
         }
         passed
     }
 }
 
-/// Weights of a quadratic B-spline around t in -0.5..0.5.
-fn spline(t: f32) -> [f32; 3] {
-    [0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)]
-}
-
 /// How much of a window's answer counts at a point: less towards its border, nothing beyond.
-fn window_share(view: &GpuView, point: Vec3) -> f32 {
+fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
     let p = view.view_from_world.transform_point3(point);
     let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
     let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
-    // All nine texels are the window's own.
-    let border = place.min(view.size - place).min_element() - 1.5;
+    // All texels that are asked are the window's own.
+    let border = place.min(view.size - place).min_element() - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {
         return 0.0;
     }

@@ -1,0 +1,221 @@
+//! Shadow masks: which light is in which, and what their kernels read.
+//!
+//! A mask is a layer of four 8-bit channels. It has four *slots* for lights that are blocked in all colours
+//! alike, or one, of three channels, for a light that something tints. Lights that do not overlap on the
+//! screen share a slot.
+use super::Reach;
+use crate::model::{Bounds, Class, Light, LightKind, MaskSettings, Scene, View};
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3, UVec2};
+use std::collections::HashMap;
+
+/// Slots of a mask. WGSL: `wgsl/records/mask.wgsl`.
+pub const SLOTS: u32 = 4;
+/// Of a light's slot: it has all channels of its mask.
+pub const COLORED_BIT: u32 = 1 << 31;
+/// Of a surface: a particle's.
+pub const ROUND_BIT: u32 = 4;
+
+/// WGSL: `wgsl/records/mask.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MaskParams {
+    /// Of the masks that are made [pixels].
+    pub size: UVec2,
+    /// Pixels of the picture along a pixel of the masks.
+    pub step: u32,
+    /// Of the blur, to each side.
+    pub taps: u32,
+    /// The axis of the blur.
+    pub along: UVec2,
+    /// To depth, of the distance.
+    pub sensitivity: f32,
+    /// Distance at which the blur is as wide as it gets [m]; 0: everywhere.
+    pub depth_scale: f32,
+}
+crate::gpu_layout!(MaskParams { size, step, taps, along, sensitivity, depth_scale });
+
+/// Slots by the lights' names: those of the frame before stay where they are.
+pub type FormerSlots = HashMap<String, u32>;
+
+/// Which light is in which mask.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MaskSlots {
+    /// Of each light, as `mask_slot` of `wgsl/records/mask.wgsl` says; 0 for none.
+    pub of_lights: Vec<u32>,
+    /// Masks.
+    pub count: u32,
+    /// Lights that cast shadows into the picture and found no slot.
+    pub unmasked: u32,
+}
+
+/// What of the picture a light reaches: slopes to the right and down, and depths [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScreenBounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl ScreenBounds {
+    const EVERYWHERE: Self =
+        Self { low: DVec3::splat(f64::NEG_INFINITY), high: DVec3::splat(f64::INFINITY) };
+
+    /// Conservative; `None` beside the picture.
+    pub fn new(light: &Light, camera: &View) -> Option<Self> {
+        let reach = Reach::new(light, camera);
+        if reach.per_radius == 0.0 {
+            return Some(Self::EVERYWHERE);
+        }
+        let mut center = reach.center.as_dvec3();
+        let mut radius = 1.0 / f64::from(reach.per_radius);
+        if let LightKind::Spot { direction, angle, .. } = light.kind.with_unit_direction() {
+            // The sphere around the cone.
+            let axis = camera.view_from_world.transform_vector3(direction).as_dvec3();
+            let axis = axis * DVec3::new(1.0, -1.0, -1.0);
+            let (sine, cosine) = (f64::from(angle) * 0.5).sin_cos();
+            let (along, around) =
+                if cosine > sine { (0.5 / cosine, 0.5 / cosine) } else { (cosine, sine) };
+            center += axis * (along * radius);
+            radius *= around * (1.0 + 1e-5);
+        }
+        let half = camera.size.as_dvec2() * 0.5 / f64::from(camera.scale);
+        let screen = Self {
+            low: (-half).extend(f64::from(camera.near)),
+            high: half.extend(f64::from(camera.far)),
+        };
+        let x = slopes(DVec2::new(center.x, center.z), radius)?;
+        let y = slopes(DVec2::new(center.y, center.z), radius)?;
+        let own = Self {
+            low: DVec3::new(x.x, y.x, center.z - radius),
+            high: DVec3::new(x.y, y.y, center.z + radius),
+        };
+        own.overlaps(&screen).then_some(own)
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+}
+
+/// Between which slopes a circle is seen; `None` behind the eye.
+fn slopes(center: DVec2, radius: f64) -> Option<DVec2> {
+    if center.y + radius <= 0.0 {
+        return None;
+    }
+    let distance = center.length();
+    if distance <= radius * 1.0001 {
+        return Some(DVec2::new(f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let (angle, half) = (center.x.atan2(center.y), (radius / distance).asin());
+    let slope = |angle: f64, beyond: f64| {
+        if angle.abs() >= std::f64::consts::FRAC_PI_2 { beyond } else { angle.tan() }
+    };
+    let pad = 1e-6;
+    let low = slope(angle - half - pad, f64::NEG_INFINITY);
+    let high = slope(angle + half + pad, f64::INFINITY);
+    Some(DVec2::new(low, high))
+}
+
+impl MaskSlots {
+    /// Greedy, in the order of the lights; those that have a slot already keep it where they can.
+    pub fn new(
+        scene: &Scene,
+        settings: &MaskSettings,
+        camera: &View,
+        former: &FormerSlots,
+    ) -> Self {
+        let tinting = tinting_bounds(scene);
+        let wants = scene.lights.iter().map(|light| {
+            let bounds = Some(light).filter(|light| light.view_count() > 0);
+            let bounds = bounds.and_then(|light| ScreenBounds::new(light, camera));
+            bounds.map(|bounds| (bounds, scene.shadow.colored || is_tinted(light, &tinting)))
+        });
+        let wants: Vec<_> = wants.collect();
+        let names: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
+        Self::assign(&wants, &names, settings.limit, former)
+    }
+
+    /// `wants`: of each light that casts into the picture, where, and whether in colour.
+    pub fn assign(
+        wants: &[Option<(ScreenBounds, bool)>],
+        names: &[&str],
+        limit: u32,
+        former: &FormerSlots,
+    ) -> Self {
+        let mut taken: Vec<Vec<(u32, ScreenBounds)>> = Vec::new();
+        let mut of_lights = vec![0; wants.len()];
+        // A mask has the kind of the first that came.
+        let fits = |taken: &[Vec<(u32, ScreenBounds)>], slot: u32, bounds: &ScreenBounds| {
+            let mask = ((slot & !COLORED_BIT) - 1) / SLOTS;
+            let others = taken.get(mask as usize).map_or(&[][..], Vec::as_slice);
+            mask < limit
+                && others.iter().all(|(other, place)| {
+                    (other & COLORED_BIT == slot & COLORED_BIT)
+                        && (*other != slot || !place.overlaps(bounds))
+                })
+        };
+        let place = |taken: &mut Vec<Vec<_>>, slot: u32, bounds: ScreenBounds| {
+            let mask = (((slot & !COLORED_BIT) - 1) / SLOTS) as usize;
+            if taken.len() <= mask {
+                taken.resize(mask + 1, Vec::new());
+            }
+            taken[mask].push((slot, bounds));
+            slot
+        };
+        for (i, want) in wants.iter().enumerate() {
+            let (Some((bounds, colored)), Some(&slot)) = (want, former.get(names[i])) else {
+                continue;
+            };
+            if slot != 0 && (slot & COLORED_BIT != 0) == *colored && fits(&taken, slot, bounds) {
+                of_lights[i] = place(&mut taken, slot, *bounds);
+            }
+        }
+        let mut unmasked = 0;
+        for (i, want) in wants.iter().enumerate() {
+            let Some((bounds, colored)) = want.filter(|_| of_lights[i] == 0) else { continue };
+            let step = if colored { SLOTS } else { 1 };
+            let kind = if colored { COLORED_BIT } else { 0 };
+            let mut slots = (0..limit * SLOTS).step_by(step as usize).map(|at| (at + 1) | kind);
+            match slots.find(|&slot| fits(&taken, slot, &bounds)) {
+                Some(slot) => of_lights[i] = place(&mut taken, slot, bounds),
+                None => unmasked += 1,
+            }
+        }
+        Self { of_lights, count: taken.len() as u32, unmasked }
+    }
+
+    /// For the frame that follows.
+    pub fn former(&self, scene: &Scene) -> FormerSlots {
+        let names = scene.lights.iter().map(|light| light.name.clone());
+        names.zip(self.of_lights.iter().copied()).filter(|&(_, slot)| slot != 0).collect()
+    }
+}
+
+/// Of all that filters light.
+fn tinting_bounds(scene: &Scene) -> Bounds {
+    let tints: Vec<_> = scene
+        .materials
+        .iter()
+        .map(|material| Class::FILTERING.contains(&Class::of(material)))
+        .collect();
+    let is = |material: u32| tints.get(material as usize).copied().unwrap_or(false);
+    let particles = scene.particles.iter().filter(|particle| is(particle.material));
+    let bounds = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+    let corners = scene.triangles.iter().filter(|own| is(own.material)).flat_map(|t| t.positions);
+    corners.fold(bounds, |b, p| b.with_sphere(p, 0.0))
+}
+
+fn is_tinted(light: &Light, tinting: &Bounds) -> bool {
+    let place = light.kind.with_unit_direction();
+    let (LightKind::Spot { position, .. } | LightKind::Point { position }) = place else {
+        return !tinting.is_empty();
+    };
+    let Some(range) = light.range() else { return !tinting.is_empty() };
+    let nearest = position.clamp(tinting.min, tinting.max);
+    !tinting.is_empty() && nearest.distance(position) <= range
+}
+
+/// Masks of half a picture's width and height [pixels].
+pub fn mask_size(size: UVec2, half: bool) -> UVec2 {
+    if half { (size + 1) / 2 } else { size }
+}

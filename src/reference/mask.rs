@@ -1,0 +1,275 @@
+//! Twin of `wgsl/mask/*.wgsl`: per pixel, the light that each light of a mask still sends there.
+use super::{
+    shading::{Lighting, Point, PointKind, world_point},
+    threads::each,
+};
+use crate::{
+    model::{MaskSettings, View},
+    records::{COLORED_BIT, GpuView, MaskSlots, SLOTS, mask_size},
+};
+use glam::{IVec2, Mat4, UVec2, Vec2, Vec3, Vec4};
+
+/// Of all four neighbours, below which the best of them is taken.
+pub const LEAST_WEIGHT: f32 = 1e-3;
+/// What a right angle between two surfaces counts as, in what the blur tolerates of depth.
+pub const TURNED: f32 = 8.0;
+/// Of the width of a blur at its last tap.
+pub const WIDTHS: f32 = 2.0;
+
+/// What the camera sees in a pixel of the picture.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenSurface {
+    /// Light depth of the camera; 1 where there is nothing.
+    pub depth: f32,
+    pub point: Option<Point>,
+}
+
+/// A pixel of the masks, and the pixel of the picture that it is.
+#[derive(Clone, Copy, Debug)]
+struct Surface {
+    depth: f32,
+    point: Option<Point>,
+    pixel: UVec2,
+}
+
+/// The masks of a picture, of its size.
+#[derive(Clone, Debug)]
+pub struct Masks {
+    slots: MaskSlots,
+    size: UVec2,
+    /// Layer by layer, row by row.
+    values: Vec<Vec<Vec4>>,
+}
+
+impl Masks {
+    /// What a mask says of a light at a pixel; `None` where the light has none.
+    pub fn share(&self, light: usize, point: &Point) -> Option<Vec3> {
+        let slot = self.slots.of_lights[light];
+        if slot == 0 || point.kind != PointKind::Solid {
+            return None;
+        }
+        let (mask, channel) = place(slot);
+        let value = self.values[mask][(point.pixel.y * self.size.x + point.pixel.x) as usize];
+        let is_colored = slot & COLORED_BIT != 0;
+        Some(if is_colored { value.truncate() } else { Vec3::splat(value[channel]) })
+    }
+
+    /// Four bytes a pixel, layer by layer.
+    pub fn bytes(&self) -> Vec<[u8; 4]> {
+        let bytes = |value: &Vec4| value.to_array().map(|v| (v * 255.0).round() as u8);
+        self.values.iter().flatten().map(bytes).collect()
+    }
+}
+
+/// Mask and channel.
+fn place(slot: u32) -> (usize, usize) {
+    let at = (slot & !COLORED_BIT) - 1;
+    ((at / SLOTS) as usize, (at % SLOTS) as usize)
+}
+
+/// As a mask stores it.
+fn stored(value: Vec4) -> Vec4 {
+    (value.clamp(Vec4::ZERO, Vec4::ONE) * 255.0).round() / 255.0
+}
+
+/// The camera, and what it sees row by row.
+#[derive(Debug)]
+pub struct MaskInput<'a> {
+    pub settings: &'a MaskSettings,
+    pub camera: &'a View,
+    pub lighting: &'a Lighting<'a>,
+    pub seen: &'a [SeenSurface],
+}
+
+/// Surfaces of a size, row by row.
+struct Grid {
+    size: UVec2,
+    surfaces: Vec<Surface>,
+}
+
+impl Grid {
+    fn at(&self, at: UVec2) -> &Surface {
+        &self.surfaces[(at.y * self.size.x + at.x) as usize]
+    }
+}
+
+struct Filter<'a> {
+    settings: &'a MaskSettings,
+    view: GpuView,
+    world_from_view: Mat4,
+}
+
+/// A surface that others are held against.
+struct Plane {
+    point: Vec3,
+    /// View space.
+    normal: Vec3,
+    world: Vec3,
+    distance: f32,
+}
+
+impl MaskInput<'_> {
+    pub fn masks(&self, slots: MaskSlots) -> Masks {
+        let view = self.camera.to_gpu(0, UVec2::ZERO, 0);
+        let filter = Filter {
+            settings: self.settings,
+            view,
+            world_from_view: self.camera.view_from_world.inverse(),
+        };
+        let size = self.camera.size;
+        let pixel = |i: u32| UVec2::new(i % size.x, i / size.x);
+        let whole = |(i, seen): (u32, &SeenSurface)| Surface {
+            depth: seen.depth,
+            point: seen.point,
+            pixel: pixel(i),
+        };
+        let whole = Grid { size, surfaces: (0..).zip(self.seen).map(whole).collect() };
+        let half = self.settings.half.then(|| shrunk(&whole));
+        let own = half.as_ref().unwrap_or(&whole);
+        let values = (0..slots.count as usize)
+            .map(|mask| {
+                let mut values = self.look_up(own, &filter, &slots, mask);
+                if self.settings.taps > 1 {
+                    values = filter.blur(own, &values, IVec2::X);
+                    values = filter.blur(own, &values, IVec2::Y);
+                }
+                match &half {
+                    Some(half) => filter.enlarge(&whole, half, &values),
+                    None => values,
+                }
+            })
+            .collect();
+        Masks { slots, size, values }
+    }
+
+    /// Of one mask.
+    fn look_up(
+        &self,
+        grid: &Grid,
+        filter: &Filter<'_>,
+        slots: &MaskSlots,
+        mask: usize,
+    ) -> Vec<Vec4> {
+        each(grid.surfaces.len(), |i| {
+            let surface = &grid.surfaces[i];
+            let mut passed = Vec4::ONE;
+            let Some(point) = surface.point.filter(|_| surface.depth < 1.0) else { return passed };
+            let pixel = surface.pixel.as_vec2() + 0.5;
+            let position = world_point(&filter.view, &filter.world_from_view, pixel, surface.depth);
+            for (light, &slot) in self.lighting.lights().iter().zip(&slots.of_lights) {
+                if slot == 0 || place(slot).0 != mask {
+                    continue;
+                }
+                let share = self.lighting.mask_share(light, &Point { position, ..point });
+                if slot & COLORED_BIT != 0 {
+                    passed = passed.min(share.extend(1.0));
+                } else {
+                    let channel = place(slot).1;
+                    passed[channel] = passed[channel].min(share.y);
+                }
+            }
+            stored(passed)
+        })
+    }
+}
+
+impl Filter<'_> {
+    /// View space [m].
+    fn point(&self, surface: &Surface) -> Vec3 {
+        let slope = (surface.pixel.as_vec2() + 0.5 - self.view.size * 0.5) / self.view.scale;
+        let distance = self.view.near + surface.depth * (self.view.far - self.view.near);
+        Vec3::new(slope.x, -slope.y, -1.0) * distance
+    }
+
+    fn plane(&self, surface: &Surface, seen: &Point) -> Plane {
+        let point = self.point(surface);
+        let normal = self.view.view_from_world.transform_vector3(seen.face);
+        Plane { point, normal, world: seen.normal, distance: -point.z }
+    }
+
+    fn error(&self, plane: &Plane, point: Vec3) -> f32 {
+        plane.normal.dot(point - plane.point).abs() * self.settings.sensitivity / plane.distance
+    }
+
+    /// How much a surface counts to another; nothing where there is none.
+    fn weight(&self, plane: &Plane, surface: &Surface) -> f32 {
+        let Some(seen) = surface.point.filter(|_| surface.depth < 1.0) else { return 0.0 };
+        let facing = plane.world.dot(seen.normal).max(0.0);
+        (1.0 - self.error(plane, self.point(surface))).max(0.0) * facing.powi(8)
+    }
+
+    fn blur(&self, grid: &Grid, values: &[Vec4], along: IVec2) -> Vec<Vec4> {
+        let side = (self.settings.taps / 2) as i32;
+        each(values.len(), |i| {
+            let own = &grid.surfaces[i];
+            let Some(seen) = own.point.filter(|_| own.depth < 1.0) else { return values[i] };
+            let plane = self.plane(own, &seen);
+            let scale = self.settings.depth_scale;
+            let nearer = if scale > 0.0 { (scale / plane.distance).min(1.0) } else { 1.0 };
+            let width = (side as f32 / WIDTHS * nearer).max(0.01);
+            let at = UVec2::new(i as u32 % grid.size.x, i as u32 / grid.size.x).as_ivec2();
+            let (mut sum, mut weights) = (values[i], 1.0);
+            for step in (-side..=side).filter(|&step| step != 0) {
+                let place = at + along * step;
+                if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
+                    continue;
+                }
+                let place = place.as_uvec2();
+                let off = step as f32 / width;
+                let weight = (-0.5 * off * off).exp() * self.weight(&plane, grid.at(place));
+                sum += values[(place.y * grid.size.x + place.x) as usize] * weight;
+                weights += weight;
+            }
+            stored(sum / weights)
+        })
+    }
+
+    fn enlarge(&self, whole: &Grid, half: &Grid, values: &[Vec4]) -> Vec<Vec4> {
+        each(whole.surfaces.len(), |i| {
+            let own = &whole.surfaces[i];
+            let Some(seen) = own.point.filter(|_| own.depth < 1.0) else { return Vec4::ONE };
+            let plane = self.plane(own, &seen);
+            let middle = (own.pixel.as_vec2() + 0.5) * 0.5 - 0.5;
+            let (first, share) = (middle.floor(), middle - middle.floor());
+            let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
+            let (mut best, mut least) = (Vec4::ONE, 1e30);
+            for step in [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| IVec2::new(x, y)) {
+                let place = first.as_ivec2() + step;
+                let place = place.clamp(IVec2::ZERO, half.size.as_ivec2() - 1).as_uvec2();
+                let other = half.at(place);
+                let near = Vec2::select(step.cmpeq(IVec2::ONE), share, 1.0 - share);
+                let weight = near.element_product() * self.weight(&plane, other);
+                let value = values[(place.y * half.size.x + place.x) as usize];
+                let is_seen = other.depth < 1.0;
+                let turned = other.point.map_or(0.0, |other| 1.0 - plane.world.dot(other.normal));
+                let off = self.error(&plane, self.point(other)) + TURNED * turned;
+                let error = if is_seen { off } else { 1e20 };
+                sum += value * weight;
+                weights += weight;
+                if error < least {
+                    (best, least) = (value, error);
+                }
+            }
+            stored(if weights > LEAST_WEIGHT { sum / weights.max(1e-9) } else { best })
+        })
+    }
+}
+
+/// Of each 2 x 2 pixels one, in turns the nearest and the farthest.
+fn shrunk(whole: &Grid) -> Grid {
+    let size = mask_size(whole.size, true);
+    let chosen = |i: u32| {
+        let at = UVec2::new(i % size.x, i / size.x);
+        let is_near = (at.x + at.y).is_multiple_of(2);
+        let rank = |depth: f32| match depth {
+            1.0.. => -1.0,
+            _ if is_near => 1.0 - depth,
+            _ => depth,
+        };
+        let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| at * 2 + UVec2::new(x, y));
+        let mut four = four.map(|pixel| *whole.at(pixel.min(whole.size - 1))).into_iter();
+        let first = four.next().unwrap_or(*whole.at(UVec2::ZERO));
+        four.fold(first, |best, own| if rank(own.depth) > rank(best.depth) { own } else { best })
+    };
+    Grid { size, surfaces: (0..size.element_product()).map(chosen).collect() }
+}

@@ -1,0 +1,22 @@
+// Lights that have a mask: what it says of solid points. CPU twin: src/reference/shading/mod.rs.
+
+import package::bind::sampled::light_masks;
+import package::records::mask::{mask_slot, slot_channels, slot_mask};
+import package::records::point::{POINT_SOLID, Point};
+
+// What a mask says of a light, and whether one does.
+struct Masked {
+    share: vec3<f32>,
+    is_masked: bool,
+}
+
+fn masked(light: u32, point: Point) -> Masked {
+    let slot = mask_slot(light);
+    let is_masked = slot != 0u && point.kind == POINT_SOLID;
+    let own = max(slot, 1u);
+    let pixel = vec2(point.pixel & 0xffffu, point.pixel >> 16u);
+    let mask = textureLoad(light_masks, pixel, slot_mask(own), 0);
+    let channels = slot_channels(own);
+    let one = dot(mask, select(vec4(0.0), vec4(1.0), channels));
+    return Masked(select(vec3(one), mask.rgb, channels.x && channels.y), is_masked);
+}
