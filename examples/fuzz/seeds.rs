@@ -59,11 +59,31 @@ fn scenes(root: &Path) -> io::Result<Vec<Vec<u8>>> {
             }
         }
     }
+    found.push(("emitter".into(), EMITTER.as_bytes().to_vec()));
     // The same seed finds the same whatever order a folder has.
     found.sort();
     let few = |text: &[u8]| String::from_utf8_lossy(text).replace("000,", ",").into_bytes();
     Ok(found.iter().map(|(_, text)| few(text)).filter(|text| text.len() < LARGEST).collect())
 }
+
+const EMITTER: &str = r#"material = [{ name = "m", tint = [1, 0.5, 0.2, 0.1] }]
+[[emitter]]
+material = "m"
+rate = 40
+lifetime = [1, 2]
+start = -1
+shape = "disc"
+extent = [0.4, 0, 0.4]
+velocity = [0, 0.8, 0]
+path = [[0, 0, 0, 0], [2, 1, 0, 1]]
+buoyancy = 0.6
+drag = 1.5
+turbulence = 0.8
+ground = 0
+boxes = [{ min = [0, 0, 0], max = [1, 1, 1] }]
+radius = [0.04, 0.25]
+alpha = [0, 0.12, 0.06, 0]
+"#;
 
 const COLUMNS: [&str; 9] = ["x", "y", "z", "radius", "red", "green", "blue", "alpha", "rotation"];
 
