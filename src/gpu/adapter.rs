@@ -120,11 +120,12 @@ fn raised(adapter: &Limits) -> Limits {
 }
 
 /// What core kernels write: WebGPU grants it everywhere, GL does not.
-pub const STORAGE_FORMATS: [TextureFormat; 6] = [
+pub const STORAGE_FORMATS: [TextureFormat; 7] = [
     TextureFormat::R32Float,
     TextureFormat::R32Uint,
     TextureFormat::Rg32Uint,
     TextureFormat::Rgba16Float,
+    TextureFormat::Rgba8Unorm,
     TextureFormat::Rgba32Float,
     TextureFormat::Rgba32Uint,
 ];

@@ -89,6 +89,26 @@ impl Pipeline {
         room: PictureRoom,
         former: &FormerSlots,
     ) -> Result<PreparedPicture, Error> {
+        let planned =
+            self.plan_picture(device, queue, casters, scene, camera, views, maps, room, former)?;
+        self.kernels.finish()?;
+        Ok(planned)
+    }
+
+    /// As [`Self::prepare_picture`], but that kernels may not be made yet.
+    #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
+    pub(crate) fn plan_picture(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        casters: &CasterSet,
+        scene: &Scene,
+        camera: &View,
+        views: &[View],
+        maps: &Maps,
+        room: PictureRoom,
+        former: &FormerSlots,
+    ) -> Result<PreparedPicture, Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let tiles = camera.tiles();
@@ -215,7 +235,6 @@ impl Pipeline {
         };
         let resources = resources.with("air", &air_volume).with("environment", &environment);
         let shading = Shading::new(to_shade, &parts, &resources)?;
-        kernels.finish()?;
         Ok(PreparedPicture {
             room,
             clusters,

@@ -212,7 +212,7 @@ impl Shadows {
         })
     }
 
-    pub(super) fn kernels(&self) -> KernelCache {
+    pub(crate) fn kernels(&self) -> KernelCache {
         lock(&self.engine).pipeline.kernels.cache().clone()
     }
 

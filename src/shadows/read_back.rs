@@ -78,19 +78,26 @@ impl<T: bytemuck::Pod> ReadBack<T> {
     pub(crate) fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<T, Error> {
         // What was recorded for others to take comes first.
         if self.is_ready() || self.state.load(SeqCst) == MAPPING {
-            wait(device)?;
+            self.wait(device)?;
             self.take()?;
         }
         let mut encoder = device.create_command_encoder(&Default::default());
         self.record(&mut encoder);
         queue.submit([encoder.finish()]);
         self.is_ready();
-        wait(device)?;
+        self.wait(device)?;
         self.take()
     }
-}
 
-fn wait(device: &wgpu::Device) -> Result<(), Error> {
-    let done = device.poll(wgpu::PollType::wait_indefinitely());
-    done.map(drop).map_err(|error| Error::Lost(error.to_string()))
+    fn wait(&self, device: &wgpu::Device) -> Result<(), Error> {
+        loop {
+            let done = device.poll(wgpu::PollType::wait_indefinitely());
+            done.map_err(|error| Error::Lost(error.to_string()))?;
+            if self.state.load(SeqCst) != MAPPING {
+                return Ok(());
+            }
+            // Another thread that waits has the answer, and is about to tell.
+            std::thread::yield_now();
+        }
+    }
 }

@@ -18,7 +18,7 @@ import package::shade::spot::{
 };
 
 // Light before a level on which what it tells is relied on in full is 1 by this.
-const EVIDENCE: f32 = 30.0;
+const EVIDENCE: f32 = 300.0;
 // Least light to divide by.
 const LEAST: f32 = 1e-4;
 

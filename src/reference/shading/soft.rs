@@ -29,7 +29,7 @@ pub const SHARP: f32 = 1.5;
 /// A rectangle's longer edge counts as this times the shorter, at least: levels go by the shorter.
 pub const LONGEST: f32 = 2.33;
 /// Light before a level, on which what it tells is relied on in full, is 1 by this.
-pub const EVIDENCE: f32 = 30.0;
+pub const EVIDENCE: f32 = 300.0;
 /// Least light to divide by.
 pub const LEAST: f32 = 1e-4;
 /// Drops below this are none.

@@ -1,9 +1,8 @@
-//! Scenes to frames, on a GPU or on the CPU.
-#[cfg(feature = "device")]
-use crate::gpu::{Backend, Selection};
+//! Scenes to frames on a device.
+use super::{Frame, RenderOptions};
 use crate::{
     error::Error,
-    gpu::{Gpu, Timeline},
+    gpu::{Gpu, KernelJob, Timeline},
     model::{Counters, ReceiverPoint, Scene, View},
     picture::{
         PictureRoom, PreparedPicture,
@@ -11,60 +10,18 @@ use crate::{
     },
     records::{CurveMap, FormerSlots, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    shadows::{Config, Maps, PointBuffers, Prepared, Shadows, check as check_views},
+    shadows::{Config, Maps, PointBuffers, Prepared, Shadows},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views, views_around},
 };
 use glam::Vec3;
 use half::f16;
-
-/// One frame's results and what they cost.
-#[derive(Clone, Debug)]
-pub struct Frame {
-    /// What the camera sees.
-    pub picture: Picture,
-    /// Those that were asked for.
-    pub debug: Vec<(DebugMode, Picture)>,
-    /// Empty unless maps were asked for.
-    pub maps: Vec<ViewMaps>,
-    /// What the frame counted.
-    pub counters: Counters,
-    /// Stage and its time [ms], in order.
-    pub stages: Vec<(&'static str, f64)>,
-    /// Buffer or texture and its size [bytes].
-    pub memory: Vec<(&'static str, u64)>,
-}
-
-/// What a frame yields beside the picture.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RenderOptions<'a> {
-    /// The views' maps, read back.
-    pub maps: bool,
-    /// The maps stay on the device for the next frame, which then renders only the views that see
-    /// a change. The twin renders all views in any case.
-    pub keep: bool,
-    /// The picture's linear light, before exposure and tone curve; that of the twin is there always.
-    pub light: bool,
-    /// What else is shown. The CPU twin has none of it.
-    pub debug: &'a [DebugMode],
-}
-
-/// Renders scenes on one device.
-#[derive(Debug)]
-pub struct Renderer {
-    engine: Engine,
-}
+use std::thread;
 
 #[derive(Debug)]
-enum Engine {
-    Gpu(Box<GpuEngine>),
-    Cpu,
-}
-
-#[derive(Debug)]
-struct GpuEngine {
-    gpu: Gpu,
-    shadows: Shadows,
+pub(super) struct GpuEngine {
+    pub(super) gpu: Gpu,
+    pub(super) shadows: Shadows,
     timeline: Timeline,
     /// Of the last picture, where all its pairs fitted.
     room: Option<PictureRoom>,
@@ -72,129 +29,6 @@ struct GpuEngine {
     has_counted: bool,
     /// Masks of the lights of the frame before.
     slots: FormerSlots,
-}
-
-impl Renderer {
-    /// `adapter`: part of the adapter's name; case does not matter.
-    #[cfg(feature = "device")]
-    pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
-        if backend == Backend::Cpu {
-            return Ok(Self::on_cpu());
-        }
-        let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
-        Self::on(Gpu::new(&selection)?)
-    }
-
-    /// On a device that is already open.
-    pub fn on(gpu: Gpu) -> Result<Self, Error> {
-        let config = Config::new(gpu.tier, &gpu.adapter);
-        let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
-        // A software adapter stamps when it records, not when the work is done.
-        let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
-            Timeline::stepped(&gpu.device, &gpu.queue)
-        } else {
-            Timeline::new(&gpu.device, &gpu.queue)
-        };
-        Ok(Self {
-            engine: Engine::Gpu(Box::new(GpuEngine {
-                gpu,
-                shadows,
-                timeline,
-                room: None,
-                has_counted: false,
-                slots: FormerSlots::new(),
-            })),
-        })
-    }
-
-    /// Without any device, by the plain twins of the kernels.
-    pub fn on_cpu() -> Self {
-        Self { engine: Engine::Cpu }
-    }
-
-    /// Gives what was kept for the next frame back to the device.
-    pub fn forget(&mut self) {
-        if let Engine::Gpu(engine) = &mut self.engine {
-            engine.forget();
-        }
-    }
-
-    /// What renders, for people.
-    pub fn device(&self) -> String {
-        match &self.engine {
-            Engine::Gpu(engine) => {
-                let gpu = &engine.gpu;
-                format!("{} ({}; {})", gpu.adapter.name, gpu.adapter.backend, gpu.tier_reason)
-            }
-            Engine::Cpu => "the CPU twin".to_owned(),
-        }
-    }
-
-    /// For tests and measurements: what the next frames are prepared with.
-    #[doc(hidden)]
-    pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
-        if let Engine::Gpu(engine) = &mut self.engine {
-            engine.shadows.configure(change);
-        }
-    }
-
-    /// One frame.
-    pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
-        check(scene)?;
-        match &mut self.engine {
-            Engine::Gpu(engine) => engine.render(scene, options),
-            Engine::Cpu => render_on_cpu(scene, options.maps),
-        }
-    }
-
-    /// What of each light reaches each point of the world: linear rgb, point by point, in the scene's order of
-    /// lights; 1 where nothing is between, without falloff and cosine.
-    pub fn light_points(
-        &mut self,
-        scene: &Scene,
-        points: &[ReceiverPoint],
-    ) -> Result<Vec<[f32; 3]>, Error> {
-        check(scene)?;
-        let moved = |point: &ReceiverPoint| ReceiverPoint {
-            position: point.position - scene.origin,
-            ..*point
-        };
-        let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
-        match &mut self.engine {
-            Engine::Gpu(engine) => engine.light_points(scene, points),
-            Engine::Cpu => {
-                let (views, _) = views_around(scene, &AtlasLimits::CORE, points);
-                check_views(&views, &scene.shadow)?;
-                let (maps, _) = reference::render_maps(scene, &views);
-                Ok(reference::light_points(scene, &views, &maps, points))
-            }
-        }
-    }
-}
-
-/// Whether a scene that no file described is as its fields say it must be.
-fn check(scene: &Scene) -> Result<(), Error> {
-    scene.casters().check()?;
-    Ok((0..).zip(&scene.lights).try_for_each(|(index, light)| light.check(index))?)
-}
-
-fn render_on_cpu(scene: &Scene, maps: bool) -> Result<Frame, Error> {
-    let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
-    check_views(&views, &scene.shadow)?;
-    let clock = std::time::Instant::now();
-    let (view_maps, mut counters) = reference::render_maps(scene, &views);
-    counters.shrunk = shrunk as u64;
-    let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
-    let picture = reference::render_picture(scene, &views, &view_maps);
-    let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
-    Ok(Frame {
-        picture,
-        debug: Vec::new(),
-        maps: if maps { view_maps } else { Vec::new() },
-        counters,
-        stages: vec![("maps", maps_ms), ("picture", picture_ms)],
-        memory: Vec::new(),
-    })
 }
 
 type Record =
@@ -210,19 +44,40 @@ struct Lit<'a> {
 }
 
 impl GpuEngine {
-    fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
+    /// On a device that is already open.
+    pub(super) fn new(gpu: Gpu) -> Result<Self, Error> {
+        let config = Config::new(gpu.tier, &gpu.adapter);
+        let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
+        // A software adapter stamps when it records, not when the work is done.
+        let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
+            Timeline::stepped(&gpu.device, &gpu.queue)
+        } else {
+            Timeline::new(&gpu.device, &gpu.queue)
+        };
+        let slots = FormerSlots::new();
+        Ok(Self { gpu, shadows, timeline, room: None, has_counted: false, slots })
+    }
+
+    pub(super) fn render(
+        &mut self,
+        scene: &Scene,
+        options: &RenderOptions<'_>,
+    ) -> Result<Frame, Error> {
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = fitted_views(scene, &limits);
         let whole = View::from_camera(&scene.camera, &scene.bounds());
         let first = scene.sample_offsets().next().unwrap_or_default();
         let camera = whole.clone().through(first);
-        // The picture's kernels, while the device renders the maps of a first frame.
-        let meanwhile = |engine: &mut Self, prepared: &Prepared| {
+        // The picture's kernels, for the time that the device takes for the maps of a first frame.
+        let ahead = |engine: &mut Self, prepared: &Prepared| {
+            if engine.room.is_some() {
+                return Ok(Vec::new());
+            }
             let lit = Lit { scene, camera: camera.clone(), views: &views, maps: prepared.maps() };
-            let is_first = engine.room.is_none();
-            is_first.then(|| engine.prepare_picture(&lit, PictureRoom::default())).transpose()
+            engine.plan_picture(&lit, PictureRoom::default())?;
+            Ok(engine.shadows.kernels().pending())
         };
-        let (prepared, counted) = self.shade_maps(scene, &views, meanwhile)?;
+        let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
         let mut stages = self.timeline.read(&self.gpu.device);
         let maps = if options.maps {
             let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
@@ -270,13 +125,13 @@ impl GpuEngine {
         Ok(Frame { picture, debug, maps, counters, stages, memory: memory.0 })
     }
 
-    fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         self.shadows.forget();
         self.has_counted = false;
     }
 
     /// As many points at a time as a buffer has room for.
-    fn light_points(
+    pub(super) fn light_points(
         &mut self,
         scene: &Scene,
         points: &[ReceiverPoint],
@@ -285,7 +140,7 @@ impl GpuEngine {
         const MOST: usize = 1 << 20;
         let limits = self.gpu.device.limits();
         let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
-        let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(()))?;
+        let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(Vec::new()))?;
         let chosen: Vec<_> = (0..scene.lights.len()).collect();
         let answers = limits.max_storage_buffer_binding_size as usize / size_of::<[f32; 3]>();
         let room = (answers / chosen.len().max(1)).clamp(1, MOST);
@@ -309,14 +164,15 @@ impl GpuEngine {
         Ok(shares)
     }
 
-    /// Renders the maps until their pairs fit, and does something `meanwhile`.
-    fn shade_maps<T>(
+    /// Renders the maps until their pairs fit. Kernels that are wanted `ahead` are made meanwhile; what
+    /// is wrong with them those learn that ask for them.
+    fn shade_maps(
         &mut self,
         scene: &Scene,
         views: &[View],
-        meanwhile: impl FnOnce(&mut Self, &Prepared) -> Result<T, Error>,
+        ahead: impl FnOnce(&mut Self, &Prepared) -> Result<Vec<KernelJob>, Error>,
     ) -> Result<(Prepared, Counters), Error> {
-        let mut meanwhile = Some(meanwhile);
+        let mut ahead = Some(ahead);
         let casters = scene.casters();
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.count_first = count_first);
@@ -324,12 +180,15 @@ impl GpuEngine {
             let prepared = self.shadows.prepare(&casters, views, &scene.shadow)?;
             self.shadows.configure(|config| config.count_first = false);
             self.has_counted = true;
-            submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
-                prepared.record_timed(encoder, timeline);
+            let jobs = ahead.take().map_or(Ok(Vec::new()), |ahead| ahead(self, &prepared))?;
+            thread::scope(|scope| {
+                let make = || jobs.iter().for_each(|job| drop(job.run()));
+                // Without a thread they are made later.
+                let _made = thread::Builder::new().spawn_scoped(scope, make);
+                submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
+                    prepared.record_timed(encoder, timeline);
+                });
             });
-            if let Some(meanwhile) = meanwhile.take() {
-                meanwhile(self, &prepared)?;
-            }
             let counters = prepared.counters()?;
             self.gpu.check()?;
             if !self.shadows.grow_from(counters.clone()) {
@@ -402,12 +261,17 @@ impl GpuEngine {
         lit: &Lit<'_>,
         room: PictureRoom,
     ) -> Result<PreparedPicture, Error> {
+        let planned = self.plan_picture(lit, room)?;
+        self.shadows.kernels().finish()?;
+        Ok(planned)
+    }
+
+    fn plan_picture(&mut self, lit: &Lit<'_>, room: PictureRoom) -> Result<PreparedPicture, Error> {
         let Self { gpu, shadows, slots, .. } = self;
         let Lit { scene, camera, views, maps } = lit;
         let (device, queue) = (&gpu.device, &gpu.queue);
         shadows.with_casters(|pipeline, casters| {
-            pipeline
-                .prepare_picture(device, queue, casters, scene, camera, views, maps, room, slots)
+            pipeline.plan_picture(device, queue, casters, scene, camera, views, maps, room, slots)
         })
     }
 

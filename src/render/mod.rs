@@ -1,0 +1,165 @@
+//! Scenes to frames, on a GPU or on the CPU.
+mod engine;
+
+#[cfg(feature = "device")]
+use crate::gpu::{Backend, Selection};
+use crate::{
+    error::Error,
+    gpu::Gpu,
+    model::{Counters, ReceiverPoint, Scene},
+    picture::debug::DebugMode,
+    records::{Picture, ViewMaps},
+    reference,
+    shadows::{Config, check as check_views},
+    view::{atlas::AtlasLimits, fitted_views, views_around},
+};
+use engine::GpuEngine;
+
+/// One frame's results and what they cost.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// What the camera sees.
+    pub picture: Picture,
+    /// Those that were asked for.
+    pub debug: Vec<(DebugMode, Picture)>,
+    /// Empty unless maps were asked for.
+    pub maps: Vec<ViewMaps>,
+    /// What the frame counted.
+    pub counters: Counters,
+    /// Stage and its time [ms], in order.
+    pub stages: Vec<(&'static str, f64)>,
+    /// Buffer or texture and its size [bytes].
+    pub memory: Vec<(&'static str, u64)>,
+}
+
+/// What a frame yields beside the picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RenderOptions<'a> {
+    /// The views' maps, read back.
+    pub maps: bool,
+    /// The maps stay on the device for the next frame, which then renders only the views that see
+    /// a change. The twin renders all views in any case.
+    pub keep: bool,
+    /// The picture's linear light, before exposure and tone curve; that of the twin is there always.
+    pub light: bool,
+    /// What else is shown. The CPU twin has none of it.
+    pub debug: &'a [DebugMode],
+}
+
+/// Renders scenes on one device.
+#[derive(Debug)]
+pub struct Renderer {
+    engine: Engine,
+}
+
+#[derive(Debug)]
+enum Engine {
+    Gpu(Box<GpuEngine>),
+    Cpu,
+}
+
+impl Renderer {
+    /// `adapter`: part of the adapter's name; case does not matter.
+    #[cfg(feature = "device")]
+    pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
+        if backend == Backend::Cpu {
+            return Ok(Self::on_cpu());
+        }
+        let selection = Selection { backend, adapter: adapter.map(str::to_owned), tier: None };
+        Self::on(Gpu::new(&selection)?)
+    }
+
+    /// On a device that is already open.
+    pub fn on(gpu: Gpu) -> Result<Self, Error> {
+        Ok(Self { engine: Engine::Gpu(Box::new(GpuEngine::new(gpu)?)) })
+    }
+
+    /// Without any device, by the plain twins of the kernels.
+    pub fn on_cpu() -> Self {
+        Self { engine: Engine::Cpu }
+    }
+
+    /// Gives what was kept for the next frame back to the device.
+    pub fn forget(&mut self) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.forget();
+        }
+    }
+
+    /// What renders, for people.
+    pub fn device(&self) -> String {
+        match &self.engine {
+            Engine::Gpu(engine) => {
+                let gpu = &engine.gpu;
+                format!("{} ({}; {})", gpu.adapter.name, gpu.adapter.backend, gpu.tier_reason)
+            }
+            Engine::Cpu => "the CPU twin".to_owned(),
+        }
+    }
+
+    /// For tests and measurements: what the next frames are prepared with.
+    #[doc(hidden)]
+    pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
+        if let Engine::Gpu(engine) = &mut self.engine {
+            engine.shadows.configure(change);
+        }
+    }
+
+    /// One frame.
+    pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
+        check(scene)?;
+        match &mut self.engine {
+            Engine::Gpu(engine) => engine.render(scene, options),
+            Engine::Cpu => render_on_cpu(scene, options.maps),
+        }
+    }
+
+    /// What of each light reaches each point of the world: linear rgb, point by point, in the scene's order of
+    /// lights; 1 where nothing is between, without falloff and cosine.
+    pub fn light_points(
+        &mut self,
+        scene: &Scene,
+        points: &[ReceiverPoint],
+    ) -> Result<Vec<[f32; 3]>, Error> {
+        check(scene)?;
+        let moved = |point: &ReceiverPoint| ReceiverPoint {
+            position: point.position - scene.origin,
+            ..*point
+        };
+        let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
+        match &mut self.engine {
+            Engine::Gpu(engine) => engine.light_points(scene, points),
+            Engine::Cpu => {
+                let (views, _) = views_around(scene, &AtlasLimits::CORE, points);
+                check_views(&views, &scene.shadow)?;
+                let (maps, _) = reference::render_maps(scene, &views);
+                Ok(reference::light_points(scene, &views, &maps, points))
+            }
+        }
+    }
+}
+
+/// Whether a scene that no file described is as its fields say it must be.
+fn check(scene: &Scene) -> Result<(), Error> {
+    scene.casters().check()?;
+    Ok((0..).zip(&scene.lights).try_for_each(|(index, light)| light.check(index))?)
+}
+
+fn render_on_cpu(scene: &Scene, maps: bool) -> Result<Frame, Error> {
+    let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
+    check_views(&views, &scene.shadow)?;
+    let clock = std::time::Instant::now();
+    let (view_maps, mut counters) = reference::render_maps(scene, &views);
+    counters.shrunk = shrunk as u64;
+    let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
+    let picture = reference::render_picture(scene, &views, &view_maps);
+    let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
+    Ok(Frame {
+        picture,
+        debug: Vec::new(),
+        maps: if maps { view_maps } else { Vec::new() },
+        counters,
+        stages: vec![("maps", maps_ms), ("picture", picture_ms)],
+        memory: Vec::new(),
+    })
+}
