@@ -2,10 +2,12 @@
 use super::kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
 use std::{
     collections::{HashMap, hash_map::Entry},
-    sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+#[cfg(not(target_arch = "wasm32"))]
+use std::{
+    sync::atomic::{AtomicUsize, Ordering},
+    thread,
 };
 
 /// Kernels by their device, source and constants. A clone shares them: whoever renders on the same
@@ -109,6 +111,7 @@ impl KernelCache {
 }
 
 /// The first error, if any, once all have ended.
+#[cfg(not(target_arch = "wasm32"))]
 fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
     let next = AtomicUsize::new(0);
     let work = || {
@@ -118,15 +121,38 @@ fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
         }
         first
     };
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    std::thread::scope(|scope| {
-        // A platform without threads spawns none: this one does all.
+    let cores = thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    thread::scope(|scope| {
+        // Where no thread can be had, this one does all.
         let others: Vec<_> = (1..jobs.len().min(cores))
-            .filter_map(|_| std::thread::Builder::new().spawn_scoped(scope, work).ok())
+            .filter_map(|_| thread::Builder::new().spawn_scoped(scope, work).ok())
             .collect();
         let first = work();
         others.into_iter().fold(first, |first, other| {
             first.and(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
         })
     })
+}
+
+/// Up to the first error. A browser's device stays on its thread.
+#[cfg(target_arch = "wasm32")]
+fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
+    jobs.iter().try_for_each(KernelJob::run)
+}
+
+/// Does something while a thread runs jobs; what is wrong with these those learn that ask for them.
+#[cfg(feature = "picture")]
+pub(crate) fn while_made<T>(jobs: &[KernelJob], act: impl FnOnce() -> T) -> T {
+    #[cfg(not(target_arch = "wasm32"))]
+    return thread::scope(|scope| {
+        let make = || jobs.iter().for_each(|job| drop(job.run()));
+        // Without a thread they are made later.
+        let _made = thread::Builder::new().spawn_scoped(scope, make);
+        act()
+    });
+    #[cfg(target_arch = "wasm32")]
+    {
+        let _ = jobs;
+        act()
+    }
 }

@@ -19,6 +19,8 @@ pub use adapter::{
     TierChoice, shortcoming,
 };
 pub use allocate::{Allocator, Memory, array_view, view, write_records};
+#[cfg(feature = "picture")]
+pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
 pub use kernel::{Choice, Constant, HostText, Kernel, KernelDesc, KernelError, Tier};

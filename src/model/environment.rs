@@ -170,7 +170,7 @@ fn direction_at(e: Vec2) -> Vec3 {
     (if z < 0.0 { folded } else { e }).extend(z).normalize()
 }
 
-/// The inverse of [`direction_at`].
+/// The inverse of `direction_at`.
 pub fn place_of(direction: Vec3) -> Vec2 {
     let n = direction / direction.abs().element_sum().max(1e-20);
     let flat = Vec2::new(n.x, n.y);

@@ -2,7 +2,7 @@
 use super::{Frame, RenderOptions};
 use crate::{
     error::Error,
-    gpu::{Gpu, KernelJob, Timeline},
+    gpu::{Gpu, KernelJob, Timeline, while_made},
     model::{Counters, ReceiverPoint, Scene, View},
     picture::{
         PictureRoom, PreparedPicture,
@@ -16,7 +16,6 @@ use crate::{
 };
 use glam::Vec3;
 use half::f16;
-use std::thread;
 
 #[derive(Debug)]
 pub(super) struct GpuEngine {
@@ -181,10 +180,7 @@ impl GpuEngine {
             self.shadows.configure(|config| config.count_first = false);
             self.has_counted = true;
             let jobs = ahead.take().map_or(Ok(Vec::new()), |ahead| ahead(self, &prepared))?;
-            thread::scope(|scope| {
-                let make = || jobs.iter().for_each(|job| drop(job.run()));
-                // Without a thread they are made later.
-                let _made = thread::Builder::new().spawn_scoped(scope, make);
+            while_made(&jobs, || {
                 submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
                     prepared.record_timed(encoder, timeline);
                 });
