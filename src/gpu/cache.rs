@@ -26,7 +26,7 @@ struct Shelf {
 /// Device, entry point, the whole source, and its overrides with the bits of their values.
 type Key = (wgpu::Device, &'static str, String, Vec<(&'static str, u64)>);
 
-/// A kernel that a frame needs and nobody has made yet. Any thread may run it.
+/// A kernel that a frame needs and that is not made yet. Any thread may run it.
 #[derive(Clone, Debug)]
 pub struct KernelJob(Kernel);
 
@@ -82,7 +82,7 @@ impl KernelCache {
         }
     }
 
-    /// What is not made yet.
+    /// What is not made yet. One that the device refused stays, so that each [`Self::finish`] says so.
     pub(crate) fn pending(&self) -> Vec<KernelJob> {
         let mut shelf = self.shelf();
         shelf.pending.retain(|kernel| !kernel.is_made());
@@ -140,7 +140,8 @@ fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
     jobs.iter().try_for_each(KernelJob::run)
 }
 
-/// Does something while a thread runs jobs; what is wrong with these those learn that ask for them.
+/// Runs jobs on a thread while `act` runs. Their errors are those of the next
+/// [`KernelCache::finish`].
 #[cfg(feature = "picture")]
 pub(crate) fn while_made<T>(jobs: &[KernelJob], act: impl FnOnce() -> T) -> T {
     #[cfg(not(target_arch = "wasm32"))]

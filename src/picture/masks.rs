@@ -160,7 +160,7 @@ impl PreparedMasks {
 
     pub(super) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         for MaskPass { kernel, bindings, groups } in &self.passes {
-            let mut pass = timeline.pass(encoder, "mask");
+            let mut pass = timeline.pass(encoder, "gobo mask");
             kernel.record(&mut pass, bindings, *groups);
         }
     }

@@ -311,7 +311,7 @@ impl Shading {
         timeline: &mut Timeline,
     ) {
         let features = &self.features;
-        let mut pass = timeline.pass(encoder, "shade");
+        let mut pass = timeline.pass(encoder, "gobo shade");
         for band in &self.bands[part] {
             let mut record = |variant, features, bound| {
                 kernels.get(variant, features).record(&mut pass, bound, band.groups);

@@ -163,8 +163,7 @@ impl GpuEngine {
         Ok(shares)
     }
 
-    /// Renders the maps until their pairs fit. Kernels that are wanted `ahead` are made meanwhile; what
-    /// is wrong with them those learn that ask for them.
+    /// Renders the maps until their pairs fit. Kernels that `ahead` returns are made meanwhile.
     fn shade_maps(
         &mut self,
         scene: &Scene,

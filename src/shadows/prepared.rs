@@ -15,7 +15,7 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// Of opaque lists, of translucent ones, and of the host's casters.
+/// Counters of opaque lists, of translucent ones, and of the host's casters.
 pub(super) type AllCounters = ((ListCounters, ListCounters), LoadCounters);
 
 /// A scene's maps on the GPU and all it takes to fill them.

@@ -14,7 +14,7 @@ use wgpu::{Buffer, BufferUsages};
 pub(crate) struct ReadBack<T> {
     buffer: Buffer,
     readback: Buffer,
-    /// Of `readback`.
+    /// State of `readback`: IDLE and so on.
     state: Arc<AtomicU8>,
     counters: PhantomData<T>,
 }
