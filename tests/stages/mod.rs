@@ -1,5 +1,7 @@
 //! One stage at a time.
 mod bin;
+mod blur;
+mod blur;
 mod cluster;
 mod cull;
 mod cull_bound;
