@@ -29,7 +29,7 @@ pub enum Source {
         /// Where it faces, of any length: world space.
         direction: Vec3,
     },
-    /// Of a directional light.
+    /// For directional lights only.
     Sun {
         /// The whole angle at which it is seen [radians].
         angle: f32,

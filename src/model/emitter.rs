@@ -8,7 +8,7 @@ use glam::{IVec3, Vec3};
 
 /// [s]
 pub const STEP: f32 = 1.0 / 60.0;
-/// Of a life: what 16 bits hold [steps].
+/// Longest life: what 16 bits hold [steps].
 pub const LONGEST: u32 = 65_535;
 /// Steps of a second.
 pub const STEPS_PER_SECOND: f64 = 60.0;
@@ -34,7 +34,7 @@ pub enum Source {
 /// What moves the particles of an emitter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forces {
-    /// Of what is drawn.
+    /// Seed of every random number of the emitter.
     pub seed: u32,
     /// [1/s]
     pub rate: f64,
@@ -56,11 +56,11 @@ pub struct Forces {
     pub buoyancy: f32,
     /// How fast a particle takes on the velocity of the air [1/s].
     pub drag: f32,
-    /// Of the air [m/s].
+    /// Velocity of the air [m/s].
     pub wind: Vec3,
-    /// Of the air's whirls [m/s].
+    /// Speed of the air's whirls (curl noise) [m/s].
     pub turbulence: f32,
-    /// Of the whirls [1/m].
+    /// Spatial frequency of the whirls [1/m].
     pub frequency: f32,
     /// How fast whirls rise through the air [m/s].
     pub evolve: f32,
@@ -75,14 +75,14 @@ pub struct Forces {
     /// Where the emitter goes: seconds from its start, ascending, and x, y, z beside `position` [m]. Between
     /// two rows evenly, before the first and behind the last it stands.
     pub path: Vec<[f32; 4]>,
-    /// Of the scene, in the world: whirls stay where they are [m].
+    /// World position of the scene's origin, so that whirls stay in place [m].
     pub origin: Vec3,
 }
 
 /// A particle on its way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flying {
-    /// Of the emitter's.
+    /// Index among the particles of its emitter.
     pub number: u32,
     /// [m]
     pub position: Vec3,

@@ -37,7 +37,7 @@ pub struct Sky {
 /// A disc in the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunDisc {
-    /// Of its light's travel, of any length.
+    /// Direction in which its light travels, any length.
     pub direction: Vec3,
     /// Radiance: linear rgb.
     pub color: Vec3,
@@ -91,7 +91,7 @@ impl Environment {
         Self::new(&sharp, &even)
     }
 
-    /// Of an equirectangular image: rows from +y to -y, its middle looks along -z; turned about +y by `turn`
+    /// An equirectangular image: rows from +y to -y, its middle looks along -z; turned about +y by `turn`
     /// [radians]. What is no radiance (negative, not a number) is black.
     pub fn of_image(size: UVec2, texels: &[[f32; 3]], turn: f32, intensity: f32) -> Self {
         let texel = |x: i64, y: i64| {
@@ -303,7 +303,7 @@ fn rough(maps: &[Map], roughness: f32) -> Map {
     let alpha = roughness * roughness;
     let square = alpha * alpha;
     let finest = &maps[0];
-    // Of a ray about z: direction, weight and map.
+    // Sample rays about z: direction, weight and map.
     let rays: Vec<(Vec3, f32, usize)> = (0..SAMPLES)
         .filter_map(|i| {
             let u = (i as f32 + 0.5) / SAMPLES as f32;

@@ -7,14 +7,14 @@ use glam::{DVec3, Vec3};
 pub enum LightKind {
     /// Parallel rays.
     Directional {
-        /// Of travel, of any length: world space.
+        /// Direction in which light travels: world space, any length.
         direction: Vec3,
     },
     /// A cone.
     Spot {
         /// World space [m].
         position: Vec3,
-        /// Of travel along the axis, of any length: world space.
+        /// Direction of the cone's axis, away from the light: world space, any length.
         direction: Vec3,
         /// The whole cone, above 0 and below pi [radians].
         angle: f32,
@@ -85,7 +85,7 @@ pub struct InvalidLight {
 pub struct Cascades {
     /// 1..=6; less or more counts as these.
     pub count: u32,
-    /// Of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios.
+    /// Weight of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios.
     pub lambda: f32,
     /// Share of a map's half edge over which it fades into the next, 0..=0.5.
     pub fade: f32,
@@ -121,9 +121,9 @@ pub struct Shadow {
     pub near: Option<f32>,
     /// Last depth of its views [m]; chosen from the bounds when `None`.
     pub far: Option<f32>,
-    /// Of each view's map [texels]; chosen when `None`.
+    /// Edge of each view's map [texels]; chosen when `None`.
     pub size: Option<u32>,
-    /// Of a direction; one view that fits the whole scene when `None`.
+    /// Cascades of a directional light; one view that fits the whole scene when `None`.
     pub cascades: Option<Cascades>,
 }
 
@@ -144,12 +144,12 @@ pub struct Light {
     /// Last depth of the shadow views [m]; chosen from the bounds when `None`. The light of a spot or
     /// a point fades out towards it, and has no end when `None`.
     pub far: Option<f32>,
-    /// Of each view's map [texels]; by the light's importance in the picture, up to the scene's,
+    /// Edge of each view's map [texels]; by the light's importance in the picture, up to the scene's,
     /// when `None`.
     pub size: Option<u32>,
     /// Whether the light has shadow views at all.
     pub casts: bool,
-    /// Of a directional light; one view that fits the whole scene when `None`.
+    /// Cascades of a directional light; one view that fits the whole scene when `None`.
     pub cascades: Option<Cascades>,
     /// Further shadows of the same light, at most three; more are not looked at. Of all its shadows
     /// the one that lets the least light through counts, per channel; outside its maps a further

@@ -20,7 +20,7 @@ pub enum ShadowFilter {
     Vogel {
         /// 1..=[`ShadowFilter::MAX_VOGEL`].
         taps: u32,
-        /// Of the disc [texels], in 1/256: 0..=[`ShadowFilter::MAX_RADIUS`].
+        /// Radius of the disc [texels], kept in 1/256: 0..=[`ShadowFilter::MAX_RADIUS`].
         radius: f32,
     },
 }
@@ -30,7 +30,7 @@ impl ShadowFilter {
     pub const MAX_PCF: u32 = 11;
     /// Most texels of a disc.
     pub const MAX_VOGEL: u32 = 64;
-    /// Of a disc [texels].
+    /// Largest radius of a disc [texels].
     pub const MAX_RADIUS: f32 = 32.0;
 
     pub(super) fn problem(&self) -> Option<&'static str> {

@@ -15,16 +15,16 @@ pub const MAX_SAMPLES: u32 = 16;
 pub struct Scene {
     /// Where in the world the scene's own (0, 0, 0) is [m]: scenes far away are moved near it.
     pub origin: Vec3,
-    /// Of the picture.
+    /// Camera of the picture.
     pub camera: Camera,
-    /// Of the picture [stops]: light is shown 2 to this power as bright.
+    /// Exposure of the picture [stops]: light is shown 2 to this power as bright.
     pub exposure: f32,
     /// Places in a pixel that the picture is the mean of: 1 to [`MAX_SAMPLES`], less or more count as
     /// these.
     pub samples: u32,
-    /// Of all its lights.
+    /// Shadow settings, shared by all lights.
     pub shadow: ShadowSettings,
-    /// Of the picture.
+    /// Light clusters (froxels) of the picture.
     pub clusters: ClusterSettings,
     /// Masks through which what is solid is lit; none where every point asks the maps.
     pub mask: Option<MaskSettings>,
@@ -36,7 +36,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
-    /// Of meshes and shapes.
+    /// Triangles of meshes and shapes, world space.
     pub triangles: Vec<Triangle>,
     /// Light that comes from everywhere, where there is no environment: linear rgb.
     pub ambient: Vec3,
@@ -99,7 +99,7 @@ impl Scene {
         of_two_colours
     }
 
-    /// Of all casters and receivers.
+    /// Bounds of all casters and receivers.
     pub fn bounds(&self) -> Bounds {
         let particles =
             self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));

@@ -67,7 +67,7 @@ pub struct LeveledView {
     /// Among the shadow views.
     pub view: u32,
     pub level_count: u32,
-    /// Of its cube, among the leveled views; itself of what is no cube.
+    /// First face of its cube, an index among the leveled views; itself where there is no cube.
     pub first_face: u32,
     pub pad: u32,
 }
@@ -90,7 +90,7 @@ pub struct LightRecords {
     pub views: Vec<GpuView>,
     pub areas: Vec<GpuArea>,
     pub leveled: Vec<LeveledView>,
-    /// Of each level, the blocks up to its end: whole rows of records.
+    /// End of each level in blocks: whole rows of records.
     pub level_ends: Vec<u32>,
 }
 
@@ -152,7 +152,7 @@ impl LightRecords {
         }
     }
 
-    /// Of a leveled view.
+    /// The view record of a leveled view.
     pub fn view_of(&self, leveled: usize) -> &GpuView {
         &self.views[self.leveled[leveled].view as usize]
     }

@@ -35,7 +35,7 @@ pub struct EmitterParams {
     pub box_count: u32,
     /// Particles that fly at a time, at most.
     pub capacity: u32,
-    /// Of time, the first that is made.
+    /// First time step of this dispatch.
     pub step: u32,
     pub step_count: u32,
     pub pad_0: u32,

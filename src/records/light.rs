@@ -44,7 +44,7 @@ pub struct GpuLight {
     /// World space [m].
     pub position: Vec3,
     pub kind: u32,
-    /// Of travel: unit, world space.
+    /// Direction in which light travels: unit, world space.
     pub direction: Vec3,
     pub first_view: u32,
     /// Times the intensity.

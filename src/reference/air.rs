@@ -20,7 +20,7 @@ pub struct AirVolume {
 pub struct AirBefore {
     /// That it scatters to the eye.
     pub light: Vec3,
-    /// Of the light from behind it.
+    /// Share of the light from behind it that gets through.
     pub left: Vec3,
 }
 

@@ -29,7 +29,7 @@ struct Engine {
     pipeline: Pipeline,
     casters: Option<CasterSet>,
     maps: Option<PreparedMaps>,
-    /// Of the frame that `maps` are of.
+    /// Number of the frame that `maps` belong to.
     frame: u64,
 }
 

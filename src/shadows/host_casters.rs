@@ -167,7 +167,7 @@ impl HostSets {
         Ok(Some(Arc::new(Self { sets, groups, counters, first_caster, spans })))
     }
 
-    /// Of the sets that a view may see, which they are and what they were when last told.
+    /// Identity and version of each set that a view may see.
     pub(super) fn versions<'a>(
         &'a self,
         view: &GpuView,

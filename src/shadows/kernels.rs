@@ -150,7 +150,7 @@ impl OnDemand {
     }
 }
 
-/// Of a device's kernels, those that a pipeline uses; each from when a scene first needs it.
+/// The kernels of one pipeline, each made when a scene first needs it.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {

@@ -23,7 +23,7 @@ pub struct PointBuffers<'a> {
     pub count: u32,
     /// World space [m].
     pub positions: &'a Buffer,
-    /// Of surfaces, unit, world space: they lift points off their own surface's shadow. Zero of a
+    /// Surface normals, unit, world space: they lift points off their own surface's shadow. Zero for a
     /// point that is on none; without the buffer none is.
     pub normals: Option<&'a Buffer>,
 }

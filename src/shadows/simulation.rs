@@ -16,7 +16,7 @@ pub struct Simulation {
     queue: wgpu::Queue,
     forces: Forces,
     kernel: Kernel,
-    /// Of each dispatch that one recording may make.
+    /// Parameters and bindings of each dispatch that one recording may make.
     rounds: Vec<(Buffer, BindGroup)>,
     flying: Buffer,
     capacity: u32,

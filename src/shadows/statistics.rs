@@ -19,7 +19,7 @@ impl Prepared {
     /// Records what [`Self::statistics`] tells: after [`Self::record`], in the same submission or a
     /// later one. Nothing until the statistics before were told.
     pub fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) {
-        // Of maps that were taken over there are none.
+        // Maps that were taken over have no counters.
         let _ = self.with_maps(|maps| {
             maps.record_statistics(encoder);
             Ok(())

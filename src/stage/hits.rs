@@ -33,7 +33,7 @@ pub struct Features {
     pub dense: bool,
     /// Discs wait in a queue; of plain casters only, and no property of them.
     pub queued: bool,
-    /// Of a curve (K); 0 where there are none.
+    /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
     /// Kernels of the picture count what each pixel costs; no property of casters.
     pub cost: bool,
@@ -43,7 +43,7 @@ pub struct Features {
     pub environment: bool,
     /// The picture has casters that are not solid.
     pub layers: bool,
-    /// Of these, some are triangles.
+    /// Some order-dependent casters are triangles.
     pub panes: bool,
     /// Some light has a size; no property of casters.
     pub areas: bool,
@@ -54,7 +54,7 @@ pub struct Features {
 }
 
 impl Features {
-    /// Of no caster.
+    /// Traits of an empty set of casters.
     pub const NONE: Self = Self {
         particles: false,
         triangles: false,
@@ -120,7 +120,7 @@ impl Features {
         self.nodes == 0 && (self.over || self.volumes || self.owners)
     }
 
-    /// Of two sets of casters together.
+    /// Traits of the union of two sets of casters.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -154,7 +154,7 @@ impl Features {
         }
     }
 
-    /// Of a batch whose views are all perspective ones, or none is, with opaque casters or without.
+    /// Traits for a batch of views: all perspective or none, with opaque casters or without.
     #[must_use]
     pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
         Self { perspective: self.plain && perspective, opaque: self.plain && opaque, ..self }

@@ -37,7 +37,7 @@ pub const NEXT: KernelDesc =
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct LevelParams {
     pub level: u32,
-    /// Of the level, in all views.
+    /// First block of the level, counted over all views.
     pub first_block: u32,
     pub pad_0: u32,
     pub pad_1: u32,

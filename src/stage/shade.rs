@@ -21,7 +21,7 @@ pub const POINT_LANES: u32 = 64;
 pub const POINT_TEXELS: u32 = 4;
 /// Texels of a pixel's layers. WGSL: `wgsl/shade/layer.wgsl`.
 pub const LAYER_TEXELS: u32 = 4;
-/// Of 16 bytes, that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
+/// Records of 16 bytes that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
 pub const CARRIED: u32 = 6;
 /// Points of a pixel: what is solid, and two panes.
 pub const PIXEL_POINTS: u32 = 3;
@@ -62,7 +62,7 @@ pub const LAYERS: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-/// Of a band, a pixel to an invocation.
+/// A kernel over the pixels of a band, one invocation per pixel.
 pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc {
         name,
@@ -78,18 +78,18 @@ pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfac
 pub const PANES: KernelDesc = of_pixels("shade_panes", "shade/shade_panes.wgsl");
 pub const COMPOSITE: KernelDesc = of_pixels("shade_composite", "shade/shade_composite.wgsl");
 
-/// Of points or footprints, one to an invocation.
+/// A kernel over points or footprints, one invocation each.
 const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc { name, entry: name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
 }
 
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
-/// Of what the picture shows.
+/// Light on the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc = KernelDesc {
     with: &[RADIANCE, UNMASKED, OF_POINT],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
-/// Of a host's points.
+/// Share of each light that reaches the points of a host.
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
     entry: LIGHT_POINTS.entry,
@@ -141,7 +141,7 @@ crate::gpu_layout!(Band { origin, size, round, pixel_count });
 pub struct PointBatch {
     /// Of `lit`, or the first caster.
     pub first: u32,
-    /// Of answers.
+    /// Number of answers.
     pub count: u32,
     /// 1 or 0, of a host's points.
     pub has_normals: u32,
@@ -152,7 +152,7 @@ crate::gpu_layout!(PointBatch { first, count, has_normals });
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PictureParams {
-    /// Of the camera.
+    /// The camera's view to world.
     pub world_from_view: Mat4,
     pub ambient: Vec3,
     pub light_count: u32,
@@ -163,11 +163,11 @@ pub struct PictureParams {
     pub exposure: f32,
     /// Texel of `lights` where areas begin.
     pub first_area: u32,
-    /// Of the camera [m].
+    /// Near plane of the camera [m].
     pub near: f32,
     /// From the camera's near to its far plane [m].
     pub depth_range: f32,
-    /// Of the clusters, in x, y and depth.
+    /// Number of clusters in x, y and depth.
     pub cells: UVec3,
     /// Edge of a cluster [pixels].
     pub tile: u32,
@@ -178,11 +178,11 @@ pub struct PictureParams {
     pub colored: u32,
     /// 0: the air is clear.
     pub air_slices: u32,
-    /// Of the air [1/m].
+    /// Extinction of the air [1/m].
     pub extinction: Vec3,
     /// Edge of the sharp level of the environment [texels].
     pub environment_size: u32,
-    /// Of the light from everywhere (rgb).
+    /// Irradiance of the environment as spherical harmonics (rgb).
     pub irradiance: [Vec4; IRRADIANCE],
 }
 crate::gpu_layout!(PictureParams {

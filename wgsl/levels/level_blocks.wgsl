@@ -40,7 +40,7 @@ fn block_owner(view: GpuView, leveled: u32, first_face: u32, map: LevelMap, at: 
     let other = first_face + cube_face(away);
     let of_other = shadow_view(leveled_view(other).x);
     let p = (of_other.view_from_world * vec4(away, 0.0)).xyz;
-    // Of a depth of 1 along the own axis, that along the other's.
+    // Depth along the neighbour's axis per unit of depth along this face's.
     let along = max(-p.z, 1e-6);
     let place = vec2(p.x, -p.y) * (of_other.scale / along) + of_other.size * 0.5;
     let range = view.far - view.near;

@@ -18,7 +18,7 @@ fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
     return shadow(source, position, face, toward, 0.0);
 }
 
-// Of a point without a normal: smoke, fog.
+// For a point without a normal: smoke, fog.
 fn light_at(light: u32, position: vec3<f32>) -> vec3<f32> {
     return light_through(light, position, vec3(0.0));
 }

@@ -87,7 +87,7 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     return Incoming(-ray, color);
 }
 
-// Of a view's texel, where the point is [m].
+// Edge of a texel of the view at the point's depth [m].
 fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
     let along = -(view.view_from_world * vec4(point, 1.0)).z;
     return select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale;
@@ -114,7 +114,7 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     return min(border / max(view.fade, 1e-3), 1.0);
 }
 
-// Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
+// Least light that any shadow of the light lets through, per channel. `normal` is on the light's side, zero
 // where there is none; `reach`: how far what is in the maps may lie off the point [m].
 // Where branches cost what they skip, one loop asks fewer maps than a branch for each kind.
 fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {

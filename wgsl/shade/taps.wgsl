@@ -58,7 +58,7 @@ fn tap_weight(taps: Taps, i: u32) -> f32 {
     return taps.x[i % 3u] * taps.y[i / 3u];
 }
 
-// Of a light: what it asks instead.
+// The filter of a light.
 struct Filter {
     kind: u32,   // FILTER_*
     count: u32,  // texels

@@ -3,12 +3,12 @@
 import package::records::view::GpuView;
 import package::shade::receiver::is_solid;
 
-// Of the bias: how much deeper a solid receiver lies than it is, so that it is behind what lies on it.
+// Share of the bias that pushes a solid receiver deeper, so that it lies behind what touches it.
 const TOUCH: f32 = 0.0625;
 // Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
 
-// Of the receiver, in view space.
+// Tangent plane of the receiver, view space.
 var<private> plane_point: vec3<f32>;
 var<private> plane_normal: vec3<f32>;
 

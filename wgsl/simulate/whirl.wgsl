@@ -19,7 +19,7 @@ fn noise_gradient(at: vec3<f32>, seed: u32) -> vec3<f32> {
     let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let slope = t * t * (t * (t * 30.0 - 60.0) + 30.0);
     let cell = vec3<i32>(low);
-    // Of the four edges along x: values at their ends.
+    // Values at both ends of the four edges along x.
     let starts = vec4(
         corner_value(cell, seed),
         corner_value(cell + vec3(0, 1, 0), seed),

@@ -34,7 +34,7 @@ pub const DEPTHS: f32 = 65535.0;
 pub const DARK: u16 = 64;
 /// Steps of a stored channel, and of the square root of a ramp's length.
 pub const LEVELS: f32 = 4095.0;
-/// Of a curve that may brighten: octaves from the darkest to the brightest, and the darkest.
+/// Range of a curve with `gain`: octaves from its darkest to its brightest value, and the darkest.
 const OCTAVES: f32 = 20.0;
 pub const DARKEST_LOG: f32 = -10.0;
 
@@ -91,7 +91,7 @@ impl Affine {
     }
 }
 
-/// Of 1 minus a colour that is added: below it, light from white does not tell the scale.
+/// Least `1 - added colour` from which light through white still tells the scale.
 pub const LEAST_REST: f32 = 1.0 / 16.0;
 
 /// The curve of one texel while its hits come in.
@@ -127,7 +127,7 @@ impl Streaming {
         new
     }
 
-    /// Of hits that may add light: see [`Self::insert_affine`].
+    /// Whether hits may add light (`over`): see [`Self::insert_affine`].
     #[must_use]
     pub fn with_over(self, over: bool) -> Self {
         Self { over, ..self }
@@ -241,7 +241,7 @@ impl Streaming {
         self.merge_cheapest(&all[..=count]);
     }
 
-    /// Of one node more than fits.
+    /// Merges the cheapest pair of `all`, which holds one node more than fits.
     fn merge_cheapest(&mut self, all: &[Node]) {
         let mean = |i: usize| self.level(all[i].light[3]);
         let full = if self.gain { 1.0 } else { 65535.0 };

@@ -37,7 +37,7 @@ pub(super) struct Fog {
     inside: Vec3,
     /// Light depth so far.
     reached: f32,
-    /// Of the ray, per light depth.
+    /// Length of the ray per unit of light depth [m].
     metres: f32,
 }
 

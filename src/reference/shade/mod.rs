@@ -424,7 +424,7 @@ fn sheet_gloss(material: &Material, hit: &Hit) -> Gloss {
     Gloss { reflectivity: material.reflectivity, polish }
 }
 
-/// Of the sky; `normal` is on the eye's side.
+/// Share of the sky that the surface mirrors; `normal` is on the eye's side.
 fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) -> f32 {
     sheet_gloss(material, hit).mirrored_sky(normal.dot(to_eye), material.roughness)
 }

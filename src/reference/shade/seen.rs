@@ -44,7 +44,7 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// Of a triangle that a ray meets.
+    /// Emission of the surface where the ray meets it.
     pub(super) fn emission(&self, material: &Material, met: Option<TriangleHit>) -> Vec3 {
         let texture = material.emissive_texture.zip(met);
         texture.map_or(material.emission, |(texture, met)| {
@@ -52,7 +52,7 @@ impl<'a> Seen<'a> {
         })
     }
 
-    /// Of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
+    /// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette
     /// the interpolated one may look away from the eye, and still is the face's.
     pub(super) fn normals(
         &self,

@@ -70,7 +70,7 @@ impl Level {
     }
 }
 
-/// Of all leveled views, all levels, finest first.
+/// Levels of every leveled view, finest first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels(Vec<Vec<Level>>);
 
@@ -156,7 +156,7 @@ fn owner(
     let other = records.leveled[leveled].first_face as usize + cube_face(away);
     let face = records.view_of(other);
     let p = face.view_from_world.transform_vector3(away);
-    // Of a depth of 1 along the own axis, that along the other's.
+    // Depth along the neighbour's axis per unit of depth along this face's.
     let along = (-p.z).max(1e-6);
     let place = Vec2::new(p.x, -p.y) * (face.scale / along) + face.size * 0.5;
     let range = view.far - view.near;
@@ -216,7 +216,7 @@ fn merged(ramps: &[Ramp], gain: bool) -> Block {
     let high = counted().map(Ramp::middle).max().unwrap_or(0);
     let bin = |ramp: &Ramp| (ramp.middle() - low) * BINS / (high - low + 1);
     let cuts = cuts(counted().fold(0, |mask, ramp| mask | 1 << bin(ramp)));
-    // Of the four parts the one that a ramp is in.
+    // Index (0..4) of the part that holds a ramp.
     let part = |ramp: &Ramp| (cuts & (2u32 << bin(ramp)).wrapping_sub(1)).count_ones() as usize;
     let mut light = Vec3::ONE;
     let mut block = [[0, 0]; BLOCK_NODES];

@@ -28,7 +28,7 @@ use std::f32::consts::FRAC_1_PI;
 #[derive(Clone, Debug)]
 pub struct Lighting<'a> {
     records: LightRecords,
-    /// Of lights that have a size.
+    /// Levels of the views of area lights.
     levels: Levels,
     maps: &'a [ViewMaps],
     /// Over all directions.
@@ -47,7 +47,7 @@ pub struct Point {
     pub position: Vec3,
     /// Where the picture shows it; (0, 0) of a particle's middle.
     pub pixel: UVec2,
-    /// Of the plane, unit, on the eye's side; zero for none.
+    /// Normal of the plane, unit, on the eye's side; zero for none.
     pub face: Vec3,
     /// Interpolated, unit, on the eye's side; zero for none.
     pub normal: Vec3,
@@ -81,7 +81,7 @@ pub enum PointKind {
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
     receives: Receives,
-    /// Of its object.
+    /// Owner tag of its object.
     tag: u16,
     /// It is in no filter, so that none of what is translucent is its own.
     solid: bool,

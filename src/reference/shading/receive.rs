@@ -18,7 +18,7 @@ pub(super) struct Surface {
 /// How a surface lies to the light.
 #[derive(Clone, Copy, Debug)]
 struct Slant {
-    /// Of the angle between its normal and the way to the light.
+    /// Sine of the angle between its normal and the direction to the light.
     sine: f32,
     tangent: f32,
     /// How far what is in the maps may lie off it [m].
@@ -28,14 +28,14 @@ struct Slant {
 /// Slopes are no steeper: 86 degrees.
 const LEAST_COSINE: f32 = 0.0625;
 
-/// Of a surface, in view space.
+/// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     point: Vec3,
     normal: Vec3,
 }
 
-/// Of the bias: how much deeper a solid receiver lies than it is, so that it is behind what lies on it.
+/// Share of the bias that pushes a solid receiver deeper, so that it lies behind what touches it.
 const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
@@ -226,8 +226,8 @@ impl Lighting<'_> {
         first + face..first + view.part_count as usize
     }
 
-    /// Of all shadows of a light the least light, per channel. `normal` is on the light's side; `reach`: how
-    /// far what is in the maps may lie off the point [m].
+    /// Least light that any shadow of the light lets through, per channel. `normal` is on the light's side;
+    /// `reach`: how far what is in the maps may lie off the point [m].
     pub fn shadow(
         &self,
         light: &GpuLight,

@@ -19,7 +19,7 @@ pub(super) fn turn(pixel: UVec2) -> Vec2 {
 /// Nine texels of a map, around a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taps {
-    /// Of the point [texels].
+    /// Map position of the point [texels].
     place: Vec2,
     /// Light depth of the point.
     pub z: f32,
@@ -67,7 +67,7 @@ impl Taps {
     }
 }
 
-/// Of a disc its radius, of a square half its edge [texels].
+/// Reach of a light's filter: radius of a disc, half the edge of a square [texels].
 fn filter_reach(light: &GpuLight) -> f32 {
     match light.taps & 0xff {
         FILTER_SPLINE => SPLINE_REACH,
