@@ -65,7 +65,7 @@ const PIXEL_MARGIN: f32 = 1.0 / 64.0;
 const DEPTH_MARGIN: f32 = 1e-4;
 
 impl Grid {
-    /// A grid coarser than the settings if the bits of `light_count` lights would exceed [`MAX_WORDS`].
+    /// A grid coarser than the settings if the bits of `light_count` lights would exceed `MAX_WORDS`.
     pub fn new(settings: &ClusterSettings, camera: &View, light_count: usize) -> Self {
         let words = word_count(light_count);
         let mut tile = settings.tile.clamp(16, MAX_TILE);
