@@ -9,7 +9,7 @@ const POINT_TEXELS: u32 = 4u;
 
 const POINT_NONE: u32 = 0u;
 const POINT_SOLID: u32 = 1u;    // scatters what comes from its face's side
-const POINT_SHEET: u32 = 2u;    // scatters what comes from both sides
+const POINT_PANE: u32 = 2u;    // scatters what comes from both sides
 const POINT_PARTICLE: u32 = 3u; // has no normal
 
 const POLISH_STEPS: f32 = 2047.0;
@@ -70,7 +70,7 @@ fn load_point(index: u32) -> Point {
     let own = textureLoad(points, record_texel(first + 3u));
     let kind = place.w & 3u;
     let shine = unpack2x16unorm(look.w);
-    let has_face = kind == POINT_SOLID || kind == POINT_SHEET;
+    let has_face = kind == POINT_SOLID || kind == POINT_PANE;
     return Point(
         kind,
         bitcast<vec3<f32>>(place.xyz),

@@ -1,4 +1,4 @@
-// Panes: thin sheets that filter what is behind them, scatter some light and mirror some. CPU twin:
+// Panes: thin surfaces that filter what is behind them, scatter some light and mirror some. CPU twin:
 // src/reference/shade/mod.rs.
 
 import package::hit::caster_hit::Hit;
@@ -6,11 +6,11 @@ import package::records::material::{GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSF
 import package::shade::shading::{Gloss, mirrored_sky};
 
 // Premultiplied: glass keeps its highlights where it is clear.
-fn sheet_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
+fn pane_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
     return Gloss(material.reflectivity, max(hit.opacity, material.transmission));
 }
 
-// A sheet that is not clear scatters half of what it covers and filters the rest. What covers
+// A pane that is not clear scatters half of what it covers and filters the rest. What covers
 // scatters all of that, and its transfer has taken it from what is behind.
 fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
     let covers = material.transfer == TRANSFER_OVER;
@@ -19,7 +19,7 @@ fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
 
 // Mirrored share of the sky; `normal` is on the eye's side.
 fn mirrored_share(hit: Hit, material: GpuMaterial, normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
-    return mirrored_sky(sheet_gloss(hit, material), dot(normal, to_eye), material.roughness);
+    return mirrored_sky(pane_gloss(hit, material), dot(normal, to_eye), material.roughness);
 }
 
 // What gathers light scatters all of it.

@@ -4,7 +4,7 @@ import choice::mask::masked;
 import package::bind::uniform::picture_params;
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_NONE, POINT_SHEET, POINT_SOLID, Point,
+    POINT_NONE, POINT_PANE, POINT_SOLID, Point,
 };
 import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
@@ -18,7 +18,7 @@ const PER_TWO_PI: f32 = 0.15915494;
 fn scattered(point: Point, cosine: f32) -> f32 {
     switch point.kind {
         case POINT_SOLID: { return max(cosine, 0.0) * PER_PI; }
-        case POINT_SHEET: { return abs(cosine) * PER_PI; }
+        case POINT_PANE: { return abs(cosine) * PER_PI; }
         // Alike in all directions; smoke is thick enough to scatter more than once, so that it is
         // half as bright as paper that faces the light.
         default: { return PER_TWO_PI; }
@@ -39,13 +39,13 @@ fn coefficient(i: u32) -> vec3<f32> {
 }
 
 fn ambient(point: Point) -> vec3<f32> {
-    let upright = point.kind == POINT_SOLID || point.kind == POINT_SHEET;
+    let upright = point.kind == POINT_SOLID || point.kind == POINT_PANE;
     return select(picture_params.ambient, irradiance(point.normal), upright);
 }
 
 fn point_light(point: Point) -> vec3<f32> {
     let is_solid = point.kind == POINT_SOLID;
-    let shines = is_solid || point.kind == POINT_SHEET;
+    let shines = is_solid || point.kind == POINT_PANE;
     let gloss = Gloss(point.reflectivity, point.polish);
     let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
     let to_eye = normalize(eye() - point.position);

@@ -1,5 +1,5 @@
 // sort_serial_scatter: each pair to its place by digit. One invocation per run. Host:
-// src/stage/sort.rs.
+// src/stage/sort/mod.rs.
 
 import package::bind::loaded::{histograms, pairs};
 import package::bind::stored::sorted_pairs;

@@ -1,5 +1,5 @@
 // sort_wide_count: how often each digit occurs in each block. One workgroup per block. Host:
-// src/stage/sort.rs.
+// src/stage/sort/mod.rs.
 
 import package::bind::loaded::pairs;
 import package::bind::stored::histograms;

@@ -1,5 +1,5 @@
 // sort_wide_scatter: each pair to its place by digit. One workgroup per block. Host:
-// src/stage/sort.rs.
+// src/stage/sort/mod.rs.
 
 import package::bind::loaded::{histograms, pairs};
 import package::bind::stored::sorted_pairs;

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `sheet.wgsl`: the light that
+//! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: the light that
 //! reaches a point, and what of it the camera sees.
 mod levels;
 mod receive;
@@ -71,8 +71,8 @@ pub struct Point {
 pub enum PointKind {
     /// What comes from its face's side.
     Solid,
-    /// What comes from both sides: a thin sheet.
-    Sheet,
+    /// A thin pane, which scatters light from both sides.
+    Pane,
     /// It has no normal.
     Particle,
 }
@@ -192,7 +192,7 @@ impl<'a> Lighting<'a> {
     fn ambient_at(&self, point: &Point) -> Vec3 {
         match point.kind {
             PointKind::Particle => self.ambient,
-            PointKind::Solid | PointKind::Sheet => irradiance_at(&self.irradiance, point.normal),
+            PointKind::Solid | PointKind::Pane => irradiance_at(&self.irradiance, point.normal),
         }
     }
 
@@ -286,7 +286,7 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
 fn scattered(kind: PointKind, cosine: f32) -> f32 {
     match kind {
         PointKind::Solid => cosine.max(0.0) * FRAC_1_PI,
-        PointKind::Sheet => cosine.abs() * FRAC_1_PI,
+        PointKind::Pane => cosine.abs() * FRAC_1_PI,
         // Alike in all directions; smoke is thick enough to scatter more than once, so that it is
         // half as bright as paper that faces the light.
         PointKind::Particle => 0.5 * FRAC_1_PI,

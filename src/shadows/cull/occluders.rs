@@ -17,7 +17,7 @@ use glam::{DVec2, DVec3, Vec3};
 /// Most occluders of a view.
 pub const MOST_OCCLUDERS: usize = 16;
 /// Most polygons of a scene, from which views choose.
-const MOST_SHEETS: usize = 256;
+const MOST_POLYGONS: usize = 256;
 /// Least area of an occluder in the map [texels²].
 const LEAST_AREA: f64 = 1024.0;
 /// Cosine between the normals of two triangles that make one occluder polygon. It bounds no rounding: a
@@ -37,7 +37,7 @@ const DEEPEST: f64 = 4.0;
 
 /// An occluder polygon: a triangle, or two coplanar ones that share an edge and form a convex quad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sheet {
+struct Polygon {
     /// Corners, world space [m], in order; the shared edge of a quad is from 1 to 3. A triangle leaves the
     /// last unused.
     corners: [Vec3; 4],
@@ -46,7 +46,7 @@ struct Sheet {
     area: f32,
 }
 
-impl Sheet {
+impl Polygon {
     fn of_triangle([a, b, c]: [Vec3; 3]) -> Option<Self> {
         let area = (b - a).cross(c - a).length() * 0.5;
         // Written so that a NaN is refused.
@@ -74,30 +74,30 @@ impl Sheet {
 
 /// The largest occluder polygons of a scene.
 #[derive(Clone, Debug, Default)]
-pub struct OccluderPolygons(Vec<Sheet>);
+pub struct OccluderPolygons(Vec<Polygon>);
 
 impl OccluderPolygons {
     /// Polygons of triangles in upload order; `None` for a triangle that is not plain opaque, or where
     /// neighbours must not be joined.
     pub fn new(triangles: impl IntoIterator<Item = Option<[Vec3; 3]>>) -> Self {
-        let mut sheets: Vec<Sheet> = Vec::new();
+        let mut polygons: Vec<Polygon> = Vec::new();
         let mut before = None;
         for triangle in triangles {
-            let joined = before.zip(triangle).and_then(|(a, b)| Sheet::of_two(a, b));
+            let joined = before.zip(triangle).and_then(|(a, b)| Polygon::of_two(a, b));
             if let Some(joined) = joined {
-                *sheets.last_mut().expect("the one before is the last") = joined;
+                *polygons.last_mut().expect("the one before is the last") = joined;
                 before = None;
                 continue;
             }
-            if sheets.len() >= 2 * MOST_SHEETS {
-                keep_largest(&mut sheets, MOST_SHEETS, |sheet| f64::from(sheet.area));
+            if polygons.len() >= 2 * MOST_POLYGONS {
+                keep_largest(&mut polygons, MOST_POLYGONS, |polygon| f64::from(polygon.area));
             }
-            let sheet = triangle.and_then(Sheet::of_triangle);
-            sheets.extend(sheet);
-            before = sheet.and(triangle);
+            let polygon = triangle.and_then(Polygon::of_triangle);
+            polygons.extend(polygon);
+            before = polygon.and(triangle);
         }
-        keep_largest(&mut sheets, MOST_SHEETS, |sheet| f64::from(sheet.area));
-        Self(sheets)
+        keep_largest(&mut polygons, MOST_POLYGONS, |polygon| f64::from(polygon.area));
+        Self(polygons)
     }
 }
 
@@ -150,10 +150,10 @@ pub struct Occluders {
 }
 
 impl Occluders {
-    pub fn new(sheets: &OccluderPolygons, view: &GpuView) -> Self {
+    pub fn new(polygons: &OccluderPolygons, view: &GpuView) -> Self {
         let Some(frame) = Frame::new(view) else { return Self::default() };
         let mut occluders: Vec<Occluder> =
-            sheets.0.iter().filter_map(|sheet| frame.occluder(sheet)).collect();
+            polygons.0.iter().filter_map(|polygon| frame.occluder(polygon)).collect();
         keep_largest(&mut occluders, MOST_OCCLUDERS, |occluder| occluder.area);
         occluders.sort_by(|a, b| b.area.total_cmp(&a.area));
         Self {
@@ -253,14 +253,14 @@ impl Frame {
     }
 
     /// `None` if it is not wholly in the depth range, edge-on, not finite, or outside the map.
-    fn occluder(&self, sheet: &Sheet) -> Option<Occluder> {
+    fn occluder(&self, polygon: &Polygon) -> Option<Occluder> {
         let rounding = f64::from(ROUNDING);
-        let n = sheet.count;
-        let at = sheet.corners.map(|corner| self.view_space(corner));
+        let n = polygon.count;
+        let at = polygon.corners.map(|corner| self.view_space(corner));
         let depths = || at[..n].iter().map(|corner| corner.z);
         let first = depths().fold(f64::INFINITY, f64::min);
         let last = depths().fold(f64::NEG_INFINITY, f64::max);
-        let largest = sheet.corners[..n].iter().fold(Vec3::ZERO, |all, c| all.max(c.abs()));
+        let largest = polygon.corners[..n].iter().fold(Vec3::ZERO, |all, c| all.max(c.abs()));
         let coordinates = self.shift.abs().element_sum() + largest.as_dvec3().element_sum();
         // Wide maps lose more precision: terms of discs cancel.
         let spread = (self.size * 0.5 / self.scale).length_squared();

@@ -12,12 +12,18 @@
 //! histograms  texel (p, d) = digits d in partition p, then in the partitions before p
 //!             texel (d, 256) = digits d in all partitions
 //! ```
+mod kernels;
+
 use crate::{
     error::Error,
-    gpu::{Choice, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
+    gpu::{Kernel, KernelCache, KernelError, Resources, Tier},
     model::MAX_PAIRS,
 };
 use bytemuck::{Pod, Zeroable};
+pub use kernels::{
+    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, WIDE_COUNT, WIDE_SCAN,
+    WIDE_SCATTER,
+};
 use std::{ops::Range, sync::OnceLock};
 use wgpu::TextureFormat::{R32Uint, Rg32Uint};
 
@@ -83,83 +89,6 @@ pub struct SortPass {
     pub count_index: u32,
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
-
-/// Values of a digit, which are the counters of a run: on software adapters 256 of them take two seconds to
-/// compile (benches/NOTES.md), 64 half a second.
-const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
-const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
-
-pub const SERIAL_COUNT: KernelDesc = KernelDesc {
-    name: "sort_serial_count",
-    entry: "sort_serial_count",
-    root: "sort/sort_serial_count.wgsl",
-    with: &[DIGITS_64],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const SERIAL_SCAN: KernelDesc = KernelDesc {
-    name: "sort_serial_scan",
-    entry: "sort_serial_scan",
-    root: "sort/sort_serial_scan.wgsl",
-    with: &[],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_serial_scatter",
-    entry: "sort_serial_scatter",
-    root: "sort/sort_serial_scatter.wgsl",
-    with: &[DIGITS_64],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const LONG_COUNT: KernelDesc = KernelDesc {
-    name: "sort_serial_count",
-    entry: "sort_serial_count",
-    root: "sort/sort_serial_count.wgsl",
-    with: &[DIGITS_256],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const LONG_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_serial_scatter",
-    entry: "sort_serial_scatter",
-    root: "sort/sort_serial_scatter.wgsl",
-    with: &[DIGITS_256],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const WIDE_COUNT: KernelDesc = KernelDesc {
-    name: "sort_wide_count",
-    entry: "sort_wide_count",
-    root: "sort/sort_wide_count.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
-
-pub const WIDE_SCAN: KernelDesc = KernelDesc {
-    name: "sort_wide_scan",
-    entry: "sort_wide_scan",
-    root: "sort/sort_wide_scan.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
-
-pub const WIDE_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_wide_scatter",
-    entry: "sort_wide_scatter",
-    root: "sort/sort_wide_scatter.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
 
 /// Partition of the work. Both shapes give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
