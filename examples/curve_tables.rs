@@ -29,7 +29,7 @@ fn replaced(page: &str, name: &str, table: &str) -> Result<String, String> {
     Ok(format!("{}{table}{}", &page[..start], &page[end..]))
 }
 
-/// Of which the fastest counts.
+/// Runs per figure; the fastest counts.
 const RUNS: u32 = 10;
 
 fn quality() -> Result<String, std::fmt::Error> {

@@ -135,7 +135,7 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
     Ok(table)
 }
 
-/// Of a software adapter the time of all threads on their cores, which is the same however many
+/// On a software adapter: CPU time of all threads, which is the same however many
 /// others share the machine; else, or where the system does not tell, the time that passes.
 struct Clock {
     start: Instant,

@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Of the stages `cluster` and `shade`, and of all [ms].
+/// Times of the stages `cluster` and `shade`, and of the frame [ms].
 fn frame(
     gpu: &Gpu,
     pipeline: &mut Pipeline,

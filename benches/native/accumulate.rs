@@ -147,7 +147,7 @@ fn meet<S: Simd>(simd: S, disc: &Disc<S>, rest: f32x8<S>, row: &mut Row, at: usi
     nearest.min(seen.select(disc.depth, f32x8::splat(simd, 1.0))).store_slice(texels);
 }
 
-/// Of a half that is no infinity and not negative: the exponent's bias is moved by a product.
+/// f32 of a finite non-negative half: a product moves the exponent's bias.
 #[inline(always)]
 fn from_half(bits: u32) -> f32 {
     f32::from_bits((bits & 0x7fff) << 13) * f32::from_bits(0x7780_0000)

@@ -214,7 +214,7 @@ fn compare_sort(gpu: &Gpu) {
         "pairs", "bits", "kernels", "native, one thread", "ratio", "lampshade", "of it"
     );
     let Gpu { device, queue, .. } = gpu;
-    // Of both contestants, so that both are timed alike.
+    // Shared by both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
     let sort = Sort::new(Profile::of(&gpu.adapter).shape);
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);

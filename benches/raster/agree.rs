@@ -166,7 +166,8 @@ pub(crate) fn layers(particles: &[Particle], view: &View) -> Vec<u32> {
 
 /// Share of the texels whose opaque depths differ; fails where it is above `limit`.
 pub(crate) fn agree_on_depth(ours: &[f32], theirs: &[f32], limit: f64) -> Result<f64, String> {
-    // Of the view's range: the slope of a triangle over the 1/256 texel that rasterizers snap to.
+    // Depth tolerance, a share of the view's range: the slope of a triangle over the 1/256 texel that
+    // rasterizers snap to.
     const OFF: f32 = 1e-4;
     if ours.len() != theirs.len() || ours.is_empty() {
         return Err(format!("{} texels by compute, {} by raster", ours.len(), theirs.len()));

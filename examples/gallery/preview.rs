@@ -10,7 +10,7 @@ use image::{
 const THUMB: u32 = 480;
 const COLUMNS: u32 = 3;
 const GAP: u32 = 8;
-/// Of a map [pixels].
+/// Edge of a map's preview [pixels].
 const MAP: u32 = 160;
 
 pub(super) fn image(picture: &Picture) -> Fallible<RgbImage> {

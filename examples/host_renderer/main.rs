@@ -21,7 +21,7 @@ const FRAMES: u32 = 60;
 const CAPACITY: u32 = 6000;
 /// Born in a frame.
 const BORN: u32 = 150;
-/// Of a frame that is written.
+/// Frames that are written as pictures.
 const PICTURES: [u32; 3] = [5, 20, 50];
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -80,7 +80,7 @@ fn lights_of(number: u32) -> Vec<Light> {
     }
 }
 
-/// Of the host's depth maps: gobo's views, but reversed.
+/// Projection of the host's depth maps: gobo's views, but reversed z.
 fn host_matrix(view: &View) -> Mat4 {
     let reversed = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::NEG_Z, Vec4::new(0.0, 0.0, 1.0, 1.0));
     reversed * view.clip_from_world()

@@ -8,7 +8,7 @@ use gobo::{
 pub(crate) const SIZE: [u32; 2] = [320, 180];
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
-/// Of a depth map [texels].
+/// Edge of a depth map [texels].
 pub(crate) const MAP: u32 = 256;
 pub(crate) const MAPS: u32 = 4;
 

@@ -12,7 +12,7 @@ use gobo::{
 
 /// Edge of the maps that are measured [texels]; a texel is a metre wide.
 const SIZE: u32 = 128;
-/// Of the caster [texels].
+/// Radius of the caster [texels].
 const RADIUS: f32 = 40.0;
 /// Light depth of the receiver.
 const RECEIVER: f32 = 0.9;
@@ -102,7 +102,7 @@ fn light(maps: &ViewMaps) -> Vec<f32> {
         .collect()
 }
 
-/// Of the texels under the caster.
+/// Light of the texels under the caster.
 fn under(light: &[f32]) -> impl Iterator<Item = f32> {
     let inside = |i: usize| {
         let at = Vec2::new((i as u32 % SIZE) as f32, (i as u32 / SIZE) as f32) + 0.5;

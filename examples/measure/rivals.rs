@@ -23,7 +23,7 @@ pub(crate) fn nearest(hits: &[Hit], z: f32) -> Vec3 {
 /// Fourier opacity map with 15 coefficients a channel (Jansen and Bavoil 2010, section 3).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fourier {
-    /// Of cosines and of sines, per channel.
+    /// Coefficients of cosines and sines, per channel.
     waves: [[(f64, f64); Self::WAVES]; 3],
 }
 
@@ -68,7 +68,7 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Of 32-bit moments, towards the moments of a uniform spread.
+    /// Bias of 32-bit moments towards those of a uniform distribution.
     const BIAS: f64 = 5e-7;
     const UNIFORM: [f64; 4] = [0.0, 0.375, 0.0, 0.375];
     /// Between the lower bound of the absorbed light and the upper one.

@@ -17,17 +17,17 @@ struct ViewEntry<'a> {
     kind: &'static str,
     /// Width and height [texels].
     size: [u32; 2],
-    /// Of its curve, where it has one.
+    /// Nodes of its curve, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     nodes: Option<usize>,
     /// [m]
     near: f32,
     /// [m]
     far: f32,
-    /// Of a spot or point light, world space [m].
+    /// Position of a spot or point light, world space [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     position: Option<[f64; 3]>,
-    /// Of a directional light: where it travels, world space.
+    /// Direction in which a directional light travels, world space.
     #[serde(skip_serializing_if = "Option::is_none")]
     direction: Option<[f32; 3]>,
     /// Column by column.

@@ -77,7 +77,7 @@ fn failed(path: &Path, error: png::EncodingError) -> Failure {
     Failure::file(path, error.into())
 }
 
-/// Of a frame: seconds as a fraction of whole numbers.
+/// Duration of a frame [s], as numerator and denominator.
 fn delay(fps: f64) -> [u16; 2] {
     // Whole rates are exact; of others both numbers are as large as there is room for.
     let per = if fps.fract() == 0.0 { fps } else { 6e4 * fps.min(1.0) };

@@ -202,7 +202,7 @@ fn json(index: u32, picture: &Path, frame: &Frame) -> String {
     serde_json::to_string(&report).expect("plain data is JSON")
 }
 
-/// Of a frame that was there.
+/// JSON entry of a frame that was skipped because it exists.
 fn kept_json(index: u32, picture: &Path) -> String {
     let picture = picture.to_string_lossy();
     serde_json::json!({ "frame": index, "picture": picture, "kept": true }).to_string()

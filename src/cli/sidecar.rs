@@ -128,7 +128,8 @@ impl Contents {
     }
 }
 
-/// Of all that decides what frames look like but the device, whose rounding may move a last bit.
+/// Hash of everything that decides what frames look like, except the device, whose rounding may move a last
+/// bit.
 pub(super) fn inputs(scene: &Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
     let RenderArguments { maps, exr, fps, .. } = arguments;

@@ -19,7 +19,7 @@ use wgpu::{
 pub(super) struct MaskMemory {
     pub slots: MaskSlots,
     settings: MaskSettings,
-    /// Of the picture [pixels].
+    /// Size of the picture [pixels].
     size: UVec2,
     /// What is seen, of the picture's size.
     surfaces: Texture,
@@ -28,7 +28,7 @@ pub(super) struct MaskMemory {
     slot_table: Texture,
     /// As they are looked up and blurred, in turns.
     made: [Texture; 2],
-    /// Of the picture's size, where those are not.
+    /// Masks at the picture's size, if the others are at half of it.
     enlarged: Option<Texture>,
 }
 

@@ -186,7 +186,7 @@ impl Pipeline {
             .with("clusters", &clusters.lists)
             .with("radiance", &radiance)
             .with("pixels", &pixels);
-        // Of the maps that light comes through.
+        // The maps that light comes through.
         let filters = records.is_filtered();
         let of_maps = Features { nodes: maps.nodes, gain: maps.gain, filters, ..Features::NONE };
         let make = |variant, features| Ok(kernels.plan(device, variant, features)?.clone());
@@ -326,7 +326,7 @@ impl PreparedPicture {
         gpu.try_read(&self.counters)
     }
 
-    /// Of what is solid and of what is not: sums over the parts. Blocks.
+    /// Counters of the solid and of the translucent list, summed over the parts. Blocks.
     pub fn read_counters(&self, gpu: &Gpu) -> Result<[ListCounters; 2], Error> {
         let mut sums = [ListCounters::default(); 2];
         for part in self.read_parts(gpu)? {
@@ -342,7 +342,7 @@ impl PreparedPicture {
         let parts = self.read_parts(gpu)?;
         let lists = || parts.iter().flatten();
         let mut room = self.room;
-        // Of the longest tile, at most: all others have two rounds at least.
+        // Rounds of the longest tile; every other tile has two at least.
         let rounds = lists().map(|counted| {
             counted.segment_count.saturating_sub(2 * counted.merged_count.saturating_sub(1))
         });
@@ -401,8 +401,8 @@ impl PreparedPicture {
         Ok(texels)
     }
 
-    /// Of each pixel, where [`crate::shadows::Config::count_cost`] asked for it: pairs that were walked, and
-    /// lights that were asked, both up to 65,535. Blocks.
+    /// Cost of each pixel, if [`crate::shadows::Config::count_cost`] asked for it: pairs that were walked,
+    /// and lights that were asked, both up to 65,535. Blocks.
     pub fn read_costs(&self, gpu: &Gpu) -> Result<Vec<[u16; 2]>, Error> {
         gpu.try_read(&self.pixels)
     }

@@ -25,7 +25,7 @@ pub(super) struct BandMemory {
     carried: Buffer,
     /// That a band has room for.
     pub tiles: u32,
-    /// Of a pixel.
+    /// Points of one pixel.
     points_of_pixel: u32,
 }
 
@@ -108,7 +108,7 @@ impl ShadeFeatures {
 #[derive(Debug)]
 pub(super) struct ShadedBand {
     groups: [u32; 3],
-    /// Of each round.
+    /// Bindings of each round.
     seen: Vec<BindGroup>,
     layers: Vec<BindGroup>,
     surfaces: BindGroup,

@@ -22,7 +22,7 @@ pub(super) struct GpuEngine {
     pub(super) gpu: Gpu,
     pub(super) shadows: Shadows,
     timeline: Timeline,
-    /// Of the last picture, where all its pairs fitted.
+    /// Buffer sizes of the last picture, if all its pairs fitted.
     room: Option<PictureRoom>,
     /// A frame of the casters that are kept has counted its pairs.
     has_counted: bool,
@@ -240,7 +240,7 @@ impl GpuEngine {
                     self.room = Some(room).filter(|room| !room.is_in_parts());
                     return Ok((picture, room, overflowed));
                 }
-                // Of the most that the budget allows at a time.
+                // The picture is drawn in parts of the largest size that the budget allows.
                 Some(needs) if overflowed == 0 && needs.is_in_parts() => {
                     let [solid, clear] = picture.read_counters(&self.gpu)?;
                     overflowed = u64::from(solid.overflowed + clear.overflowed);

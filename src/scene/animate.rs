@@ -60,7 +60,7 @@ const AIR: &[&str] = &["scattering", "extinction"];
 struct Keyed {
     target: Target,
     track: Track,
-    /// Of each number.
+    /// Valid range of each number.
     range: RangeInclusive<f32>,
     /// The scene's, in the world [m].
     origin: Vec3,

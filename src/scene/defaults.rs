@@ -14,7 +14,7 @@ pub(super) fn empty_scene() -> Scene {
     Scene { camera: camera(&Bounds::EMPTY), ..Scene::default() }
 }
 
-/// Of a particle file on its own.
+/// Material of a particle file that is rendered on its own.
 pub(super) const PARTICLE_MATERIAL: &str = r#"
 [[material]]
 name = "particles"

@@ -7,7 +7,7 @@ use ::gltf::{
 };
 use glam::{Mat3, Mat4, Vec3};
 
-/// Of the triangles of a draw.
+/// Skin and morph targets of the triangles of one draw.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Deform {
     targets: Vec<Target>,

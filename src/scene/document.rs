@@ -191,7 +191,7 @@ pub(super) struct LightTable {
     pub position: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub direction: Option<[f32; 3]>,
-    /// Of the whole cone [degrees].
+    /// Opening angle of the whole cone [degrees].
     pub angle: Option<f32>,
     #[serde(default, deserialize_with = "exactly")]
     pub color: Option<[f32; 3]>,
@@ -261,7 +261,7 @@ pub(super) enum SourceTable {
     Disc { radius: f32 },
     /// [m]
     Rect { width: f32, height: f32 },
-    /// Of the whole sun [degrees].
+    /// Angular diameter of the sun [degrees].
     Sun {
         #[serde(default = "angle_of_the_sun")]
         angle: f32,
@@ -281,7 +281,7 @@ pub(super) struct LightShadowTable {
     pub position: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub direction: Option<[f32; 3]>,
-    /// Of the whole cone [degrees].
+    /// Opening angle of the whole cone [degrees].
     pub angle: Option<f32>,
     pub cascades: Option<u32>,
     pub lambda: Option<f32>,
@@ -330,13 +330,13 @@ pub(super) struct MaterialTable {
     pub profile: Option<Profile>,
     #[serde(default, deserialize_with = "exactly")]
     pub tint: Option<[f32; 4]>,
-    /// Of particles whose file has none [m].
+    /// Radius of particles whose file has none [m].
     pub radius: Option<f32>,
     pub reflectivity: Option<f32>,
     pub texture: Option<TextureSource>,
     pub cutoff: Option<f32>,
     pub pattern: Option<Pattern>,
-    /// Of a pattern's cells [texels].
+    /// Edge of a pattern's cells [texels].
     pub scale: Option<u32>,
     #[serde(default, deserialize_with = "exactly")]
     pub emission: Option<[f32; 3]>,
@@ -378,7 +378,7 @@ pub(super) struct ShapeTable {
     pub material: String,
     /// Subdivisions of a sphere.
     pub level: Option<u32>,
-    /// Of a sphere.
+    /// Displacement, for spheres only.
     pub displace: Option<Displace>,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,

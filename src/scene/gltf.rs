@@ -204,7 +204,7 @@ fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError
     Ok((0..count).map(place).collect())
 }
 
-/// Of the default scene, else of the first, else of the whole document.
+/// Root nodes of the default scene, else of the first, else of the whole document.
 fn roots(document: &gltf::Document) -> Vec<gltf::Node<'_>> {
     if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
         return scene.nodes().collect();

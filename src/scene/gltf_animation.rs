@@ -17,11 +17,11 @@ use std::collections::HashMap;
 pub(super) struct NodeTracks {
     /// Translation, rotation and scale.
     pub(super) place: [Option<Track>; 3],
-    /// Of the mesh's morph targets.
+    /// Weights of the mesh's morph targets.
     pub(super) weights: Vec<Track>,
 }
 
-/// Of the file's first animation, by node.
+/// Tracks of the file's first animation, by node.
 pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, SceneError> {
     let mut tracks: HashMap<usize, NodeTracks> = HashMap::new();
     let Some(animation) = file.document.animations().next() else { return Ok(tracks) };

@@ -92,7 +92,7 @@ impl<'a> Textures<'a> {
         Ok(Some(id))
     }
 
-    /// Of each channel as it is stored, 0..=1.
+    /// Mean of each channel as stored, 0..=1.
     pub(super) fn means(&mut self, image: &gltf::Image<'_>) -> Result<[f32; 4], SceneError> {
         if let Some(known) = self.means.get(&image.index()) {
             return Ok(*known);

@@ -36,7 +36,7 @@ impl Placement {
 pub(super) struct Node {
     /// Which comes before it.
     pub(super) parent: Option<usize>,
-    /// Of those that no track moves.
+    /// Local transform where no track moves the node.
     pub(super) transform: Mat4,
     pub(super) translation: Option<Track>,
     pub(super) rotation: Option<Track>,
@@ -145,7 +145,7 @@ pub(super) struct Moving {
     pub(super) local: Arc<Vec<Triangle>>,
     /// First of the scene's triangles that are its own.
     pub(super) first_triangle: usize,
-    /// Of the scene's lights, and what they are at their nodes' places.
+    /// Lights on nodes: index in the scene, index of the node.
     pub(super) lights: Vec<(usize, usize)>,
     /// The scene's, in the world [m].
     pub(super) origin: Vec3,

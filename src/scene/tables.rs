@@ -248,7 +248,7 @@ pub(super) fn camera(
     Ok(camera)
 }
 
-/// Of the picture [stops].
+/// Samples per pixel of the picture.
 pub(super) fn samples(
     source: &Source<'_>,
     table: &Spanned<CameraTable>,

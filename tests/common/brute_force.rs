@@ -91,7 +91,7 @@ impl Eye {
         }
     }
 
-    /// Of a point `t` ways along a ray.
+    /// Light depth of the point at `t` along the ray.
     fn depth(&self, t: f64) -> f64 {
         let behind_near = if self.parallel { t } else { t - self.near };
         behind_near / (self.far - self.near)

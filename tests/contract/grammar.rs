@@ -72,7 +72,7 @@ fn may_meet(operators: &[&str]) -> bool {
 
 /// Lines whose operators want parentheses.
 fn wanting(text: &str) -> Vec<usize> {
-    // Of each open bracket, the operators between two commas or the like.
+    // Per open bracket: the operators since the last separator.
     let mut open = vec![Vec::<String>::new()];
     let mut before = String::from(";");
     let mut lines = Vec::new();

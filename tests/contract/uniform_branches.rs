@@ -11,7 +11,7 @@ use std::collections::HashMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Origin {
     Constant,
-    /// Of uniform buffers at fixed places, and constants.
+    /// Depends on constants and on fixed places of uniform buffers only.
     Uniform,
     Varying,
 }
@@ -209,7 +209,7 @@ impl<'a> Walk<'a> {
                 .max()
                 .unwrap_or(Constant),
             E::Relational { argument, .. } => of(*argument),
-            // Of a call that is not reached yet.
+            // A call that is not reached yet.
             _ => Varying,
         }
     }

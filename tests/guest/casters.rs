@@ -117,7 +117,7 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
         Particle { color: Vec4::new(0.5, f32::NAN, 0.5, 0.5), ..good },
         Particle { color: Vec4::new(0.5, 0.5, 0.5, -0.1), ..good },
         Particle { color: Vec4::new(0.5, 0.5, 0.5, f32::INFINITY), ..good },
-        // Of no material, of one that the set has not, and of a number past all bits.
+        // Material indices past the set's end, and past the bits that hold them.
         Particle { material: 99, ..good },
         Particle { material: 2, ..good },
         Particle { material: u32::MAX, ..good },

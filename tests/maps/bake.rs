@@ -225,7 +225,7 @@ fn kept_frames_equal_fresh_ones() {
             }
         }
     }
-    // Of twelve views in each of nine frames; all of some, none of others.
+    // Twelve views in each of nine frames: some are always kept, others never.
     assert!((30..90).contains(&kept), "{kept}");
 }
 

@@ -27,7 +27,7 @@ fn splits_are_even_by_ratios_and_between() {
     assert_eq!(splits(&Cascades { count: 1, ..Cascades::default() }, 7.0), [7.0]);
 }
 
-/// Of the same cascade from two places of the camera: by how many texels the window moved.
+/// Texels by which the window of a cascade moved between two camera positions.
 fn shift(a: &View, b: &View) -> IVec2 {
     let by = (b.view_from_world.w_axis - a.view_from_world.w_axis) * a.scale;
     let whole = by.round();

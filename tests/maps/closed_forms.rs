@@ -9,7 +9,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage: half a unit of f16 near 1, and of 16-bit opacities and colours.
+/// Rounding of the filter's storage, half a unit of f16 near 1, and of 16-bit opacities and colours.
 const ROUNDING: f32 = 1e-3;
 
 /// Through a [`flat_view`] of `size` texels, one per metre.

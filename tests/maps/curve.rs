@@ -20,7 +20,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of a stored depth and of a stored channel.
+/// Rounding of a stored depth and of a stored channel.
 const DEPTH_ROUNDING: f32 = 0.5 / 65535.0;
 pub(super) const LIGHT_ROUNDING: f32 = 0.5 / 4095.0 + 1.0 / 65535.0;
 

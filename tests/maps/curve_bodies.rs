@@ -17,7 +17,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// Of a stored channel, of f16 in `F`, and of a depth in 16 bits.
+/// Rounding of a stored channel, of f16 in `F`, and of a depth in 16 bits.
 const ROUNDING: f32 = 2e-3;
 
 fn middle(maps: &ViewMaps) -> usize {

@@ -20,7 +20,7 @@ const STORAGE: f64 = 1.1 / 2048.0;
 const COUNT: u32 = 40_000;
 /// Half-way between two numbers of 32 bits where it is taken from 1.
 const ALPHA: f32 = 167.5 / 16_777_216.0;
-/// Of a caster [m]; a texel is 1.3 m.
+/// Radius of a caster [m]; a texel is 1.3 m.
 const RADIUS: f32 = 2.0;
 const COLOR: Vec3 = Vec3::new(0.0, 0.5, 0.9);
 
@@ -65,7 +65,7 @@ fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     }
 }
 
-/// Of the middle texel's centre from the middle of the casters, by their radius; squared.
+/// Squared distance of the middle texel's centre from the middle of the casters, in units of their radius.
 fn squared_distance(scene: &Scene) -> f64 {
     let texel = f64::from(shadow_views(scene)[0].scale).recip();
     0.5 * texel * texel / f64::from(RADIUS * RADIUS)

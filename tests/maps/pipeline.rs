@@ -261,7 +261,7 @@ fn what_a_small_budget_has_no_room_for_is_counted_and_scattered() {
             let message = format!("{name}, {tier:?}: {counters:?}");
             let counted = expected.get_or_insert_with(|| twin(&tight).1);
             assert!(counters.pairs <= u64::from(tight.shadow.pair_budget), "{message}");
-            // Of casters at one depth either may come first.
+            // Casters at equal depth may come in either order.
             assert!(counters.overflowed.abs_diff(counted.overflowed) <= 3, "{message} {counted:?}");
             assert!(counters.overflowed > all.visible / 16, "{message}");
             assert_eq!(counters.scattered, counters.overflowed, "{message}");

@@ -14,9 +14,9 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage, and of 16-bit opacities and colours.
+/// Rounding of the filter's storage, and of 16-bit opacities and colours.
 const ROUNDING: f32 = 1e-3;
-/// Of depths in 32 bits.
+/// Rounding of depths in 32 bits.
 const DEPTH_ROUNDING: f32 = 1e-5;
 const COLOR: Vec4 = Vec4::new(0.1, 0.5, 1.0, 0.8);
 /// Texels; odd, so that the middle one's ray is the axis.
@@ -162,7 +162,7 @@ fn puffs_below_a_texel_conserve_light() {
             scene.particles.push(particle((at * texel).extend(-5.0), radius * texel, black));
         }
         let area = f64::from(CELLS * CELLS) * std::f64::consts::PI * f64::from(radius * radius);
-        // Of a sphere's shadow: 1 - 2 (1 - (1 - a)(1 + k)) / k^2, k = -ln(1 - a).
+        // Mean of a sphere's shadow: 1 - 2 (1 - (1 - a)(1 + k)) / k^2, k = -ln(1 - a).
         let k = -(1.0 - f64::from(alpha)).ln();
         let mean = 1.0 - 2.0 * (1.0 - (-k).exp() * (1.0 + k)) / (k * k);
         for maps in maps_of(&scene) {

@@ -12,7 +12,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage, 11 bits, and of 16-bit opacities and colours; relative above 1.
+/// Rounding of the filter's storage, 11 bits, and of 16-bit opacities and colours; relative above 1.
 const ROUNDING: f64 = 1e-3;
 /// Software adapters decode sRGB by a polynomial; relative.
 const DECODING: f64 = 2e-3;
@@ -234,7 +234,7 @@ fn stack(count: usize, radius: f32, alpha: f32) -> (Scene, Vec<(Transfer, Vec4)>
     (scene, looks)
 }
 
-/// Of 16-bit opacities that are multiplied up thousands of times.
+/// Rounding of 16-bit opacities after thousands of products.
 const LONG: f64 = 3e-3;
 
 #[test]

@@ -16,7 +16,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage.
+/// Rounding of the filter's storage.
 const ROUNDING: f64 = 1e-3;
 /// Left after [`DISTANCE`] metres.
 pub(crate) const COLOR: DVec3 = DVec3::new(0.25, 0.5, 1.0);

@@ -13,7 +13,7 @@ struct Look(Scene);
 
 impl Look {
     fn at_all(&self, points: &[Vec3]) -> Vec<[f32; 3]> {
-        // Of the ground, or in the air.
+        // Normal of the ground, or none in the air.
         let normal = |p: Vec3| if p.y == 0.0 { Vec3::Y } else { Vec3::ZERO };
         let points: Vec<_> = points
             .iter()
@@ -48,7 +48,7 @@ impl Look {
     }
 }
 
-/// Of the maps' formats.
+/// Rounding of the maps' formats.
 const ROUNDED: f32 = 2e-3;
 
 fn near(light: Vec3, expected: Vec3, tolerance: f32) -> bool {

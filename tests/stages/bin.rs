@@ -58,7 +58,7 @@ fn a_scattered_caster_has_no_tiles() {
     assert!(!TileRect::EMPTY.is_scattered());
 }
 
-/// Of pairs and of what is listed, before a kernel has written them.
+/// Initial words of pairs and lists, to show what a kernel does not write.
 const POISON: u32 = 0xdead_beef;
 
 /// Footprints of up to 3x3 tiles of either view, some without a tile.

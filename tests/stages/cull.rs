@@ -184,7 +184,7 @@ fn no_visible_triangle_is_culled() {
     assert!(seen > 10_000, "{seen}");
 }
 
-/// Of brute force over the same boxes.
+/// Visible boxes by brute force.
 fn linear(bounds: &[Bounds], view: &GpuView) -> BTreeSet<u32> {
     let frustum = Frustum::new(view);
     let sees = |bounds: &Bounds| {

@@ -51,7 +51,7 @@ fn the_covered_share_is_the_opacity() {
                 count += 1;
             }
         }
-        // Of a normal distribution 0.27% are further than 3 sigma.
+        // 0.27 % of a normal distribution lie beyond 3 sigma.
         assert!(far as f32 <= 0.01 * count as f32, "{pattern:?}: {far} of {count}");
         assert!((sum / count as f32).abs() < 0.01, "{pattern:?}: {}", sum / count as f32);
     }

@@ -17,7 +17,7 @@ use gobo::{
     wgpu::BufferUsages,
 };
 
-/// Of a map's storage: 12 bits of a curve's light, f16 of a filter.
+/// Rounding of a map's storage: 12 bits of a curve's light, f16 of a filter.
 const ROUNDING: f32 = 1e-3;
 pub(super) const RED: Vec4 = Vec4::new(1.0, 0.2, 0.4, 0.5);
 pub(super) const BLUE: Vec4 = Vec4::new(0.1, 0.3, 0.9, 0.6);

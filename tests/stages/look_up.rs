@@ -13,7 +13,7 @@ use gobo::{
 use std::f64::consts::PI;
 
 const GLASS: Vec3 = Vec3::new(0.9, 0.25, 0.5);
-/// Of a map's storage.
+/// Rounding of a map's storage.
 const ROUNDING: f64 = 1e-3;
 
 const DISC: ShadowFilter = ShadowFilter::Vogel { taps: 64, radius: 4.0 };

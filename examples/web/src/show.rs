@@ -13,11 +13,11 @@ const COUNT: usize = 9;
 /// What the sliders turn.
 #[derive(Clone, Copy, Debug)]
 pub struct Knobs {
-    /// Of the lamp about the middle [turns].
+    /// Angle of the lamp about the middle [turns].
     pub turn: f32,
-    /// Of the puffs, 0..=1.
+    /// Opacity of the puffs, 0..=1.
     pub opacity: f32,
-    /// Of the puffs [m].
+    /// Radius of the puffs [m].
     pub radius: f32,
 }
 
@@ -101,7 +101,7 @@ impl Show {
         })
     }
 
-    /// Of its device.
+    /// The queue of its device.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }

@@ -223,7 +223,7 @@ fn clusters_that_do_not_fit_ask_all_lights() {
     }
 }
 
-/// Of a picture without panes: each pixel that is no sky asks the list of its cluster, or all.
+/// Costs of a picture without panes: each pixel off the sky asks the list of its cluster, or all lights.
 #[test]
 fn costs_are_what_pixels_ask() {
     let mut scene = stage(30);
@@ -272,7 +272,7 @@ fn light_ends_without_a_step() {
             let distance = (aside.length_squared() + 1.0).sqrt();
             let [red, whole] = [texel[0], whole[0]].map(f32::from_bits);
             let window = (1.0 - (distance / 2.0).powi(4)).max(0.0).powi(2);
-            // Of the brightest; rounding of the point.
+            // Rounding of the point, relative to the brightest.
             assert!((red - whole * window).abs() < 1e-4, "{tier:?} {pixel} {red} {whole}");
             assert!(distance < 2.0 || red == 0.0, "{tier:?} {pixel} {red}");
             inside += u32::from(red > 0.0);

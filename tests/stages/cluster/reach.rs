@@ -23,7 +23,7 @@ fn is_lit(light: &Light, point: DVec3) -> bool {
         })
 }
 
-/// Of points in the frustum: (light, point) that shine, those of them that the lists miss, and the
+/// Over points in the frustum: pairs (light, point) that shine, those of them that the lists miss, and the
 /// mean length of the lists.
 fn missed(scene: &Scene, reaches: &[Reach]) -> (u32, u32, f64) {
     let (camera, grid) = (camera(scene), grid(scene));
