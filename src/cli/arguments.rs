@@ -1,6 +1,7 @@
 //! Command line arguments.
 use super::bench::BenchArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use gobo::{gpu::Backend, picture::debug::DebugMode, scene::Scene};
 use std::{ops::Range, path::PathBuf, str::FromStr};
 
@@ -44,6 +45,17 @@ pub(crate) enum Command {
         /// The folder to write to
         #[arg(short)]
         out: PathBuf,
+    },
+    /// Print the manual's page, or write a page for each command
+    Man {
+        /// The folder to write all pages to
+        #[arg(short, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Print a script by which a shell completes the command line
+    Completions {
+        /// The shell
+        shell: Shell,
     },
 }
 
