@@ -220,7 +220,7 @@ const KERNELS_OWN: &[&str] = &[
     "PER_TWO_PI",
     "POINT_NONE",
     "POINT_PARTICLE",
-    "POINT_SHEET",
+    "POINT_PANE",
     "POINT_SOLID",
     "POLISH_STEPS",
     "QUEUE",

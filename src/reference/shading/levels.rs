@@ -1,6 +1,6 @@
-//! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels
-//! as a function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike
-//! theirs: four nodes whatever is below, which a block shares out by the longest gaps in depth.
+//! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels as a
+//! function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike theirs: four
+//! nodes at every level, whose depth ranges a block cuts at the longest gaps.
 use super::receive::cube_face;
 use crate::{
     records::{BLOCK_NODES, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size},
@@ -14,18 +14,18 @@ use glam::{IVec2, UVec2, Vec2, Vec3};
 /// Light as a function of depth, nearest node first.
 pub(super) type Block = [PackedNode; BLOCK_NODES];
 
-/// A stretch of depth over which light falls, evenly.
+/// A ramp: a depth range over which light falls linearly.
 #[derive(Clone, Copy, Debug)]
 struct Ramp {
-    /// In fixed point, from 1 on.
+    /// Start of the ramp, in fixed point, from 1 on.
     start: u32,
-    /// In fixed point.
+    /// Length of the ramp, in fixed point.
     length: f32,
     drop: Vec3,
 }
 
 impl Ramp {
-    /// Twice its middle.
+    /// Twice the middle of the ramp.
     fn middle(&self) -> u32 {
         2 * self.start + self.length.round_ties_even() as u32
     }
@@ -35,7 +35,7 @@ impl Ramp {
     }
 }
 
-/// From one view's depths to another's, in fixed point.
+/// Affine map from one view's depths to another's, in fixed point.
 #[derive(Clone, Copy, Debug)]
 struct Shift {
     scale: f32,
@@ -51,7 +51,7 @@ impl Shift {
     }
 }
 
-/// Parts of a block's depths that are told apart.
+/// Bins of a block's depths, between which gaps are found.
 pub const BINS: u32 = 32;
 
 /// One level of a view, its border included.
@@ -62,7 +62,7 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// `at` counts from the map's first block; what is beyond the border is on it.
+    /// Block at `at`, counted from the map's first block, clamped to the border.
     pub(super) fn block(&self, at: IVec2) -> &Block {
         let last = self.size.as_ivec2() - 1;
         let at = (at + SKIRT as i32).clamp(IVec2::ZERO, last).as_uvec2();
@@ -104,7 +104,7 @@ impl Levels {
         &self.0[leveled][level as usize - 1]
     }
 
-    /// What the four texels or blocks below a block do to light.
+    /// Ramps of the four texels or blocks below a block.
     fn children(
         &self,
         records: &LightRecords,
@@ -134,8 +134,8 @@ fn gain(maps: &[ViewMaps]) -> bool {
     maps.iter().any(|map| map.curve.as_ref().is_some_and(|curve| curve.gain))
 }
 
-/// The leveled view and block that a block stands for: beside a cube's face one of its neighbour's,
-/// else the nearest. And how depths of the one are depths of the other.
+/// The leveled view and block that a block takes its values from: beyond the edge of a cube's face a block
+/// of the neighbour, else the nearest. And the map from its depths to this face's.
 fn owner(
     records: &LightRecords,
     leveled: usize,
@@ -196,7 +196,7 @@ fn of_texel(map: &ViewMaps, i: usize, ramps: &mut Vec<Ramp>) {
     }
 }
 
-/// And the light that they leave.
+/// Adds the ramps of nodes; returns the light behind them.
 fn of_nodes(nodes: &[PackedNode], gain: bool, ramps: &mut Vec<Ramp>) -> Vec3 {
     let mut left = Vec3::ONE;
     for &node in nodes {
@@ -209,7 +209,7 @@ fn of_nodes(nodes: &[PackedNode], gain: bool, ramps: &mut Vec<Ramp>) -> Vec3 {
     left
 }
 
-/// The mean of four, of which `ramps` are all.
+/// Mean of four texels or blocks, whose ramps are `ramps`.
 fn merged(ramps: &[Ramp], gain: bool) -> Block {
     let counted = || ramps.iter().filter(|ramp| ramp.weight() > 0.0);
     let low = counted().map(Ramp::middle).min().unwrap_or(0);
@@ -248,7 +248,7 @@ fn merged(ramps: &[Ramp], gain: bool) -> Block {
     block
 }
 
-/// Bins from which on another part begins: behind the three longest gaps, the first of equal ones.
+/// First bins of the further parts: behind the three longest gaps, the first of equal ones.
 fn cuts(mask: u32) -> u32 {
     let mut longest = [(0, 0); BLOCK_NODES - 1];
     let mut last = None;
