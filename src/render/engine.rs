@@ -1,4 +1,4 @@
-//! Scenes to frames on a device.
+//! Rendering of scenes on a device.
 use super::{Frame, RenderOptions};
 use crate::{
     error::Error,
@@ -24,16 +24,16 @@ pub(super) struct GpuEngine {
     timeline: Timeline,
     /// Buffer sizes of the last picture, if all its pairs fitted.
     room: Option<PictureRoom>,
-    /// A frame of the casters that are kept has counted its pairs.
+    /// Whether a frame with the same casters has counted its pairs.
     has_counted: bool,
-    /// Masks of the lights of the frame before.
+    /// Mask slots of the lights in the previous frame.
     slots: FormerSlots,
 }
 
 type Record =
     fn(&PreparedPicture, &crate::shadows::Kernels, &mut wgpu::CommandEncoder, &mut Timeline);
 
-/// What a frame's picture and its heat maps are made from.
+/// Inputs of a frame's picture and of its heat maps.
 #[derive(Clone)]
 struct Lit<'a> {
     scene: &'a Scene,
@@ -43,11 +43,11 @@ struct Lit<'a> {
 }
 
 impl GpuEngine {
-    /// On a device that is already open.
+    /// An engine on an open device.
     pub(super) fn new(gpu: Gpu) -> Result<Self, Error> {
         let config = Config::new(gpu.tier, &gpu.adapter);
         let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
-        // A software adapter stamps when it records, not when the work is done.
+        // A software adapter takes timestamps when it records, not when the work is done.
         let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
             Timeline::stepped(&gpu.device, &gpu.queue)
         } else {
@@ -67,7 +67,7 @@ impl GpuEngine {
         let whole = View::from_camera(&scene.camera, &scene.bounds());
         let first = scene.sample_offsets().next().unwrap_or_default();
         let camera = whole.clone().through(first);
-        // The picture's kernels, for the time that the device takes for the maps of a first frame.
+        // Compiles the picture's kernels while the device renders the maps of a first frame.
         let ahead = |engine: &mut Self, prepared: &Prepared| {
             if engine.room.is_some() {
                 return Ok(Vec::new());
@@ -144,13 +144,13 @@ impl GpuEngine {
         self.has_counted = false;
     }
 
-    /// As many points at a time as a buffer has room for.
+    /// Looks up as many points at a time as a buffer holds.
     pub(super) fn light_points(
         &mut self,
         scene: &Scene,
         points: &[ReceiverPoint],
     ) -> Result<Vec<[f32; 3]>, Error> {
-        /// Points that are looked up at a time, at most.
+        /// Most points that are looked up at a time.
         const MOST: usize = 1 << 20;
         let limits = self.gpu.device.limits();
         let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
@@ -178,7 +178,7 @@ impl GpuEngine {
         Ok(shares)
     }
 
-    /// Renders the maps until their pairs fit. Kernels that `ahead` returns are made meanwhile.
+    /// Renders the maps until their pairs fit. Kernels that `ahead` returns are compiled meanwhile.
     fn shade_maps(
         &mut self,
         scene: &Scene,
@@ -212,7 +212,7 @@ impl GpuEngine {
         Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// The mean over all places of the pixels of `camera`; `first`: the light through the first of them.
+    /// Mean over all samples per pixel of `camera`; `first`: the light of the first sample.
     fn shade_samples(
         &mut self,
         lit: &Lit<'_>,
@@ -230,8 +230,8 @@ impl GpuEngine {
         Ok(reference::mean_picture(lit.scene, &samples))
     }
 
-    /// The picture once nothing is missing, what it then was prepared for, and how many casters
-    /// did not fit at a time.
+    /// The complete picture, the capacities that it was prepared with, and how many casters did not fit at
+    /// once.
     fn shade_whole_picture(
         &mut self,
         lit: &Lit<'_>,
@@ -295,7 +295,7 @@ impl GpuEngine {
         })
     }
 
-    /// What `mode` shows of a picture.
+    /// Debug picture of `mode`.
     fn shade_debug(
         &mut self,
         mode: DebugMode,
@@ -322,7 +322,7 @@ impl GpuEngine {
     }
 }
 
-/// Records, submits and starts the clock of the stages anew.
+/// Records, submits, and restarts the timings of the stages.
 fn submit(
     gpu: &Gpu,
     timeline: &mut Timeline,
