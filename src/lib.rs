@@ -76,7 +76,7 @@ pub use glam;
 #[doc(hidden)]
 pub use gpu::error;
 pub use gpu::{
-    Gpu, KernelJob, Memory, Missing, Need, Profiler, Requirement, Support, Tier, Timeline,
+    Backend, Gpu, KernelJob, Memory, Missing, Need, Profiler, Requirement, Support, Tier, Timeline,
     error::Error,
 };
 pub use model::{
@@ -85,6 +85,8 @@ pub use model::{
     ReceiverPoint, Receives, Scene, Shadow, ShadowFilter, ShadowSettings, Shape, Source, Texture,
     Transfer, Triangle, View,
 };
+#[cfg(feature = "picture")]
+pub use records::{CurveMap, Picture, ViewMaps};
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};
 pub use shadows::{

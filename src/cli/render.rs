@@ -59,8 +59,13 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     let debug = arguments.debug();
-    let options =
-        RenderOptions { maps: arguments.maps, keep: true, light: arguments.exr, debug: &debug };
+    let options = RenderOptions {
+        maps: arguments.maps,
+        maps_of: None,
+        keep: true,
+        light: arguments.exr,
+        debug: &debug,
+    };
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;

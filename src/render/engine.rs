@@ -10,7 +10,7 @@ use crate::{
     },
     records::{CurveMap, FormerSlots, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    shadows::{Config, Maps, PointBuffers, Prepared, Shadows},
+    shadows::{Config, HostInputs, Maps, PointBuffers, Prepared, Shadows},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views, views_around},
 };
@@ -80,7 +80,7 @@ impl GpuEngine {
         let mut stages = self.timeline.read(&self.gpu.device);
         let maps = if options.maps {
             let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
-            read_maps(&self.gpu, prepared.maps(), &views, owners)?
+            read_maps(&self.gpu, prepared.maps(), &views, owners, options)?
         } else {
             Vec::new()
         };
@@ -122,6 +122,21 @@ impl GpuEngine {
             ..counted
         };
         Ok(Frame { picture, debug, maps, counters, stages, memory: memory.0 })
+    }
+
+    /// The kernels of a frame that are not made yet.
+    pub(super) fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
+        let (views, _) = fitted_views(scene, &AtlasLimits::of(&self.gpu.device.limits()));
+        let camera = View::from_camera(&scene.camera, &scene.bounds());
+        let (casters, inputs) = (scene.casters(), HostInputs::new());
+        let count_first = !self.has_counted;
+        self.shadows.configure(|config| config.count_first = count_first);
+        // As `Shadows::pending`: maps of a frame before ask for other kernels.
+        self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
+        let prepared = self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
+        let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
+        self.plan_picture(&lit, self.room.unwrap_or_default())?;
+        Ok(self.shadows.kernels().pending())
     }
 
     pub(super) fn forget(&mut self) {
@@ -320,7 +335,13 @@ fn submit(
     gpu.queue.submit([encoder.finish()]);
 }
 
-fn read_maps(gpu: &Gpu, maps: &Maps, views: &[View], owners: bool) -> Result<Vec<ViewMaps>, Error> {
+fn read_maps(
+    gpu: &Gpu,
+    maps: &Maps,
+    views: &[View],
+    owners: bool,
+    options: &RenderOptions<'_>,
+) -> Result<Vec<ViewMaps>, Error> {
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
@@ -337,7 +358,8 @@ fn read_maps(gpu: &Gpu, maps: &Maps, views: &[View], owners: bool) -> Result<Vec
         let pairs = maps.nodes as usize / 2;
         (0..pairs).flat_map(|pair| curves[(z * pairs + pair) * layer + rest]).collect::<Vec<_>>()
     };
-    let view_maps = views.iter().zip(&maps.places).map(|(view, place)| {
+    let shown = views.iter().zip(&maps.places).filter(|(view, _)| options.shows(view));
+    let view_maps = shown.map(|(view, place)| {
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
                 let row = place.layer * atlas.height + place.origin.y + y;

@@ -5,8 +5,8 @@ mod engine;
 use crate::gpu::{Backend, Selection};
 use crate::{
     error::Error,
-    gpu::Gpu,
-    model::{Counters, ReceiverPoint, Scene},
+    gpu::{Gpu, KernelJob},
+    model::{Counters, ReceiverPoint, Scene, View},
     picture::debug::DebugMode,
     records::{Picture, ViewMaps},
     reference,
@@ -37,6 +37,8 @@ pub struct Frame {
 pub struct RenderOptions<'a> {
     /// Whether to read back the views' maps.
     pub maps: bool,
+    /// Of `maps`, reads back only those of this light; of all lights when `None`.
+    pub maps_of: Option<usize>,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The twin renders all views in any case.
     pub keep: bool,
@@ -45,6 +47,13 @@ pub struct RenderOptions<'a> {
     pub light: bool,
     /// Debug pictures. The CPU twin has none.
     pub debug: &'a [DebugMode],
+}
+
+impl RenderOptions<'_> {
+    /// Whether the maps of a view are among those that are asked for.
+    fn shows(&self, view: &View) -> bool {
+        self.maps_of.is_none() || self.maps_of == view.light
+    }
 }
 
 /// Renders scenes on one device.
@@ -106,12 +115,26 @@ impl Renderer {
         }
     }
 
+    /// The kernels that [`Self::render`] of this scene would make before it returns, as jobs for the host's
+    /// threads. A first frame may find that it needs a few more. Uploads the casters as `render` does, which
+    /// then finds them uploaded.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
+        check(scene)?;
+        match &mut self.engine {
+            Engine::Gpu(engine) => engine.pending(scene),
+            Engine::Cpu => Ok(Vec::new()),
+        }
+    }
+
     /// Renders one frame.
     pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         check(scene)?;
         match &mut self.engine {
             Engine::Gpu(engine) => engine.render(scene, options),
-            Engine::Cpu => render_on_cpu(scene, options.maps),
+            Engine::Cpu => render_on_cpu(scene, options),
         }
     }
 
@@ -146,19 +169,20 @@ fn check(scene: &Scene) -> Result<(), Error> {
     Ok((0..).zip(&scene.lights).try_for_each(|(index, light)| light.check(index))?)
 }
 
-fn render_on_cpu(scene: &Scene, maps: bool) -> Result<Frame, Error> {
+fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
     let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     check_views(&views, &scene.shadow)?;
     let clock = std::time::Instant::now();
-    let (view_maps, mut counters) = reference::render_maps(scene, &views);
+    let (mut view_maps, mut counters) = reference::render_maps(scene, &views);
     counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = reference::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
+    view_maps.retain(|maps| options.maps && options.shows(&maps.view));
     Ok(Frame {
         picture,
         debug: Vec::new(),
-        maps: if maps { view_maps } else { Vec::new() },
+        maps: view_maps,
         counters,
         stages: vec![("maps", maps_ms), ("picture", picture_ms)],
         memory: Vec::new(),
