@@ -1,4 +1,4 @@
-//! What a host describes: casters, lights, cameras and settings. Nothing here knows a GPU.
+//! Inputs of a host: casters, lights, cameras and settings. Nothing here depends on a GPU.
 mod area;
 mod bounds;
 mod camera;

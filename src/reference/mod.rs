@@ -1,4 +1,4 @@
-//! The reference: each stage again, plainly, on the CPU.
+//! Reference implementation: a plain CPU twin of each stage.
 pub mod accumulate;
 pub mod air;
 pub mod bin;

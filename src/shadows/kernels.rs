@@ -1,4 +1,4 @@
-//! Pipelines of one device, by kernel and by what the batch holds.
+//! Pipelines of one device, by kernel and by features of the batch.
 use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
@@ -13,7 +13,7 @@ use std::{
     sync::OnceLock,
 };
 
-/// Kernels that are specialised to what a batch holds.
+/// Kernels that are specialised to the features of a batch.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Variant {
@@ -127,7 +127,7 @@ pub(crate) struct OnDemand {
 }
 
 impl OnDemand {
-    /// For `prepare`.
+    /// Bindings of the kernel, for `prepare`.
     pub(crate) fn bind(
         &self,
         device: &wgpu::Device,
@@ -144,7 +144,7 @@ impl OnDemand {
         kernel.bind(device, resources)
     }
 
-    /// `bindings` are its own, so that it has been planned.
+    /// `bindings` are the kernel's own, so it has been planned.
     pub(crate) fn record(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
@@ -157,7 +157,7 @@ impl OnDemand {
     }
 }
 
-/// Of a device's kernels, those that a pipeline uses; each from when a scene first needs it.
+/// The kernels of one pipeline, each compiled when a scene first needs it.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
@@ -233,7 +233,7 @@ impl Kernels {
         }
     }
 
-    /// For `prepare`, which ends with [`Self::finish`].
+    /// Plans a kernel, for `prepare`, which ends with [`Self::finish`].
     pub(crate) fn plan(
         &mut self,
         device: &wgpu::Device,
@@ -257,7 +257,7 @@ impl Kernels {
         }
     }
 
-    /// Makes all that is planned.
+    /// Compiles all planned kernels.
     pub(crate) fn finish(&self) -> Result<(), KernelError> {
         self.cache.finish()
     }
@@ -266,7 +266,7 @@ impl Kernels {
         &self.cache
     }
 
-    /// One that no frame needs.
+    /// A kernel that no frame needs.
     pub(crate) fn other(
         &self,
         device: &wgpu::Device,
@@ -276,10 +276,10 @@ impl Kernels {
         self.cache.kernel(device, desc, self.tier, &[], constants)
     }
 
-    /// For `record`.
+    /// A planned kernel, for `record`.
     ///
     /// # Panics
-    /// Where `prepare` has not planned the kernel.
+    /// If `prepare` has not planned the kernel.
     pub(crate) fn get(&self, variant: Variant, features: Features) -> &Kernel {
         &self.variants[&(variant, features)]
     }

@@ -24,16 +24,16 @@ pub struct Maps {
     pub nearests: wgpu::Texture,
     /// `Z`, r32float.
     pub opaques: wgpu::Texture,
-    /// `Z` by channel, rgba32float, where dithering is coloured; `opaques` is the last of them.
+    /// `Z` per channel, rgba32float, with coloured dithering; `opaques` is the largest of them.
     pub colored: Option<wgpu::Texture>,
-    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers to a layer of the others; of
-    /// one texel where there are none.
+    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers per layer of the other textures; a
+    /// single texel without curves.
     pub curves: wgpu::Texture,
-    /// K; 0 where there are no curves.
+    /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
-    /// Curves may brighten.
+    /// Whether light may increase along a curve.
     pub gain: bool,
-    /// Place of each view.
+    /// Rectangle of each view.
     pub places: Vec<MapPlace>,
 }
 
@@ -48,7 +48,7 @@ impl Maps {
         mips: u32,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
-        // Each layer has several of curves, and of what softens them.
+        // Each layer has several layers of curves, or of the softening's runs.
         let of_softening = if softened && nodes > 0 { CURVE_RUN_LAYERS } else { 1 };
         let layers = limits.layers / (nodes / 2).max(of_softening);
         let limits = AtlasLimits { layers, ..limits };
@@ -90,13 +90,13 @@ impl Maps {
         })
     }
 
-    /// What they are where nothing is translucent.
+    /// Fills the maps with their values without translucent casters.
     pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
         fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
         fill(queue, &self.nearests, 1.0_f32);
     }
 
-    /// All that a view's map consists of.
+    /// The textures of a view's map.
     pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
         let Self { filters, nearests, opaques, .. } = self;
         [filters, nearests, opaques]
@@ -111,7 +111,7 @@ impl Maps {
         self.colored.iter().fold(maps, |maps, colored| maps.with("colored", colored))
     }
 
-    /// Maps of the same size and places, with nothing in them.
+    /// New maps of the same size and rectangles.
     pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
         let like = self.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
@@ -144,7 +144,7 @@ impl Maps {
     }
 }
 
-/// Every texel of an array.
+/// Fills every texel of an array.
 fn fill<T: bytemuck::NoUninit>(queue: &wgpu::Queue, texture: &wgpu::Texture, value: T) {
     let size = texture.size();
     let layer = vec![value; (size.width * size.height) as usize];

@@ -1,6 +1,6 @@
-//! Casters and views in, shadow maps out.
+//! Shadow maps from casters and views.
 //!
-//! A guest in its host's renderer: [`Shadows::prepare`] uploads and allocates,
+//! The library is a guest in its host's renderer: [`Shadows::prepare`] uploads and allocates,
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod batch;
 mod blur;

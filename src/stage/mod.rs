@@ -1,7 +1,7 @@
 //! The pipeline, stage by stage.
 //!
-//! A kernel is data ([`KernelDesc`]): the file of its entry point, and what
-//! that file's imports from `choice::` stand for. All else stands in `wgsl/`.
+//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files that its imports from
+//! `choice::` stand for. Everything else is in `wgsl/`.
 pub mod accumulate;
 pub mod air;
 pub mod bin;

@@ -1,6 +1,5 @@
-//! One stage at a time.
+//! Tests of single stages.
 mod bin;
-mod blur;
 mod blur;
 mod cluster;
 mod cull;

@@ -12,7 +12,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of a light and its merges: three roundings of a channel.
+/// Rounding of a light and its merges: three roundings of a channel.
 const ROUNDING: f32 = 1e-3;
 
 fn curved(mut scene: Scene, nodes: u32) -> Scene {

@@ -1,4 +1,5 @@
-// Textures that are read by `textureLoad`, without a sampler. A name has one number in the whole project.
+// Textures that kernels read by `textureLoad`, without a sampler. A name has one number in the whole
+// project.
 
 @group(0) @binding(32) var air: texture_2d_array<f32>;
 @group(0) @binding(33) var casters: texture_2d<u32>;

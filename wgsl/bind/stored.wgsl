@@ -1,4 +1,4 @@
-// Storage textures that are written. A name has one number in the whole project.
+// Storage textures that kernels write. A name has one number in the whole project.
 
 @group(0) @binding(32) var air: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, write>;

@@ -1,4 +1,4 @@
-// The mean of several curves, in a few nodes: their depths are cut at the longest gaps. CPU twin:
+// Mean of several curves in a few nodes: their depths are cut at the longest gaps. CPU twin:
 // src/reference/curve/mean.rs.
 
 import choice::below::{child_ramp, child_share, start_child};
@@ -6,21 +6,21 @@ import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
 import package::features::HAS_GAIN;
 import package::sums::sums::BLACK;
 
-// A stretch of depth over which light falls, evenly.
+// A ramp: a depth range over which light falls linearly.
 struct Ramp {
-    start: f32,      // in fixed point; 0 for none
+    start: f32,      // in fixed point; 0 for an unused one
     length: f32,
     drop: vec3<f32>,
 }
 
-const BINS: u32 = 32u; // parts of the depths that are told apart
+const BINS: u32 = 32u; // bins of the depths, between which gaps are found
 
-var<private> part_low: u32;  // twice the first middle, and the last
+var<private> part_low: u32;  // twice the first middle, and the last one's
 var<private> part_high: u32;
-var<private> part_cuts: u32; // bins from which on another part begins
+var<private> part_cuts: u32; // first bins of the further parts
 var<private> part_light: vec3<f32>; // behind the parts so far
 
-var<private> ramp_shift: vec2<f32> = vec2(1.0, 0.0); // of depths: times x, plus y
+var<private> ramp_shift: vec2<f32> = vec2(1.0, 0.0); // map of depths: times x, plus y
 
 fn shifted(ramp: Ramp) -> Ramp {
     let start = clamp(round(ramp.start * ramp_shift.x + ramp_shift.y), 1.0, DEPTHS);
@@ -31,7 +31,7 @@ fn ramp_weight(ramp: Ramp) -> f32 {
     return select(0.0, abs(ramp.drop.x) + abs(ramp.drop.y) + abs(ramp.drop.z), ramp.start > 0.0);
 }
 
-// Twice its middle.
+// Twice the middle of the ramp.
 fn ramp_middle(ramp: Ramp) -> u32 {
     return 2u * u32(ramp.start) + u32(round(ramp.length));
 }
@@ -40,7 +40,7 @@ fn ramp_bin(ramp: Ramp) -> u32 {
     return (ramp_middle(ramp) - part_low) * BINS / (part_high - part_low + 1u);
 }
 
-// Where the parts begin, `parts` at most.
+// Finds the parts, at most `parts`.
 fn find_parts(children: u32, ramps: u32, parts: u32) {
     part_light = vec3(1.0);
     part_low = 0xffffffffu;
@@ -93,7 +93,7 @@ fn stored_share(light: vec3<f32>) -> vec3<u32> {
     return vec3<u32>(round(select(light, vec3(0.0), light < vec3(BLACK)) * LEVELS));
 }
 
-// The node of part `number`, after those of the parts before.
+// Node of part `number`; call it for the parts in order.
 fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     var weight = 0.0;
     var sum = 0.0;

@@ -1,4 +1,4 @@
-// What is below a block: the blocks of the level before.
+// Children of a block: blocks of the level below.
 
 import package::curve::node::{node_length, node_light, node_start};
 import package::curve::mean::Ramp;

@@ -1,6 +1,6 @@
-//! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels
-//! as a function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike
-//! theirs: four nodes whatever is below, which a block shares out by the longest gaps in depth.
+//! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels as a
+//! function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike theirs: four
+//! nodes at every level, whose depth ranges a block cuts at the longest gaps.
 use super::receive::cube_face;
 use crate::{
     records::{BLOCK_NODES, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size},
@@ -20,7 +20,7 @@ const SHARE: f32 = 0.25;
 /// Light as a function of depth, nearest node first.
 pub(super) type Block = [PackedNode; BLOCK_NODES];
 
-/// From one view's depths to another's, in fixed point.
+/// Affine map from one view's depths to another's, in fixed point.
 #[derive(Clone, Copy, Debug)]
 struct Shift {
     scale: f32,
@@ -44,7 +44,7 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// `at` counts from the map's first block; what is beyond the border is on it.
+    /// Block at `at`, counted from the map's first block, clamped to the border.
     pub(super) fn block(&self, at: IVec2) -> &Block {
         let last = self.size.as_ivec2() - 1;
         let at = (at + SKIRT as i32).clamp(IVec2::ZERO, last).as_uvec2();
@@ -52,7 +52,7 @@ impl Level {
     }
 }
 
-/// Of all leveled views, all levels, finest first.
+/// Levels of every leveled view, finest first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels(Vec<Vec<Level>>);
 
@@ -88,7 +88,7 @@ impl Levels {
         &self.0[leveled][level as usize - 1]
     }
 
-    /// What the four texels or blocks below a block do to light.
+    /// Ramps of the four texels or blocks below a block.
     fn children(
         &self,
         records: &LightRecords,
@@ -118,8 +118,8 @@ fn gain(maps: &[ViewMaps]) -> bool {
     maps.iter().any(|map| map.curve.as_ref().is_some_and(|curve| curve.gain))
 }
 
-/// The leveled view and block that a block stands for: beside a cube's face one of its neighbour's,
-/// else the nearest. And how depths of the one are depths of the other.
+/// The leveled view and block that a block takes its values from: beyond the edge of a cube's face a block
+/// of the neighbour, else the nearest. And the map from its depths to this face's.
 fn owner(
     records: &LightRecords,
     leveled: usize,
@@ -140,7 +140,7 @@ fn owner(
     let other = records.leveled[leveled].first_face as usize + cube_face(away);
     let face = records.view_of(other);
     let p = face.view_from_world.transform_vector3(away);
-    // Of a depth of 1 along the own axis, that along the other's.
+    // Depth along the neighbour's axis per unit of depth along this face's.
     let along = (-p.z).max(1e-6);
     let place = Vec2::new(p.x, -p.y) * (face.scale / along) + face.size * 0.5;
     let range = view.far - view.near;
