@@ -44,7 +44,7 @@ fn of<'a>(particles: &'a [Particle], materials: &'a [Material]) -> Casters<'a> {
 fn a_host_that_grows_has_no_overflow_and_the_same_map() {
     for tier in TIERS {
         let (gpu, mut shadows) = open(tier);
-        // Each on every tile of a face: more pairs than any frame has room for unasked.
+        // Each covers every tile of a face: more pairs than the initial capacity of any frame.
         let particles: Vec<_> = (0..70_000_u32)
             .map(|i| {
                 let alpha = if i % 8 == 0 { 2.5e-4 } else { 0.0 };

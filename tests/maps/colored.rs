@@ -156,7 +156,7 @@ fn each_channel_lets_its_transmittance_through() {
             let open = maps.colored.iter().filter(|z| z[channel] == 1.0).count() as f32;
             let share = open / maps.colored.len() as f32;
             let exact: f32 = tints.iter().map(|t| 1.0 - t.w * (1.0 - t[channel])).product();
-            // A level of the coarsest pattern, and a map a little larger than what it shows.
+            // Tolerance: a level of the coarsest pattern, and a map slightly larger than the panes.
             assert!((share - exact).abs() < 0.08, "{pattern:?} {channel}: {share} not {exact}");
         }
     }

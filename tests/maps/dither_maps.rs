@@ -264,7 +264,7 @@ fn stack(pattern: Pattern, a: f32, ids: &[u32]) -> Scene {
 fn two_layers_in_the_map_let_a_quarter_through() {
     for pattern in Pattern::ALL {
         for tier in TIERS {
-            // A view's map is a little larger than what it shows.
+            // A view's map is slightly larger than the panes.
             let all = |scene: &Scene| share_through(&opaques(&render(tier, scene).maps));
             let margin = all(&stack(pattern, 1.0, &[0]));
             assert!(margin < 0.05, "{margin}");
