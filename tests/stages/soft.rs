@@ -277,3 +277,50 @@ fn faces_of_a_cube_share_their_penumbrae() {
         assert!(step < 0.04, "{step} at {}", points[i].position);
     }
 }
+
+/// Deep in the shadow of what is slanted, blocks differ in depth, and so in the width of their spots.
+#[test]
+fn a_slanted_roof_lets_nothing_through() {
+    let mut scene = ground();
+    let corner = Vec3::new(-3.0, 1.2, -3.0);
+    scene.triangles.extend(sheet(corner, Vec3::new(6.0, 1.5, 0.0), Vec3::Z * 6.0, GROUND));
+    scene.lights = vec![sources().swap_remove(5).1];
+    let mut points = grid(60, 0.6);
+    for point in &mut points {
+        point.position += Vec3::new(-0.95, 0.0, -0.75);
+    }
+    let brightest = |shares: Vec<Vec3>| shares.iter().map(|v| v.max_element()).fold(0.0, f32::max);
+    let through = brightest(on_cpu(&scene, &points));
+    assert!(through < 2e-4, "{through}");
+    scene.triangles.truncate(2);
+    assert_eq!(brightest(on_cpu(&scene, &points)), 1.0);
+}
+
+/// A narrow slat that rises from end to end: along its shadow spots go from one level to the next.
+#[test]
+fn a_rising_slat_has_an_even_shadow() {
+    let mut scene = ground();
+    let (low, along) = (Vec3::new(-1.5, 0.3, -0.2), Vec3::new(3.0, 1.5, 0.4));
+    let across = Vec3::Z * 0.12;
+    scene.triangles.extend(sheet(low, along, across, GROUND));
+    scene.lights = vec![sources().swap_remove(5).1];
+    let direction = Vec3::new(-0.5, -1.0, -0.4);
+    let on_slat = |i: usize| low + along * (0.05 + 0.9 * i as f32 / 400.0) + across * 0.5;
+    let below = |p: Vec3| p + direction * p.y;
+    let points: Vec<_> = (0..400)
+        .map(|i| ReceiverPoint { position: below(on_slat(i)).with_y(0.0), normal: Vec3::Y })
+        .collect();
+    let found = on_cpu(&scene, &points);
+    let errors: Vec<f64> = points
+        .iter()
+        .zip(&found)
+        .map(|(point, found)| {
+            let truth = area_truth::share(&scene, &scene.lights[0], point.position, point.normal);
+            f64::from(found.x) - truth.x
+        })
+        .collect();
+    let steps = found.windows(2).map(|pair| (pair[1].x - pair[0].x).abs()).fold(0.0, f32::max);
+    let worst = errors.iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
+    let mean = errors.iter().map(|error| error.abs()).sum::<f64>() / errors.len() as f64;
+    assert!(mean < 0.02 && worst < 0.1 && steps < 0.06, "{mean}, {worst}, {steps}");
+}

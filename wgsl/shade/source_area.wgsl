@@ -86,26 +86,32 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         let to = depth_of_spot(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
         tell_level(map, min(texels, WIDEST * map.edge), since, to);
         let known = relied_on(told.before);
-        let share = max(vec3(1.0) - told.taken / max(told.before, vec3(LEAST)), vec3(0.0));
+        let left = min(told.before - told.taken, told.most);
+        let share = max(left / max(told.before, vec3(LEAST)), vec3(0.0));
         sum += passed * (1.0 - known) * around;
         passed *= known * share;
         let rest = told.end / max(told.behind, vec3(LEAST));
-        around = mix(around, rest, relied_on(told.behind));
+        around = mix(around, rest, relied_on(10.0 * told.behind));
         was_finest = number == 1u;
         since = to;
         number -= 1u;
     }
     // What is next to the receiver, on the map.
     let is_near = next_taker(level_map(view, leveled, 1u), four, since, 0.5) != NEVER;
-    let split = select(0.0, (since - 1.5) / DEPTHS, was_finest);
+    let split = (since - 1.5) / DEPTHS;
     let count = select(0u, 9u, is_near);
-    var before = vec3(0.0);
     var behind = vec3(0.0);
     for (var i = 0u; i < count; i += 1u) {
         let texel = taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
         let weight = tap_weight(taps, i);
         behind += receive_texel(view, texel, taps.z, bias / range) * weight;
-        before += light_before(view, texel, split) * weight;
+    }
+    // If no level was evaluated down to the map, all light is before it.
+    var before = select(vec3(1.0), vec3(0.0), was_finest);
+    let count_before = select(0u, count, was_finest);
+    for (var i = 0u; i < count_before; i += 1u) {
+        let texel = taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
+        before += light_before(view, texel, split) * tap_weight(taps, i);
     }
     let share = behind / max(before, vec3(LEAST));
     let at_map = mix(around, select(min(share, vec3(1.0)), share, HAS_GAIN), relied_on(before));

@@ -37,6 +37,7 @@ struct Told {
     taken: vec3<f32>,
     behind: vec3<f32>,
     end: vec3<f32>,    // light at the receiver
+    most: vec3<f32>,   // the most that can be left of `before`
 }
 
 var<private> told: Told;
@@ -144,6 +145,12 @@ fn seek_taker(node: vec2<u32>, since: f32, end: f32) {
     seek_next = select(seek_next, min(seek_next, first), is);
 }
 
+// Pairs of a block's nodes to evaluate: the second one not, if all of it is behind the receiver.
+fn pairs_before(first: vec4<u32>, end: f32) -> u32 {
+    let start = node_start(first.zw);
+    return select(1u, 2u, start > 0.0 && start < end);
+}
+
 // The first depth from `since` on at which something takes light around the point, seen on a level of
 // which `blocks` are asked, four; NEVER for none.
 fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
@@ -154,12 +161,13 @@ fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
         let end = receiver_end((vec2<f32>(at) + 0.5) * map.edge, around * map.edge);
         let block = block_number(map, at);
         seek_left = vec3(1.0);
-        let near = block_nodes(block, 0u);
-        let far = block_nodes(block, 1u);
-        seek_taker(near.xy, since, end);
-        seek_taker(near.zw, since, end);
-        seek_taker(far.xy, since, end);
-        seek_taker(far.zw, since, end);
+        var nodes = block_nodes(block, 0u);
+        let pairs = pairs_before(nodes, end);
+        for (var pair = 0u; pair < pairs; pair += 1u) {
+            seek_taker(nodes.xy, since, end);
+            seek_taker(nodes.zw, since, end);
+            nodes = block_nodes(block, 1u);
+        }
     }
     return seek_next;
 }
@@ -187,7 +195,7 @@ fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
     let width = filter_width(texels, map.edge);
     let low = ceil(middle - 0.5 * (width + 1.0));
     let count = vec2<u32>(floor(middle + 0.5 * (width + 1.0)) - low + 1.0);
-    told = Told(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    told = Told(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     for (var i = 0u; i < count.x * count.y; i += 1u) {
         let at = low + vec2<f32>(vec2(i % count.x, i / count.x));
         let end = receiver_end((at + 0.5) * map.edge, 0.5 * map.edge);
@@ -197,14 +205,18 @@ fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
         let weight = window_cover(off, width);
         tell_left = vec3(1.0);
         tell_passed = mat3x3(vec3(1.0), vec3(1.0), vec3(1.0));
-        let near = block_nodes(block, 0u);
-        let far = block_nodes(block, 1u);
-        tell_node(near.xy, off, map.edge, width, bounds);
-        tell_node(near.zw, off, map.edge, width, bounds);
-        tell_node(far.xy, off, map.edge, width, bounds);
-        tell_node(far.zw, off, map.edge, width, bounds);
+        var nodes = block_nodes(block, 0u);
+        let pairs = pairs_before(nodes, end);
+        for (var pair = 0u; pair < pairs; pair += 1u) {
+            tell_node(nodes.xy, off, map.edge, width, bounds);
+            tell_node(nodes.zw, off, map.edge, width, bounds);
+            nodes = block_nodes(block, 1u);
+        }
         told.before += tell_passed[0] * weight;
         told.behind += tell_passed[1] * weight;
         told.end += tell_passed[2] * weight;
     }
+    // The light left in a narrower window is part of that in the widest: at most as much per area.
+    let least = min(filter_width(spot_at(to), map.edge), width);
+    told.most = told.behind * (width.x * width.y / (least.x * least.y));
 }

@@ -16,7 +16,7 @@ use super::{
     receive::{Plane, Surface},
 };
 use crate::{
-    records::{AREA_FLAT, AREA_SUN, GpuArea, GpuLight, GpuView, level_count},
+    records::{AREA_FLAT, AREA_SUN, GpuArea, GpuLight, GpuView, PackedNode, level_count},
     reference::curve::{DEPTHS, unpack},
 };
 use glam::{IVec2, Vec2, Vec3};
@@ -74,6 +74,14 @@ struct Told {
     taken: Vec3,
     behind: Vec3,
     end: Vec3,
+    /// The most that can be left of `before`.
+    most: Vec3,
+}
+
+/// Nodes of a block, without the second pair if all of it is behind the receiver.
+fn nodes_before(block: &Block, end: f32) -> &[PackedNode] {
+    let start = (block[1][0] >> 16) as f32;
+    if start > 0.0 && start < end { block } else { &block[..2] }
 }
 
 impl<'a> Spot<'a> {
@@ -157,7 +165,7 @@ impl<'a> Spot<'a> {
             let at = corner + IVec2::new(i % 2, i / 2);
             let end = self.end((at.as_vec2() + 0.5) * edge, around * edge);
             let mut left = Vec3::ONE;
-            for &node in level.block(at) {
+            for &node in nodes_before(level.block(at), end) {
                 let (start, length, light) = unpack(node, self.gain);
                 let takes = (left - light).abs().max_element() > NOTHING;
                 left = light;
@@ -183,6 +191,9 @@ impl<'a> Spot<'a> {
             let block = level.block(at.as_ivec2());
             self.add_block(&mut told, block, at - middle, edge, width, [from, to, end]);
         }
+        // The light left in a narrower window is part of that in the widest: at most as much per area.
+        let least = self.width(self.spot(to), edge).min(width);
+        told.most = told.behind * (width / least).element_product();
         told
     }
 
@@ -198,7 +209,7 @@ impl<'a> Spot<'a> {
         let weight = cover(off, width);
         let (mut before, mut behind, mut last) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
         let mut left = Vec3::ONE;
-        for &node in block {
+        for &node in nodes_before(block, end) {
             let (start, length, light) = unpack(node, self.gain);
             let drop = if start > 0.0 { left - light } else { Vec3::ZERO };
             left = light;
@@ -317,10 +328,11 @@ impl Lighting<'_> {
             let to = spot.depth_of(if number == 1 { SHARP } else { WIDEST * edge * 0.5 });
             let told = spot.tell(map, edge, radius.min(WIDEST * edge), from, to);
             let known = evidence(told.before);
-            let passed = Vec3::ONE - told.taken / told.before.max(Vec3::splat(LEAST));
+            let left = (told.before - told.taken).min(told.most);
+            let passed = left / told.before.max(Vec3::splat(LEAST));
             sum += light * (Vec3::ONE - known) * around;
             light *= known * passed.max(Vec3::ZERO);
-            let known = evidence(told.behind);
+            let known = evidence(told.behind * 10.0);
             around = around.lerp_by(told.end / told.behind.max(Vec3::splat(LEAST)), known);
             was_finest = number == 1;
             from = to;
@@ -338,8 +350,9 @@ impl Lighting<'_> {
             behind +=
                 weight * self.receive_texel(index, texel, sharp.z, plane, bias / range, receiver);
             // Where no level was asked so far, all light is before it.
-            let split = if was_finest { (from - 1.5) / DEPTHS } else { 0.0 };
-            before += weight * self.light_before(index, texel, split);
+            let split = (from - 1.5) / DEPTHS;
+            let own = if was_finest { self.light_before(index, texel, split) } else { Vec3::ONE };
+            before += weight * own;
         }
         let known = evidence(before);
         let passed = behind / before.max(Vec3::splat(LEAST));
