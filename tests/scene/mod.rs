@@ -6,6 +6,7 @@ mod displace;
 mod document;
 mod emitters;
 mod far;
+mod fluids;
 mod gltf;
 mod gltf_files;
 mod hostile;
