@@ -1,4 +1,4 @@
-//! What files are changed: scenes of the project, and small ones of each other kind.
+//! Seed files: scenes of the project, and small files of each other kind.
 use super::Reader;
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use std::{
@@ -9,7 +9,7 @@ use std::{
 };
 
 const PLANE: &str = "shape = [{ kind = \"pane\", material = \"m\" }]\n";
-/// Larger scenes are slow to read, and say nothing new [bytes].
+/// Largest seed; larger ones are slow to read and add nothing new [bytes].
 const LARGEST: usize = 6000;
 
 pub(super) fn readers() -> io::Result<Vec<Reader>> {
@@ -175,7 +175,7 @@ fn picture(format: ImageFormat) -> io::Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// Four by two, without runs.
+/// A Radiance image of 4 x 2 texels, without runs.
 fn hdr() -> Vec<u8> {
     let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
     bytes.extend((0..8_u8).flat_map(|i| [100 + i, 120, 140 - i, 128 + i % 3]));

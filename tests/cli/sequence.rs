@@ -1,4 +1,4 @@
-//! Jobs of many frames: stopped, damaged and gone on with.
+//! Jobs of many frames: stopped, damaged and continued.
 use super::commands::Folder;
 use std::{
     collections::BTreeMap,
@@ -11,7 +11,7 @@ use std::{
 const JOB: [&str; 6] =
     ["render", "scene.toml", "--backend", "cpu", "--skip-existing", "--frames=0..4"];
 
-/// When each picture was written, and what is in it.
+/// Modification time and contents of each picture.
 fn pictures(dir: &Path) -> BTreeMap<String, (SystemTime, Vec<u8>)> {
     let files = fs::read_dir(dir.join("out")).unwrap().map(|entry| entry.unwrap().path());
     files

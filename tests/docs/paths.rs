@@ -1,4 +1,4 @@
-//! Files that comments and documents name exist.
+//! Existence of files that comments and documents name.
 use std::{
     fs,
     path::{Path, PathBuf},

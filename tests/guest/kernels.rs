@@ -1,4 +1,4 @@
-//! load and cull, each alone, against what the CPU says.
+//! Kernels of load and cull, each alone, against the CPU.
 use super::{Vec3, materials, particles};
 use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
@@ -28,7 +28,7 @@ fn run(gpu: &Gpu, kernel: &Kernel, resources: &Resources<'_>, groups: u32) {
     gpu.queue.submit([encoder.finish()]);
 }
 
-/// As WGSL lays `Caster` out.
+/// A particle in WGSL's layout of `Caster`.
 fn plain(particle: &Particle) -> [f32; 12] {
     let Particle { center: c, radius, color, rotation, material, id } = *particle;
     let [r, g, b, a] = color.to_array();

@@ -1,4 +1,4 @@
-//! Casters that only cast, and casters that are only seen.
+//! Casters that are not visible, and visible casters without shadows.
 use crate::common::{
     TIERS,
     scenes::{empty, light, material, particle, triangle},
@@ -54,7 +54,7 @@ fn kinds() -> Vec<Material> {
     .to_vec()
 }
 
-/// Whether the maps and the picture of `render` show what they should of some materials at once.
+/// Checks that the maps and the picture of `render` show exactly the right ones of several materials.
 fn check(kinds: &[Material], render: &dyn Fn(&Scene) -> (Vec<ViewMaps>, Picture)) {
     let of = |visible: bool, casts: bool| {
         kinds.iter().map(|kind| Material { visible, casts, ..kind.clone() }).collect()

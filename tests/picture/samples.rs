@@ -1,4 +1,4 @@
-//! `camera.samples`: edges against the share of each pixel that they cover.
+//! `camera.samples`: edges against the exact coverage of each pixel.
 use crate::common::{
     TIERS, gpu,
     scenes::{empty, material, triangle},
@@ -11,10 +11,10 @@ use gobo::{
 };
 
 const SIZE: u32 = 32;
-/// How far right the edge moves for each metre up.
+/// Shift of the edge to the right per metre up.
 const SLANT: f64 = 0.37;
 
-/// All that is left of a slanted edge shines.
+/// A scene that shines on the left of a slanted edge.
 fn edge(samples: u32) -> Scene {
     let mut scene = empty(vec![Material { emission: Vec3::ONE, ..material(Transfer::Opaque) }]);
     scene.camera = Camera {
@@ -32,7 +32,7 @@ fn edge(samples: u32) -> Scene {
     scene
 }
 
-/// What of a pixel the edge covers.
+/// Share of a pixel that the edge covers.
 fn covered(pixel: usize) -> f64 {
     const PLACES: usize = 64;
     let metre = f64::from(SIZE) * 0.5 / f64::from(0.2_f32.tan()) / 5.0;

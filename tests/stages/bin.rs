@@ -1,4 +1,4 @@
-//! From depth order to tiles.
+//! The stage bin: from depth order to tiles.
 use crate::common::{gpu, scenes::flat_view};
 use gobo::{
     glam::UVec2,
@@ -75,7 +75,7 @@ fn scattered_rects(count: u32) -> Vec<TileRect> {
         .collect()
 }
 
-/// What `count`, `scan` and `emit` leave: pairs, what overflowed, and the counters.
+/// Output of `count`, `scan` and `emit`: pairs, overflow, and the counters.
 fn emitted(
     gpu: &Gpu,
     shape: Shape,

@@ -1,4 +1,4 @@
-//! One stage at a time.
+//! Tests of single stages.
 mod bin;
 mod cluster;
 mod cull;

@@ -4,7 +4,7 @@
 import package::records::view::GpuView;
 import package::shade::receiver::is_solid;
 
-// Share of the bias that pushes a solid receiver deeper, so that it lies behind what touches it.
+// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
 const TOUCH: f32 = 0.0625;
 // Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;

@@ -35,7 +35,7 @@ pub(super) struct Plane {
     normal: Vec3,
 }
 
-/// Share of the bias that pushes a solid receiver deeper, so that it lies behind what touches it.
+/// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
 const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
