@@ -1,5 +1,2 @@
-//! Checks of the documents against the project.
-mod dither_figures;
-mod paths;
-mod results;
 mod stages;
+mod paths;

@@ -374,6 +374,8 @@ fn gltf_nodes_follow_their_keys() {
         (r#""output":2"#, r#""output":0"#),
         (r#""output":2"#, r#""output":77"#),
         (r#""sampler":0"#, r#""sampler":5"#),
+        (r#""target":{"node":0"#, r#""target":{"node":2"#),
+        (r#""target":{"node":0"#, r#""target":{"node":4294967295"#),
         (r#""byteOffset":36,"byteLength":8"#, r#""byteOffset":44,"byteLength":8"#),
         (r#""count":2,"type":"VEC4""#, r#""count":1,"type":"VEC4""#),
     ] {

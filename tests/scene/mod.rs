@@ -1,19 +1,3 @@
-//! Scene files, particle files, models, and generated contents.
-mod alone;
-mod animate;
-mod defaults;
-mod displace;
-mod document;
 mod emitters;
-mod far;
 mod fluids;
-mod gltf;
-mod gltf_files;
-mod hostile;
-mod issues;
-mod limits;
-mod messages;
-mod noise;
-mod particles;
-mod ply;
-mod sources;
+mod animate;
