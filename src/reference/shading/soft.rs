@@ -34,7 +34,6 @@ pub const EVIDENCE: f32 = 300.0;
 pub const LEAST: f32 = 1e-4;
 /// Drops below this are none.
 pub const NOTHING: f32 = 1e-3;
-pub use super::levels::BINS;
 
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
