@@ -9,6 +9,8 @@ mod host_shader;
 mod light_points;
 mod look_up;
 mod occlude;
+mod project;
+mod project;
 mod soft;
 mod soften_curves;
 mod sort;
