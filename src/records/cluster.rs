@@ -65,7 +65,7 @@ const PIXEL_MARGIN: f32 = 1.0 / 64.0;
 const DEPTH_MARGIN: f32 = 1e-4;
 
 impl Grid {
-    /// A grid coarser than the settings if the bits of `light_count` lights would exceed [`MAX_WORDS`].
+    /// A grid coarser than the settings if the bits of `light_count` lights would exceed `MAX_WORDS`.
     pub fn new(settings: &ClusterSettings, camera: &View, light_count: usize) -> Self {
         let words = word_count(light_count);
         let mut tile = settings.tile.clamp(16, MAX_TILE);
@@ -127,7 +127,7 @@ impl Grid {
         (Vec3::new(low(x), low(y), near), Vec3::new(high(x), high(y), far))
     }
 
-    /// The cluster of a pixel at light depth `depth`; `None` outside the picture or beyond the far plane.
+    /// The cluster of a pixel at light depth `depth`; `None` outside the picture or the depth range.
     pub fn cluster(&self, pixel: Vec2, depth: f32) -> Option<u32> {
         let distance = self.near + depth * self.depth_range;
         let doublings = (distance / self.first_slice).max(1.0).log2();

@@ -1,6 +1,5 @@
-// shade, surfaces: what the camera sees that is solid, or the sky, as points. One invocation per
-// pixel of a band.
-// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, surfaces: visible opaque surfaces, or the sky, as points. One invocation per pixel of a band. CPU
+// twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::uniform::{materials, views};

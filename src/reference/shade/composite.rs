@@ -1,4 +1,4 @@
-//! Particles and panes over solid surfaces.
+//! Blending of particles and panes over opaque surfaces.
 use super::{
     Eye, FAINT,
     layers::{Face, Layer, Pixel},
@@ -16,7 +16,7 @@ use crate::{
 use glam::{Vec2, Vec3};
 
 impl Eye<'_> {
-    /// Lays translucent casters over the solid surfaces of a tile.
+    /// Blends translucent casters over the opaque surfaces of a tile.
     pub(super) fn composite(
         &self,
         clear: &Seen<'_>,
@@ -52,7 +52,7 @@ impl Eye<'_> {
                 let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
                 let own = seen_color(&hit, material) * light + material.emission;
                 let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
-                // What is behind is laid over what the air scatters before it as well.
+                // The air in front of the hit covers what the hit covers.
                 let before = self.air_before(at, hit.depth);
                 let veil = before.light * (1.0 - passed);
                 pixel.lay(hit.opacity * own * before.left + veil, passed);
@@ -75,7 +75,7 @@ impl Eye<'_> {
         colors
     }
 
-    /// What a pane does to a pixel but for the light that it scatters and mirrors.
+    /// Layer of a pane: its effect on a pixel except for the light that it scatters and mirrors.
     fn layer<'s>(
         &self,
         clear: &'s Seen<'_>,
@@ -96,7 +96,7 @@ impl Eye<'_> {
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
         let [_, normal] = clear.normals(footprint, met, to_eye);
         let mirrored = mirrored_share(material, hit, normal, to_eye);
-        // What covers has taken its share by its transfer.
+        // The transfer `over` already attenuates by its coverage.
         let covers = material.transfer == Transfer::Over;
         let scattered = if covers { 0.0 } else { scattered_share(material, opacity) };
         // `gain` amplifies light sources, not the background.
@@ -111,7 +111,7 @@ impl Eye<'_> {
         Layer { depth, own, passed, face: Some(face), pane: Some((footprint, material, *hit)) }
     }
 
-    /// What a pane scatters and mirrors.
+    /// Point at which a pane's scattered and mirrored light is evaluated.
     fn pane(
         &self,
         clear: &Seen<'_>,
@@ -134,7 +134,7 @@ impl Eye<'_> {
     }
 }
 
-/// Premultiplied: glass keeps its highlights where it is clear.
+/// Gloss of a pane, premultiplied: glass keeps its highlights where it is clear.
 fn pane_gloss(material: &Material, hit: &Hit) -> Gloss {
     let polish = hit.opacity.max(material.transmission);
     Gloss { reflectivity: material.reflectivity, polish }
@@ -145,13 +145,13 @@ fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) ->
     pane_gloss(material, hit).mirrored_sky(normal.dot(to_eye), material.roughness)
 }
 
-/// A pane that is not clear scatters half of what it covers and filters the rest.
+/// Share of light that a pane scatters: half of what it covers if it is not clear, filtering the rest.
 fn scattered_share(material: &Material, opacity: f32) -> f32 {
     let covers = material.transfer == Transfer::Over;
     opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) }
 }
 
-/// Colour that scatters; what gathers light scatters all of it.
+/// Albedo of a pane; `gain` scatters everything.
 pub(super) fn seen_color(hit: &Hit, material: &Material) -> Vec3 {
     if material.transfer == Transfer::Gain {
         (hit.color * MAX_GAIN).min(Vec3::ONE)

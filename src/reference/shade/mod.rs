@@ -24,7 +24,7 @@ use glam::{Mat4, UVec2, Vec2, Vec3};
 use seen::Seen;
 use std::ops::RangeInclusive;
 
-/// What is behind less than this is not seen.
+/// Transmittance below which nothing behind is visible.
 pub const FAINT: f32 = 1.0 / 1024.0;
 /// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
@@ -37,7 +37,7 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
     mean_picture(scene, &samples)
 }
 
-/// The mean of pictures through several places of each pixel: of their light, not of what is shown.
+/// Mean of pictures at several samples per pixel: of linear light, before the tone curve.
 pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
     let exposure = scene.exposure.exp2();
     let count = scene.camera.size.element_product() as usize;
@@ -51,7 +51,7 @@ pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
     }
 }
 
-/// The masks of the picture, as they are stored; none where the scene asks for none.
+/// Shadow masks of the picture in their stored format; `None` if the scene has no mask settings.
 pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option<Masks> {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let lighting = Lighting::new(scene, views, maps);
@@ -62,7 +62,7 @@ pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option
     eye.picture_masks(scene, &camera, &Seen::new(&solid_scene, &view))
 }
 
-/// Linear light, row by row.
+/// Linear light of one sample per pixel, row by row.
 fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<Vec3> {
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let world_from_view = camera.view_from_world.inverse();
@@ -95,7 +95,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     light
 }
 
-/// Only casters of `classes`, in that order.
+/// A scene with the casters of `classes` only, in that order.
 fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
     let class = |material: u32| Class::of(&scene.materials[material as usize]);
     let mut part = scene.clone();
@@ -106,7 +106,7 @@ fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
     part
 }
 
-/// The camera and its light.
+/// The camera and the lighting of its scene.
 struct Eye<'a> {
     view: GpuView,
     world_from_view: Mat4,
@@ -116,7 +116,7 @@ struct Eye<'a> {
 }
 
 impl Eye<'_> {
-    /// `None` where the scene asks for none.
+    /// Shadow masks; `None` if the scene has no mask settings.
     fn picture_masks(&self, scene: &Scene, camera: &View, solid: &Seen<'_>) -> Option<Masks> {
         let settings = scene.mask.as_ref()?;
         let tiles = camera.tiles().element_product() as usize;
@@ -163,7 +163,7 @@ impl Eye<'_> {
             face: Vec3::ZERO,
             normal: Vec3::ZERO,
             to_eye: Vec3::ZERO,
-            // Not behind itself: the bias is its radius.
+            // Not shadowed by itself: the bias is its radius.
             reach: caster.radius,
             receiver: Receiver::new(material, caster.id),
             albedo: Vec3::ONE,
@@ -175,7 +175,7 @@ impl Eye<'_> {
         self.lighting.light(&point, None)
     }
 
-    /// The nearest of the solid casters.
+    /// Nearest opaque caster of each texel.
     fn solid_points(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<SeenSurface> {
         let mut nearest = TileTexels::filled((1.0_f32, None));
         for pair in solid.bins.tile(index) {
@@ -201,7 +201,7 @@ impl Eye<'_> {
         points
     }
 
-    /// Colour and light depth of the solid casters, or of the sky.
+    /// Colour and light depth of the opaque casters, or of the sky.
     fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<(Vec3, f32)> {
         let points = self.solid_points(solid, index, tile);
         let mut surfaces = TileTexels::filled((Vec3::ZERO, 1.0));
@@ -268,7 +268,7 @@ impl Eye<'_> {
         }
     }
 
-    /// As a solid one that mirrors nothing.
+    /// Point of an opaque triangle that mirrors nothing.
     fn triangle(
         &self,
         seen: &Seen<'_>,

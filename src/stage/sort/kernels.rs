@@ -2,8 +2,8 @@
 use super::SERIAL_CONSTANTS;
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// Values of a digit, as many as a run has counters: on software adapters 256 of them take two
-/// seconds to compile (benches/NOTES.md), 64 half a second.
+/// Values of a digit, which are the counters of a run: on software adapters 256 of them take two seconds to
+/// compile (benches/NOTES.md), 64 half a second.
 const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
 const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
 
