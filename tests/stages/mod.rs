@@ -11,7 +11,6 @@ mod light_points;
 mod look_up;
 mod occlude;
 mod project;
-mod project;
 mod soft;
 mod soften_curves;
 mod sort;
