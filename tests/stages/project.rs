@@ -76,7 +76,7 @@ fn views_of(scene: &Scene) -> Vec<GpuView> {
     gpu.collect()
 }
 
-/// Chunks of all casters in every view, with gaps between them, and how many footprints there are.
+/// Chunks of all casters in every view, with gaps between them, and the number of footprints.
 fn chunks(count: u32, views: u32) -> (Vec<Chunk>, u32) {
     let mut chunks = Vec::new();
     let mut next = GAP;
@@ -90,7 +90,7 @@ fn chunks(count: u32, views: u32) -> (Vec<Chunk>, u32) {
     (chunks, next)
 }
 
-/// What the kernel wrote, poison elsewhere.
+/// Output of the kernel, with poison in the gaps.
 struct Written {
     keys: Vec<Pair>,
     rects: Vec<Pair>,
@@ -166,7 +166,7 @@ fn project<T: bytemuck::NoUninit>(
     }
 }
 
-/// Counts of what one run compared.
+/// Footprints of one run, counted by kind.
 #[derive(Debug, Default)]
 struct Compared {
     visible: u32,
