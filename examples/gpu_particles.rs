@@ -240,7 +240,7 @@ fn read(
 ) -> Result<Vec<u8>, Box<dyn Error>> {
     let (send, received) = std::sync::mpsc::channel();
     wgpu::util::DownloadBuffer::read_buffer(device, queue, &buffer.slice(..), move |bytes| {
-        // Who asked waits.
+        // The receiver waits below.
         let _ = send.send(bytes.map(|bytes| bytes.to_vec()));
     });
     device.poll(wgpu::PollType::wait_indefinitely())?;

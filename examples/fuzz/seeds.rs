@@ -60,7 +60,7 @@ fn scenes(root: &Path) -> io::Result<Vec<Vec<u8>>> {
         }
     }
     found.push(("emitter".into(), EMITTER.as_bytes().to_vec()));
-    // The same seed finds the same whatever order a folder has.
+    // Sorted, so that the same seed gives the same inputs for any order of the folder.
     found.sort();
     let few = |text: &[u8]| String::from_utf8_lossy(text).replace("000,", ",").into_bytes();
     Ok(found.iter().map(|(_, text)| few(text)).filter(|text| text.len() < LARGEST).collect())

@@ -244,7 +244,7 @@ fn meet_particle(
     let color = (tint * image).truncate();
     let mut hit = optics(material, tint.w * image.w * profile, color, eye.depth(t));
     if grow > 1.0 {
-        // The opacity of what is smaller than a texel is scaled, after reflectivity.
+        // The opacity of a particle smaller than a texel is scaled, after reflectivity.
         let solid = Material { reflectivity: 0.0, ..material.clone() };
         hit = optics(&solid, hit.opacity * thin, color, hit.depth);
     }

@@ -9,6 +9,7 @@ use gobo::{
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
+        blur::BlurParams,
         filter::FilterParams,
         levels::LevelParams,
         project::{Chunk, ProjectParams},
@@ -34,6 +35,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<BatchCounters>,
     struct_agrees::<Segment>,
     struct_agrees::<AirParams>,
+    struct_agrees::<BlurParams>,
     struct_agrees::<FilterParams>,
     struct_agrees::<ClusterParams>,
     struct_agrees::<ClusterCounters>,

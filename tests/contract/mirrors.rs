@@ -46,7 +46,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("AREA_SUN", AREA_SUN),
         ("AREA_TEXELS", AREA_TEXELS),
         ("BACK_BIT", BACK_BIT),
-        ("BINS", soft::BINS),
+        ("BINS", curve::mean::BINS),
         ("BLOCK_BITS", BLOCK_BITS),
         ("BLOCK_TEXELS", BLOCK_TEXELS),
         ("BLUE_SIZE", BLUE_SIZE),

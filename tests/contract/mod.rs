@@ -1,2 +1,11 @@
-mod recording;
+//! Contracts of all kernels, devices and recorded frames.
+mod device;
+mod face;
+mod grammar;
 mod layers;
+mod layout;
+mod mirrors;
+mod recording;
+mod shaders;
+mod support;
+mod uniform_branches;

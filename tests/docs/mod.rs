@@ -1,2 +1,5 @@
-mod stages;
+//! Checks of the documents against the project.
+mod dither_figures;
 mod paths;
+mod results;
+mod stages;

@@ -43,7 +43,7 @@ fn records_and_boxes_are_those_of_an_upload() {
     let mut all = particles(600, 11);
     let mut chance = Chance::new(12);
     for particle in &mut all {
-        // Down to what f16 keeps as a denormal of the scale, and to nothing.
+        // Down to subnormal halves of the scaled opacity, and to zero.
         particle.color.w = [0.0, 1.0, 10_f32.powf(chance.within(-12.0, 0.0))][chance.below(3)];
         particle.rotation = chance.within(-100.0, 100.0);
     }

@@ -109,7 +109,7 @@ fn alpha_is_the_hosts_depth_of_what_filters_first() {
             let expected = host_depth(nearests[i].into());
             assert!((alpha - expected).abs() <= 6e-4 * expected.abs() + 1e-6, "{alpha} {expected}");
             filtered += 1;
-            // Halves of a depth that is not reversed tell little of what is far: hosts reverse it.
+            // Halves of a depth that is not reversed do not resolve distant depths: hosts use reversed z.
             let [before, behind] = [-0.05, 0.05].map(|by| host_depth(f64::from(nearests[i]) + by));
             if is_reversed {
                 assert!(alpha > behind && alpha < before, "{before} {alpha} {behind}");

@@ -98,7 +98,7 @@ fn scene() -> Scene {
     let corner = |x: f32, z: f32| Vec3::new(x, 0.5, z);
     let block = [corner(9.0, -11.0), corner(11.0, -11.0), corner(10.0, -9.0)];
     scene.triangles = vec![triangle(block, 1)];
-    // Keep the bounds, whatever moves.
+    // Fixes the bounds of the scene.
     let far = Vec3::new(20.0, 5.0, 20.0);
     scene.particles.extend([far, -far].map(|center| particle(center, 0.1, Vec4::ONE)));
     scene

@@ -170,7 +170,7 @@ fn puffs_are_ramps_that_may_overlap() {
             let is = light_at(&maps[0], Vec3::new(0.0, 0.0, z));
             near(is, passed(0, z) * passed(1, z), slack, &format!("{z}"));
         }
-        // Half way through both, the first is not whole: what steps would say is far off.
+        // Half-way through both, the chord of the first is incomplete: steps would be far off.
         let is = light_at(&maps[0], Vec3::new(0.0, 0.0, 0.2));
         assert!((is - passed(0, -9.0) * passed(1, 0.2)).abs().max_element() > 0.05, "{is}");
     }
@@ -232,8 +232,8 @@ fn segments_follow_each_other() {
         let frame = render(tier, &scene);
         assert!(frame.counters.segments > 2, "{:?}", frame.counters);
         let map = &frame.maps[0];
-        // Nearest-depth mode lets volumes filter what all `over` casters leave; on the way it is
-        // the order that counts, and the two only meet at the end.
+        // In nearest-depth mode volumes filter the light behind all `over` casters; along the ray the order
+        // matters, and both agree only at the end.
         let kept = (-opacity * f64::from(COUNT)).exp();
         let painted = DVec3::splat(kept) + color.as_dvec3() * (1.0 - kept);
         let end = painted * through(high - low).as_dvec3();

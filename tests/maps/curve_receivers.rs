@@ -96,7 +96,7 @@ fn a_particle_gets_the_panes_before_it_and_no_others() {
             let bias = 0.002 / (map.view.far - map.view.near);
             let is = curve.light_at(texel, z - bias);
             assert!((is - light).abs().max_element() <= LIGHT_ROUNDING, "{id}: {is} {light}");
-            // The picture: what was seen without panes, times what they let pass.
+            // The picture: its colour without panes, times their transmittance.
             let p = camera.view_from_world.transform_point3(stair(id));
             let at = Vec2::new(p.x, -p.y) * (camera.scale / -p.z) + camera.size.as_vec2() * 0.5;
             let pixel = at.y as usize * 480 + at.x as usize;

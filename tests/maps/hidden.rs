@@ -152,7 +152,7 @@ fn what_cannot_be_judged_is_not_hidden() {
             Bounds { min: below.min.with_y(-1e6), ..below },
             Bounds { min: one * -1e14, max: -one },
             Bounds { min: below.max, max: below.min },
-            // The ground's own, what touches it, and what stands in it.
+            // The ground's own box, one that touches it, and one that crosses it.
             Bounds { min: Vec3::new(-6.0, 0.0, -6.0), max: Vec3::new(6.0, 0.0, 6.0) },
             Bounds { max: below.max.with_y(0.0), ..below },
             Bounds { max: below.max.with_y(1e-6), ..below },
@@ -186,7 +186,7 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
     // A hair's breadth apart, texels may fall between them.
     let apart = second.map(|corner| corner + Vec3::new(-1e-6, 0.0, 1e-6));
     assert!(!hides(&[first, apart]));
-    // Folded, neither is one sheet.
+    // Folded along the diagonal, the pair is not planar.
     let folded = [first[0], first[2], second[2] + Vec3::Y];
     assert!(!hides(&[first, folded]));
     for bad in [f32::NAN, f32::INFINITY] {
@@ -298,7 +298,7 @@ fn smoke_below_a_ground_is_hidden() {
         let many = |at| cloud(&mut Chance::new(6), at, 2000, 0);
         let mut crowded = scene.clone();
         crowded.particles.extend(many(Vec3::new(4.5, 1.0, 4.5)));
-        // Some of the few share a group with what is seen.
+        // Some of the few share a group with visible particles.
         assert!(hidden(&mut renderer, &crowded) > 2 * 150);
         scene.particles.extend(many(Vec3::Y));
         assert_eq!(hidden(&mut renderer, &scene), 0);
@@ -366,7 +366,7 @@ fn a_volume_is_never_hidden() {
 fn maps_stay_while_only_what_is_hidden_moves() {
     let mut renderer = renderers().next().expect("there are tiers");
     let mut scene = smoke_and_ground();
-    // Keep the bounds, whatever moves.
+    // Fixes the bounds of the scene.
     let far = Vec3::new(7.0, 5.0, 7.0);
     scene.particles.extend([far, -far].map(|center| particle(center, 0.1, Vec4::ONE)));
     let rendered_views = |renderer: &mut Renderer, scene: &Scene| {

@@ -23,7 +23,7 @@ fn over_a_floor(proxies: Vec<Material>) -> Scene {
     for positions in [
         [corner(-1.0, 0.0, -1.0), corner(-1.0, 0.0, 1.0), corner(1.0, 0.0, 1.0)],
         [corner(-1.0, 0.0, -1.0), corner(1.0, 0.0, 1.0), corner(1.0, 0.0, -1.0)],
-        // Encloses what may be left out.
+        // Fixes the bounds of the scene.
         [corner(-1.0, 0.0, -1.0), corner(-1.0, 1.5, -1.0), corner(-1.0, 0.0, -0.99)],
     ] {
         scene.triangles.push(triangle(positions, 0));

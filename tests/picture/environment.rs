@@ -76,7 +76,7 @@ fn images_look_where_they_say() {
             "{direction} {found}"
         );
     }
-    // Turned by a quarter, what was in the middle is seen to the left.
+    // Turned by a quarter, the centre of the image is on the left.
     let size = UVec2::new(8, 4);
     let mut texels = vec![[0.0; 3]; 32];
     for row in 0..4 {

@@ -53,7 +53,7 @@ fn the_shadow_falls_into_view_beside_what_casts_it() {
     // Light from the viewer's side: visible surfaces are lit.
     let forward = scene.camera.target - scene.camera.eye;
     assert!(direction.dot(forward) > 0.0 && direction.dot(Vec3::NEG_Y) > 0.5, "{direction}");
-    // Another direction holds where one is asked for; another size changes none.
+    // A direction given by the user stays; a new size leaves the direction.
     let set = load("dots.csv", &column(), &[("light.sun.direction", "[0, -1, 0]")], true);
     assert_eq!(sun(&set), Vec3::NEG_Y);
     let set = load("dots.csv", &column(), &[("light.sun.size", "64")], true);

@@ -434,7 +434,8 @@ fn the_camera_of_a_model_follows_its_node() {
 /// second morph target lifts all corners.
 fn bent(weights: &str) -> String {
     let mut floats: Vec<f32> = vec![0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 1.0, 0.0];
-    // Weights of the corners, then what brings the second joint's place, (1, 0, 0), to its own.
+    // Weights of the corners, then inverse bind matrices: the second moves the joint's position, (1, 0, 0),
+    // to its origin.
     floats.extend([1.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0]);
     floats.extend(Mat4::IDENTITY.to_cols_array());
     floats.extend(Mat4::from_translation(Vec3::NEG_X).to_cols_array());

@@ -127,7 +127,7 @@ fn meshes_that_are_named_often_are_refused_soon() {
         let error = quick("a crowd", || scene::load(&path).unwrap_err()).to_string();
         assert!(error.contains("8000000"), "{error}");
     }
-    // A few use what they name, and no more.
+    // A few nodes are counted exactly.
     let (gltf, corners) = crowd(7, 6, false);
     folder.write("crowd.bin", corners);
     // The ground adds two.

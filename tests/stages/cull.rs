@@ -223,7 +223,8 @@ fn the_tree_yields_what_brute_force_does() {
         let mut cut_short = count < 17;
         for (i, view) in views(&mut chance, 60).iter().enumerate() {
             let visible = culled(&tree, view);
-            // A tree tests unions of boxes too; it may only yield less by testing what it yields.
+            // A tree also tests unions of boxes; it may only find fewer boxes than a linear test by testing
+            // the boxes themselves.
             assert_eq!(visible, linear(&bounds, view), "{count} groups, {view:?}");
             cut_short |= visible.len() < count / 2;
             // Some move, a little or not at all, and some become another kind.

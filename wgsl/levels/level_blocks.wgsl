@@ -6,7 +6,7 @@ import choice::below::{open_child, ramp_count};
 import package::bind::stored::new_levels;
 import package::bind::uniform::level_params;
 import package::curve::node::DEPTHS;
-import package::levels::merge::{find_parts, part_node, ramp_shift};
+import package::curve::mean::{find_parts, part_node, ramp_shift};
 import package::records::area::{
     BLOCK_TEXELS, LevelMap, SKIRT, block_number, level_map, leveled_view,
 };
@@ -67,7 +67,7 @@ fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
     let some = map.first < 0xffffffffu;
     let children = select(0u, 4u, some);
     let ramps = select(0u, ramp_count(), some);
-    find_parts(children, ramps);
+    find_parts(children, ramps, 2u * BLOCK_TEXELS);
     let number = block_number(map, at) - level_params.first_block;
     for (var pair = 0u; pair < children / 2u; pair += 1u) {
         let first = part_node(2u * pair, children, ramps);
