@@ -1,4 +1,4 @@
-//! Pictures of pictures: small ones, maps, and the contact sheet.
+//! Previews: small pictures, maps, and the contact sheet.
 use crate::{Fallible, Plate};
 use gobo::records::{Picture, ViewMaps};
 use image::{

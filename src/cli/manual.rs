@@ -1,11 +1,12 @@
-//! `gobo man` and `gobo completions`: pages and scripts made from what the command line takes.
+//! `gobo man` and `gobo completions`: manual pages and shell completions, generated from the command line's
+//! arguments.
 use super::{arguments::Arguments, failure::Failure, files};
 use clap::{Command, CommandFactory as _};
 use clap_complete::Shell;
 use clap_mangen::Man;
 use std::{io::Write as _, path::Path};
 
-/// What no argument says; `roff`, the man page's language.
+/// Section on the exit status, which no argument describes; `roff` is the language of man pages.
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
 .TP
 0
@@ -47,7 +48,7 @@ fn page(command: &Command) -> Result<Vec<u8>, Failure> {
     Ok(page)
 }
 
-/// A script that completes what is typed, on standard output.
+/// Prints a completion script to standard output.
 pub(crate) fn completions(shell: Shell) -> Result<(), Failure> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "gobo", &mut script);
@@ -56,7 +57,7 @@ pub(crate) fn completions(shell: Shell) -> Result<(), Failure> {
 
 fn print(bytes: &[u8]) -> Result<(), Failure> {
     match std::io::stdout().lock().write_all(bytes) {
-        // Whoever read has seen enough.
+        // The reader has closed the pipe.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result.map_err(Failure::Output),
     }

@@ -78,7 +78,19 @@ impl Allocator<'_> {
         &mut self,
         name: &'static str,
         format: TextureFormat,
+        size: [u64; 3],
+        usage: TextureUsages,
+    ) -> Result<wgpu::Texture, Error> {
+        self.texture_with_levels(name, format, size, 1, usage)
+    }
+
+    /// As [`Self::texture`], with `levels` of ever half the size.
+    pub fn texture_with_levels(
+        &mut self,
+        name: &'static str,
+        format: TextureFormat,
         [width, height, layers]: [u64; 3],
+        levels: u32,
         usage: TextureUsages,
     ) -> Result<wgpu::Texture, Error> {
         let limits = self.device.limits();
@@ -86,7 +98,8 @@ impl Allocator<'_> {
         check("max_texture_dimension_2d", edge, width.max(height))?;
         check("max_texture_array_layers", u64::from(limits.max_texture_array_layers), layers)?;
         let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
-        self.memory.add(name, width * height * layers * texel);
+        let texels = (0..levels).map(|level| (width >> level) * (height >> level));
+        self.memory.add(name, texels.sum::<u64>() * layers * texel);
         Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(name),
             size: wgpu::Extent3d {
@@ -94,7 +107,7 @@ impl Allocator<'_> {
                 height: height as u32,
                 depth_or_array_layers: layers as u32,
             },
-            mip_level_count: 1,
+            mip_level_count: levels,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format,

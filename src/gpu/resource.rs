@@ -208,7 +208,7 @@ impl BindingKind {
 #[derive(Clone, Copy, Debug)]
 pub enum Resource<'a> {
     Buffer(&'a wgpu::Buffer),
-    /// The whole texture, as an array if the kernel reads one.
+    /// The whole texture but its smaller mip levels, as an array if the kernel reads one.
     Texture(&'a wgpu::Texture),
     View(&'a wgpu::TextureView),
 }
@@ -227,7 +227,11 @@ impl<'a> Resource<'a> {
             Self::View(view) => Bound::Given(wgpu::BindingResource::TextureView(view)),
             Self::Texture(texture) => {
                 let dimension = kind.dimension();
-                let desc = wgpu::TextureViewDescriptor { dimension, ..Default::default() };
+                let desc = wgpu::TextureViewDescriptor {
+                    dimension,
+                    mip_level_count: Some(1),
+                    ..Default::default()
+                };
                 Bound::Made(texture.create_view(&desc))
             }
         }

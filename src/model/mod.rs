@@ -39,8 +39,8 @@ pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
-    Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Receiver,
-    ShadowSettings,
+    Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,
+    MAX_PAIRS, MIN_MAP_SIZE, Receiver, ShadowSettings,
 };
 pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

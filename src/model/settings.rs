@@ -40,6 +40,11 @@ pub struct ShadowSettings {
     pub soften: bool,
     /// Whether dithered casters use a threshold of their own per channel.
     pub colored: bool,
+    /// Radius of the window over which filter maps and curves are blurred by a Gaussian,
+    /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window [texels].
+    pub blur: u32,
+    /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`].
+    pub mips: u32,
 }
 
 impl ShadowSettings {
@@ -63,6 +68,8 @@ impl Default for ShadowSettings {
             texel_budget: 1 << 27,
             soften: false,
             colored: false,
+            blur: 0,
+            mips: 0,
         }
     }
 }
@@ -127,3 +134,10 @@ pub const MIN_MAP_SIZE: u32 = 16;
 
 /// Largest pair capacity of one batch: the size of a sort's textures.
 pub const MAX_PAIRS: u32 = 1 << 26;
+
+/// Widest blur of maps [texels].
+pub const MAX_BLUR: u32 = 16;
+/// Standard deviations from the middle of a blur's window to its end.
+pub const BLUR_DEVIATIONS: f32 = 2.0;
+/// Most smaller levels of a filter map: in the last, a tile is one texel.
+pub const MAX_MIPS: u32 = 4;

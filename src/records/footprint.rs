@@ -23,8 +23,8 @@ pub const CURVE_SEGMENT: u32 = 8192;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Footprint {
-    /// Centre in the view's map [texels]; for a triangle, of its bounding square; for a particle behind the
-    /// near plane's view cone ([`Self::beside`]) its offset to the right and down [m].
+    /// Centre in the view's map [texels]; for a triangle, of its bounding square; for a particle beside the
+    /// view ([`Self::beside`]) its offset to the right and down [m].
     pub center: Vec2,
     /// Orthographic: radius [texels]. Perspective: radius over distance from the light. Triangle: half the
     /// side of the bounding square [texels]. Negative for a particle without a centre in the map

@@ -3,6 +3,7 @@ use super::{
     Pair,
     accumulate::{Accumulated, Light, Modes, accumulate},
     bin::{Bins, bin},
+    blur::blur,
     caster_hit::{Records, Target},
     colored::{filter_colored, occlude_colored},
     curve::{
@@ -49,6 +50,8 @@ pub(super) struct SceneRecords<'a> {
     /// Window of the softening; 0 if dithered surfaces stay as they are [texels].
     soften_window: u32,
     colored: bool,
+    /// [texels]
+    blur: u32,
 }
 
 /// Projected casters of one view.
@@ -113,11 +116,18 @@ impl<'a> SceneRecords<'a> {
             }),
             pair_budget: scene.shadow.pair_budget,
             soften_window: if scene.shadow.soften { window(materials) } else { 0 },
+            blur: scene.shadow.blur,
             colored: scene.shadow.colored && uses(Transfer::Dither),
         }
     }
 
     fn render(&self, view: &View, counters: &mut Counters) -> ViewMaps {
+        let mut maps = self.sharp(view, counters);
+        blur(&mut maps, self.blur);
+        maps
+    }
+
+    fn sharp(&self, view: &View, counters: &mut Counters) -> ViewMaps {
         let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;

@@ -2,6 +2,7 @@
 pub mod accumulate;
 pub mod air;
 pub mod bin;
+pub mod blur;
 pub mod caster_hit;
 pub mod cluster;
 pub mod colored;

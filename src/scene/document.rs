@@ -102,6 +102,8 @@ pub(super) struct ShadowTable {
     pub texel_budget: Option<u64>,
     pub soften: Option<bool>,
     pub colored: Option<bool>,
+    /// [texels]
+    pub blur: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::{
     model::{
-        Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_SAMPLES, MIN_MAP_SIZE, Material,
-        ShadowSettings, Transfer, dither::MAX_SCALE,
+        Air, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES, MIN_MAP_SIZE,
+        Material, ShadowSettings, Transfer, dither::MAX_SCALE,
     },
     records::MAX_TILE,
 };
@@ -95,6 +95,7 @@ pub(super) fn shadow(
         texel_budget,
         soften,
         colored,
+        blur,
     } = table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
@@ -114,6 +115,11 @@ pub(super) fn shadow(
     if texel_budget == 0 {
         return Err(check.fault("texel_budget", "texel_budget is 0", "at least 1"));
     }
+    let blur = blur.unwrap_or(usual.blur);
+    if blur > MAX_BLUR {
+        let help = format!("a blur reaches 0 to {MAX_BLUR} texels");
+        return Err(check.fault("blur", format!("blur is {blur}"), &help));
+    }
     Ok(ShadowSettings {
         size: check.map_size(size.unwrap_or(usual.size))?,
         receiver: receiver.unwrap_or(usual.receiver),
@@ -126,6 +132,8 @@ pub(super) fn shadow(
         texel_budget,
         soften: soften.unwrap_or(usual.soften),
         colored: colored.unwrap_or(usual.colored),
+        blur,
+        mips: usual.mips,
     })
 }
 

@@ -16,6 +16,10 @@ pub struct Config {
     pub soften: bool,
     /// Whether dithered casters use a threshold of their own per channel.
     pub colored: bool,
+    /// Radius of the window over which filters and curves are blurred; 0 for none [texels].
+    pub blur: u32,
+    /// Smaller levels of the filter map.
+    pub mips: u32,
     /// Nodes of a curve (K); 0: nearest-depth mode, without curves.
     pub nodes: u32,
     /// Whether the picture counts the cost of each pixel
@@ -39,6 +43,8 @@ impl Config {
             queued: profile.queued,
             soften: false,
             colored: false,
+            blur: 0,
+            mips: 0,
             nodes: 0,
             count_cost: false,
             hide: true,

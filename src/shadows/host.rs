@@ -8,7 +8,10 @@ use crate::{
     gpu::{
         Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
     },
-    model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
+    model::{
+        Casters, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
+        ShadowSettings, View,
+    },
     stage::{hits::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -180,6 +183,8 @@ impl Shadows {
             pair_budget: room.budget,
             soften: settings.soften,
             colored: settings.colored,
+            blur: settings.blur,
+            mips: settings.mips,
             nodes: settings.curve_nodes(),
             ..pipeline.config
         };
@@ -351,6 +356,10 @@ pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Err
         if !(finite && view.near >= 0.0 && view.near < view.far) {
             return invalid(index, "its planes must be finite, the near one before the far one");
         }
+    }
+    if settings.blur > MAX_BLUR || settings.mips > MAX_MIPS {
+        let problem = "a blur reaches 16 texels at most, and a filter map has 4 smaller levels";
+        return Err(Error::Invalid { what: "setting", index: 0, problem });
     }
     if !matches!(settings.curve_nodes(), 0 | 4 | 8 | 16) {
         let problem = "a curve has 4, 8 or 16 nodes";

@@ -68,7 +68,7 @@ impl ListPlan {
     }
 }
 
-/// Chunks that `cull` writes for a list, and the places where their number is needed.
+/// Chunks that `cull` writes for a list, and the buffers that receive their number.
 #[derive(Debug)]
 pub(crate) struct HostChunks {
     /// Capacity for all chunks.
@@ -120,7 +120,7 @@ impl HostChunks {
         Ok(Self { buffers, listed, cull, project, footprint_counts: Vec::new() })
     }
 
-    /// Adds the places that read the list's number of footprints.
+    /// Adds the buffers that receive the list's number of footprints.
     pub(crate) fn count_into(&mut self, bin_params: &Buffer, sort_count: Option<&Buffer>) {
         let place = offset_of!(BinParams, footprint_count) as u64;
         self.footprint_counts.push((bin_params.clone(), place));

@@ -41,7 +41,7 @@ fn part(source: Choice) -> Result<Linked, KernelError> {
 }
 
 impl Maps {
-    /// WGSL to put beside the host's own, with every name prefixed:
+    /// WGSL to add to the host's own, with a prefix before every name:
     ///
     /// ```wgsl
     /// fn {prefix}light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32>

@@ -15,7 +15,10 @@ use wgpu::{
 /// Texture arrays that hold all views' maps.
 #[derive(Clone, Debug)]
 pub struct Maps {
-    /// `F`, rgba16float.
+    /// `F`, rgba16float, with [`ShadowSettings::mips`] smaller levels. There a view's rectangle is smaller
+    /// as well, and a texel is the mean of the view's own texels.
+    ///
+    /// [`ShadowSettings::mips`]: crate::model::ShadowSettings::mips
     pub filters: wgpu::Texture,
     /// `D`, r32float.
     pub nearests: wgpu::Texture,
@@ -42,6 +45,7 @@ impl Maps {
         nodes: u32,
         colored: bool,
         softened: bool,
+        mips: u32,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
         // Each layer has several layers of curves, or of the softening's runs.
@@ -69,7 +73,13 @@ impl Maps {
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
         Ok(Self {
-            filters: allocator.texture("filters", Rgba16Float, size, usage)?,
+            filters: allocator.texture_with_levels(
+                "filters",
+                Rgba16Float,
+                size,
+                1 + mips,
+                usage,
+            )?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
             opaques,
             colored,
@@ -107,6 +117,7 @@ impl Maps {
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        let levels = self.filters.mip_level_count();
         let of_curves = self.curves.size();
         let layers = of_curves.depth_or_array_layers;
         let of_curves = [of_curves.width, of_curves.height, layers].map(u64::from);
@@ -115,7 +126,13 @@ impl Maps {
             _ => allocator.texture("soft_curves", Rgba32Uint, of_curves, usage)?,
         };
         Ok(Self {
-            filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
+            filters: allocator.texture_with_levels(
+                "soft_filters",
+                Rgba16Float,
+                size,
+                levels,
+                usage,
+            )?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
             colored: None,

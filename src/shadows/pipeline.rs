@@ -2,8 +2,10 @@
 use super::{
     CasterSet, Config, Kernels, Maps, PreparedMaps,
     batch::Batch,
+    blur::Blur,
     cache::{MapCache, Relocation},
     context::Context,
+    filter_mips::FilterMips,
     host_depths::DepthInput,
     plan::{self, LISTS, PendingView, Plan},
     scratch::Scratch,
@@ -30,6 +32,7 @@ pub struct Pipeline {
 pub(super) struct MapSet {
     pub maps: Maps,
     pub soften: Option<Soften>,
+    pub blur: Option<Blur>,
     pub memory: Memory,
 }
 
@@ -162,9 +165,9 @@ impl Pipeline {
         let kept = reuse.maps.is_some();
         let set = match reuse.maps {
             Some(set) => set,
-            None => MapSet::new(request, nodes)?,
+            None => MapSet::new(request, &self.config)?,
         };
-        let MapSet { maps, mut soften, memory: maps_memory } = set;
+        let MapSet { maps, mut soften, mut blur, memory: maps_memory } = set;
         let maps = Maps { gain: request.gain, ..maps };
         let hides = self.config.hide.then_some(nodes);
         let cache = MapCache::after(reuse.cache, casters, views, hides, request.depths);
@@ -210,11 +213,18 @@ impl Pipeline {
             let over = casters.span(LISTS[1].clone()).features.over;
             soften.bind(&mut allocator, queue, &mut self.kernels, &plans, &maps, over)?;
         }
+        if let Some(blur) = &mut blur {
+            blur.bind(&mut allocator, queue, &mut self.kernels, &plans, &maps)?;
+        }
+        let is_new = relocation.is_some() || !batches.is_empty();
+        let mips = FilterMips::new(&mut allocator, queue, &self.kernels, views, &maps, is_new)?;
         Ok(PreparedMaps {
             maps,
             batches,
             host: casters.shared_host(),
             soften,
+            blur,
+            mips,
             scratch,
             cache,
             relocation,
@@ -236,6 +246,8 @@ impl Pipeline {
         !request.colored
             && !earlier.is_colored()
             && window == request.window
+            && earlier.blur.as_ref().map_or(0, |blur| blur.radius) == self.config.blur
+            && earlier.maps.filters.mip_level_count() == 1 + self.config.mips
             && earlier.maps.nodes == nodes
             && same_curves
     }
@@ -294,24 +306,27 @@ fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
 }
 
 impl MapSet {
-    fn new(request: &Request<'_>, nodes: u32) -> Result<Self, Error> {
+    fn new(request: &Request<'_>, config: &Config) -> Result<Self, Error> {
         let &Request { device, queue, views, window, colored, .. } = request;
+        let &Config { nodes, blur, mips, .. } = config;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0)?;
-        if window == 0 {
-            return Ok(Self { maps, soften: None, memory });
+        let mut maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0, mips)?;
+        let mut soften = None;
+        if window > 0 {
+            let (soft, own) = Soften::new(&mut allocator, queue, maps, window)?;
+            (maps, soften) = (soft, Some(own));
         }
-        let (maps, soften) = Soften::new(&mut allocator, queue, maps, window)?;
-        Ok(Self { maps, soften: Some(soften), memory })
+        let blur = (blur > 0).then(|| Blur::new(&mut allocator, queue, &maps, blur)).transpose()?;
+        Ok(Self { maps, soften, blur, memory })
     }
 }
 
 impl Reuse {
     fn of(earlier: PreparedMaps, views: &[View]) -> Self {
-        let PreparedMaps { maps, soften, maps_memory, cache, scratch, scratch_memory, .. } =
-            earlier;
-        let set = MapSet { maps, soften, memory: maps_memory };
+        let PreparedMaps { maps, soften, blur, maps_memory, cache, .. } = earlier;
+        let PreparedMaps { scratch, scratch_memory, .. } = earlier;
+        let set = MapSet { maps, soften, blur, memory: maps_memory };
         let (maps, relocated) =
             if cache.fits(views) { (Some(set), None) } else { (None, Some(set)) };
         Self { maps, relocated, scratch: Some((scratch, scratch_memory)), cache }

@@ -2,7 +2,9 @@
 use super::{
     Kernels, ListCounters, Maps,
     batch::Batch,
+    blur::Blur,
     cache::{MapCache, Relocation},
+    filter_mips::FilterMips,
     host_casters::HostSets,
     read_back::ReadBack,
     scratch::Scratch,
@@ -25,6 +27,8 @@ pub struct PreparedMaps {
     pub(super) batches: Vec<Batch>,
     pub(super) host: Option<Arc<HostSets>>,
     pub(super) soften: Option<Soften>,
+    pub(super) blur: Option<Blur>,
+    pub(super) mips: FilterMips,
     pub(super) scratch: Arc<Scratch>,
     pub(super) cache: MapCache,
     pub(super) relocation: Option<Relocation>,
@@ -88,6 +92,10 @@ impl PreparedMaps {
         if let Some(soften) = &self.soften {
             soften.record(kernels, encoder, timeline);
         }
+        if let Some(blur) = &self.blur {
+            blur.record(kernels, encoder, timeline);
+        }
+        self.mips.record(kernels, encoder, timeline);
         self.cache.mark_recorded();
     }
 

@@ -133,7 +133,7 @@ impl SmallTriangles {
     }
 }
 
-/// Copies the depths to the maps of `views`, where no other caster is opaque.
+/// Copies the depths to the maps of `views`, for batches without other opaque casters.
 pub(super) fn copy_depths(
     scratch: &Scratch,
     views: &[GpuView],

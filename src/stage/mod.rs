@@ -5,6 +5,7 @@
 pub mod accumulate;
 pub mod air;
 pub mod bin;
+pub mod blur;
 pub mod cluster;
 pub mod colored;
 pub mod curve;
@@ -52,6 +53,13 @@ pub const KERNELS: &[&KernelDesc] = &[
     &filter::CURVE_COLUMNS,
     &colored::ROWS,
     &colored::COLUMNS,
+    &blur::NEAR_ROWS,
+    &blur::NEAR_COLUMNS,
+    &blur::ROWS,
+    &blur::COLUMNS,
+    &blur::CURVE_ROWS,
+    &blur::CURVE_COLUMNS,
+    &blur::FILTER_MIP,
     &mask::SURFACES,
     &mask::SHRINK,
     &mask::LOOK_UP,

@@ -47,7 +47,7 @@ fn every_command_has_a_page_with_its_options() {
         assert_eq!(missing(&page, &options), [""; 0], "{name}");
     }
     assert!(count > 40, "{count} options");
-    // What is not there is missed.
+    // A missing command is noticed.
     assert_eq!(missing(&whole, &["gobo-dance(1)".to_owned()]).len(), 1);
 }
 

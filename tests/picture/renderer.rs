@@ -1,4 +1,4 @@
-//! What hosts of the whole renderer ask it for beside pictures.
+//! Functions of the renderer for hosts, besides pictures.
 use crate::common::{
     TIERS, gpu, own_gpu,
     scenes::{empty, light, material, random_discs, triangle},

@@ -4,7 +4,7 @@ import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
 import package::features::NODES;
-import package::levels::merge::Ramp;
+import package::curve::mean::Ramp;
 import package::records::area::leveled_view;
 import package::records::light::shadow_view;
 import package::records::view::GpuView;
@@ -23,6 +23,10 @@ fn start_child(i: u32) {
     let at = first_child + vec2(i % 2u, i / 2u);
     child_at = child_view.origin + min(at, vec2<u32>(child_view.size) - 1u);
     child_light = vec3(1.0);
+}
+
+fn child_share() -> f32 {
+    return 0.25;
 }
 
 // Ramps of translucent casters, then of the opaque surface, one per channel.

@@ -6,7 +6,7 @@ import choice::below::{open_child, ramp_count};
 import package::bind::stored::new_levels;
 import package::bind::uniform::level_params;
 import package::curve::node::DEPTHS;
-import package::levels::merge::{find_parts, part_node, ramp_shift};
+import package::curve::mean::{find_parts, part_node, ramp_shift};
 import package::records::area::{
     BLOCK_TEXELS, LevelMap, SKIRT, block_number, level_map, leveled_view,
 };
@@ -22,8 +22,8 @@ struct LevelParams {
     pad_1: u32,
 }
 
-// Block from which a block takes its values: beyond the edge of a cube's face one of the neighbour, else
-// the nearest. Its depths become this face's by `shift`: times x, plus y, in fixed point.
+// Source of a block's values: beyond the edge of a cube's face a block of the neighbour, else the nearest
+// block. Its depths become this face's by `shift`: times x, plus y, in fixed point.
 struct BlockOwner {
     leveled: u32,
     at: vec2<i32>,
@@ -67,7 +67,7 @@ fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
     let some = map.first < 0xffffffffu;
     let children = select(0u, 4u, some);
     let ramps = select(0u, ramp_count(), some);
-    find_parts(children, ramps);
+    find_parts(children, ramps, 2u * BLOCK_TEXELS);
     let number = block_number(map, at) - level_params.first_block;
     for (var pair = 0u; pair < children / 2u; pair += 1u) {
         let first = part_node(2u * pair, children, ramps);

@@ -9,7 +9,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// In 64 bits, from the definitions of range and cone.
+/// Whether a light reaches a point, in 64 bits, from the definitions of range and cone.
 fn is_lit(light: &Light, point: DVec3) -> bool {
     let (position, cone) = match light.kind {
         LightKind::Directional { .. } => return true,
