@@ -89,8 +89,8 @@ pub use model::{
 pub use render::{Frame, RenderOptions, Renderer};
 pub use shadows::{
     CasterCount, CasterLoader, ConvertedMaps, FLYING_WGSL, FilterFormat, HostCasters, HostDepth,
-    HostInputs, LightBindings, LightPoints, MapLayout, Maps, PointBuffers, Prepared, Shadows,
-    Simulation,
+    HostInputs, LightBindings, LightMasks, LightPoints, MapLayout, Maps, MaskSlot, MaskView,
+    PointBuffers, Prepared, ShadowFunction, Shadows, Simulation,
 };
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

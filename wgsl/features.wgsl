@@ -42,3 +42,5 @@ override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
 // Some map is read otherwise than by the spline, or with a bias for slopes.
 override HAS_FILTERS: bool = false;
+// Some light of the picture asks maps, where no mask speaks for them.
+override HAS_SHADOWS: bool = true;

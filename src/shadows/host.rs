@@ -8,7 +8,9 @@ use crate::{
     gpu::{
         Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
     },
-    model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
+    model::{
+        Casters, Class, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View,
+    },
     stage::{hits::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -44,6 +46,8 @@ pub struct Prepared {
     pub(super) caster_count: u64,
     /// Whether some filter depends on the order of its casters.
     pub(super) ordered: bool,
+    /// Whether some material filters light.
+    pub(super) tints: bool,
     pub(super) views: Vec<View>,
     pub(super) settings: ShadowSettings,
     maps: Maps,
@@ -205,6 +209,7 @@ impl Shadows {
             frame: *frame,
             caster_count: (casters.particles.len() + casters.triangles.len()) as u64,
             ordered: new.is_ordered(),
+            tints: casters.materials.iter().any(|own| Class::FILTERING.contains(&Class::of(own))),
             views: views.to_vec(),
             settings: *settings,
             maps: prepared.maps.clone(),

@@ -114,7 +114,7 @@ impl Prepared {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let with_areas = choice.files == OF_AREA.files;
-        let source = self.light_source(&mut allocator, lights, chosen, with_areas)?;
+        let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
         let none = match &source.levels {
             None if with_areas => {
                 Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)

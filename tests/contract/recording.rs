@@ -164,7 +164,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
         &views,
         maps,
         PictureRoom::default(),
-        &Default::default(),
+        &mut Default::default(),
     );
     let picture = picture.unwrap();
     submit_all(&gpu);

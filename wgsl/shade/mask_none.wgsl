@@ -2,7 +2,7 @@
 
 import package::records::point::Point;
 
-// What a mask says of a light, and whether one does.
+// What a mask says of a light: 1 where none does.
 struct Masked {
     share: vec3<f32>,
     is_masked: bool,
