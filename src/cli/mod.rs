@@ -10,6 +10,7 @@ mod failure;
 mod files;
 mod info;
 mod light;
+mod manual;
 mod maps;
 mod npy;
 mod preview;
@@ -34,5 +35,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),
         Command::Export { target, out } => export::run(target, &out),
+        Command::Man { out } => manual::man(out.as_deref()),
+        Command::Completions { shell } => manual::completions(shell),
     }
 }

@@ -14,15 +14,14 @@ use std::collections::{BTreeMap, HashMap};
 
 pub(crate) struct Translation {
     pub(crate) source: Vec<u8>,
-    /// As the target names it.
+    /// Name of the entry point in the target.
     pub(crate) entry_point: String,
     pub(crate) workgroup_size: [u32; 3],
-    /// Beyond core WebGPU, by the names that wgpu gives them.
+    /// Required features beyond core WebGPU, by wgpu's names.
     pub(crate) features: Vec<&'static str>,
     /// MSL only: the buffers whose sizes [bytes, u32 each] the host passes in `MSL_SIZES_SLOT`.
     pub(crate) sizes: Option<BufferSizes>,
-    /// Where the language has few: of each binding, its place among the kernel's resources of its
-    /// kind.
+    /// For languages with few slots: index of each binding among the kernel's resources of its kind.
     pub(crate) slots: HashMap<u32, u8>,
 }
 
@@ -37,7 +36,7 @@ impl Target {
         }
     }
 
-    /// What the manifest says of the files.
+    /// Version of the language, for the manifest.
     pub(crate) fn version(self) -> &'static str {
         match self {
             Self::Spirv => "SPIR-V 1.3",
@@ -66,7 +65,7 @@ pub(crate) struct Kernel {
     wgsl: String,
     /// Values of the overrides.
     pub(crate) constants: BTreeMap<String, f64>,
-    /// By binding, of a uniform the whole, of an array an element [bytes].
+    /// Size by binding: of a whole uniform, of an array's element [bytes].
     pub(crate) sizes: HashMap<u32, u64>,
 }
 
@@ -99,7 +98,7 @@ impl Kernel {
     }
 }
 
-/// Where an override is declared, its type and its usual value.
+/// Range of an override's declaration, its type and its default.
 fn declaration(wgsl: &str, name: &str) -> Option<(usize, usize, String, Option<f64>)> {
     let declared = format!("override {name}:");
     let start = wgsl.find(&declared)?;
@@ -135,14 +134,14 @@ fn sizes(module: &Module) -> HashMap<u32, u64> {
     module.global_variables.iter().filter_map(size).collect()
 }
 
-/// The error says why the target cannot express the kernel.
+/// Translates a kernel. The error is the reason why the target cannot express it.
 pub(crate) fn translate(kernel: &Kernel, target: Target) -> Result<Translation, String> {
     let (name, wgsl) = (kernel.name, &kernel.wgsl);
     let mut module = parse(wgsl)?;
     naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
     let capabilities = target.capabilities();
     let info = validate(&module, capabilities).map_err(|reason| {
-        // What is valid WGSL is only too much for the target.
+        // The kernel is valid WGSL, but exceeds the target.
         match validate(&module, Capabilities::all()) {
             Ok(_) => {
                 format!("the target lacks {}", needed(&module, Capabilities::all()).join(", "))
@@ -181,7 +180,7 @@ fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, S
         .map_err(|error| error.into_inner().to_string())
 }
 
-/// The features without which the kernel is not valid.
+/// Features that the kernel requires.
 fn needed(module: &Module, capabilities: Capabilities) -> Vec<&'static str> {
     [
         ("SUBGROUP", Capabilities::SUBGROUP),

@@ -30,7 +30,7 @@ const MOST_FLOWN: u64 = 1 << 32;
 struct Emitter {
     forces: Forces,
     material: u32,
-    /// Of its first particle.
+    /// Caster id of its first particle.
     first_id: u32,
     /// When it begins [s].
     start: f64,

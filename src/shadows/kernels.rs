@@ -1,10 +1,11 @@
-//! Pipelines of one device, by kernel and by what the batch holds.
+//! Pipelines of one device, by kernel and by features of the batch.
 use super::Config;
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        accumulate, air, bin, cluster, colored, curve, filter, hits::Features, import, levels,
-        llvmpipe, load, mask, occlude, profile::Profile, project, resolve, shade, sort::Sort,
+        accumulate, air, bin, blur, cluster, colored, curve, filter, hits::Features, import,
+        levels, llvmpipe, load, mask, occlude, profile::Profile, project, resolve, shade,
+        sort::Sort,
     },
 };
 use std::{
@@ -12,7 +13,7 @@ use std::{
     sync::OnceLock,
 };
 
-/// Kernels that are specialised to what a batch holds.
+/// Kernels that are specialised to the features of a batch.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Variant {
@@ -31,6 +32,9 @@ pub(crate) enum Variant {
     ResolveOpaque,
     AirScatter,
     CurveColumns,
+    BlurNearRows,
+    BlurCurveRows,
+    BlurCurveColumns,
     ShadeClip,
     ShadeSeen,
     ShadeLayers,
@@ -84,6 +88,9 @@ impl Variant {
             Self::AirScatter if features.areas => &air::AREA_SCATTER,
             Self::AirScatter => &air::SCATTER,
             Self::CurveColumns => &filter::CURVE_COLUMNS,
+            Self::BlurNearRows => &blur::NEAR_ROWS,
+            Self::BlurCurveRows => &blur::CURVE_ROWS,
+            Self::BlurCurveColumns => &blur::CURVE_COLUMNS,
             Self::ShadeClip => &shade::CLIP,
             Self::ShadeSeen => &shade::SEEN,
             Self::ShadeLayers => &shade::LAYERS,
@@ -124,7 +131,7 @@ pub(crate) struct OnDemand {
 }
 
 impl OnDemand {
-    /// For `prepare`.
+    /// Bindings of the kernel, for `prepare`.
     pub(crate) fn bind(
         &self,
         device: &wgpu::Device,
@@ -141,7 +148,7 @@ impl OnDemand {
         kernel.bind(device, resources)
     }
 
-    /// `bindings` are its own, so that it has been planned.
+    /// `bindings` are the kernel's own, so it has been planned.
     pub(crate) fn record(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
@@ -154,7 +161,7 @@ impl OnDemand {
     }
 }
 
-/// Of a device's kernels, those that a pipeline uses; each from when a scene first needs it.
+/// The kernels of one pipeline, each compiled when a scene first needs it.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
@@ -178,6 +185,10 @@ pub struct Kernels {
     pub(crate) curve_rows: OnDemand,
     pub(crate) colored_rows: OnDemand,
     pub(crate) colored_columns: OnDemand,
+    pub(crate) blur_near_columns: OnDemand,
+    pub(crate) blur_rows: OnDemand,
+    pub(crate) blur_columns: OnDemand,
+    pub(crate) filter_mip: OnDemand,
     pub(crate) profile: Profile,
     variants: HashMap<(Variant, Features), Kernel>,
     cache: KernelCache,
@@ -216,13 +227,17 @@ impl Kernels {
             curve_rows: kernel(&filter::CURVE_ROWS),
             colored_rows: kernel(&colored::ROWS),
             colored_columns: kernel(&colored::COLUMNS),
+            blur_near_columns: kernel(&blur::NEAR_COLUMNS),
+            blur_rows: kernel(&blur::ROWS),
+            blur_columns: kernel(&blur::COLUMNS),
+            filter_mip: kernel(&blur::FILTER_MIP),
             profile: config.profile,
             variants: HashMap::new(),
             cache,
         }
     }
 
-    /// For `prepare`, which ends with [`Self::finish`].
+    /// Plans a kernel, for `prepare`, which ends with [`Self::finish`].
     pub(crate) fn plan(
         &mut self,
         device: &wgpu::Device,
@@ -246,7 +261,7 @@ impl Kernels {
         }
     }
 
-    /// Makes all that is planned.
+    /// Compiles all planned kernels.
     pub(crate) fn finish(&self) -> Result<(), KernelError> {
         self.cache.finish()
     }
@@ -255,7 +270,7 @@ impl Kernels {
         &self.cache
     }
 
-    /// One that no frame needs.
+    /// A kernel that no frame needs.
     pub(crate) fn other(
         &self,
         device: &wgpu::Device,
@@ -265,10 +280,10 @@ impl Kernels {
         self.cache.kernel(device, desc, self.tier, &[], constants)
     }
 
-    /// For `record`.
+    /// A planned kernel, for `record`.
     ///
     /// # Panics
-    /// Where `prepare` has not planned the kernel.
+    /// If `prepare` has not planned the kernel.
     pub(crate) fn get(&self, variant: Variant, features: Features) -> &Kernel {
         &self.variants[&(variant, features)]
     }

@@ -1,4 +1,4 @@
-//! From casters to each tile's pairs: project, sort and bin, for one list of one batch.
+//! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
     context::{ChunkBuffers, Chunks, Context},
     host_list::HostChunks,
@@ -19,7 +19,7 @@ use crate::{
 };
 use wgpu::{BindGroup, Buffer};
 
-/// What one list counted.
+/// Counters of one list.
 pub type ListCounters = BatchCounters;
 
 impl ListCounters {
@@ -39,20 +39,20 @@ impl ListCounters {
 #[derive(Debug)]
 pub(crate) struct List {
     pub footprint_count: u32,
-    /// A tile may have more pairs than a segment.
+    /// Whether a tile may have more pairs than a segment.
     pub has_segments: bool,
-    /// Some footprints' pairs may not fit.
+    /// Whether some footprints' pairs may not fit.
     pub may_overflow: bool,
     run_count: u32,
     tile_count: u32,
     particle_chunks: Option<Chunks>,
     triangle_chunks: Option<Chunks>,
-    /// Chunks of casters that only the device knows.
+    /// Chunks of host casters, whose number is known on the device only.
     pub host_chunks: Option<HostChunks>,
     counters: ReadBack<BatchCounters>,
     depth_sort: Option<SortBindings>,
     tile_sort: Option<SortBindings>,
-    /// Which of the pair textures holds the sorted pairs.
+    /// Index of the pair texture that holds the sorted pairs.
     pub sorted_pairs: usize,
     count: BindGroup,
     scan: BindGroup,
@@ -192,8 +192,8 @@ impl List {
         self.counters.buffer()
     }
 
-    /// sort and bin, up to the pairs in depth order and the list of those that did not fit.
-    /// False where there is no caster.
+    /// Records sort and bin, up to the pairs in depth order and the list of overflowing footprints. Returns
+    /// false if there is no caster.
     pub(crate) fn record_emit(
         &self,
         kernels: &Kernels,
@@ -204,7 +204,7 @@ impl List {
             && self.record_pairs(kernels, encoder, timeline)
     }
 
-    /// Footprints, front to back. False where there is none.
+    /// Records the sort of footprints front to back. Returns false if there is none.
     pub(crate) fn record_sort(
         &self,
         kernels: &Kernels,
@@ -216,7 +216,7 @@ impl List {
         true
     }
 
-    /// The first steps of bin, after the sort. False where there is no caster.
+    /// Records the first steps of bin, after the sort. Returns false if there is no caster.
     pub(crate) fn record_pairs(
         &self,
         kernels: &Kernels,
@@ -234,7 +234,7 @@ impl List {
         true
     }
 
-    /// The rest of bin: each tile's pairs, and the segments of long tiles.
+    /// Records the rest of bin: each tile's pairs, and the segments of long tiles.
     pub(crate) fn record_tiles(
         &self,
         kernels: &Kernels,

@@ -1,4 +1,4 @@
-//! The memory that lists and batches write on the way, and how much of it a frame needs.
+//! Scratch memory of lists and batches, and its size.
 use super::{
     Config,
     list::List,
@@ -18,13 +18,13 @@ use crate::{
 };
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView};
 
-/// Segments whose effects on their texels fit a storage binding of 128 MiB, 32 bytes a texel.
+/// Most segments whose transfers fit a storage binding of 128 MiB, 32 bytes a texel.
 const MAX_COMPOSED: u64 = (128 << 20) / (32 * (TILE_SIZE * TILE_SIZE) as u64);
 
-/// Room that every frame may have [pairs]: 16 MiB of them.
+/// Capacity that every frame may have [pairs]: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
 
-/// What lists and batches write on the way, one after another in the same memory.
+/// Scratch memory of lists and batches, which use it one after another.
 #[derive(Debug)]
 pub(crate) struct Scratch {
     pub footprints: TextureView,
@@ -44,9 +44,9 @@ pub(crate) struct Scratch {
     pub sums: Sums,
     /// Curves of segments.
     pub partials: Buffer,
-    /// For curves, whose tiles take what was scattered themselves: zero.
+    /// Zeros in place of the scattered tiles, for curves, whose tiles read scattered casters themselves.
     pub nothing_scattered: Buffer,
-    /// What segments do to texels, where some list composes them one by one.
+    /// Transfers of segments to texels, if some list composes them one by one.
     pub composed: Option<Buffer>,
     pub(super) small: SmallDepths,
     sizes: ScratchSizes,
@@ -58,27 +58,26 @@ struct ScratchSizes {
     footprints: u64,
     setups: u64,
     tiles: u64,
-    /// Tiles of batches whose light is summed.
+    /// Tiles of batches with sums.
     summed_tiles: u64,
     /// Tiles of batches with small triangles.
     small_tiles: u64,
     pairs: u32,
-    /// K of the curves, 0 for none.
+    /// Nodes of the curves (K), 0 for none.
     nodes: u32,
-    /// Bytes of the curves of one segment.
+    /// Size of the curves of one segment [bytes].
     segment_bytes: u64,
-    /// Some list composes segments one by one.
+    /// Whether some list composes segments one by one.
     composed: bool,
 }
 
-/// The most segments of so many pairs that leave something of their own: only those of tiles with
-/// more than one segment do.
+/// Most segments with partial results for so many pairs: only tiles with more than one segment have them.
 pub(crate) fn partial_count(pairs: u32, segment_length: u32) -> u64 {
     2 * u64::from(pairs / segment_length) + 1
 }
 
 impl ScratchSizes {
-    /// `limit`: of the pairs.
+    /// Sizes for the plans; `limit`: of the pairs.
     fn of(
         config: &Config,
         plans: &[Plan],
@@ -90,12 +89,12 @@ impl ScratchSizes {
         let lists = || plans.iter().flat_map(|plan| &plan.lists);
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
         let summed = plans.iter().filter(|plan| !plan.camera);
-        // Those of one tile of the picture fit in any case.
+        // The pairs of one tile of the picture fit in any case.
         let camera = plans.iter().any(|plan| plan.camera);
         let least = if camera { u32::try_from(footprints).unwrap_or(u32::MAX).max(1) } else { 1 };
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
-        // What never overflows, or a first guess: a frame that needed more says so, and the next is
-        // prepared with it.
+        // An upper bound, or a first guess: a frame reports what it needed, and the next is prepared with
+        // it.
         let bound = lists().map(|list| list.bound.pairs).max().unwrap_or(0);
         let likely = lists().map(ListPlan::likely_count).max().unwrap_or(0);
         let guess = if bound <= FREE_PAIRS {
@@ -130,8 +129,8 @@ impl ScratchSizes {
 
 const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
-/// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
-/// batch: new memory is, and `resolve` leaves it so.
+/// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
+/// memory is, and `resolve` resets it.
 #[derive(Debug)]
 pub(crate) enum Sums {
     Buffers(Box<[Buffer; 4]>),
@@ -165,7 +164,7 @@ impl Sums {
 }
 
 impl Scratch {
-    /// What kernels read and write of it whatever the list is.
+    /// Resources of it that kernels of every list use.
     pub(crate) fn resources(&self) -> Resources<'_> {
         self.sums
             .resources()
@@ -182,7 +181,7 @@ impl Scratch {
             .with("small_depths", &self.small.depths)
     }
 
-    /// What a list expects to be zero.
+    /// Resets the counters of a list to zero.
     pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
         encoder.clear_buffer(list.counters(), 0, None);
         encoder.clear_buffer(&self.dispatches, 0, None);
@@ -222,7 +221,7 @@ impl Scratch {
         let none = BufferUsages::empty();
         let composed = if sizes.composed {
             let segments = partial_count(pair_capacity, SEGMENT_LENGTH);
-            // The pair budget's default would need a little more than a storage binding holds.
+            // The pair budget's default would need slightly more than a storage binding holds.
             let segments = segments.min(MAX_COMPOSED);
             let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
             Some(allocator.storage::<[[u32; 4]; 2]>("composed", texels, none)?)
@@ -278,7 +277,7 @@ impl Scratch {
         })
     }
 
-    /// Whether it has sizes for other plans, and no more pairs than the budget allows.
+    /// Whether it is large enough for other plans, with no more pairs than the budget allows.
     pub(crate) fn fits(
         &self,
         device: &wgpu::Device,

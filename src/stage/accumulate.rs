@@ -1,4 +1,4 @@
-//! accumulate: front to back through each tile's pairs, in registers.
+//! accumulate: composes each tile's pairs front to back, in registers.
 //!
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths. Out: `filters` and `nearests` of
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
@@ -12,13 +12,13 @@ use crate::gpu::{Choice, KernelDesc, Tier};
 /// stay below 2^32.
 pub const TINY_GROUPS: u32 = 32;
 
-/// Light of four texels.
+/// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
-/// Light of eight texels, of soft discs of the `filter` transfer only.
+/// State of eight texels per lane, for soft discs of the `filter` transfer only.
 pub(super) const DISCS: Choice = Choice::new("state", "state/discs.wgsl");
 const DISC_WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/discs_subgroup.wgsl");
 pub(super) const MAPS: Choice = Choice::new("store", "state/maps.wgsl");
-/// In place of it where segments are composed one by one.
+/// Replaces [`MAPS`] where segments are composed one by one.
 pub(super) const ORDERED_MAPS: Choice = Choice::new("store", "state/ordered.wgsl");
 const STORED: Choice = Choice::new("maps", "state/maps_stored.wgsl");
 
@@ -40,7 +40,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-/// In place of [`SEGMENTS`] where segments are composed one by one.
+/// Replaces [`SEGMENTS`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
     name: "accumulate_ordered",
     entry: "walk_ordered_segment",

@@ -1,9 +1,9 @@
 //! bin: from depth-sorted footprints to each tile's pairs, front to back.
 //!
-//! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the
-//! pairs in sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and
-//! cuts long tiles into segments. What does not fit is listed in `overflow` for the scatter path.
-//! `dispatches` are the workgroups of what only the GPU knows.
+//! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the pairs in
+//! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
+//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path.
+//! `dispatches` holds the workgroup counts that only the GPU knows.
 use super::sort::Shape;
 use crate::gpu::{Constant, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
@@ -12,14 +12,15 @@ use bytemuck::{Pod, Zeroable};
 /// stays below the 65,535 iterations that llvmpipe allows it.
 pub const SEGMENT_LENGTH: u32 = 2048;
 
-/// The same of soft discs of the `filter` transfer, which take one iteration a pair. It is longer,
-/// because sums of several segments meet in atomics, which cost more than what they balance.
+/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair. It is
+/// longer, because the sums of several segments are added with atomics, which cost more than a better
+/// balance saves.
 pub const DISC_SEGMENT: u32 = 8192;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups, on software adapters: a subgroup of llvmpipe.
 const SERIAL_LANES: u32 = 8;
-/// The same on GPUs.
+/// Invocations of the other steps' workgroups, on GPUs.
 const WIDE_LANES: u32 = 64;
 /// Invocations of a workgroup of `tiles`.
 pub const TILE_LANES: u32 = 64;
@@ -60,7 +61,7 @@ pub const TILES: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-/// Places in `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
+/// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum Dispatch {
     Overflow,
@@ -71,7 +72,7 @@ pub enum Dispatch {
 impl Dispatch {
     pub const COUNT: u64 = 3;
 
-    /// In the buffer [bytes].
+    /// Offset in the buffer [bytes].
     pub fn offset(self) -> u64 {
         self as u64 * 16
     }
@@ -112,7 +113,7 @@ pub struct BatchCounters {
     pub overflowed: u32,
     pub segment_count: u32,
     pub merged_count: u32,
-    /// Hits whose place in a curve was lost.
+    /// Hits out of order in a curve.
     pub disordered: u32,
 }
 crate::gpu_layout!(BatchCounters {
@@ -126,7 +127,7 @@ crate::gpu_layout!(BatchCounters {
     disordered
 });
 
-/// Place of `pair_count` among the counters.
+/// Index of `pair_count` among the counters.
 pub const PAIR_COUNT_INDEX: u32 = 1;
 
 /// WGSL: `wgsl/records/tile.wgsl`.
@@ -151,13 +152,13 @@ pub fn lanes(shape: Shape) -> u32 {
     }
 }
 
-/// What [`COUNT`] and [`EMIT`] are made with.
+/// Override of [`COUNT`] and [`EMIT`].
 pub fn workgroup_size(shape: Shape) -> Constant {
     ("WORKGROUP_SIZE", f64::from(lanes(shape)))
 }
 
-/// Runs that share the footprints of a list: on software adapters few and long, on GPUs enough to
-/// keep all lanes busy.
+/// Number of runs that a list is cut into: on software adapters few and long, on GPUs enough to keep all
+/// lanes busy.
 fn usual_runs(shape: Shape) -> u32 {
     match shape {
         Shape::Serial => 2048,
@@ -165,20 +166,20 @@ fn usual_runs(shape: Shape) -> u32 {
     }
 }
 
-/// Runs that a list has at most.
+/// Most runs of a list.
 pub fn max_runs(shape: Shape) -> u64 {
     2 * u64::from(usual_runs(shape))
 }
 
-/// Footprints of a run.
+/// Length of a run [footprints].
 pub fn run_length(shape: Shape, footprint_count: u32) -> u32 {
     // With its pairs (`RUN_PAIRS` in WGSL) a run stays below llvmpipe's 65,535 iterations.
     const MAX_RUN: u32 = 16000;
     footprint_count.div_ceil(usual_runs(shape)).clamp(1, MAX_RUN)
 }
 
-/// Workgroups for exactly `count` tiles: the fewest rows that every adapter allows. A multiple of
-/// four, or whole rows of one view, has such rows.
+/// Workgroup grid for exactly `count` tiles: the fewest rows that every adapter allows. A multiple of four,
+/// or whole rows of one view, has such rows.
 pub fn tile_grid(count: u32) -> [u32; 3] {
     const MAX_X: u32 = 65535;
     let rows = (1..=count).find(|rows| count.is_multiple_of(*rows) && count / rows <= MAX_X);

@@ -1,19 +1,19 @@
-//! accumulate and resolve of curve mode: light as a function of depth, per texel.
+//! accumulate and resolve of curve mode: transmittance as a function of depth, per texel.
 //!
-//! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose
-//! pairs did not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles leave
-//! `partials`, which `resolve_curve` puts together in order.
+//! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
+//! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
+//! `resolve_curve` combines in order.
 use super::walk::{IN_ORDER, SUMS};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// That one segment leaves in `partials` [bytes]. `changes`: its hits may add light, or volumes
+/// Size of one segment's record in `partials` [bytes]. `changes`: its hits may add light, or volumes
 /// absorb. WGSL: `wgsl/curve/partial.wgsl`.
 pub const fn partial_bytes(nodes: u32, changes: bool) -> u64 {
     16 * 16 * (nodes as u64 / 2 + if changes { 6 } else { 1 }) * 16
 }
 
-/// Sampled where a stage has no more than 4 storage textures: loads from those are far cheaper on
-/// software adapters.
+/// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
+/// cheaper on software adapters.
 const PAIRS: Choice =
     Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", "curve/pairs_loaded.wgsl");
 const WALK: Choice = Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slabs_subgroup.wgsl");
@@ -21,9 +21,9 @@ const DISC_WALK: Choice =
     Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slab_discs_subgroup.wgsl");
 const CURVES: Choice = Choice::new("state", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
-/// Soft discs of the `filter` transfer only.
+/// Visits soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
-/// Nodes of the tiles whose segments have curves of their own.
+/// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
 const TILE: Choice = Choice::new("store", "curve/tile.wgsl");
 const SEGMENT: Choice = Choice::new("store", "curve/segment.wgsl");

@@ -1,4 +1,4 @@
-//! Kernels for engines without wgpu: every one is written, and well formed.
+//! Exported kernels for engines without wgpu: every one is written, and well formed.
 use super::commands::{Folder, files};
 use serde_json::Value;
 use std::fs;

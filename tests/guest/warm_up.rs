@@ -1,4 +1,4 @@
-//! Kernels that threads of the host's make before a frame asks for them.
+//! Kernels that the host's threads compile before a frame needs them.
 use super::{materials, particles, shadows, submit, views};
 use crate::common::{TIERS, own_gpu};
 use gobo::{Casters, HostInputs, KernelJob, Receiver, ShadowSettings, gpu::Gpu};

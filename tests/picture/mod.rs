@@ -4,6 +4,7 @@ mod environment;
 mod golden;
 mod host_masks;
 mod masks;
+mod renderer;
 mod samples;
 mod shade;
 mod specks;

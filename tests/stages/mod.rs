@@ -1,5 +1,6 @@
-//! One stage at a time.
+//! Tests of single stages.
 mod bin;
+mod blur;
 mod cluster;
 mod cull;
 mod cull_bound;

@@ -7,7 +7,7 @@ import package::mask::mask_group::{MaskGroup, divided, load_group, store_group, 
 import package::mask::mask_pixel::{MaskPlane, mask_plane, surface_weight};
 import package::records::mask::unpack_surface;
 
-// Of the width at its last tap, which counts e^-2 of the middle.
+// Distance of the last tap in standard deviations: it counts e^-2 of the middle.
 const WIDTHS: f32 = 2.0;
 
 // Masks and the sum of their weights.

@@ -3,7 +3,7 @@
 import package::bind::uniform::{mask_params, views};
 import package::records::mask::{MaskSurface, surface_depth, surface_normal, surface_offset};
 
-// Of the picture.
+// Centre of the picture's pixel that a mask's pixel stands for.
 fn shown_pixel(at: vec2<u32>, step: u32, offset: vec2<u32>) -> vec2<f32> {
     return vec2<f32>(at * step + offset) + 0.5;
 }

@@ -29,7 +29,7 @@ fn relied_on(before: vec3<f32>) -> vec3<f32> {
 // The smallest level whose blocks are large enough for a spot; 0 for the map.
 fn level_of(texels: f32, last: u32) -> u32 {
     let near = u32(clamp(ceil(log2(texels / WIDEST)), 1.0, 12.0));
-    // Of a logarithm that errs.
+    // Corrects the rounding of the logarithm.
     let up = select(near, near + 1u, texels > WIDEST * f32(1u << near));
     let enough = select(up, up - 1u, up > 1u && texels <= WIDEST * f32(1u << (up - 1u)));
     return select(min(enough, last), 0u, texels <= SHARP);

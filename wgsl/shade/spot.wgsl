@@ -8,7 +8,7 @@ import package::records::view::GpuView;
 
 // Radius of the widest spot that a level filters [blocks].
 const WIDEST: f32 = 2.4494898;
-// Of spots up to here, the map itself is asked [texels].
+// Radius up to which a spot reads the map itself instead of a level [texels].
 const SHARP: f32 = 1.5;
 // Levels go by a rectangle's shorter edge, or by the longer one divided by this.
 const LONGEST: f32 = 2.33;
@@ -18,7 +18,7 @@ const NEVER: f32 = 1e30;
 // Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON_PLANE: f32 = 0.02;
 
-// Of the point that is looked up, in one view. Depths are in fixed point.
+// The view that the point is looked up in. Depths are in fixed point.
 var<private> spot_view: GpuView;
 var<private> spot_place: vec2<f32>;    // [texels]
 var<private> spot_distance: f32;       // [m]
@@ -45,8 +45,8 @@ fn fixed_of(distance: f32) -> f32 {
     return (distance - spot_view.near) / (spot_view.far - spot_view.near) * DEPTHS;
 }
 
-// Of the light as the point sees it, along x and y of the view: in metres where rays leave the light,
-// as slopes where they are parallel.
+// Half-widths of the light as the point sees it, along x and y of the view: in metres where rays leave the
+// light, as slopes where they are parallel.
 fn half_widths(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point: vec3<f32>) -> vec2<f32> {
     let perspective = view.perspective > 0.0;
     let aside = select(vec2(0.0), p.xy / max(-p.z, 1e-6), perspective);
@@ -164,7 +164,7 @@ fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
     return seek_next;
 }
 
-// Of a block: light behind the nodes so far, and at three depths.
+// Light of a block behind the nodes so far, and at three depths.
 var<private> tell_left: vec3<f32>;
 var<private> tell_passed: mat3x3<f32>;
 

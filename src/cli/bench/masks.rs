@@ -22,13 +22,13 @@ struct Row {
     width: u32,
     height: u32,
     lights: u32,
-    /// Of the picture without shadows.
+    /// Time of the picture without shadows.
     base_ms: f64,
     /// PCF of 5 x 5 bilinear taps in shading.
     pcf_ms: f64,
     /// Masks of the picture's size, 2 x 2 and a blur of 11 taps.
     full_ms: f64,
-    /// Of half of it.
+    /// Time with masks of half the size.
     half_ms: f64,
     masks: u64,
 }

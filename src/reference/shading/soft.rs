@@ -24,7 +24,7 @@ use glam::{IVec2, Vec2, Vec3};
 /// Diameter of the widest spot that a level filters [blocks], of equal variance: four blocks, each
 /// itself a mean.
 pub const WIDEST: f32 = 2.449_489_8;
-/// Of spots up to here, the map itself is asked [texels].
+/// Radius up to which a spot reads the map itself instead of a level [texels].
 pub const SHARP: f32 = 1.5;
 /// A rectangle's longer edge counts as this times the shorter, at least: levels go by the shorter.
 pub const LONGEST: f32 = 2.33;
@@ -34,7 +34,6 @@ pub const EVIDENCE: f32 = 300.0;
 pub const LEAST: f32 = 1e-4;
 /// Drops below this are none.
 pub const NOTHING: f32 = 1e-3;
-pub use super::levels::BINS;
 
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
@@ -51,7 +50,7 @@ struct PlaneDepth {
 struct Spot<'a> {
     view: &'a GpuView,
     perspective: bool,
-    /// Of the point [texels].
+    /// Map position of the point [texels].
     place: Vec2,
     /// [m]
     distance: f32,
@@ -62,7 +61,7 @@ struct Spot<'a> {
     bias: f32,
     /// Texels of a spot's radius, times a distance [m] in a perspective view.
     radius: f32,
-    /// Of the spot along x and y, of `radius`.
+    /// Half-widths of the spot along x and y, relative to `radius`.
     shape: Vec2,
     gain: bool,
 }
@@ -229,8 +228,8 @@ fn evidence(before: Vec3) -> Vec3 {
     (before * EVIDENCE).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// Of the light as the point sees it, along x and y of a view: in metres where rays leave the light, as
-/// slopes where they are parallel.
+/// Half-widths of the light as the point sees it, along x and y of a view: in metres where rays leave the
+/// light, as slopes where they are parallel.
 fn half_widths(view: &GpuView, light: &GpuLight, area: &GpuArea, p: Vec3, point: Vec3) -> Vec2 {
     let perspective = view.perspective > 0.0;
     let aside = if perspective { Vec2::new(p.x, p.y) / (-p.z).max(1e-6) } else { Vec2::ZERO };
@@ -255,7 +254,7 @@ fn half_widths(view: &GpuView, light: &GpuLight, area: &GpuArea, p: Vec3, point:
 
 fn plane_depth(view: &GpuView, p: Vec3, normal: Vec3, perspective: bool) -> PlaneDepth {
     let by_slope = Vec2::new(normal.x, -normal.y) / view.scale;
-    // Of the plane through `p`, which none has that is edge-on or no surface.
+    // Slope of the plane through `p`; zero where it is edge-on or there is no surface.
     let (meets, length) = if perspective { (normal.dot(p), p.length()) } else { (normal.z, 1.0) };
     if meets.abs() < EDGE_ON * length || normal == Vec3::ZERO {
         let distance = if perspective { 1.0 / (-p.z).max(1e-6) } else { -p.z };
@@ -293,7 +292,7 @@ impl Lighting<'_> {
         let spot = Spot::new(view, light, area, surface, bias, gain);
         let level = |level| (self.levels.level(leveled, level), (1 << level) as f32);
         let last = level_count(view.size.as_uvec2());
-        // Of the smallest number whose blocks are large enough.
+        // Finest level whose blocks are large enough.
         let level_of = |radius: f32| {
             let filters = |level: &u32| radius <= WIDEST * (1 << level) as f32;
             if radius <= SHARP { 0 } else { (1..last).find(filters).unwrap_or(last) }

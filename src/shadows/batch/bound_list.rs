@@ -1,4 +1,4 @@
-//! The kernels that read a list, bound: what blocks light, or what filters it.
+//! Bindings of the kernels that read a list of blocking or of filtering casters.
 use crate::{
     error::Error,
     gpu::{Resources, Timeline},
@@ -23,9 +23,9 @@ pub(super) struct BoundList {
     pub list: List,
     pub readers: Readers,
     pub features: Features,
-    /// Chunks of tiny particles, uploaded ones and the host's; only where the list filters.
+    /// Chunks of tiny particles, uploaded ones and the host's; only if the list filters.
     tiny: Vec<Chunks>,
-    /// Bindings of a kernel that the list never needs are `None`.
+    /// Bindings are `None` for kernels that the list never needs.
     overflow: Option<BindGroup>,
     tiles: Option<BindGroup>,
     segments: Option<BindGroup>,
@@ -35,7 +35,7 @@ pub(super) struct BoundList {
 /// The kernels that read a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Readers {
-    /// As the timeline calls it.
+    /// Name of the stage in the timeline.
     pub stage: &'static str,
     pub tiles: Variant,
     pub segments: Variant,
@@ -51,7 +51,7 @@ impl Readers {
         overflow: Variant::OccludeOverflow,
         resolve: Variant::ResolveOpaque,
     };
-    /// Where dithering is coloured.
+    /// Readers for coloured dithering.
     pub(super) const COLORED: Self = Self {
         stage: "gobo occlude",
         tiles: Variant::ColoredTiles,
@@ -94,7 +94,7 @@ impl BoundList {
         Self::new(context, maps, list, Readers::ACCUMULATE, features, views, tiny, is_read)
     }
 
-    /// `is_read`: whether the list is recorded at all.
+    /// `is_read`: whether the list is recorded.
     #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     fn new(
         context: &mut Context<'_, '_>,
@@ -107,8 +107,8 @@ impl BoundList {
         is_read: bool,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
-        // A tile's pairs meet those of another segment, or what was scattered; the tiles of curves
-        // take the latter themselves.
+        // Segments of one tile, or scattered casters, are merged with its pairs; the tiles of curves read
+        // scattered casters themselves.
         let may_scatter = list.may_overflow || !tiny.is_empty();
         let is_merged = list.has_segments || (may_scatter && features.nodes == 0);
         let needed = [
@@ -147,7 +147,7 @@ impl BoundList {
         Ok(Self { list, readers, features, tiny: tiny_chunks, overflow, tiles, segments, resolve })
     }
 
-    /// From casters to segments; what takes the scatter path is added on the way.
+    /// Records the stages from casters to segments; casters on the scatter path are added on the way.
     pub(super) fn record_lists(
         &self,
         scratch: &Scratch,
@@ -177,7 +177,7 @@ impl BoundList {
         list.record_tiles(kernels, encoder, timeline);
     }
 
-    /// From casters to pairs.
+    /// Records the stages from casters to pairs.
     pub(super) fn record_counts(
         &self,
         scratch: &Scratch,
