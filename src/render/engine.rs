@@ -131,7 +131,7 @@ impl GpuEngine {
         let (casters, inputs) = (scene.casters(), HostInputs::new());
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.count_first = count_first);
-        // As `Shadows::pending`: maps of a frame before ask for other kernels.
+        // Planned twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
         self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
         let prepared = self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
         let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };

@@ -36,7 +36,7 @@ import package::sort::sort::SortPass;
 @group(0) @binding(84) var<uniform> import_params: ImportParams;
 @group(0) @binding(88) var<uniform> level_params: LevelParams;
 @group(0) @binding(104) var<uniform> mask_params: MaskParams;
-@group(0) @binding(108) var<uniform> host_view: HostView;
+@group(0) @binding(115) var<uniform> host_view: HostView;
 @group(0) @binding(86) var<uniform> convert_params: ConvertParams;
 @group(0) @binding(110) var<uniform> blur_params: BlurParams;
 @group(0) @binding(98) var<uniform> emitter_params: EmitterParams;

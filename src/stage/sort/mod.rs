@@ -37,7 +37,7 @@ pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 const SERIAL_WORKGROUP_SIZE: u32 = 8;
 /// Shortest run; below it, the counters of a run cost more than its pairs [pairs].
 const RUN_MIN: u32 = 256;
-/// Usual run; longer ones bring nothing [pairs].
+/// Usual run; longer ones are no faster [pairs].
 const RUN_USUAL: u32 = 2048;
 /// Runs that keep the cores of a software adapter busy.
 const RUN_TARGET: u32 = 512;
