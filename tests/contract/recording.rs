@@ -204,7 +204,7 @@ fn an_environment_that_stays_is_not_uploaded_again() {
                 &views,
                 &prepared.maps,
                 room,
-                &Default::default(),
+                &mut Default::default(),
             );
             pictures.push(picture.unwrap());
             submit_all(&gpu);
