@@ -8,13 +8,17 @@ mod export;
 mod exr;
 mod failure;
 mod files;
+mod frame;
 mod info;
 mod light;
+mod look_up;
 mod maps;
 mod npy;
 mod preview;
 mod render;
+mod passes;
 mod sidecar;
+mod specialise;
 mod stop;
 mod translate;
 mod verify;
@@ -33,6 +37,8 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Light(arguments) => light::run(&arguments),
         Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),
-        Command::Export { target, out } => export::run(target, &out),
+        Command::Export { target, out, scene, set } => {
+            export::run(target, &out, scene.as_deref(), &set)
+        }
     }
 }

@@ -1,11 +1,11 @@
 //! A kernel's module, written in another shading language.
-use super::arguments::Target;
+use super::{arguments::Target, specialise::specialised};
 use naga::{
     Module, ResourceBinding, ShaderStage, back,
     proc::{BoundsCheckPolicies, BoundsCheckPolicy},
     valid::ModuleInfo,
 };
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Where MSL finds the sizes of runtime arrays: the last slot that Metal has.
 const MSL_SIZES_SLOT: u8 = 30;
@@ -26,11 +26,17 @@ pub(crate) struct BufferSizes {
 
 pub(super) type Written = (Vec<u8>, String, Option<BufferSizes>);
 
-pub(super) fn spirv(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
+pub(super) fn spirv(
+    module: &Module,
+    info: &ModuleInfo,
+    name: &str,
+    open: &BTreeMap<String, u32>,
+) -> Result<Written, String> {
     let options = back::spv::Options {
         // The first with subgroup operations: Vulkan 1.1.
         lang_version: (1, 3),
-        flags: back::spv::WriterFlags::LABEL_VARYINGS,
+        // With names, by which those are found that stay open.
+        flags: back::spv::WriterFlags::LABEL_VARYINGS | back::spv::WriterFlags::DEBUG,
         bounds_check_policies: BOUNDS,
         ..Default::default()
     };
@@ -40,6 +46,7 @@ pub(super) fn spirv(module: &Module, info: &ModuleInfo, name: &str) -> Result<Wr
     };
     let words = back::spv::write_vec(module, info, &options, Some(&pipeline))
         .map_err(|error| error.to_string())?;
+    let words = specialised(&words, open);
     Ok((words.iter().flat_map(|word| word.to_le_bytes()).collect(), name.to_owned(), None))
 }
 
