@@ -10,7 +10,7 @@ SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
 .PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web fuzz soak doc deny bench \
-	results native tables quality setup
+	results native tables quality man setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -127,6 +127,16 @@ features:
 		--target wasm32-unknown-unknown -- -D warnings
 	@echo "Crates of the bare library, its own included:"
 	@cargo tree --no-dedupe -e normal --no-default-features --prefix none | sort -u | wc -l
+
+# Pages of the manual, target/man, and completions for shells, target/completions.
+man:
+	cargo build --release --quiet
+	@mkdir -p target/completions
+	target/release/gobo man -o target/man
+	@for shell in bash elvish fish powershell zsh; do \
+		target/release/gobo completions $$shell > target/completions/gobo.$$shell || exit; \
+	done
+	@echo target/completions
 
 # Installs a Vulkan driver and a C++ compiler where they are missing.
 setup:

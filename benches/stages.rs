@@ -77,7 +77,7 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
     }
 }
 
-/// Of the spheres of `particles`, by `groups` in Morton order.
+/// Boxes of the spheres of `particles`, in `groups` groups in Morton order.
 fn group_boxes(particles: &[Particle], groups: usize) -> Vec<Bounds> {
     let centers: Vec<Vec3> = particles.iter().map(|particle| particle.center).collect();
     let order = order::morton(&centers);

@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What is between the markers of a table, anew.
+/// Replaces the table between its markers.
 fn replaced(page: &str, name: &str, table: &str) -> Result<String, String> {
     let (open, close) = (format!("<!-- table {name} -->\n"), format!("<!-- end {name} -->"));
     let missing = |marker: &str| format!("the page has no line {}", marker.trim_end());
@@ -29,7 +29,7 @@ fn replaced(page: &str, name: &str, table: &str) -> Result<String, String> {
     Ok(format!("{}{table}{}", &page[..start], &page[end..]))
 }
 
-/// Of which the fastest counts.
+/// Runs per figure; the fastest counts.
 const RUNS: u32 = 10;
 
 fn quality() -> Result<String, std::fmt::Error> {

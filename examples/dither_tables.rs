@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What is between the markers of a table, anew.
+/// Replaces the table between its markers.
 fn replaced(page: &str, name: &str, table: &str) -> Result<String, String> {
     let (open, close) = (format!("<!-- table {name} -->\n"), format!("<!-- end {name} -->"));
     let missing = |marker: &str| format!("the page has no line {}", marker.trim_end());
@@ -82,7 +82,7 @@ fn flicker() -> Result<String, std::fmt::Error> {
 
 const COUNTS: [u32; 5] = [10, 100, 1_000, 10_000, 100_000];
 
-/// Frames of each count: fewer where the work is more than the noise.
+/// Frames per count: fewer where the work exceeds the noise.
 fn runs(count: u32) -> usize {
     match count {
         0..=10 => 800,
@@ -115,7 +115,7 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
         };
         (0..runs(count)).map(|_| frame(&mut pipeline)).collect::<Result<Vec<f64>, _>>()
     };
-    // What else runs on the machine only adds.
+    // Other load on the machine only adds time.
     let mut fastest = |transfer, count| -> Result<f64, Box<dyn std::error::Error>> {
         Ok(frames(transfer, count)?.into_iter().fold(f64::INFINITY, f64::min))
     };
@@ -135,8 +135,8 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
     Ok(table)
 }
 
-/// Of a software adapter the time of all threads on their cores, which is the same however many
-/// others share the machine; else, or where the system does not tell, the time that passes.
+/// Clock: on a software adapter, CPU time of all threads, which does not depend on other load; else, or if
+/// the system does not report it, wall time.
 struct Clock {
     start: Instant,
     busy: Option<u64>,
@@ -148,7 +148,7 @@ impl Clock {
         Self { start: Instant::now(), busy: software.then(Self::busy).flatten() }
     }
 
-    /// [ns]
+    /// CPU time so far [ns].
     fn busy() -> Option<u64> {
         let mut sum = 0;
         for thread in std::fs::read_dir("/proc/self/task").ok()? {
@@ -166,7 +166,7 @@ impl Clock {
     }
 }
 
-/// Looks along -z; a texel is a metre wide.
+/// A view along -z; a texel is 1 m wide.
 fn view() -> View {
     View {
         part: Part::Whole,

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
     for frame in 0..3 {
-        // Uploads what has changed, and allocates where something is new.
+        // Uploads changes, and allocates for new casters and views.
         particles[0].center.y += 0.1;
         let casters =
             Casters { particles: &particles, materials: &materials, ..Casters::default() };
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         prepared.record(&mut encoder);
         queue.submit([encoder.finish()]);
 
-        // Waits for the device: a host asks now and then, or not at all.
+        // Blocks until the device is done: a host calls this now and then, or never.
         let counters = prepared.counters()?;
         println!(
             "frame {frame}: {} pairs, maps of {:?}, {} bytes in all",

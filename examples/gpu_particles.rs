@@ -1,6 +1,6 @@
-//! Smoke that never leaves the GPU: a compute kernel moves it, gobo reads the kernel's buffer, and
-//! points on the floor below are lit through it. In the end the same smoke, read back and uploaded, must
-//! light them to the same bits.
+//! Smoke that never leaves the GPU: a compute kernel moves it, gobo reads the kernel's buffer, and points
+//! on the floor below are lit through it. Finally the same smoke, read back and uploaded, must give the
+//! same bits.
 //!
 //! `cargo run --example gpu_particles`
 use gobo::{
@@ -16,7 +16,7 @@ const FRAMES: u32 = 60;
 /// Edge of the grid of points on the floor.
 const GRID: u32 = 24;
 
-/// The kernel's: a layout of the host's own.
+/// The simulation, with a layout of the host's own.
 const SIMULATION: &str = "
 struct Smoke { place: vec3<f32>, radius: f32, color: vec4<f32> }
 struct Frame { number: u32, born: u32, capacity: u32 }
@@ -50,7 +50,7 @@ fn move_smoke(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }";
 
-/// gobo's: how a caster is read out of that.
+/// The loader, by which gobo reads a caster from that layout.
 const LOADER: &str = "
 struct Smoke { place: vec3<f32>, radius: f32, color: vec4<f32> }
 @group(1) @binding(0) var<storage, read> smoke: array<Smoke>;
@@ -197,7 +197,7 @@ impl Simulation {
     }
 }
 
-/// In order, from binding 0 on.
+/// Bind group of buffers, from binding 0 on.
 fn bind(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
@@ -211,7 +211,7 @@ fn bind(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
-/// What of each light reaches a grid of points on the floor.
+/// Share of each light at a grid of points on the floor.
 fn shares(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -240,7 +240,7 @@ fn read(
 ) -> Result<Vec<u8>, Box<dyn Error>> {
     let (send, received) = std::sync::mpsc::channel();
     wgpu::util::DownloadBuffer::read_buffer(device, queue, &buffer.slice(..), move |bytes| {
-        // Who asked waits.
+        // The receiver waits below.
         let _ = send.send(bytes.map(|bytes| bytes.to_vec()));
     });
     device.poll(wgpu::PollType::wait_indefinitely())?;

@@ -1,5 +1,5 @@
-//! What clusters save: the time of a picture whose pixels ask the lights of their cluster, and of
-//! the same picture whose pixels ask all lights.
+//! Savings by clusters: the time of a picture whose pixels evaluate the lights of their cluster, and of the
+//! same picture whose pixels evaluate all lights.
 //!
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
@@ -12,7 +12,7 @@ use gobo::{
 };
 use std::{path::Path, time::Instant};
 
-/// After one to warm up: drivers compile at the first use.
+/// Frames, after one to warm up: drivers compile at the first use.
 const RUNS: usize = 7;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Of the stages `cluster` and `shade`, and of all [ms].
+/// Times of the stages `cluster` and `shade`, and of the frame [ms].
 fn frame(
     gpu: &Gpu,
     pipeline: &mut Pipeline,

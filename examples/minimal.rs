@@ -1,4 +1,4 @@
-//! gobo on a device of one's own: what a lamp sends through a pane of blue smoke.
+//! gobo on a host's own device: light of a lamp through a pane of blue smoke.
 //!
 //! `cargo run --example minimal`
 use gobo::{

@@ -1,4 +1,4 @@
-//! Kernels made by threads of the host's before a frame asks for them, and how long each takes.
+//! Kernels that a host's threads compile before a frame needs them, and the time of each.
 use gobo::{
     Bounds, Casters, Gpu, HostInputs, Light, Material, Particle, Receiver, ShadowSettings, Shadows,
     Transfer, View, glam::Vec3, gpu::Selection, light_views, wgpu,
@@ -7,7 +7,7 @@ use std::{error::Error, sync::Mutex, thread, time::Instant};
 
 type Done = Result<(), Box<dyn Error + Send + Sync>>;
 
-/// Smoke before a ground.
+/// Smoke in front of a ground.
 fn particles() -> Vec<Particle> {
     let at = |i: f32| Vec3::new((i * 0.37).sin(), 1.0 + (i * 0.11).sin(), (i * 0.23).cos());
     (0..5000)
@@ -49,7 +49,7 @@ fn cores() -> usize {
     thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// How many kernels there are; milliseconds of these, of the first frame and of the next.
+/// Number of kernels; times to compile them, of the first frame and of the next [ms].
 fn measure(
     gpu: &Gpu,
     casters: &Casters<'_>,

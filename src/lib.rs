@@ -1,8 +1,8 @@
 //! Coloured translucent shadows by compute shaders alone.
 //!
-//! Casters (particles, glass, puffs) filter the light of many lights. Every texel of a shadow map
-//! knows the opaque depth, the product of the filters and the nearest translucent depth, and where
-//! asked the light as a function of depth. There is no raster pass and no blending hardware.
+//! Casters (particles, glass, puffs) filter the light of many lights. Every texel of a shadow map holds the
+//! opaque depth, the product of the filters and the nearest translucent depth, and optionally the
+//! transmittance as a function of depth. There is no raster pass and no blending hardware.
 //!
 //! The library is a guest: a host brings device, queue and encoder. [`Shadows::prepare`] uploads
 //! what has changed and allocates, [`Prepared::record`] only records, and nothing submits or waits
@@ -48,7 +48,7 @@
 //! - `device`: opens adapters by itself (`Gpu`).
 //! - `cli`: the program `gobo`; with the others, on by default.
 #![warn(missing_docs)]
-// What a browser's wgpu makes stays on its thread.
+// A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
 #[doc(hidden)]
@@ -76,7 +76,7 @@ pub use glam;
 #[doc(hidden)]
 pub use gpu::error;
 pub use gpu::{
-    Gpu, KernelJob, Memory, Missing, Need, Profiler, Requirement, Support, Tier, Timeline,
+    Backend, Gpu, KernelJob, Memory, Missing, Need, Profiler, Requirement, Support, Tier, Timeline,
     error::Error,
 };
 pub use model::{
@@ -85,6 +85,8 @@ pub use model::{
     ReceiverPoint, Receives, Scene, Shadow, ShadowFilter, ShadowSettings, Shape, Source, Texture,
     Transfer, Triangle, View,
 };
+#[cfg(feature = "picture")]
+pub use records::{CurveMap, Picture, ViewMaps};
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};
 pub use shadows::{

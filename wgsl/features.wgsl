@@ -1,5 +1,5 @@
-// What a batch holds and what its device is good at: what is not there is compiled away. Rust:
-// `Features` in src/stage/hits.rs and `Config` in src/shadows/config.rs say the values.
+// Features of a batch and of its device, to which kernels are specialised. Rust: values from `Features` in
+// src/stage/hits.rs and `Profile` in src/stage/profile.rs.
 
 override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;
@@ -7,38 +7,37 @@ override HAS_TEXTURES: bool = true;
 override HAS_PUFFS: bool = true;
 // Shapes other than discs and triangles.
 override HAS_QUADS: bool = true;
-// A caster may brighten: sums go both ways and saturation is no end.
+// Some caster may amplify light: sums have both signs, and saturation does not end a walk.
 override HAS_GAIN: bool = false;
-// A caster adds light: order-dependent blending, without an early-out at saturation.
+// Some caster adds light: order-dependent blending, without an early-out at saturation.
 override HAS_OVER: bool = false;
-// Closed meshes absorb along the way through them: their sums are signed, and faces behind the
-// opaque surface count.
+// Closed meshes absorb along the ray: their sums are signed, and faces behind the opaque surface count.
 override HAS_VOLUMES: bool = false;
-// Some receiver is tinted by all casters but its own: maps say whose the nearest depth is.
+// Some receiver is tinted by all casters except its own object's: maps hold owner tags.
 override HAS_OWNERS: bool = false;
 override HAS_DITHER: bool = true;
-// Opaque triangles that are too small for tiles.
+// Some opaque triangles are too small for tiles.
 override HAS_SMALL: bool = false;
 // The batch's views are perspective ones.
 override PERSPECTIVE: bool = false;
 // The views have opaque casters.
 override HAS_OPAQUE: bool = true;
-// A caster's opacity is so small that products of transmittances lose it.
+// Some caster's opacity is so small that products of transmittances lose it to rounding.
 override FAINT: bool = false;
-// K, the nodes of a curve: at most 16; 0 where there are no curves.
+// Nodes of a curve (K), at most 16; 0 without curves.
 override NODES: u32 = 0u;
-// The picture shows what each pixel costs.
+// The picture shows the cost of each pixel.
 override COUNT_COST: bool = false;
-// Loops over some texels stay loops. Written out they are faster, but some compilers take a minute
-// for that.
+// Loops over the texels of a lane are not unrolled. Unrolled they are faster, but some compilers take a
+// minute for that.
 override ROLLED: bool = false;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
 // The picture has air, casters that are not solid, and panes among them.
 override HAS_AIR: bool = false;
-// What is all around is a picture.
+// The environment is an image or a sky, not two colours.
 override HAS_ENVIRONMENT: bool = false;
 override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
-// Some map is read otherwise than by the spline, or with a bias for slopes.
+// Some map is read with another filter than the spline, or with a slope-scaled bias.
 override HAS_FILTERS: bool = false;

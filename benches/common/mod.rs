@@ -1,4 +1,4 @@
-//! What the benchmarks share: their scene, and the time of a stage.
+//! Scene and timing that the benchmarks share.
 use gobo::{
     glam::{Mat4, UVec2, Vec3, Vec4},
     gpu::{Gpu, Timeline},
@@ -54,7 +54,7 @@ pub(crate) fn pairs(count: u32) -> Vec<Pair> {
     (0..count).map(|value| Pair { key: (mix(u64::from(value)) >> 32) as u32, value }).collect()
 }
 
-/// Timestamps; where there are none, or a software adapter's, which mean nothing, the wall clock.
+/// Timestamps; without them, or on a software adapter, where they mean nothing, the wall clock.
 pub(crate) fn timeline(gpu: &Gpu) -> Timeline {
     let is_software = gpu.adapter.device_type == wgpu::DeviceType::Cpu;
     if is_software || !gpu.has(wgpu::Features::TIMESTAMP_QUERY) {

@@ -1,19 +1,19 @@
-//! `accumulate` as one would write it for this CPU: threads over rows of tiles, vectors of eight
-//! texels, the tile's texels in the first cache. It walks the lists that the kernel walks.
+//! `accumulate` optimised for this CPU: threads over rows of tiles, vectors of eight texels, the tile's
+//! texels in the first-level cache. It walks the lists that the kernel walks.
 //!
-//! Like the kernel for soft discs it reads 32-byte footprints by their index and decodes them on
-//! the way. Unlike it, it visits only those rows and halves of rows that a disc's box touches, and
-//! looks for no early end: at opacity 0.02 no texel is settled before its list ends.
+//! Like the kernel for soft discs it reads 32-byte footprints by their index and decodes them on the fly.
+//! Unlike it, it visits only those rows and halves of rows that a disc's box touches, and has no early
+//! termination: at opacity 0.02 no texel is saturated before its list ends.
 use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
 use gobo::{model::TILE_SIZE, records::Footprint, reference::accumulate::VISIBLE_OPACITY};
 use std::sync::Mutex;
 
 const TILE: usize = TILE_SIZE as usize;
 const LANES: usize = 8;
-/// What is left of the light is written as 0 below it.
+/// Transmittance below which the light is written as 0.
 const BLACK: f32 = 1.0 / 1024.0;
 
-/// What `bin` hands on: a tile's pairs are `pairs[starts[tile]..starts[tile + 1]]`, front to back.
+/// Output of `bin`: a tile's pairs are `pairs[starts[tile]..starts[tile + 1]]`, front to back.
 pub(crate) struct Lists {
     pub(crate) footprints: Vec<Footprint>,
     pub(crate) pairs: Vec<u32>,
@@ -123,7 +123,7 @@ fn visit<S: Simd>(simd: S, footprint: &Footprint, corner: [f32; 2], rows: &mut [
 struct Disc<S: Simd> {
     /// Opacity at the centre times (1 - c), negative.
     absorbed: [f32x8<S>; 3],
-    /// Least profile that counts for D.
+    /// Least profile of a hit that sets D.
     visible: f32x8<S>,
     depth: f32x8<S>,
 }
@@ -147,7 +147,7 @@ fn meet<S: Simd>(simd: S, disc: &Disc<S>, rest: f32x8<S>, row: &mut Row, at: usi
     nearest.min(seen.select(disc.depth, f32x8::splat(simd, 1.0))).store_slice(texels);
 }
 
-/// Of a half that is no infinity and not negative: the exponent's bias is moved by a product.
+/// f32 of a finite non-negative half: a product moves the exponent's bias.
 #[inline(always)]
 fn from_half(bits: u32) -> f32 {
     f32::from_bits((bits & 0x7fff) << 13) * f32::from_bits(0x7780_0000)

@@ -1,4 +1,4 @@
-//! Kernels beside loops for the CPU that do the same work on the same data, taken in turns.
+//! Kernels against loops for the CPU that do the same work on the same data, measured in turns.
 //!
 //! `cargo bench --bench native`, or `cargo bench --bench native -- sort` for one of the two tables.
 //! No time is printed before the results agree.
@@ -35,7 +35,7 @@ const RUNS: usize = 9;
 const WARM_UP: usize = 2;
 /// F is stored as fp16, and products are rounded in another order.
 const FILTER_TOLERANCE: f32 = 1.0 / 1024.0;
-/// Rounding decides whether a rim of opacity 1/255 is seen.
+/// Share of texels where rounding decides whether the rim of opacity 1/255 sets D.
 const DEPTH_SHARE: f64 = 1e-4;
 
 /// Casters and their mean diameter [texels].
@@ -100,7 +100,7 @@ fn lists(casters: &[Caster]) -> Lists {
     }
 }
 
-/// The largest difference in F, or what is wrong.
+/// Largest difference in F, or an error.
 fn compare(ours: &[Texel], theirs: &[Texel]) -> Result<f32, String> {
     if ours.len() != theirs.len() {
         return Err(format!("{} texels, not {}", theirs.len(), ours.len()));
@@ -122,7 +122,7 @@ fn compare(ours: &[Texel], theirs: &[Texel]) -> Result<f32, String> {
     Ok(largest)
 }
 
-/// AVX2 where the CPU is an x86: what llvmpipe compiles for. (AVX-512 gains this loop nothing.)
+/// Widest vectors: AVX2 on x86, which llvmpipe compiles for. (AVX-512 brings nothing to this loop.)
 fn level() -> Level {
     let widest = Level::new();
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -132,7 +132,7 @@ fn level() -> Level {
     widest
 }
 
-/// The maps that the kernels left.
+/// Maps of the kernels.
 fn kernel_map(gpu: &Gpu, prepared: &PreparedMaps) -> Vec<Texel> {
     let filters: Vec<[u16; 4]> = gpu.read_texture(&prepared.maps.filters);
     let nearests: Vec<f32> = gpu.read_texture(&prepared.maps.nearests);
@@ -201,7 +201,7 @@ fn compare_accumulate(gpu: &Gpu) {
     }
 }
 
-/// The first pair that is not where a stable sort puts it.
+/// Error of the first pair that is not where a stable sort puts it.
 fn misplaced(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
     let at = (0..expected.len()).find(|&at| found.get(at) != Some(&expected[at]));
     at.map_or(Ok(()), |at| Err(format!("pair {at} is {:?}, not {:?}", found.get(at), expected[at])))
@@ -214,7 +214,7 @@ fn compare_sort(gpu: &Gpu) {
         "pairs", "bits", "kernels", "native, one thread", "ratio", "lampshade", "of it"
     );
     let Gpu { device, queue, .. } = gpu;
-    // Of both contestants, so that both are timed alike.
+    // Shared by both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
     let sort = Sort::new(Profile::of(&gpu.adapter).shape);
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);

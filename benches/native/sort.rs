@@ -1,8 +1,8 @@
-//! A radix sort as one would write it for one thread of this CPU.
+//! A radix sort optimised for one thread of this CPU.
 use gobo::reference::Pair;
 
-/// By the low `bits` of the keys: stable, least significant digit first, eight bits at a time. All
-/// digits are counted in one go. `scratch` is as long as `pairs`.
+/// Sorts by the low `bits` of the keys: stable, least significant digit first, eight bits at a time. All
+/// digits are counted in one pass. `scratch` is as long as `pairs`.
 pub(crate) fn sort(pairs: &mut Vec<Pair>, scratch: &mut Vec<Pair>, bits: u32) {
     match bits.div_ceil(8) {
         2 => sort_digits::<2>(pairs, scratch),

@@ -1,4 +1,4 @@
-//! Whether two renderers made the same maps: no time is printed of maps that differ.
+//! Comparison of two renderers' maps: no time is printed if they differ.
 use gobo::{
     glam::Vec2,
     model::{Particle, View},
@@ -13,7 +13,7 @@ pub(crate) struct Map {
     pub(crate) nearest: Vec<f32>,
 }
 
-/// How far two maps are apart.
+/// Difference of two maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub(crate) struct Difference {
     /// Mean of `|F - F'|` over texels and channels.
@@ -25,7 +25,7 @@ pub(crate) struct Difference {
 }
 
 impl Difference {
-    /// Each figure's largest.
+    /// Largest value of each figure.
     pub(crate) fn max(self, other: Self) -> Self {
         Self {
             mean: self.mean.max(other.mean),
@@ -35,7 +35,7 @@ impl Difference {
     }
 }
 
-/// What the other renderer rounds to, and so what may differ.
+/// Rounding of the other renderer, which may cause differences.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Rounding<'a> {
     /// The product to 11 bits at every blend, the depth to fp16; layers of each texel.
@@ -44,21 +44,20 @@ pub(crate) enum Rounding<'a> {
     Float,
 }
 
-/// A texel of F is wrong from here.
+/// Error of F from which a texel is wrong.
 const FILTER_OFF: f32 = 0.02;
-/// Products below are written as 0 by the compute path: all the same to a viewer.
+/// Products below this are written as 0 by the compute path: invisible.
 const DARK: f32 = 1.0 / 1024.0;
-/// Both paths hold colours and opacities in 11 to 16 bits, and F in 11.
+/// Limits of the mean: both paths hold colours and opacities in 11 to 16 bits, and F in 11.
 const MEAN_LIMIT: f64 = 0.002;
 const FILTER_LIMIT: f64 = 0.002;
-/// Rounding decides at a = 1/255 whether a hit counts, on the rim of every disc. Where the nearest
-/// hit is there, D is that of another disc.
+/// Limit of the share of wrong depths. At a = 1/255 rounding decides whether a hit counts, on the rim of
+/// every disc. If that hit is the nearest, D is that of another disc.
 const DEPTH_LIMIT: f64 = 0.01;
 
 impl Rounding<'_> {
-    /// How much `filter` may be off at texel `i` because of blending. Rounding toward zero (which
-    /// llvmpipe does) loses half of the last bit at each layer in the mean: at most 2^-11 of the
-    /// product.
+    /// Error of `filter` at texel `i` that blending may cause. Rounding toward zero (as in llvmpipe) loses
+    /// half of the last bit per layer on average: at most 2^-11 of the product.
     fn allowance(self, i: usize, filter: f32) -> f32 {
         match self {
             Self::Half(layers) => layers[i] as f32 * filter / 2048.0,
@@ -66,7 +65,7 @@ impl Rounding<'_> {
         }
     }
 
-    /// D is wrong from here.
+    /// Error of D from which a texel is wrong.
     fn depth_off(self) -> f32 {
         match self {
             // An fp16 below 1 is off by at most 2^-11; the rest is margin.
@@ -76,7 +75,7 @@ impl Rounding<'_> {
     }
 }
 
-/// Fails where the maps of a view are not the same.
+/// Fails if the maps of a view differ.
 pub(crate) fn agree(
     ours: &Map,
     theirs: &Map,
@@ -98,7 +97,7 @@ pub(crate) fn agree(
         for c in 0..3 {
             let [a, b] = [a[c], b[c]].map(|v| if v < DARK { 0.0 } else { v });
             let apart = (a - b).abs();
-            // So that a NaN is wrong.
+            // A NaN counts as wrong.
             let apart = if apart.is_nan() { f32::INFINITY } else { apart };
             let allowance = rounding.allowance(i, a.max(b));
             difference.mean += f64::from(apart) / (3.0 * texel_count);
@@ -133,7 +132,7 @@ pub(crate) fn agree(
     ))
 }
 
-/// Quads over each texel of a view's map: how often it is blended.
+/// Number of quads over each texel of a view's map: how often it is blended.
 pub(crate) fn layers(particles: &[Particle], view: &View) -> Vec<u32> {
     let (width, height) = (view.size.x as usize, view.size.y as usize);
     // Corners of the rectangles; their sums over all texels above and to the left are the layers.
@@ -166,7 +165,8 @@ pub(crate) fn layers(particles: &[Particle], view: &View) -> Vec<u32> {
 
 /// Share of the texels whose opaque depths differ; fails where it is above `limit`.
 pub(crate) fn agree_on_depth(ours: &[f32], theirs: &[f32], limit: f64) -> Result<f64, String> {
-    // Of the view's range: the slope of a triangle over the 1/256 texel that rasterizers snap to.
+    // Depth tolerance, a share of the view's range: the slope of a triangle over the 1/256 texel that
+    // rasterizers snap to.
     const OFF: f32 = 1e-4;
     if ours.len() != theirs.len() || ours.is_empty() {
         return Err(format!("{} texels by compute, {} by raster", ours.len(), theirs.len()));
@@ -208,7 +208,7 @@ mod tests {
         dark[0].filter[5] = [0.0; 3];
         dark[1].filter[5] = [0.0009; 3];
         assert_eq!(agree(&dark[0], &dark[1], HALF).unwrap().mean, 0.0);
-        // What 400 layers may lose, two may not.
+        // The error allowed for 400 layers is not allowed for two.
         for texel in other.filter.as_flattened_mut() {
             *texel *= 0.9;
         }

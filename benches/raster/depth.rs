@@ -7,7 +7,7 @@ use gobo::{
 };
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// Triangles of a draw: bounds the size of a vertex buffer.
+/// Triangles per draw: bounds the size of a vertex buffer.
 const DRAW_TRIANGLES: usize = 1 << 21;
 
 #[derive(Debug)]

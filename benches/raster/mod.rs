@@ -1,4 +1,4 @@
-//! The baseline: the same maps by the raster pipeline, in the two ways that renderers do it.
+//! The baseline: the same maps by the raster pipeline, in the two ways common in renderers.
 //!
 //! - [`Recipe::OnePass`] (Wicked Engine): light-facing quads; colour is multiplied into an RGBA16F
 //!   target, the nearest depth goes to its alpha by a MIN blend; depth test against the opaque map,
@@ -6,9 +6,9 @@
 //! - [`Recipe::TwoPass`] (`StarCraft II`): the nearest depth by a pass that writes a depth buffer, then
 //!   the colour.
 //!
-//! The casters are plain soft discs under the `filter` transfer, seen by directional views. What
-//! depends on the caster alone (the growth of what is smaller than a texel, `a(1 - c)`) is computed
-//! once, at the upload: the raster path gets for free what `project` does in every frame.
+//! The casters are plain soft discs with the `filter` transfer, in directional views. Values that depend on
+//! the caster alone (the enlargement of particles smaller than a texel, `a(1 - c)`) are computed once, at
+//! the upload: the raster path gets for free what `project` computes in every frame.
 pub(crate) mod agree;
 pub(crate) mod depth;
 
@@ -30,7 +30,7 @@ pub(crate) enum Recipe {
     TwoPass,
 }
 
-/// How the quads reach the vertex stage. Which is faster depends on the driver.
+/// Vertex input of the quads. The faster one depends on the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Geometry {
     /// A strip of four vertices per instance.
@@ -56,12 +56,12 @@ struct ViewUniform {
     pad: Vec2,
 }
 
-/// What the product is blended in.
+/// Format in which the product is blended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
-    /// RGBA16F, as the recipes have it.
+    /// RGBA16F, like the recipes.
     Half,
-    /// RGBA32F, where the device blends it: slower, and only to compare maps.
+    /// RGBA32F, if the device can blend it: slower, and only to compare maps.
     Float,
 }
 
@@ -74,7 +74,7 @@ impl Precision {
     }
 }
 
-/// Quads of a draw: bounds the size of a vertex buffer.
+/// Quads per draw: bounds the size of a vertex buffer.
 const DRAW_QUADS: usize = 1 << 20;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const VERTICES: wgpu::VertexBufferLayout<'_> = wgpu::VertexBufferLayout {
@@ -107,7 +107,7 @@ struct Target {
 }
 
 impl Raster {
-    /// All views have the same scale.
+    /// Builds the baseline for views of the same scale.
     pub(crate) fn new(
         gpu: &Gpu,
         geometry: Geometry,
@@ -167,7 +167,7 @@ impl Raster {
         self.geometry
     }
 
-    /// Every view's maps.
+    /// Records every view's maps.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, recipe: Recipe) {
         for target in &self.targets {
             let color = &target.filter.create_view(&wgpu::TextureViewDescriptor::default());
@@ -205,7 +205,7 @@ impl Raster {
         }
     }
 
-    /// Each view's maps after a frame by `recipe`.
+    /// Maps of each view after a frame by `recipe`.
     pub(crate) fn read(&self, gpu: &Gpu, recipe: Recipe) -> Result<Vec<Map>, Error> {
         let maps = self.targets.iter().map(|target| {
             let texels: Vec<[f32; 4]> = match self.precision {
@@ -259,7 +259,7 @@ impl Target {
         });
         let opaque = texture("raster_opaque", DEPTH, Use::empty())
             .create_view(&wgpu::TextureViewDescriptor::default());
-        // No opaque caster: the opaque depth is 1 once and for all.
+        // Without opaque casters the opaque depth is always 1.
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         drop(begin(&mut encoder, None, &opaque, true));
         gpu.queue.submit([encoder.finish()]);
@@ -284,7 +284,7 @@ fn vertex(particle: &Particle, scale: f32) -> CasterVertex {
     }
 }
 
-/// Colour is multiplied; of alpha the least stays.
+/// Multiplies the colour, and keeps the minimum of alpha.
 const BLEND: wgpu::BlendState = wgpu::BlendState {
     color: wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::Zero,
@@ -346,7 +346,7 @@ fn pipeline(
     })
 }
 
-/// Depth is cleared and written, or read-only.
+/// Begins a pass; the depth is cleared and written, or read-only.
 fn begin<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     color: Option<&wgpu::TextureView>,

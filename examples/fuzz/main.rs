@@ -1,8 +1,8 @@
-//! Changes files at random and reads them: `make fuzz`.
+//! Fuzzer: changes files at random and reads them, `make fuzz`.
 //!
 //! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and
-//! `FUZZ_SEED` (0). A reader fails where it panics or takes longer than `SLOW`. What made it is in
-//! out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
+//! `FUZZ_SEED` (0). A reader fails if it panics or takes longer than `SLOW`. The failing input is written
+//! to out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
 mod mutate;
 mod seeds;
 
@@ -15,7 +15,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// The largest scene that the limits allow is made in less.
+/// Time in which the largest scene within the limits is made.
 const SLOW: Duration = Duration::from_secs(20);
 
 /// Files of one kind.
@@ -23,7 +23,7 @@ struct Reader {
     name: &'static str,
     extension: &'static str,
     seeds: Vec<Vec<u8>>,
-    /// A scene file that reads `current.EXTENSION`, where that is none itself.
+    /// A scene file that reads `current.EXTENSION`, if that is no scene file itself.
     scene: Option<String>,
 }
 
@@ -46,7 +46,7 @@ fn main() -> std::io::Result<ExitCode> {
     Ok(if findings == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// How many inputs did what they must not.
+/// Number of inputs that failed.
 fn run(reader: &Reader, time: Duration, seed: u64, out: &Path) -> std::io::Result<usize> {
     let mut chance = Chance::new(seed);
     let input = out.join(format!("current.{}", reader.extension));
@@ -61,7 +61,7 @@ fn run(reader: &Reader, time: Duration, seed: u64, out: &Path) -> std::io::Resul
         fs::write(&input, &bytes)?;
         let start = Instant::now();
         let result = catch_unwind(AssertUnwindSafe(|| {
-            // What moves is somewhere else then.
+            // Moving parts are set to another time.
             scene::load(path).map(|mut scene| scene.set_time(1.25)).is_ok()
         }));
         let fault = match result {

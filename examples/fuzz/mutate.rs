@@ -1,7 +1,7 @@
 //! Small changes of a file, several at a time.
 use gobo::scene::generate::Chance;
 
-/// Words that readers may stumble over.
+/// Words that are likely to break readers.
 const WORDS: [&[u8]; 18] = [
     b"0",
     b"-1",
@@ -22,11 +22,11 @@ const WORDS: [&[u8]; 18] = [
     b"\xff\xfe",
     b"true",
 ];
-/// Ends of numbers of four bytes.
+/// Limits of 32-bit numbers.
 const ENDS: [u32; 8] =
     [0, 1, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff, 0x7f80_0000, 0x7fc0_0000, 0xff7f_ffff];
 const MAX_CHANGES: u64 = 6;
-/// A file does not grow past this [bytes].
+/// Largest size of a file [bytes].
 const MAX_LENGTH: usize = 1 << 20;
 
 /// One of the seeds with one to six changes.

@@ -1,4 +1,4 @@
-//! What files are changed: scenes of the project, and small ones of each other kind.
+//! Seed files: scenes of the project, and small files of each other kind.
 use super::Reader;
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use std::{
@@ -9,7 +9,7 @@ use std::{
 };
 
 const PLANE: &str = "shape = [{ kind = \"pane\", material = \"m\" }]\n";
-/// Larger scenes are slow to read, and say nothing new [bytes].
+/// Largest seed; larger ones are slow to read and add nothing new [bytes].
 const LARGEST: usize = 6000;
 
 pub(super) fn readers() -> io::Result<Vec<Reader>> {
@@ -60,7 +60,7 @@ fn scenes(root: &Path) -> io::Result<Vec<Vec<u8>>> {
         }
     }
     found.push(("emitter".into(), EMITTER.as_bytes().to_vec()));
-    // The same seed finds the same whatever order a folder has.
+    // Sorted, so that the same seed gives the same inputs for any order of the folder.
     found.sort();
     let few = |text: &[u8]| String::from_utf8_lossy(text).replace("000,", ",").into_bytes();
     Ok(found.iter().map(|(_, text)| few(text)).filter(|text| text.len() < LARGEST).collect())
@@ -175,7 +175,7 @@ fn picture(format: ImageFormat) -> io::Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// Four by two, without runs.
+/// A Radiance image of 4 x 2 texels, without runs.
 fn hdr() -> Vec<u8> {
     let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
     bytes.extend((0..8_u8).flat_map(|i| [100 + i, 120, 140 - i, 128 + i % 3]));

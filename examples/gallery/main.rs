@@ -1,9 +1,9 @@
-//! Renders every scene of data/gallery into pictures, a contact sheet and one page that shows what
-//! they are, their shadow maps, and what they cost: `make gallery`.
+//! Renders every scene of data/gallery to pictures, a contact sheet and one page with descriptions, shadow
+//! maps and costs: `make gallery`.
 //!
 //! `cargo run --release --example gallery [OUT=out/gallery] [NAME]... [KEY=VALUE]...`
 //!
-//! Fails where a picture is missing, is flat, or a frame dropped what it counted.
+//! Fails if a picture is missing or flat, or a frame's capacity was too small.
 mod page;
 mod preview;
 
@@ -21,14 +21,14 @@ use std::{
 
 type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// A scene of the gallery and what became of it.
+/// A scene of the gallery and its results.
 struct Plate {
     name: String,
-    /// The scene file's first comment.
+    /// First comment of the scene file.
     about: String,
     path: PathBuf,
     frame: Frame,
-    /// Reading, rendering and reading back.
+    /// Time of reading, rendering and reading back.
     time: Duration,
 }
 
@@ -61,7 +61,7 @@ fn main() -> Fallible<()> {
     check(&plates)
 }
 
-/// The scene files, by name; all of them where `only` names none.
+/// Scene files by name; all of them if `only` is empty.
 fn scenes(only: &[String]) -> Fallible<Vec<PathBuf>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery");
     let mut found = Vec::new();
@@ -101,7 +101,7 @@ fn render(
     Ok(Plate { name, about: about.join(" "), path, frame, time })
 }
 
-/// Every picture is there, shows something, and all that its frame counted had room.
+/// Checks that every picture exists and is not flat, and that no capacity was too small.
 fn check(plates: &[Plate]) -> Fallible<()> {
     let mut faults = Vec::new();
     for Plate { name, path, frame, .. } in plates {

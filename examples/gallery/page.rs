@@ -1,11 +1,11 @@
-//! One page that needs no other file: pictures, maps, times and counts.
+//! The gallery as one self-contained page: pictures, maps, times and counts.
 use crate::{Fallible, Plate, preview};
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use gobo::records::ViewMaps;
 use image::{ImageFormat, RgbImage};
 use std::{fmt::Write as _, io::Cursor, time::Duration};
 
-/// Views whose maps are shown, of each scene.
+/// Views per scene whose maps are shown.
 const VIEWS: usize = 3;
 const STYLE: &str = "body{font:15px/1.5 sans-serif;background:#111;color:#ddd;max-width:980px;margin:2em auto;\
      padding:0 1em}h1,h2{font-weight:normal}img{display:block}.picture{width:100%;height:auto}\
@@ -61,7 +61,7 @@ fn section(plate: &Plate) -> Fallible<String> {
     Ok(html + &escape(&counters) + "</pre></details>\n")
 }
 
-/// The views in which most texels are tinted.
+/// Views with the most tinted texels.
 fn most_colored(maps: &[ViewMaps]) -> Vec<&ViewMaps> {
     let tinted = |maps: &&ViewMaps| {
         let share = |f: &&[f32; 3]| f.iter().any(|&light| light < 0.95);

@@ -1,4 +1,4 @@
-//! Pictures of pictures: small ones, maps, and the contact sheet.
+//! Previews: small pictures, maps, and the contact sheet.
 use crate::{Fallible, Plate};
 use gobo::records::{Picture, ViewMaps};
 use image::{
@@ -10,7 +10,7 @@ use image::{
 const THUMB: u32 = 480;
 const COLUMNS: u32 = 3;
 const GAP: u32 = 8;
-/// Of a map [pixels].
+/// Edge of a map's preview [pixels].
 const MAP: u32 = 160;
 
 pub(super) fn image(picture: &Picture) -> Fallible<RgbImage> {

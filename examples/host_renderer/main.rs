@@ -1,6 +1,6 @@
 //! A host with a renderer of its own: it rasterizes depth maps, moves smoke on the GPU and shades in a
-//! forward pass that asks gobo what reaches each point. Lights come and go. The picture of frame 20 must
-//! be, byte for byte, the one with smoke and solids uploaded by the CPU.
+//! forward pass that evaluates gobo's light look-up at each point. Lights come and go. The picture of frame
+//! 20 must be, byte for byte, the one with smoke and solids uploaded by the CPU.
 //!
 //! `cargo run --example host_renderer` writes pictures to `out/host_renderer/`
 mod output;
@@ -19,9 +19,9 @@ use std::error::Error;
 
 const FRAMES: u32 = 60;
 const CAPACITY: u32 = 6000;
-/// Born in a frame.
+/// Particles born per frame.
 const BORN: u32 = 150;
-/// Of a frame that is written.
+/// Frames that are written as pictures.
 const PICTURES: [u32; 3] = [5, 20, 50];
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -61,12 +61,12 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// When the lights of a frame came together.
+/// First frame with the lights of a frame.
 fn since(number: u32) -> u32 {
     [45, 35, 15].into_iter().find(|&start| number >= start).unwrap_or(0)
 }
 
-/// A sun all the time, a red lamp, a blue one that comes, a red one that goes.
+/// Lights of a frame: a sun all the time, a red lamp, a blue one that comes, a red one that goes.
 fn lights_of(number: u32) -> Vec<Light> {
     let spot = |place: Vec3, color: Vec3| Light { color, ..Light::spot(place, Vec3::NEG_Y, 1.25) };
     let red = spot(Vec3::new(-1.0, 4.6, 0.4), Vec3::new(9.0, 3.5, 2.0));
@@ -80,13 +80,13 @@ fn lights_of(number: u32) -> Vec<Light> {
     }
 }
 
-/// Of the host's depth maps: gobo's views, but reversed.
+/// Projection of the host's depth maps: gobo's views, but reversed z.
 fn host_matrix(view: &View) -> Mat4 {
     let reversed = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::NEG_Z, Vec4::new(0.0, 0.0, 1.0, 1.0));
     reversed * view.clip_from_world()
 }
 
-/// What is bound as long as the lights stay.
+/// Bindings that are valid as long as the lights stay.
 struct Frame {
     lights: Vec<Light>,
     views: Vec<View>,
@@ -126,7 +126,7 @@ struct Host {
     number: wgpu::Buffer,
     simulation: (wgpu::ComputePipeline, wgpu::BindGroup),
     bindings: wgpu::BindGroup,
-    /// Once there are any.
+    /// Depth maps, once there are lights.
     depths: Option<wgpu::Texture>,
     prepared_count: u32,
 }
@@ -135,14 +135,13 @@ fn settings() -> ShadowSettings {
     ShadowSettings { size: MAP, receiver: Receiver::Curve, nodes: 8, ..Default::default() }
 }
 
-/// Smoke, and what is solid.
+/// Materials of the smoke, and of the solids.
 fn materials() -> [Material; 2] {
     [Material::default(), Material { transfer: Transfer::Opaque, ..Material::default() }]
 }
 
-/// A floor and two shelves over it, two triangles each. Seen from the lights no edge of these is within
-/// 1/256 texel of a texel's centre: there a rasterizer, which snaps corners, may decide otherwise than
-/// gobo.
+/// A floor and two shelves over it, two triangles each. As seen from the lights none of their edges is
+/// within 1/256 texel of a texel's centre: there a rasterizer, which snaps corners, may differ from gobo.
 fn solids() -> Vec<Vertex> {
     let quad = |middle: Vec3, half: Vec2, color: [f32; 3]| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, 1.0), (1.0, -1.0)].map(
@@ -224,7 +223,7 @@ impl Host {
         Ok(views.collect::<std::result::Result<Vec<_>, _>>()?.concat())
     }
 
-    /// The host's smoke and depth maps, for these lights.
+    /// Prepares the host's smoke and depth maps, for these lights.
     fn prepare(&mut self, lights: &[Light]) -> Result<Frame> {
         let views = Self::views(lights)?;
         let count = CasterCount::Indirect { buffer: &self.alive, offset: 0, capacity: CAPACITY };
@@ -253,7 +252,7 @@ impl Host {
         pass.dispatch_workgroups(CAPACITY.div_ceil(64), 1, 1);
     }
 
-    /// The picture with all casters uploaded, and the one without any.
+    /// Compares the picture with the one of uploaded casters, and with the one without any.
     fn compare(&self, raster: &Raster, frame: &Frame, alive: u32, picture: &[u8]) -> Result<()> {
         let records: Vec<[f32; 8]> =
             bytemuck::pod_collect_to_vec(&read(&self.device, &self.queue, &self.smoke)?);

@@ -1,9 +1,9 @@
-//! What comes back from the device, and pictures.
+//! Read-back from the device, and pictures.
 use crate::{Result, raster::SIZE};
 use gobo::wgpu;
 use std::path::Path;
 
-/// All of a buffer, after what was submitted before. Waits.
+/// All of a buffer, after all commands submitted before. Blocks.
 pub(crate) fn read(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -11,14 +11,14 @@ pub(crate) fn read(
 ) -> Result<Vec<u8>> {
     let (send, received) = std::sync::mpsc::channel();
     wgpu::util::DownloadBuffer::read_buffer(device, queue, &buffer.slice(..), move |bytes| {
-        // Who asked waits.
+        // The receiver waits below.
         let _ = send.send(bytes.map(|bytes| bytes.to_vec()));
     });
     device.poll(wgpu::PollType::wait_indefinitely())?;
     Ok(received.recv()??)
 }
 
-/// Four bytes a pixel. Waits.
+/// Four bytes per pixel. Blocks.
 pub(crate) fn read_picture(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -44,7 +44,7 @@ pub(crate) fn read_picture(
     read(device, queue, &buffer)
 }
 
-/// As `out/host_renderer/frame_20.png`.
+/// Saves a picture as `out/host_renderer/frame_20.png`.
 pub(crate) fn save(number: u32, picture: &[u8]) -> Result<()> {
     let folder = Path::new("out/host_renderer");
     std::fs::create_dir_all(folder)?;

@@ -1,4 +1,4 @@
-//! The host's own renderer: depth maps by rasterizing, and a forward pass that asks gobo for light.
+//! The host's own renderer: rasterized depth maps, and a forward pass that evaluates gobo's light.
 use bytemuck::{Pod, Zeroable};
 use gobo::{
     glam::{Mat3, Mat4, Vec3, Vec4},
@@ -8,7 +8,7 @@ use gobo::{
 pub(crate) const SIZE: [u32; 2] = [320, 180];
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
-/// Of a depth map [texels].
+/// Edge of a depth map [texels].
 pub(crate) const MAP: u32 = 256;
 pub(crate) const MAPS: u32 = 4;
 
@@ -42,10 +42,10 @@ pub(crate) struct Raster {
     queue: wgpu::Queue,
     vertices: wgpu::Buffer,
     vertex_count: u32,
-    /// Reversed, a layer each.
+    /// Depth maps with reversed z, a layer each.
     pub(crate) depths: wgpu::Texture,
     depth_pipeline: wgpu::RenderPipeline,
-    /// Matrix and target of each.
+    /// Matrix and target of each depth map.
     depth_views: Vec<(wgpu::Buffer, wgpu::BindGroup, wgpu::TextureView)>,
     solid: wgpu::RenderPipeline,
     veil: wgpu::RenderPipeline,
@@ -67,7 +67,7 @@ fn buffer_entry(ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-/// For `buffer` alone, at binding 0.
+/// Layout for `buffer` alone, at binding 0.
 pub(crate) fn layout_of(
     device: &wgpu::Device,
     ty: wgpu::BufferBindingType,
@@ -222,7 +222,7 @@ impl Raster {
         }
     }
 
-    /// The first layers of `depths`.
+    /// Draws the first layers of `depths`.
     pub(crate) fn draw_depths(&self, encoder: &mut wgpu::CommandEncoder, matrices: &[Mat4]) {
         for (matrix, (buffer, group, view)) in matrices.iter().zip(&self.depth_views) {
             self.queue.write_buffer(buffer, 0, bytemuck::bytes_of(matrix));
@@ -250,7 +250,7 @@ impl Raster {
         })
     }
 
-    /// `light_group`: gobo's, of `lights`. `smoke_count`: particles that are drawn.
+    /// Draws the picture. `light_group`: gobo's, of `lights`; `smoke_count`: particles that are drawn.
     pub(crate) fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -305,7 +305,7 @@ impl Raster {
     }
 }
 
-/// To the farthest, reversed.
+/// Depth attachment cleared to the farthest depth of reversed z.
 fn cleared(view: &wgpu::TextureView) -> wgpu::RenderPassDepthStencilAttachment<'_> {
     wgpu::RenderPassDepthStencilAttachment {
         view,

@@ -1,4 +1,4 @@
-//! Figures of the curves: what `docs/curves.md` states and the tests hold.
+//! Figures of the curves: those in `docs/curves.md`, checked by the tests.
 use crate::rivals::{Fourier, Hit, Moments, exact, nearest};
 use gobo::{
     glam::Vec3,
@@ -13,7 +13,7 @@ pub(crate) enum Rays {
     Smoke,
     /// 2 to 14 strong hits.
     Panes,
-    /// 3 to 6 puffs with nothing between: 10 to 60 faint hits each, close together.
+    /// 3 to 6 separate puffs: 10 to 60 faint hits each, close together.
     Puffs,
 }
 
@@ -49,7 +49,7 @@ fn color(chance: &mut Chance, most: f32) -> Vec3 {
     Vec3::from_array([0; 3].map(|_| chance.within(0.0, most)))
 }
 
-/// About [radians]; the page's figures belong to these digits.
+/// Approximate full turn [radians]; the page's figures belong to these digits.
 const WHOLE_TURN: f32 = 628.0 / 100.0;
 
 fn smoke(chance: &mut Chance) -> Vec<Hit> {
@@ -76,24 +76,24 @@ fn puff(chance: &mut Chance) -> Vec<Hit> {
     let color = color(chance, 0.9);
     let (count, opacity) = (chance.within(10.0, 60.0) as u32, chance.within(0.005, 0.04));
     let hit = |_| {
-        // About normal, cut at 1.5.
+        // Approximately normal, cut at 1.5.
         let sum: f32 = (0..12).map(|_| chance.within(-0.5, 0.5)).sum();
         (middle + half * (0.6 * sum).clamp(-1.5, 1.5), filter(opacity, color))
     };
     (0..count).map(hit).collect()
 }
 
-/// What stands for a texel's hits.
+/// Representation of a texel's hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
     Nearest,
-    /// With K nodes.
+    /// A curve with K nodes.
     Curve(u32),
-    /// With K nodes, and hits that go in a slab at a time.
+    /// A curve with K nodes, whose hits are inserted a slab at a time.
     Slabs(u32),
-    /// 15 coefficients a channel.
+    /// Fourier opacity map, 15 coefficients a channel.
     Fourier,
-    /// 4 moments a channel and its total.
+    /// Moment map, 4 moments a channel and its total.
     Moments,
 }
 
@@ -120,19 +120,19 @@ impl Method {
         }
     }
 
-    /// That a map of it takes [bytes per texel], with F as rgba16float and D as r32float.
+    /// Memory of a map [bytes per texel], with F as rgba16float and D as r32float.
     pub(crate) fn bytes(self) -> u32 {
         match self {
             Self::Nearest => 12,
             Self::Curve(nodes) | Self::Slabs(nodes) => 12 + 8 * nodes,
-            // As 16-bit floats.
+            // Stored as 16-bit floats.
             Self::Fourier => 3 * 15 * 2,
             Self::Moments => 3 * 5 * 4,
         }
     }
 }
 
-/// Against the exact product, over texels, depths and channels.
+/// Error against the exact product, over texels, depths and channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CurveError {
     pub(crate) mean: f32,
@@ -163,7 +163,7 @@ impl Sample {
         Self { texels: (0..TEXELS).map(texel).collect() }
     }
 
-    /// Hits of all texels.
+    /// Number of hits of all texels.
     pub(crate) fn hit_count(&self) -> usize {
         self.texels.iter().map(|(hits, _)| hits.len()).sum()
     }
@@ -182,7 +182,7 @@ impl Sample {
         CurveError { mean: (sum / count as f64) as f32, max }
     }
 
-    /// Makes every texel's curve, to see how long it takes.
+    /// Makes every texel's curve, to measure the time.
     pub(crate) fn build(&self, method: Method) -> f32 {
         self.texels.iter().map(|(hits, _)| light_of(method, hits)(0.5).x).sum()
     }
@@ -215,7 +215,7 @@ fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
     Box::new(move |z| light_at(&nodes, z, false))
 }
 
-/// As `tile` does, where every pair hits the texel.
+/// Like the twin `tile`, where every pair hits the texel.
 fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
     use gobo::reference::curve::tile::{SLAB_PAIRS, max_exact_hits, slab_count};
     let mut curve = Streaming::new(nodes, false);

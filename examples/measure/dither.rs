@@ -1,4 +1,4 @@
-//! Figures of the patterns: what `docs/dither.md` states and the tests hold.
+//! Figures of the patterns: those in `docs/dither.md`, checked by the tests.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{Material, Part, Particle, Pattern, Profile, Projection, Scene, Transfer, View},
@@ -12,11 +12,11 @@ use gobo::{
 
 /// Edge of the maps that are measured [texels]; a texel is a metre wide.
 const SIZE: u32 = 128;
-/// Of the caster [texels].
+/// Radius of the caster [texels].
 const RADIUS: f32 = 40.0;
 /// Light depth of the receiver.
 const RECEIVER: f32 = 0.9;
-/// Frames that a caster moves for.
+/// Frames for which a caster moves.
 const FRAMES: u32 = 60;
 
 /// Error of the covered share over 64x64 cells, for 41 opacities and 8 casters.
@@ -49,7 +49,7 @@ pub(crate) fn coverage_error(pattern: Pattern) -> CoverageError {
     CoverageError { rms: (squares / count as f32).sqrt(), max }
 }
 
-/// A soft disc of opacity 0.8 over the map's middle; `moved` by texels.
+/// A soft disc of opacity 0.8 over the map's centre; `moved` by texels.
 fn disc(material: Material, moved: Vec2) -> Scene {
     let mut scene = Scene::empty();
     scene.materials =
@@ -69,7 +69,7 @@ fn dithered(pattern: Pattern) -> Material {
     Material { transfer: Transfer::Dither, pattern, ..Material::default() }
 }
 
-/// Looks along -z; `moved` by texels.
+/// A view along -z; `moved` by texels.
 fn view(moved: Vec2) -> View {
     View {
         part: Part::Whole,
@@ -102,7 +102,7 @@ fn light(maps: &ViewMaps) -> Vec<f32> {
         .collect()
 }
 
-/// Of the texels under the caster.
+/// Light of the texels under the caster.
 fn under(light: &[f32]) -> impl Iterator<Item = f32> {
     let inside = |i: usize| {
         let at = Vec2::new((i as u32 % SIZE) as f32, (i as u32 / SIZE) as f32) + 0.5;
@@ -144,17 +144,17 @@ pub(crate) fn shadow_error(pattern: Pattern) -> ShadowError {
 /// Mean |difference| of the light under a caster from one frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Flicker {
-    /// While the caster moves by 1/8 texel a frame.
+    /// Dithered, while the caster moves by 1/8 texel a frame.
     pub(crate) dithered: f32,
     /// The same, softened.
     pub(crate) softened: f32,
     /// Share of the texels under a caster whose opaque depth changes in one such step.
     pub(crate) changed: f32,
-    /// Softened, while the view moves by a whole texel a frame; at the same place in the world.
+    /// Softened, while the view moves by a whole texel a frame; at a fixed point in the world.
     pub(crate) snapping: f32,
 }
 
-/// `None`: of the exact filter.
+/// Flicker of a pattern; `None`: of the exact filter.
 pub(crate) fn flicker(pattern: Option<Pattern>) -> Flicker {
     let material = pattern.map_or_else(Material::default, dithered);
     let step = Vec2::new(0.1, 0.075);
@@ -213,7 +213,7 @@ pub(crate) fn colored_error(pattern: Pattern) -> ShadowError {
 /// Edge of the map of the cost table [texels]; a texel is a metre wide.
 pub(crate) const COST_SIZE: u32 = 512;
 
-/// What is duplicated: so clear that no texel is ever settled, and every caster is walked.
+/// Material of the duplicated disc: so faint that no texel saturates, and every caster is walked.
 pub(crate) fn duplicated() -> Material {
     Material {
         profile: Profile::Flat,
@@ -222,8 +222,8 @@ pub(crate) fn duplicated() -> Material {
     }
 }
 
-/// One disc of 80 texels radius, again and again, one behind the other. All in the same tiles: the
-/// first caster of a tile costs more than those that follow.
+/// One disc of 80 texels radius, duplicated one behind the other. All are in the same tiles: the first
+/// caster of a tile costs more than those that follow.
 pub(crate) fn duplicates(count: u32) -> Vec<Particle> {
     (0..count)
         .map(|id| Particle {

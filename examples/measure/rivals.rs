@@ -1,11 +1,11 @@
-//! What curves are held against: every hit kept, and what others store instead.
+//! Methods that curves are compared with: every hit kept, and the representations of others.
 use gobo::glam::Vec3;
 use std::f64::consts::TAU;
 
 /// One hit: light depth and transmittance.
 pub(crate) type Hit = (f32, Vec3);
 
-/// Every hit: the product of those in front of `z`.
+/// Exact light: the product of all hits in front of `z`.
 pub(crate) fn exact(hits: &[Hit], z: f32) -> Vec3 {
     hits.iter().filter(|(depth, _)| *depth < z).map(|(_, light)| *light).product()
 }
@@ -23,12 +23,12 @@ pub(crate) fn nearest(hits: &[Hit], z: f32) -> Vec3 {
 /// Fourier opacity map with 15 coefficients a channel (Jansen and Bavoil 2010, section 3).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fourier {
-    /// Of cosines and of sines, per channel.
+    /// Coefficients of cosines and sines, per channel.
     waves: [[(f64, f64); Self::WAVES]; 3],
 }
 
 impl Fourier {
-    /// With the constant one; 7 pairs and the constant are 15 coefficients.
+    /// Number of waves, with the constant one; 7 pairs and the constant are 15 coefficients.
     const WAVES: usize = 8;
 
     pub(crate) fn new(hits: &[Hit]) -> Self {
@@ -68,10 +68,10 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Of 32-bit moments, towards the moments of a uniform spread.
+    /// Bias of 32-bit moments towards those of a uniform distribution.
     const BIAS: f64 = 5e-7;
     const UNIFORM: [f64; 4] = [0.0, 0.375, 0.0, 0.375];
-    /// Between the lower bound of the absorbed light and the upper one.
+    /// Weight between the lower bound of the absorbed light and the upper one.
     const OVERESTIMATION: f64 = 0.25;
 
     pub(crate) fn new(hits: &[Hit]) -> Self {

@@ -1,6 +1,7 @@
-//! What can be asked for.
+//! Command line arguments.
 use super::bench::BenchArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use gobo::{gpu::Backend, picture::debug::DebugMode, scene::Scene};
 use std::{ops::Range, path::PathBuf, str::FromStr};
 
@@ -50,6 +51,17 @@ pub(crate) enum Command {
         /// Replace a value of that scene file: shadow.size=512
         #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value, requires = "scene")]
         set: Vec<(String, String)>,
+    },
+    /// Print the manual's page, or write a page for each command
+    Man {
+        /// The folder to write all pages to
+        #[arg(short, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Print a script by which a shell completes the command line
+    Completions {
+        /// The shell
+        shell: Shell,
     },
 }
 
@@ -143,7 +155,7 @@ impl RenderArguments {
         self.backend.into()
     }
 
-    /// Each mode once, in order.
+    /// Debug modes without repetitions, in order.
     pub(crate) fn debug(&self) -> Vec<DebugMode> {
         let mut modes: Vec<DebugMode> = Vec::new();
         for mode in self.debug.iter().map(|&name| name.into()) {
@@ -154,7 +166,7 @@ impl RenderArguments {
         modes
     }
 
-    /// The frames of all shards; frame 0 where none are named.
+    /// Frames of all shards; frame 0 if none are given.
     pub(crate) fn all_frames(&self) -> Range<u32> {
         match (&self.frames, self.frame) {
             (Some(Frames(range)), _) => range.clone(),
@@ -167,7 +179,7 @@ impl RenderArguments {
     pub(crate) fn frames(&self) -> std::iter::StepBy<Range<u32>> {
         let Range { start, end } = self.all_frames();
         let Shard { index, count } = self.shard.unwrap_or(Shard { index: 0, count: 1 });
-        // How far the first frame of the shard is behind `start`.
+        // Distance of the shard's first frame from `start`.
         let skip =
             (u64::from(index) + u64::from(count) - u64::from(start % count)) % u64::from(count);
         let first = u64::from(start).saturating_add(skip).min(u64::from(end)) as u32;

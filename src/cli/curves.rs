@@ -1,16 +1,16 @@
-//! Curves as arrays and previews.
+//! Curves as `NumPy` arrays and preview images.
 use gobo::{glam::Vec3, records::CurveMap};
 
 /// Numbers of a node: start, end, red, green, blue.
 pub(super) const FIELDS: usize = 5;
 
-/// Start of a node that is not used: behind the far plane.
+/// Start of an unused node: behind the far plane.
 const UNUSED: f32 = 2.0;
 
-/// Depths whose light a preview takes the mean of.
+/// Depths over which a preview averages the light.
 const STEPS: usize = 16;
 
-/// All nodes of all texels: of each texel those in use first, in their order; the others have the
+/// Values of all nodes of all texels: in each texel used nodes first, in their order; unused ones have the
 /// light behind the last one.
 pub(super) fn values(curve: &CurveMap) -> impl ExactSizeIterator<Item = f32> {
     let mut values = Vec::with_capacity(curve.packed.len() * FIELDS);

@@ -75,7 +75,7 @@ pub(super) struct BindingEntry {
     kind: Kind,
 }
 
-/// Words are WebGPU's.
+/// Names of WebGPU.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Kind {

@@ -6,11 +6,11 @@ use exr::prelude::{
 use gobo::records::Picture;
 use std::{io::Cursor, path::Path};
 
-/// A whole file of the picture's light; `path` is for what is wrong with it.
+/// Encodes a picture's light as a whole file; `path` is for errors.
 pub(super) fn encode(path: &Path, picture: &Picture) -> Result<Vec<u8>, Failure> {
     let [width, height] = picture.size.to_array().map(|side| side as usize);
     let pixel = |at: exr::prelude::Vec2<usize>| {
-        // The largest half float is 65504: brighter light is shown white in any case.
+        // The largest half is 65504: brighter light is white in any case.
         let [r, g, b] =
             picture.light[at.y() * width + at.x()].map(|v| f16::from_f32(v.min(65504.0)));
         (r, g, b)

@@ -1,4 +1,4 @@
-//! Why a command ended early, and its exit status.
+//! Errors of commands, and exit status.
 use gobo::scene::SceneError;
 use std::{
     io::Write as _,
@@ -18,10 +18,10 @@ pub(crate) enum Failure {
     /// A benchmark whose maps are wrong.
     #[error("{0}")]
     Wrong(String),
-    /// The host has no room for so much [bytes].
+    /// The host cannot allocate so much memory [bytes].
     #[error("no memory for {} MiB of shadow maps and casters", .0 >> 20)]
     Memory(u64),
-    /// By a signal, before this frame.
+    /// Stopped by a signal before this frame.
     #[error("stopped before frame {frame}")]
     Stopped { frame: u32 },
     #[error("standard output: {0}")]
@@ -33,8 +33,8 @@ impl Failure {
         Self::File { path: path.to_owned(), source }
     }
 
-    /// On stderr; of a scene file with the line around the place and what to do. Where stderr is full
-    /// or closed, there is nobody to tell.
+    /// Prints the error to stderr; for a scene file with the line and the remedy. Errors of stderr itself
+    /// (full or closed) are ignored.
     pub(crate) fn print(&self) {
         let mut text = format!("gobo: {}\n", harmless(&self.to_string()));
         if let Some(remedy) = self.remedy() {
@@ -56,7 +56,7 @@ impl Failure {
         let _ = std::io::stderr().lock().write_all(text.as_bytes());
     }
 
-    /// What the command line can do about it.
+    /// Remedy on the command line.
     fn remedy(&self) -> Option<&'static str> {
         use gobo::error::Error;
         match self {
@@ -81,7 +81,7 @@ impl Failure {
         }
     }
 
-    /// 2: bad usage or input; 3: no usable adapter or device; 1: anything else.
+    /// Exit status: 2 for bad usage or input, 3 without a usable adapter or device, 1 for anything else.
     pub(crate) fn status(&self) -> u8 {
         use gobo::error::Error;
         match self {
@@ -104,7 +104,7 @@ impl Failure {
     }
 }
 
-/// What a path or a name may hold does nothing to a terminal.
+/// The text without control characters, which could affect a terminal.
 pub(crate) fn harmless(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {

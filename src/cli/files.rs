@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all, and streams that may be closed.
+//! Files that are written atomically, and output streams that may be closed.
 use super::failure::{Failure, harmless};
 use std::{
     collections::HashMap,
@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The file appears complete under its name, or is not touched.
+/// Writes a file atomically: it appears complete under its name, or stays untouched.
 pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
@@ -16,22 +16,22 @@ pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
     let temporary = path.with_file_name(name);
     let written = || {
         let mut file = fs::File::create(&temporary)?;
-        // So that no other run takes it for what a killed one left; not all file systems have locks.
+        // The lock tells other runs that this file is not abandoned; not all file systems have locks.
         let _ = file.lock();
         file.write_all(contents)?;
         fs::rename(&temporary, path)
     };
     written().map_err(|source| {
-        // What is left of it is of no use; that it may not exist is fine.
+        // The remainder is of no use; it may not exist.
         let _ = fs::remove_file(&temporary);
         Failure::file(path, source)
     })
 }
 
-/// The folder, without what a run that was killed left in it.
+/// Creates the folder, and removes temporary files of killed runs.
 pub(crate) fn create_dir(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|source| Failure::file(path, source))?;
-    // What cannot be listed or removed is no fault of this run.
+    // Entries that cannot be listed or removed are no error of this run.
     for entry in fs::read_dir(path).into_iter().flatten().flatten() {
         let stray = entry.path();
         let is_ours = entry.file_name().to_str().is_some_and(is_temporary);
@@ -42,7 +42,7 @@ pub(crate) fn create_dir(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Files of a folder, in no order, without what is being written.
+/// Files of a folder, unsorted, without temporary ones.
 pub(crate) fn entries(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     let failed = |source| Failure::file(dir, source);
     let mut files = Vec::new();
@@ -56,26 +56,26 @@ pub(crate) fn entries(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(files)
 }
 
-/// `.NAME.PROCESS.tmp`
+/// Whether a name has the form `.NAME.PROCESS.tmp`.
 fn is_temporary(name: &str) -> bool {
     let inner = name.strip_prefix('.').and_then(|rest| rest.strip_suffix(".tmp"));
     let process = inner.and_then(|inner| inner.rsplit_once('.')).map(|(_, process)| process);
     process.is_some_and(|p| !p.is_empty() && p.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
-/// Whoever writes a file holds its lock, and loses it when killed.
+/// Whether the writer of a temporary file is gone: it holds a lock, and loses it when killed.
 fn is_abandoned(path: &Path) -> bool {
     fs::File::open(path).is_ok_and(|file| file.try_lock().is_ok())
 }
 
-/// On standard error, a line each.
+/// Writes warnings to standard error, a line each.
 pub(crate) fn warn(notes: &[String]) {
     for note in notes {
         tracing::warn!("{}", harmless(note));
     }
 }
 
-/// Standard error that may be full or closed: then there is nobody to tell.
+/// Standard error that may be full or closed: errors are ignored.
 #[derive(Debug)]
 pub(crate) struct Quiet;
 
@@ -90,24 +90,24 @@ impl io::Write for Quiet {
     }
 }
 
-/// One result on standard output.
+/// Prints one result to standard output.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     match writeln!(io::stdout().lock(), "{text}") {
-        // Whoever read has seen enough.
+        // The reader has closed the pipe.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result.map_err(Failure::Output),
     }
 }
 
-/// Names of files that are all different, however many are alike.
+/// Unique names of files.
 #[derive(Debug, Default)]
 pub(crate) struct Unique {
-    /// In lower case, as many file systems tell no case apart; the last number that each was given.
+    /// Names in lower case, as many file systems ignore case; with the last number of each.
     taken: HashMap<String, u32>,
 }
 
 impl Unique {
-    /// `name`, or `name` with a number where it is taken.
+    /// `name`, or `name` with a number if it is taken.
     pub(crate) fn of(&mut self, name: &str) -> String {
         let key = name.to_ascii_lowercase();
         let Some(&last) = self.taken.get(&key) else {

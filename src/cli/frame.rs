@@ -14,11 +14,7 @@ use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// Writes the arrays to `out`, and returns what `frame.json` says of them.
-pub(super) fn write(
-    path: &Path,
-    set: &[(String, String)],
-    out: &Path,
-) -> Result<Value, Failure> {
+pub(super) fn write(path: &Path, set: &[(String, String)], out: &Path) -> Result<Value, Failure> {
     let scene = scene::load_with(path, set)?;
     files::warn(&scene.notes);
     let dir = out.join("frame");

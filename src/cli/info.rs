@@ -1,4 +1,4 @@
-//! `gobo info`: adapters, limits, tier and why.
+//! `gobo info`: adapters, limits, tiers and their reasons.
 use super::{failure::Failure, files};
 use gobo::{
     error::Error,
@@ -15,7 +15,7 @@ const ADVICE: &str = "a software adapter compiles each scene's kernels for secon
 #[derive(Serialize)]
 struct Report {
     version: &'static str,
-    /// The one that `gobo render` would use first.
+    /// Adapters, the default of `gobo render` first.
     adapters: Vec<AdapterEntry>,
 }
 
@@ -28,15 +28,15 @@ struct AdapterEntry {
     chosen: bool,
     tier: &'static str,
     reason: String,
-    /// Why the adapter cannot be used at all.
+    /// Reason why the adapter cannot be used at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     unusable: Option<String>,
-    /// What is quicker than this adapter, and when.
+    /// Faster alternative to this adapter, and its conditions.
     #[serde(skip_serializing_if = "Option::is_none")]
     advice: Option<&'static str>,
     subgroup_size: [u32; 2],
     limits: BTreeMap<&'static str, u64>,
-    /// Asked for when the device is opened.
+    /// Features that are requested when the device is opened.
     features: Vec<&'static str>,
 }
 

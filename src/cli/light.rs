@@ -1,9 +1,9 @@
-//! `gobo light`: what of each light reaches points of the user's.
+//! `gobo light`: share of each light that reaches given points.
 use super::{arguments::LightArguments, failure::Failure, files, npy};
 use gobo::{glam::Vec3, model::ReceiverPoint, render::Renderer, scene};
 use std::{fs, path::Path};
 
-/// Coordinates beyond this are left out of scenes, too [m].
+/// Largest coordinate of a point, like that of scenes [m].
 const FARTHEST: f32 = 1e7;
 
 pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
@@ -30,7 +30,7 @@ fn read(path: &Path) -> Result<Vec<ReceiverPoint>, Failure> {
     points(&bytes).map_err(refused)
 }
 
-/// Points of a file's bytes.
+/// Parses the points of a file.
 fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, String> {
     let (shape, values) = npy::decode(bytes)?;
     let &[_, columns @ (3 | 6)] = &shape[..] else {
@@ -42,12 +42,12 @@ fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, String> {
     rows.map(|(row, values)| point(values).ok_or_else(|| refusal(row, values))).collect()
 }
 
-/// `None` where a number is not finite or a position too far away.
+/// `None` if a number is not finite or a position is too far away.
 fn point(row: &[f32]) -> Option<ReceiverPoint> {
     let position = Vec3::from_slice(row);
     let normal = row.get(3..).filter(|rest| !rest.is_empty()).map_or(Vec3::ZERO, Vec3::from_slice);
     let is_near = position.abs().max_element() <= FARTHEST;
-    // One of length zero is none.
+    // A normal of length zero is none.
     let normal = if normal == Vec3::ZERO { normal } else { normal.try_normalize()? };
     (position.is_finite() && is_near).then_some(ReceiverPoint { position, normal })
 }

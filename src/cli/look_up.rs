@@ -41,7 +41,9 @@ pub(super) fn write(target: Target, out: &Path) -> Result<Vec<LookUp>, Failure> 
     if target == Target::Spirv {
         return Ok(texts);
     }
-    for (nodes, gain) in [(0, false), (4, false), (4, true), (8, false), (8, true), (16, false), (16, true)] {
+    for (nodes, gain) in
+        [(0, false), (4, false), (4, true), (8, false), (8, true), (16, false), (16, true)]
+    {
         let wrong = |reason| Failure::Wrong(format!("the look-up of light: {reason}"));
         let (wgsl, bindings) = look_up_text(nodes, gain, 0, PREFIX)?;
         let kernel = Kernel::new("gobo_probe", wgsl.clone() + PROBE, &[], target).map_err(wrong)?;

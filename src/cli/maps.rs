@@ -17,27 +17,26 @@ struct ViewEntry<'a> {
     kind: &'static str,
     /// Width and height [texels].
     size: [u32; 2],
-    /// Of its curve, where it has one.
+    /// Nodes of its curve, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     nodes: Option<usize>,
-    /// [m]
+    /// Near plane [m].
     near: f32,
-    /// [m]
+    /// Far plane [m].
     far: f32,
-    /// Of a spot or point light, world space [m].
+    /// Position of a spot or point light, world space [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     position: Option<[f64; 3]>,
-    /// Of a directional light: where it travels, world space.
+    /// Direction in which a directional light travels, world space.
     #[serde(skip_serializing_if = "Option::is_none")]
     direction: Option<[f32; 3]>,
-    /// Column by column.
+    /// Columns of the matrix.
     clip_from_world: [f64; 16],
-    /// Column by column.
+    /// Columns of the matrix.
     view_from_world: [f64; 16],
 }
 
-/// What the files of each light are called: unique and harmless. A name that had to change is
-/// reported.
+/// File names of the lights: unique and valid. A name that had to change is reported.
 pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
     let mut names = Vec::with_capacity(lights.len());
     let mut unique = files::Unique::default();
@@ -106,7 +105,7 @@ fn describe<'a>(view: &'a View, light: &Light, name: &'a str, origin: Vec3) -> V
         LightKind::Spot { position, .. } => ("spot", Some(position), None),
         LightKind::Point { position } => ("point", Some(position), None),
     };
-    // Far from the origin 32 bits are too few.
+    // Far from the origin, 32 bits are not precise enough.
     let is_near = origin == Vec3::ZERO;
     let origin = origin.as_dvec3();
     let from_world = DMat4::from_translation(-origin);
@@ -134,19 +133,19 @@ fn describe<'a>(view: &'a View, light: &Light, name: &'a str, origin: Vec3) -> V
     }
 }
 
-/// The number with the text of `v`, which is as short as 32 bits need.
+/// The number with the shortest decimal that represents `v`.
 fn short(v: f32) -> f64 {
     v.to_string().parse().unwrap_or(f64::from(v))
 }
 
-/// sRGB; what a `gain` caster makes brighter than 1 is white.
+/// Preview in sRGB; light amplified above 1 by `gain` casters is white.
 fn filter_preview(width: u32, height: u32, filter: &[[f32; 3]]) -> DynamicImage {
     let bytes = filter.as_flattened().iter().map(|&linear| srgb(linear)).collect();
     DynamicImage::from(RgbImage::from_raw(width, height, bytes).expect("a map has all its texels"))
 }
 
-/// Black at the least depth of the file, 80% grey at the greatest below 1, white where there is
-/// nothing (depth 1).
+/// Preview: black at the least depth of the file, 80% grey at the greatest below 1, white without a surface
+/// (depth 1).
 fn depth_preview(width: u32, height: u32, depths: &[f32]) -> DynamicImage {
     let something = |&&depth: &&f32| depth < 1.0;
     let (min, max) = depths
@@ -168,7 +167,7 @@ fn srgb(linear: f32) -> u8 {
     (encoded * 255.0).round() as u8
 }
 
-/// A whole PNG file.
+/// Encodes a PNG file.
 pub(crate) fn png(image: &DynamicImage) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     image

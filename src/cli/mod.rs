@@ -12,11 +12,12 @@ mod frame;
 mod info;
 mod light;
 mod look_up;
+mod manual;
 mod maps;
 mod npy;
+mod passes;
 mod preview;
 mod render;
-mod passes;
 mod sidecar;
 mod specialise;
 mod stop;
@@ -40,5 +41,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Export { target, out, scene, set } => {
             export::run(target, &out, scene.as_deref(), &set)
         }
+        Command::Man { out } => manual::man(out.as_deref()),
+        Command::Completions { shell } => manual::completions(shell),
     }
 }

@@ -1,6 +1,6 @@
 //! `NumPy`'s array file, format 1.0: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 
-/// Little-endian `f32`s in C order.
+/// Encodes little-endian `f32`s in C order.
 pub(crate) fn encode(shape: &[usize], values: impl ExactSizeIterator<Item = f32>) -> Vec<u8> {
     debug_assert_eq!(shape.iter().product::<usize>(), values.len());
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
@@ -19,7 +19,7 @@ pub(crate) fn encode(shape: &[usize], values: impl ExactSizeIterator<Item = f32>
     bytes
 }
 
-/// Shape and values of an array of little-endian `f32`s in C order.
+/// Decodes shape and values of an array of little-endian `f32`s in C order.
 pub(crate) fn decode(bytes: &[u8]) -> Result<(Vec<usize>, Vec<f32>), String> {
     let cut = || "it ends too early: write it again".to_owned();
     let rest =

@@ -45,7 +45,13 @@ pub(super) fn passes() -> Result<Value, Failure> {
     let profiles = [
         ("wide", "GPUs", Shape::Wide, sort::MOST_BITS, &["wide"][..]),
         ("serial", "software adapters", Shape::Serial, sort::FEW_BITS, &[]),
-        ("long", "software adapters, from about a million pairs", Shape::Serial, sort::MOST_BITS, &["long"]),
+        (
+            "long",
+            "software adapters, from about a million pairs",
+            Shape::Serial,
+            sort::MOST_BITS,
+            &["long"],
+        ),
     ];
     let profiles: Vec<_> = profiles
         .into_iter()
@@ -63,14 +69,16 @@ pub(super) fn passes() -> Result<Value, Failure> {
         })
         .collect();
     let named = |all: &[(&str, &str)]| -> Value {
-        all.iter().map(|&(name, meaning)| (name.to_owned(), meaning.into())).collect::<Map<_, _>>().into()
+        all.iter()
+            .map(|&(name, meaning)| (name.to_owned(), meaning.into()))
+            .collect::<Map<_, _>>()
+            .into()
     };
     let numbers: Vec<_> = Number::ALL.iter().map(|it| (it.name(), it.meaning())).collect();
     let whens: Vec<_> = When::ALL.iter().map(|it| (it.name(), it.meaning())).collect();
     let mut traits: Vec<_> = Trait::ALL.iter().map(|it| (it.name(), it.meaning())).collect();
     traits.extend([("wide", "as the profile says"), ("long", "as the profile says")]);
-    let ids: Map<_, _> =
-        specialise::ids().map(|(name, id)| (name.to_owned(), id.into())).collect();
+    let ids: Map<_, _> = specialise::ids().map(|(name, id)| (name.to_owned(), id.into())).collect();
     Ok(json!({
         "gobo": env!("CARGO_PKG_VERSION"),
         "numbers": named(&numbers),
@@ -129,7 +137,8 @@ impl Book {
                 match groups {
                     Groups::Counts(groups) => step["groups"] = self.formulas(&groups).into(),
                     Groups::Indirect(dispatch) => {
-                        step["indirect"] = json!({ "buffer": "dispatches", "offset": dispatch.offset() });
+                        step["indirect"] =
+                            json!({ "buffer": "dispatches", "offset": dispatch.offset() });
                     }
                 }
                 step
@@ -140,9 +149,7 @@ impl Book {
     /// A step for each digit.
     fn sort(&mut self, when: &[&str], of: SortOf) -> Value {
         let (name, names, bits, capacity) = match of {
-            SortOf::Depth => {
-                ("depth", KEYS, Is(DEPTH_BITS.into()), Of(Number::FootprintCount))
-            }
+            SortOf::Depth => ("depth", KEYS, Is(DEPTH_BITS.into()), Of(Number::FootprintCount)),
             SortOf::Tile => ("tile", PAIRS, bin::TILE_BITS, Of(Number::PairCapacity)),
         };
         let counts = match of {
@@ -158,10 +165,7 @@ impl Book {
             "sorted_pairs": { "digits": [b, a] },
         });
         let steps = [
-            (
-                [&sort::WIDE_COUNT, &sort::LONG_COUNT, &sort::SERIAL_COUNT],
-                sort::PARTITION_GROUPS,
-            ),
+            ([&sort::WIDE_COUNT, &sort::LONG_COUNT, &sort::SERIAL_COUNT], sort::PARTITION_GROUPS),
             ([&sort::WIDE_SCAN, &sort::SERIAL_SCAN, &sort::SERIAL_SCAN], sort::SCAN_GROUPS),
             (
                 [&sort::WIDE_SCATTER, &sort::LONG_SCATTER, &sort::SERIAL_SCATTER],
@@ -196,11 +200,14 @@ impl Book {
     /// The first counts whose traits, and nodes, a list has.
     fn variants(&mut self, role: Role, variants: Variants) -> Vec<Value> {
         let mut choices = Vec::new();
-        for (traits, desc) in variants.special.iter().copied().chain([(&[][..], variants.otherwise)]) {
+        for (traits, desc) in
+            variants.special.iter().copied().chain([(&[][..], variants.otherwise)])
+        {
             let names: Vec<_> = traits.iter().map(|it| it.name()).collect();
             for cut in cuts(desc).iter().rev() {
                 let nodes = [&cut.constants, desc.constants].concat();
-                let nodes = nodes.iter().find(|(name, _)| *name == "NODES").map(|(_, nodes)| *nodes as u32);
+                let nodes =
+                    nodes.iter().find(|(name, _)| *name == "NODES").map(|(_, nodes)| *nodes as u32);
                 let mut names = names.clone();
                 if cut.suffix == "_wide" {
                     names.push("wide");
@@ -287,7 +294,8 @@ impl Book {
         if !resource.note.is_empty() {
             value["note"] = resource.note.into();
         }
-        if let (true, Kind::Storage { count, .. }) = (SUMS.contains(&resource.name), resource.kind) {
+        if let (true, Kind::Storage { count, .. }) = (SUMS.contains(&resource.name), resource.kind)
+        {
             value["native"] = records("r32uint", &count.to_string());
         }
         value
@@ -352,7 +360,8 @@ fn structs(kernels: &[&KernelDesc]) -> Result<Map<String, Value>, Failure> {
 }
 
 fn host_struct<T: GpuLayout>() -> Value {
-    let field = |Field { name, offset, size }| json!({ "name": name, "offset": offset, "size": size });
+    let field =
+        |Field { name, offset, size }| json!({ "name": name, "offset": offset, "size": size });
     let fields: Vec<_> = T::fields().into_iter().map(field).collect();
     json!({ "size": T::SIZE, "fields": fields })
 }

@@ -8,7 +8,7 @@ use std::{
     rc::Rc,
 };
 
-/// Frames so far; nothing is written before all are there.
+/// Frames so far; the file is written after the last one.
 pub(super) struct Preview {
     path: PathBuf,
     writer: png::Writer<Bytes>,
@@ -16,7 +16,7 @@ pub(super) struct Preview {
     size: UVec2,
 }
 
-/// The file's, which its writer and the preview share.
+/// Bytes of the file, shared by its writer and the preview.
 #[derive(Clone, Default)]
 struct Bytes(Rc<RefCell<Vec<u8>>>);
 
@@ -32,7 +32,7 @@ impl io::Write for Bytes {
 }
 
 impl Preview {
-    /// `frames`: how many there will be; `fps` of them a second.
+    /// `frames`: number of frames; `fps`: frames per second.
     pub(super) fn new(path: &Path, size: UVec2, frames: u32, fps: f64) -> Result<Self, Failure> {
         let bytes = Bytes::default();
         let mut encoder = png::Encoder::new(bytes.clone(), size.x, size.y);
@@ -52,7 +52,7 @@ impl Preview {
         self.add_rgb(picture.rgb.as_flattened())
     }
 
-    /// A frame that was there already.
+    /// Adds a frame that exists already.
     pub(super) fn add_file(&mut self, file: &Path) -> Result<(), Failure> {
         let unlike = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
         let image = image::open(file).map_err(|error| unlike(error.to_string()))?.into_rgb8();
@@ -66,7 +66,7 @@ impl Preview {
         self.writer.write_image_data(rgb).map_err(|error| failed(&self.path, error))
     }
 
-    /// Whole or not at all.
+    /// Writes the file atomically.
     pub(super) fn finish(self) -> Result<(), Failure> {
         self.writer.finish().map_err(|error| failed(&self.path, error))?;
         files::write(&self.path, &self.bytes.0.borrow())
@@ -77,9 +77,9 @@ fn failed(path: &Path, error: png::EncodingError) -> Failure {
     Failure::file(path, error.into())
 }
 
-/// Of a frame: seconds as a fraction of whole numbers.
+/// Duration of a frame [s], as numerator and denominator.
 fn delay(fps: f64) -> [u16; 2] {
-    // Whole rates are exact; of others both numbers are as large as there is room for.
+    // Integer rates are exact; for others both numbers are as large as 16 bits allow.
     let per = if fps.fract() == 0.0 { fps } else { 6e4 * fps.min(1.0) };
     [(per / fps).round() as u16, per.round().max(1.0) as u16]
 }

@@ -1,4 +1,4 @@
-//! `gobo render`: frames, maps, and what they cost.
+//! `gobo render`: frames, maps, and their costs.
 use super::{
     arguments::RenderArguments,
     exr,
@@ -34,7 +34,7 @@ struct Report<'a> {
     /// Buffer or texture and its size [bytes].
     #[serde(serialize_with = "as_map")]
     bytes: &'a [(&'static str, u64)],
-    /// Sum over all of them.
+    /// Sum over all buffers and textures.
     peak_bytes: u64,
 }
 
@@ -59,8 +59,13 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     let debug = arguments.debug();
-    let options =
-        RenderOptions { maps: arguments.maps, keep: true, light: arguments.exr, debug: &debug };
+    let options = RenderOptions {
+        maps: arguments.maps,
+        maps_of: None,
+        keep: true,
+        light: arguments.exr,
+        debug: &debug,
+    };
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
@@ -117,7 +122,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         if let Some(preview) = &mut preview {
             preview.add(&frame.picture)?;
         }
-        // Last, so that a picture says that its frame is complete.
+        // Last, so that a picture implies that its frame is complete.
         files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
         if let Some(inputs) = &inputs {
             Sidecar::write(&arguments.out, index, arguments.all_frames(), inputs)?;
@@ -158,10 +163,11 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether the host has room for a frame's maps, and for the casters of the twin: an allocation that
-/// fails later ends the program without a word.
+/// Checks that the host has memory for a frame's maps, and for the casters of the twin: an allocation that
+/// fails later aborts the program without a message.
 fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
-    // Bytes of a texel's F, D and Z, of its channels and nodes, and of what the twin keeps of a tile.
+    // Size of a texel's F, D and Z, its channels and nodes, and the twin's data per texel of a tile
+    // [bytes].
     let texel =
         20 + 12 * u64::from(scene.shadow.colored) + 8 * u64::from(scene.shadow.curve_nodes());
     let twin = 64 + 24 * u64::from(scene.shadow.curve_nodes());
@@ -170,7 +176,7 @@ fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
     let (all, most) = texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));
     let mut bytes = all * texel;
     if on_cpu {
-        // Records, footprints, keys and rectangles; of triangles their setups too.
+        // Records, footprints, keys and rectangles; for triangles their setups too.
         let casters = 128 * scene.particles.len() + 384 * scene.triangles.len();
         bytes += most * twin + casters as u64;
     }
@@ -178,7 +184,7 @@ fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
     Vec::<u8>::new().try_reserve_exact(room).map_err(|_| Failure::Memory(bytes))
 }
 
-/// Drawn on standard error, and only where that is a terminal.
+/// Progress bar on standard error, hidden unless that is a terminal.
 fn progress_bar(frame_count: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} frame {pos}/{len} ({eta} left)");
     ProgressBar::new(frame_count).with_style(style.expect("the template is valid"))
@@ -202,13 +208,13 @@ fn json(index: u32, picture: &Path, frame: &Frame) -> String {
     serde_json::to_string(&report).expect("plain data is JSON")
 }
 
-/// Of a frame that was there.
+/// JSON entry of a frame that was skipped because it exists.
 fn kept_json(index: u32, picture: &Path) -> String {
     let picture = picture.to_string_lossy();
     serde_json::json!({ "frame": index, "picture": picture, "kept": true }).to_string()
 }
 
-/// In order; a name that comes again is added to the first.
+/// Serializes entries in order; values of equal names are added.
 pub(super) fn as_map<T, S>(entries: &[(&'static str, T)], serializer: S) -> Result<S::Ok, S::Error>
 where
     T: Copy + Serialize + std::ops::AddAssign,

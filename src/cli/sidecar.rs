@@ -1,5 +1,5 @@
-//! `frame_0000.json`, beside a frame: what it was rendered from and what belongs to it, so that a job
-//! that was stopped goes on where it was, and a damaged frame is found.
+//! `frame_0000.json`, beside a frame: the inputs of the frame and its files, so that a stopped job can be
+//! continued, and a damaged frame is found.
 use super::{
     arguments::RenderArguments,
     failure::Failure,
@@ -15,17 +15,17 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// As JSON.
+/// Contents of the JSON file.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct Sidecar {
     /// The program's version.
     gobo: String,
     frame: u32,
-    /// The job's, shards of others included: first, and one past the last.
+    /// Frames of the whole job, including other shards: first, and one past the last.
     pub(super) frames: [u32; 2],
     /// SHA-256 of the scene, the options and the version.
     inputs: String,
-    /// By their paths from the folder.
+    /// Contents by path from the folder.
     files: BTreeMap<String, Contents>,
 }
 
@@ -35,7 +35,7 @@ struct Contents {
     sha256: String,
 }
 
-/// What is wrong with a file of a frame.
+/// Problem of a file of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fault {
     Missing,
@@ -43,18 +43,18 @@ pub(super) enum Fault {
 }
 
 impl Sidecar {
-    /// `None` where there is none that can be read.
+    /// `None` if there is no readable sidecar.
     pub(super) fn read(dir: &Path, frame: u32) -> Option<Self> {
         let text = fs::read(path(dir, frame)).ok()?;
         serde_json::from_slice(&text).ok().filter(|sidecar: &Self| sidecar.frame == frame)
     }
 
-    /// Whether the frame is there, whole, and of these inputs.
+    /// Whether the frame is complete, undamaged, and made from these inputs.
     pub(super) fn holds(&self, dir: &Path, inputs: &str) -> bool {
         self.inputs == inputs && self.faults(dir).next().is_none()
     }
 
-    /// Files that are not as they were written.
+    /// Files that have changed since they were written.
     pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, Fault)> {
         self.files.iter().filter_map(move |(name, expected)| {
             let fault = match Contents::of(&dir.join(name)) {
@@ -66,7 +66,7 @@ impl Sidecar {
         })
     }
 
-    /// After all that belongs to the frame.
+    /// Writes the sidecar; call it after all other files of the frame.
     pub(super) fn write(
         dir: &Path,
         frame: u32,
@@ -103,7 +103,7 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
     (format!("{frame:04}") == number).then_some(frame)
 }
 
-/// All that is written of a frame but its sidecar.
+/// All files of a frame except its sidecar.
 fn files_of(dir: &Path, frame: u32) -> Result<Vec<PathBuf>, Failure> {
     let stem = format!("frame_{frame:04}");
     let own = path(dir, frame);
@@ -128,12 +128,13 @@ impl Contents {
     }
 }
 
-/// Of all that decides what frames look like but the device, whose rounding may move a last bit.
+/// Hash of everything that decides what frames look like, except the device, whose rounding may move a last
+/// bit.
 pub(super) fn inputs(scene: &Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
     let RenderArguments { maps, exr, fps, .. } = arguments;
     let debug = arguments.debug();
-    // Every field of a scene, each number to its last bit.
+    // Hashes every field of the scene, each number to its last bit.
     let written = fmt::write(
         &mut hash,
         format_args!("{} {maps} {exr} {fps} {debug:?} {scene:?}", env!("CARGO_PKG_VERSION")),

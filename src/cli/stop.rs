@@ -1,11 +1,11 @@
-//! A job that is asked to stop ends after the frame that it is at.
+//! Stopping by signals: a job ends after the present frame.
 use super::failure::Failure;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Listens for SIGINT, SIGTERM and SIGHUP, and for their like elsewhere. Whoever asks twice does not
-/// wait for the frame.
+/// Listens for SIGINT, SIGTERM and SIGHUP, and their equivalents elsewhere. A second signal ends the
+/// program at once.
 pub(super) fn listen() -> Result<(), Failure> {
     let asked = || {
         if ASKED.swap(true, Ordering::Relaxed) {

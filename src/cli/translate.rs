@@ -16,15 +16,14 @@ use std::collections::{BTreeMap, HashMap};
 
 pub(crate) struct Translation {
     pub(crate) source: Vec<u8>,
-    /// As the target names it.
+    /// Name of the entry point in the target.
     pub(crate) entry_point: String,
     pub(crate) workgroup_size: [u32; 3],
-    /// Beyond core WebGPU, by the names that wgpu gives them.
+    /// Required features beyond core WebGPU, by wgpu's names.
     pub(crate) features: Vec<&'static str>,
     /// MSL only: the buffers whose sizes [bytes, u32 each] the host passes in `MSL_SIZES_SLOT`.
     pub(crate) sizes: Option<BufferSizes>,
-    /// Where the language has few: of each binding, its place among the kernel's resources of its
-    /// kind.
+    /// For languages with few slots: index of each binding among the kernel's resources of its kind.
     pub(crate) slots: HashMap<u32, u8>,
 }
 
@@ -39,7 +38,7 @@ impl Target {
         }
     }
 
-    /// What the manifest says of the files.
+    /// Version of the language, for the manifest.
     pub(crate) fn version(self) -> &'static str {
         match self {
             Self::Spirv => "SPIR-V 1.3",
@@ -71,7 +70,7 @@ pub(crate) struct Kernel {
     pub(crate) constants: BTreeMap<String, f64>,
     /// Those that stay open, by their ids in SPIR-V.
     pub(crate) open: BTreeMap<String, u32>,
-    /// By binding, of a uniform the whole, of an array an element [bytes].
+    /// Size by binding: of a whole uniform, of an array's element [bytes].
     pub(crate) sizes: HashMap<u32, u64>,
 }
 
@@ -113,7 +112,7 @@ impl Kernel {
     }
 }
 
-/// Where an override is declared, its type and its usual value.
+/// Range of an override's declaration, its type and its default.
 fn declaration(wgsl: &str, name: &str) -> Option<(usize, usize, String, Option<f64>)> {
     let declared = format!("override {name}:");
     let start = wgsl.find(&declared)?;
@@ -149,7 +148,7 @@ fn sizes(module: &Module) -> HashMap<u32, u64> {
     module.global_variables.iter().filter_map(size).collect()
 }
 
-/// The error says why the target cannot express the kernel.
+/// Translates a kernel. The error is the reason why the target cannot express it.
 pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
     let Kernel { name, wgsl, target, .. } = kernel;
     let (name, target) = (*name, *target);
@@ -157,7 +156,7 @@ pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
     naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
     let capabilities = target.capabilities();
     let info = validate(&module, capabilities).map_err(|reason| {
-        // What is valid WGSL is only too much for the target.
+        // The kernel is valid WGSL, but exceeds the target.
         match validate(&module, Capabilities::all()) {
             Ok(_) => {
                 format!("the target lacks {}", needed(&module, Capabilities::all()).join(", "))
@@ -199,7 +198,7 @@ fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, S
         .map_err(|error| error.into_inner().to_string())
 }
 
-/// The features without which the kernel is not valid.
+/// Features that the kernel requires.
 fn needed(module: &Module, capabilities: Capabilities) -> Vec<&'static str> {
     [
         ("SUBGROUP", Capabilities::SUBGROUP),
@@ -276,7 +275,8 @@ mod tests {
     #[test]
     fn what_a_target_cannot_express_has_a_reason() {
         let add = |target| {
-            let wgsl = "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<f64>;
+            let wgsl =
+                "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<f64>;
                 @compute @workgroup_size(STEP) fn add() { x[0] = x[1] + 1.0lf; }";
             translate(&kernel(wgsl, target).unwrap())
         };

@@ -1,4 +1,4 @@
-//! `gobo verify`: whether the frames of a job are all there, and as they were written.
+//! `gobo verify`: checks that all frames of a job exist and are as they were written.
 use super::{
     failure::Failure,
     files::{self, entries},
@@ -6,7 +6,7 @@ use super::{
 };
 use std::{collections::BTreeMap, path::Path};
 
-/// A line for each frame that must be rendered again.
+/// Prints a line for each frame that must be rendered again.
 pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
     let names = entries(dir)?;
     let names = names.iter().filter_map(|path| path.file_name()?.to_str());

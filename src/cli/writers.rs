@@ -1,4 +1,4 @@
-//! A kernel's module, written in another shading language.
+//! Writers of a kernel's module in other shading languages.
 use super::{arguments::Target, specialise::specialised};
 use naga::{
     Module, ResourceBinding, ShaderStage, back,
@@ -7,10 +7,10 @@ use naga::{
 };
 use std::collections::{BTreeMap, HashMap};
 
-/// Where MSL finds the sizes of runtime arrays: the last slot that Metal has.
+/// Slot of the sizes of runtime arrays in MSL: the last one of Metal.
 const MSL_SIZES_SLOT: u8 = 30;
 
-/// What wgpu guarantees, too: an index out of bounds does no harm.
+/// Bounds checks as wgpu guarantees them: an index out of bounds is harmless.
 const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
     index: BoundsCheckPolicy::Restrict,
     buffer: BoundsCheckPolicy::Restrict,
@@ -33,7 +33,7 @@ pub(super) fn spirv(
     open: &BTreeMap<String, u32>,
 ) -> Result<Written, String> {
     let options = back::spv::Options {
-        // The first with subgroup operations: Vulkan 1.1.
+        // The first version with subgroup operations: Vulkan 1.1.
         lang_version: (1, 3),
         // With names, by which those are found that stay open.
         flags: back::spv::WriterFlags::LABEL_VARYINGS | back::spv::WriterFlags::DEBUG,
@@ -52,7 +52,7 @@ pub(super) fn spirv(
 
 pub(super) fn hlsl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
     let options = back::hlsl::Options {
-        // The first with wave operations.
+        // The first model with wave operations.
         shader_model: back::hlsl::ShaderModel::V6_0,
         ..Default::default()
     };
@@ -84,7 +84,7 @@ pub(super) fn msl(
         ..Default::default()
     };
     let options = back::msl::Options {
-        // The first with texture atomics.
+        // The first version with texture atomics.
         lang_version: (3, 1),
         per_entry_point_map: [(name.to_owned(), resources)].into(),
         fake_missing_bindings: false,
@@ -148,11 +148,11 @@ enum Kind {
 struct Bound {
     at: ResourceBinding,
     kind: Kind,
-    /// It is written.
+    /// Whether it is written.
     mutable: bool,
 }
 
-/// By number.
+/// Resources by binding number.
 fn resources(module: &Module) -> Vec<Bound> {
     use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
     let writes =
@@ -173,7 +173,7 @@ fn resources(module: &Module) -> Vec<Bound> {
     bound
 }
 
-/// MSL counts buffers and textures, GLSL each kind.
+/// Slots of the resources: MSL counts buffers and textures, GLSL each kind.
 pub(super) fn slots(module: &Module, target: Target) -> Slots {
     let mut counts = HashMap::<Kind, u8>::new();
     let mut slot = |bound: Bound| {

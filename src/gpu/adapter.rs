@@ -1,9 +1,9 @@
-//! Which adapter is used, and on which tier.
+//! Choice of the adapter and the tier.
 use super::kernel::Tier;
 use crate::error::Error;
 use wgpu::{DeviceType, Features, Limits, TextureFormat, TextureUsages};
 
-/// The interface to the hardware.
+/// Graphics interface of the adapter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Backend {
     /// The best adapter of any interface.
@@ -17,7 +17,7 @@ pub enum Backend {
     Cpu,
 }
 
-/// Which adapter, and at most which tier.
+/// Wanted adapter, and the highest tier allowed.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     pub backend: Backend,
@@ -27,13 +27,13 @@ pub struct Selection {
     pub tier: Option<Tier>,
 }
 
-/// What kernels of [`Tier::Native`] use: an adapter must have all of them.
+/// Features that kernels of [`Tier::Native`] use: an adapter must have all of them.
 pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
 
-/// Storage textures that a kernel of [`Tier::Native`] binds at most: more than WebGPU promises.
+/// Most storage textures that a kernel of [`Tier::Native`] binds: more than WebGPU guarantees.
 pub const NATIVE_STORAGE_TEXTURES: u32 = 9;
 
-/// What kernels that wait for memory use on software adapters: read what they will overwrite.
+/// Features of the kernels for software adapters that prefetch: they read storage textures that they write.
 pub const FETCH_FEATURES: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
 
 /// Features that only measure: timers, and blending that the bench compares maps with.
@@ -42,7 +42,7 @@ const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY
     .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES)
     .union(Features::FLOAT32_BLENDABLE);
 
-/// A tier, why it was chosen, and what is asked of the adapter for it.
+/// A tier, the reason for it, and the features and limits to request for it.
 #[derive(Clone, Debug)]
 pub struct TierChoice {
     pub tier: Tier,
@@ -92,7 +92,7 @@ fn names(features: Features) -> String {
     features.iter_names().map(|(name, _)| name).collect::<Vec<_>>().join(", ")
 }
 
-/// WebGPU's limits, with those that cost work or size raised to the adapter's.
+/// WebGPU's limits, with those that limit sizes or workgroups raised to the adapter's.
 fn raised(adapter: &Limits) -> Limits {
     let mut limits = Limits::default();
     macro_rules! raise {
@@ -119,7 +119,7 @@ fn raised(adapter: &Limits) -> Limits {
     limits
 }
 
-/// What core kernels write: WebGPU grants it everywhere, GL does not.
+/// Formats of the storage textures that core kernels write: WebGPU guarantees them, GL does not.
 pub const STORAGE_FORMATS: [TextureFormat; 7] = [
     TextureFormat::R32Float,
     TextureFormat::R32Uint,
@@ -130,8 +130,8 @@ pub const STORAGE_FORMATS: [TextureFormat; 7] = [
     TextureFormat::Rgba32Uint,
 ];
 
-/// Why an adapter cannot run even the core tier: no compute shaders, a format that they cannot write
-/// or the first of WebGPU's limits that it misses.
+/// Reason why an adapter cannot run even the core tier: no compute shaders, a missing storage format or the
+/// first of WebGPU's limits that it does not meet.
 pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
     let flags = adapter.get_downlevel_capabilities().flags;
     if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
@@ -147,7 +147,7 @@ pub fn shortcoming(adapter: &wgpu::Adapter) -> Option<Error> {
     missed_limit(&adapter.limits())
 }
 
-/// The first of WebGPU's limits that these miss.
+/// The first of WebGPU's limits that `limits` do not meet.
 fn missed_limit(limits: &Limits) -> Option<Error> {
     let mut missed = None;
     Limits::default().check_limits_with_fail_fn(limits, true, |limit, need, have| {

@@ -1,4 +1,4 @@
-//! Buffers and textures, each counted by name and held against the device's limits.
+//! Allocation of buffers and textures, each counted by name and checked against the device's limits.
 use crate::{error::Error, records::ROW};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
@@ -14,7 +14,7 @@ impl Memory {
         }
     }
 
-    /// [bytes]
+    /// Sum over all names [bytes].
     pub fn total(&self) -> u64 {
         self.0.iter().map(|(_, bytes)| bytes).sum()
     }
@@ -41,7 +41,7 @@ impl Allocator<'_> {
         Ok(self.buffer(name, size, usage | BufferUsages::STORAGE | BufferUsages::COPY_DST))
     }
 
-    /// Copied to before each frame that changes it.
+    /// A uniform buffer that holds one `T`, written before each frame that changes it.
     pub fn uniform<T>(&mut self, name: &'static str) -> wgpu::Buffer {
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         self.buffer(name, size_of::<T>() as u64, usage)
@@ -66,20 +66,31 @@ impl Allocator<'_> {
         usage: TextureUsages,
     ) -> Result<wgpu::Texture, Error> {
         let rows = texels.div_ceil(u64::from(ROW)).max(1);
-        // llvmpipe compiles a kernel again, for seconds, where a texture's edge is a power of two
-        // Never a power of two: llvmpipe compiles a kernel again, for seconds, where a texture's edge
-        // is one and that of the texture bound before was not.
+        // Never a power of two: llvmpipe recompiles a kernel, for seconds, where the height of a bound
+        // texture changes between powers of two and other numbers.
         let most = u64::from(self.device.limits().max_texture_dimension_2d);
         let rows = (rows..=most).find(|rows| !rows.is_power_of_two()).unwrap_or(rows);
         self.texture(name, format, [u64::from(ROW), rows, 1], usage)
     }
 
-    /// Width, height and layers [texels].
+    /// A texture array of width, height and layers [texels].
     pub fn texture(
         &mut self,
         name: &'static str,
         format: TextureFormat,
+        size: [u64; 3],
+        usage: TextureUsages,
+    ) -> Result<wgpu::Texture, Error> {
+        self.texture_with_levels(name, format, size, 1, usage)
+    }
+
+    /// As [`Self::texture`], with `levels` of ever half the size.
+    pub fn texture_with_levels(
+        &mut self,
+        name: &'static str,
+        format: TextureFormat,
         [width, height, layers]: [u64; 3],
+        levels: u32,
         usage: TextureUsages,
     ) -> Result<wgpu::Texture, Error> {
         let limits = self.device.limits();
@@ -87,7 +98,8 @@ impl Allocator<'_> {
         check("max_texture_dimension_2d", edge, width.max(height))?;
         check("max_texture_array_layers", u64::from(limits.max_texture_array_layers), layers)?;
         let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
-        self.memory.add(name, width * height * layers * texel);
+        let texels = (0..levels).map(|level| (width >> level) * (height >> level));
+        self.memory.add(name, texels.sum::<u64>() * layers * texel);
         Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(name),
             size: wgpu::Extent3d {
@@ -95,7 +107,7 @@ impl Allocator<'_> {
                 height: height as u32,
                 depth_or_array_layers: layers as u32,
             },
-            mip_level_count: 1,
+            mip_level_count: levels,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format,
@@ -113,7 +125,7 @@ fn check(limit: &'static str, have: u64, need: u64) -> Result<(), Error> {
     Err(Error::Limit { limit, have, need, remedy })
 }
 
-/// `bytes` from the first texel on; the last row is filled up with zeros.
+/// Writes `bytes` from the first texel on; the last row is padded with zeros.
 pub fn write_records(queue: &wgpu::Queue, texture: &wgpu::Texture, mut bytes: Vec<u8>) {
     let texel = texture.format().block_copy_size(None).unwrap_or(4);
     let row = ROW * texel;
@@ -126,12 +138,12 @@ pub fn write_records(queue: &wgpu::Queue, texture: &wgpu::Texture, mut bytes: Ve
     );
 }
 
-/// The whole texture as the kernels bind it.
+/// View of the whole texture, as kernels bind it.
 pub fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-/// All layers, also where there is one.
+/// View of all layers as an array, even of a single layer.
 pub fn array_view(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(wgpu::TextureViewDimension::D2Array),

@@ -1,4 +1,4 @@
-//! Kernels of a device, each made once.
+//! Kernel cache of a device: each kernel is compiled once.
 use super::kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
 use std::{
     collections::{HashMap, hash_map::Entry},
@@ -10,15 +10,15 @@ use std::{
     thread,
 };
 
-/// Kernels by their device, source and constants. A clone shares them: whoever renders on the same
-/// device need not make them again.
+/// Kernels by device, source and constants. A clone shares them: several renderers on one device compile
+/// each kernel once.
 #[derive(Clone, Debug, Default)]
 pub struct KernelCache(Arc<Mutex<Shelf>>);
 
 #[derive(Debug, Default)]
 struct Shelf {
     kernels: HashMap<Key, Kernel>,
-    /// Not all made yet.
+    /// Kernels that are not compiled yet.
     pending: Vec<Kernel>,
     driver: Option<wgpu::PipelineCache>,
 }
@@ -26,7 +26,7 @@ struct Shelf {
 /// Device, entry point, the whole source, and its overrides with the bits of their values.
 type Key = (wgpu::Device, &'static str, String, Vec<(&'static str, u64)>);
 
-/// A kernel that a frame needs and that is not made yet. Any thread may run it.
+/// Compilation of a kernel that a frame needs. Any thread may run it.
 #[derive(Clone, Debug)]
 pub struct KernelJob(Kernel);
 
@@ -36,17 +36,17 @@ impl KernelJob {
         self.0.name()
     }
 
-    /// Makes the kernel, unless another thread has: then it waits for that.
+    /// Compiles the kernel; waits if another thread is compiling it.
     ///
     /// # Errors
-    /// Where the device refuses it.
+    /// If the device refuses it.
     pub fn run(&self) -> Result<(), KernelError> {
         self.0.make()
     }
 }
 
 impl KernelCache {
-    /// As [`Kernel::new`], unless it is made already.
+    /// Like [`Kernel::new`], unless the kernel exists already.
     pub fn kernel(
         &self,
         device: &wgpu::Device,
@@ -59,7 +59,8 @@ impl KernelCache {
         kernel.make().map(|()| kernel)
     }
 
-    /// What can be bound, and is made by [`Self::finish`] or by those who run [`Self::pending`].
+    /// A kernel that can be bound at once, and is compiled by [`Self::finish`] or by running
+    /// [`Self::pending`].
     pub(crate) fn plan(
         &self,
         device: &wgpu::Device,
@@ -82,25 +83,25 @@ impl KernelCache {
         }
     }
 
-    /// What is not made yet. One that the device refused stays, so that each [`Self::finish`] says so.
+    /// Kernels that are not compiled yet. One that the device refused stays, so that each [`Self::finish`]
+    /// reports it.
     pub(crate) fn pending(&self) -> Vec<KernelJob> {
         let mut shelf = self.shelf();
         shelf.pending.retain(|kernel| !kernel.is_made());
         shelf.pending.iter().cloned().map(KernelJob).collect()
     }
 
-    /// Makes what is not made yet, on all cores, and waits for what others make.
+    /// Compiles all pending kernels on all cores, and waits for those that other threads compile.
     pub(crate) fn finish(&self) -> Result<(), KernelError> {
         run_all(&self.pending())
     }
 
-    /// Kernels that are made from here on take from the driver's cache what it has, and leave it what
-    /// it has not.
+    /// Uses the driver's pipeline cache for kernels that are compiled later, and adds them to it.
     pub(crate) fn use_driver_cache(&self, cache: &wgpu::PipelineCache) {
         self.shelf().driver = Some(cache.clone());
     }
 
-    /// How many there are.
+    /// Number of kernels.
     pub fn count(&self) -> usize {
         self.shelf().kernels.len()
     }
@@ -110,7 +111,7 @@ impl KernelCache {
     }
 }
 
-/// The first error, if any, once all have ended.
+/// Runs all jobs; returns the first error after all have ended.
 #[cfg(not(target_arch = "wasm32"))]
 fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
     let next = AtomicUsize::new(0);
@@ -123,7 +124,7 @@ fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
     };
     let cores = thread::available_parallelism().map_or(1, std::num::NonZero::get);
     thread::scope(|scope| {
-        // Where no thread can be had, this one does all.
+        // If no thread can be spawned, this one runs all jobs.
         let others: Vec<_> = (1..jobs.len().min(cores))
             .filter_map(|_| thread::Builder::new().spawn_scoped(scope, work).ok())
             .collect();
@@ -134,20 +135,19 @@ fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
     })
 }
 
-/// Up to the first error. A browser's device stays on its thread.
+/// Runs jobs up to the first error. A browser's device stays on its thread.
 #[cfg(target_arch = "wasm32")]
 fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
     jobs.iter().try_for_each(KernelJob::run)
 }
 
-/// Runs jobs on a thread while `act` runs. Their errors are those of the next
-/// [`KernelCache::finish`].
+/// Runs jobs on a thread while `act` runs. The next [`KernelCache::finish`] returns their errors.
 #[cfg(feature = "picture")]
 pub(crate) fn while_made<T>(jobs: &[KernelJob], act: impl FnOnce() -> T) -> T {
     #[cfg(not(target_arch = "wasm32"))]
     return thread::scope(|scope| {
         let make = || jobs.iter().for_each(|job| drop(job.run()));
-        // Without a thread they are made later.
+        // If no thread can be spawned, the kernels are compiled later.
         let _made = thread::Builder::new().spawn_scoped(scope, make);
         act()
     });

@@ -1,26 +1,26 @@
-//! Errors of the library, apart from scene files (see [`crate::scene`]).
+//! Errors of the library, except those of scene files (see [`crate::scene`]).
 use crate::{
     gpu::{Missing, Tier},
     model::InvalidLight,
 };
 
-/// Why a device or a frame could not be had.
+/// Error of opening a device or rendering a frame.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     #[error("no usable GPU adapter{}{}: {}", named(.wanted), listed(.found), remedy(.found))]
     Adapter { wanted: Option<String>, found: Vec<String> },
-    /// Each with what it lacks.
+    /// Adapters, each with what it lacks.
     #[error("no usable GPU adapter: {}; {}", .0.join("; "), remedy(&[]))]
     Unusable(Vec<String>),
-    /// An adapter that the kernels cannot run on.
+    /// Feature that an adapter lacks for the kernels.
     #[error("it lacks {0}")]
     Lacks(String),
     #[error("the adapter {adapter} gave no device: {source}")]
     Device { adapter: String, source: wgpu::RequestDeviceError },
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
     Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
-    /// A device that was opened with too little.
+    /// A device that was opened without required features or limits.
     #[error("the device cannot run the {tier} tier: {}; open it with `ShadowSettings::features` and \
              `ShadowSettings::limits`", joined(.missing))]
     Unsupported { tier: Tier, missing: Vec<Missing> },

@@ -1,4 +1,4 @@
-//! Parts of `wgsl/` for shaders of the host's: their text, and what they bind.
+//! Parts of `wgsl/` for shaders of the host: their source and bindings.
 use super::{
     kernel::{Constant, KernelError, bind},
     link::{Item, Linked, words},
@@ -8,13 +8,15 @@ use std::collections::HashSet;
 use wgpu::ShaderStages;
 
 impl Linked {
-    /// The source with `prefix` before every name that the host's own might meet, bound in `group`.
-    /// Overrides are constants: what `constants` say, or else their usual value.
+    /// The source for the host's shader: `prefix` goes before every name that could collide with the
+    /// host's, and resources are bound in `group`. Overrides become constants: the values of `constants`,
+    /// or else their defaults.
     pub fn host_part(&self, group: u32, prefix: &str, constants: &[Constant]) -> String {
         self.prefixed(group, prefix, constants, &[])
     }
 
-    /// As [`Self::host_part`], but the names `shared` stay as they are. Each line stays where it is.
+    /// Like [`Self::host_part`], but without the prefix before the names `shared`. Lines keep their
+    /// positions.
     pub(super) fn prefixed(
         &self,
         group: u32,
@@ -38,7 +40,7 @@ impl Linked {
         part
     }
 
-    /// A bind group for [`Self::host_part`], for all stages that may ask, and its layout.
+    /// A bind group for [`Self::host_part`], visible to all stages that may read it, and its layout.
     pub fn bind_host_part(
         &self,
         device: &wgpu::Device,
@@ -57,7 +59,7 @@ impl Linked {
     }
 }
 
-/// The comment before an override, and `NAME: u32 = 8u;` of it.
+/// The comment before an override, and its declaration as a constant: `NAME: u32 = 8u;`.
 fn constant(item: &Item, constants: &[Constant]) -> Option<(&'static str, String)> {
     let declared = format!("override {}", item.name);
     let at = item.text.find(&declared).filter(|_| item.keyword == "override")?;
@@ -75,7 +77,7 @@ fn constant(item: &Item, constants: &[Constant]) -> Option<(&'static str, String
 fn prefixed(item: &Item, names: &HashSet<&str>, prefix: &str) -> String {
     let (mut text, mut end) = (String::new(), 0);
     for (at, word) in words(item.text).filter(|(_, word)| names.contains(word)) {
-        // A member keeps its name, as it does where it is asked for.
+        // A member keeps its name, like the expressions that access it.
         let is_member = item.keyword == "struct" && item.text[at + word.len()..].starts_with(':');
         if !is_member {
             text += &item.text[end..at];

@@ -1,4 +1,4 @@
-//! Links a kernel: its entry point and all that it reaches, out of the files of `wgsl/`.
+//! Linker of kernels: collects an entry point and all declarations that it uses from the files of `wgsl/`.
 //!
 //! A file says where each foreign name comes from:
 //!
@@ -8,9 +8,9 @@
 //! import choice::root::open_rest;                   the file of the kernel's entry point
 //! ```
 //!
-//! (The spelling is WESL's, in which `choice` were a package of its own.) Names stay as they are
-//! and declarations may come in any order, so that a kernel is the declarations it needs, one after
-//! another, each once. What no one needs stays out: a resource that is not used is not bound.
+//! (The spelling is WESL's, in which `choice` were a package of its own.) Names stay unchanged and
+//! declarations may come in any order, so that a kernel is the declarations it needs, one after another,
+//! each once. Unused declarations are left out: a resource that is not used is not bound.
 use std::{collections::HashMap, sync::LazyLock};
 
 /// Path in `wgsl/` and text.
@@ -19,10 +19,10 @@ type SourceFile = (&'static str, &'static str);
 static LIBRARY: LazyLock<Result<Library, LinkError>> =
     LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
 
-/// In place of a file: the text beside the kernel declares what is imported from it.
+/// Module name of imports that the text beside the kernel declares.
 pub(super) const BESIDE: &str = "";
 
-/// Why a kernel cannot be linked.
+/// Error of linking a kernel.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("wgsl/{file}:{line}: {reason}")]
 pub struct LinkError {
@@ -41,7 +41,7 @@ struct File {
     items: Vec<Item>,
 }
 
-/// Where a name comes from.
+/// Source of an imported name.
 #[derive(Clone, Copy, Debug)]
 struct Import {
     module: &'static str,
@@ -56,7 +56,7 @@ pub struct Item {
     pub keyword: &'static str,
     pub text: &'static str,
     pub file: &'static str,
-    /// Line of the file where the text begins.
+    /// Line of the file where the declaration begins.
     pub line: usize,
 }
 
@@ -64,7 +64,7 @@ pub struct Item {
 #[derive(Debug)]
 pub struct Linked {
     pub wgsl: String,
-    /// In the order of `wgsl`.
+    /// Declarations in the order of `wgsl`.
     pub items: Vec<Item>,
     /// First line of each item in `wgsl`.
     lines: Vec<usize>,
@@ -81,7 +81,7 @@ impl Library {
         sources.iter().map(file).collect::<Result<_, _>>().map(Self)
     }
 
-    /// `root`: the file of the entry point `name`; `choices`: which file each choice is.
+    /// Links the entry point `name` of the file `root`; `choices`: file of each choice.
     pub fn link(
         &self,
         root: &'static str,
@@ -116,7 +116,7 @@ impl Library {
         Ok(Linked::new(files.into_iter().flat_map(own).cloned().collect()))
     }
 
-    /// What `word` means in a file: `None` for what is its own or the language's.
+    /// File and name that `word` refers to in a file; `None` for a local name or one of the language.
     fn find(
         &self,
         file: &'static str,
@@ -152,7 +152,7 @@ impl Library {
         self.item(target, word, (file, line)).map(Some)
     }
 
-    /// `from`: file and line that ask for it.
+    /// Declaration `name` of a file; `from`: file and line of the reference.
     fn item(
         &self,
         target: &'static str,
@@ -223,8 +223,8 @@ impl Linked {
         Some((item.file, item.line + line - self.lines[at]))
     }
 
-    /// An error of a compiler, whose places in the kernel's source become those of `wgsl/`. wgpu
-    /// calls the source `wgsl` or by its `label`.
+    /// A compiler error with positions in `wgsl/` instead of the linked source. wgpu names the source
+    /// `wgsl` or by its `label`.
     pub fn located(&self, error: &str, label: &str) -> String {
         located(error, label, |line| {
             self.locate(line).map(|(file, line)| format!("wgsl/{file}:{line}"))
@@ -232,7 +232,7 @@ impl Linked {
     }
 }
 
-/// An error of a compiler, with other places in place of lines of the source.
+/// A compiler error with the lines of the source replaced by `place`.
 pub(super) fn located(error: &str, label: &str, place: impl Fn(usize) -> Option<String>) -> String {
     ["wgsl:", &format!("{label}:")].iter().fold(error.to_owned(), |error, mark| {
         let mut parts = error.split(mark);
@@ -249,7 +249,7 @@ pub(super) fn located(error: &str, label: &str, place: impl Fn(usize) -> Option<
     })
 }
 
-/// Where the declaration that starts at `start` ends, with a comment on its last line.
+/// End of the declaration that starts at `start`, including a comment on its last line.
 fn item_end(text: &str, start: usize) -> Option<usize> {
     let mut depth = 0_i32;
     for (at, c) in code(text, start) {
@@ -265,7 +265,7 @@ fn item_end(text: &str, start: usize) -> Option<usize> {
     None
 }
 
-/// Characters that are in no comment.
+/// Characters outside comments.
 fn code(text: &str, start: usize) -> impl Iterator<Item = (usize, char)> {
     let mut is_comment = false;
     text[start..].char_indices().map(move |(at, c)| (start + at, c)).filter(move |&(at, c)| {
@@ -274,7 +274,7 @@ fn code(text: &str, start: usize) -> impl Iterator<Item = (usize, char)> {
     })
 }
 
-/// Names and keywords of the code, and where they are; no members.
+/// Identifiers and keywords of the code with their positions, without member accesses.
 pub fn words(text: &'static str) -> impl Iterator<Item = (usize, &'static str)> {
     let mut before = ' ';
     code(text, 0).filter_map(move |(at, c)| {
@@ -298,7 +298,7 @@ fn declared(item: &'static str) -> Option<(&'static str, &'static str)> {
     words.find(|&(at, word)| is_name(at, word)).map(|(_, name)| (keyword, name))
 }
 
-/// Where an import begins, behind a comment, its module and its names.
+/// Start of an import behind its comment, its module and its names.
 fn import(item: &'static str) -> Option<(usize, &'static str, Vec<&'static str>)> {
     let (start, word) = words(item).next()?;
     let path = item[start..].strip_prefix("import ").filter(|_| word == "import")?;

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Backends, DeviceType};
 
 impl Gpu {
-    /// The best adapter on its best tier.
+    /// Opens the best adapter on its best tier.
     pub fn headless() -> Result<Self, Error> {
         Self::new(&Selection::default())
     }
@@ -91,7 +91,7 @@ fn note(place: &Mutex<Option<Error>>, failure: Error) {
     place.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(failure);
 }
 
-/// Every adapter that fits, the one to use first.
+/// Every matching adapter, best first.
 pub fn adapters(selection: &Selection) -> Vec<wgpu::Adapter> {
     let wanted = selection.adapter.as_ref().map(|name| name.to_lowercase());
     let found = |backends: Backends| {
@@ -105,7 +105,7 @@ pub fn adapters(selection: &Selection) -> Vec<wgpu::Adapter> {
     let mut adapters = match selection.backend {
         Backend::Auto => {
             let mut adapters = found(FIRST_BACKENDS);
-            // Opening GL is slow and noisy where there is no display, so only when it is needed.
+            // Opening GL is slow and noisy without a display, so GL comes only when it is needed.
             if adapters.iter().all(|adapter| shortcoming(adapter).is_some()) {
                 adapters.extend(found(Backends::GL));
             }

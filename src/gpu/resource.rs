@@ -1,4 +1,4 @@
-//! What a kernel binds, by name: the declarations of `wgsl/bind/` say how.
+//! Resources of kernels, bound by name as declared in `wgsl/bind/`.
 use super::{
     kernel::KernelError,
     link::{Item, LinkError, Linked},
@@ -6,17 +6,17 @@ use super::{
 use std::collections::HashMap;
 use wgpu::{TextureFormat, TextureSampleType, TextureViewDimension};
 
-/// What a shader may do with a storage buffer or storage texture.
+/// Access of a shader to a storage buffer or storage texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     Read,
     Write,
     ReadWrite,
-    /// Atomics of a storage texture: the native tier's.
+    /// Atomics on a storage texture, native tier only.
     Atomic,
 }
 
-/// How a resource is bound.
+/// Type of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
     Uniform,
@@ -39,13 +39,13 @@ pub enum BindingKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Binding {
     pub name: &'static str,
-    /// `@binding`: the same in every kernel.
+    /// `@binding` number, the same in every kernel.
     pub number: u32,
     pub kind: BindingKind,
 }
 
 impl Linked {
-    /// What the kernel binds, by number.
+    /// Bindings of the kernel, sorted by number.
     pub fn bindings(&self) -> Result<Vec<Binding>, KernelError> {
         let bound = self.items.iter().filter(|item| item.text.contains("@binding("));
         let mut bindings: Vec<_> = bound
@@ -66,7 +66,7 @@ impl Linked {
 }
 
 impl Binding {
-    /// `@group(0) @binding(3) var<storage, read> chunks: array<Chunk>;`
+    /// Parses `@group(0) @binding(3) var<storage, read> chunks: array<Chunk>;`.
     fn declared(item: &Item) -> Option<Self> {
         let (_, rest) = item.text.split_once("@group(0) @binding(")?;
         let (number, rest) = rest.split_once(") var")?;
@@ -91,7 +91,7 @@ impl Binding {
     }
 }
 
-/// `texture_2d<u32>`, `texture_storage_2d_array<r32float, write>`
+/// Parses `texture_2d<u32>`, `texture_storage_2d_array<r32float, write>`.
 fn texture(ty: &str) -> Option<BindingKind> {
     let (constructor, arguments) = ty.strip_suffix('>')?.split_once('<')?;
     let dimension = match constructor {
@@ -168,7 +168,7 @@ impl BindingKind {
         }
     }
 
-    /// Whether a resource can be bound so.
+    /// Whether a resource fits this kind of binding.
     pub(super) fn takes(self, resource: Resource<'_>) -> bool {
         use wgpu::{BufferUsages, TextureUsages};
         let texture = match resource {
@@ -204,16 +204,16 @@ impl BindingKind {
     }
 }
 
-/// What a kernel may bind.
+/// A resource that a kernel may bind.
 #[derive(Clone, Copy, Debug)]
 pub enum Resource<'a> {
     Buffer(&'a wgpu::Buffer),
-    /// All of it, as an array where the kernel reads one.
+    /// The whole texture but its smaller mip levels, as an array if the kernel reads one.
     Texture(&'a wgpu::Texture),
     View(&'a wgpu::TextureView),
 }
 
-/// A resource as a bind group takes it.
+/// A resource in the form that a bind group takes.
 pub(super) enum Bound<'a> {
     Given(wgpu::BindingResource<'a>),
     /// A view of a texture, made for the binding.
@@ -227,7 +227,11 @@ impl<'a> Resource<'a> {
             Self::View(view) => Bound::Given(wgpu::BindingResource::TextureView(view)),
             Self::Texture(texture) => {
                 let dimension = kind.dimension();
-                let desc = wgpu::TextureViewDescriptor { dimension, ..Default::default() };
+                let desc = wgpu::TextureViewDescriptor {
+                    dimension,
+                    mip_level_count: Some(1),
+                    ..Default::default()
+                };
                 Bound::Made(texture.create_view(&desc))
             }
         }
@@ -271,7 +275,7 @@ impl<'a> From<&'a wgpu::TextureView> for Resource<'a> {
     }
 }
 
-/// Resources by name. A kernel takes those that it declares.
+/// Resources by name. A kernel binds those that it declares.
 #[derive(Clone, Debug, Default)]
 pub struct Resources<'a>(HashMap<&'static str, Resource<'a>>);
 
@@ -280,14 +284,14 @@ impl<'a> Resources<'a> {
         Self::default()
     }
 
-    /// In place of an earlier one of that name.
+    /// Adds a resource; it replaces an earlier one of that name.
     #[must_use]
     pub fn with(mut self, name: &'static str, resource: impl Into<Resource<'a>>) -> Self {
         self.0.insert(name, resource.into());
         self
     }
 
-    /// Those of both; of one name those of `other`.
+    /// Union of both; for equal names those of `other`.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         self.0.extend(&other.0);

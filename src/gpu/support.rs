@@ -1,4 +1,4 @@
-//! What a device must have been opened with, and what one lacks: nothing can be added later.
+//! Features and limits that a device must be opened with, and those it lacks: none can be added later.
 use super::{
     Tier,
     adapter::{FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES},
@@ -11,7 +11,7 @@ use glam::UVec2;
 use std::fmt;
 use wgpu::{AdapterInfo, Device, DeviceType, Features, Limits};
 
-/// What a device was opened with, held against what shadows need.
+/// Features and limits of a device, compared with what shadows need.
 ///
 /// ```ignore
 /// let support = Support::of(&device, &adapter_info, &settings);
@@ -21,9 +21,9 @@ use wgpu::{AdapterInfo, Device, DeviceType, Features, Limits};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Support {
-    /// The best tier that the device can run; `None` where it has too little for any.
+    /// The best tier that the device can run; `None` if it can run none.
     pub tier: Option<Tier>,
-    /// All that it lacks, what counts most first. Where [`Self::tier`] is `Native`, only comfort.
+    /// All that it lacks, most important first. If [`Self::tier`] is `Native`, only optional ones.
     pub missing: Vec<Missing>,
 }
 
@@ -33,11 +33,11 @@ pub struct Support {
 pub struct Missing {
     /// The feature, or the limit.
     pub requirement: Requirement,
-    /// What is lost without it.
+    /// Purpose that it is needed for.
     pub needed_for: Need,
 }
 
-/// What a device is opened with.
+/// A feature or limit of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Requirement {
@@ -47,14 +47,14 @@ pub enum Requirement {
     Limit {
         /// The field's name.
         name: &'static str,
-        /// As the device was opened.
+        /// Value that the device was opened with.
         have: u64,
-        /// At least, or of an alignment at most.
+        /// Least value needed; for an alignment, the greatest.
         need: u64,
     },
 }
 
-/// What a feature or limit is needed for.
+/// Purpose of a feature or limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Need {
@@ -66,12 +66,12 @@ pub enum Need {
     Native,
     /// The faster walk of soft discs on software adapters.
     SoftDiscs,
-    /// Times of stages ([`Prepared::record_timed`](crate::Prepared::record_timed)).
+    /// Timings of stages ([`Prepared::record_timed`](crate::Prepared::record_timed)).
     Times,
 }
 
 impl Support {
-    /// Reads the device. `adapter`: the one that it was opened on.
+    /// Reads the device's features and limits. `adapter`: the one that it was opened on.
     pub fn of(device: &Device, adapter: &AdapterInfo, settings: &ShadowSettings) -> Self {
         let mut all = missing(device, Tier::Native);
         let mut ask = |limit_of: Limits, needed_for| {
@@ -108,7 +108,7 @@ impl Support {
     /// Whether the device can run `tier`.
     ///
     /// # Errors
-    /// Where it cannot: with all that it lacks for it.
+    /// If it cannot: with all that it lacks for it.
     pub fn check(&self, tier: Tier) -> Result<(), Error> {
         let counts = |missing: &&Missing| match missing.needed_for {
             Need::Core | Need::Maps => true,
@@ -121,8 +121,8 @@ impl Support {
 }
 
 impl ShadowSettings {
-    /// Features that a device is opened with for `tier`. Those that are optional, for speed or for
-    /// times of stages, [`Support::of`] names.
+    /// Features to open a device with for `tier`. [`Support::of`] names the optional ones, for speed or for
+    /// timings.
     pub fn features(&self, tier: Tier) -> Features {
         match tier {
             Tier::Core => Features::empty(),
@@ -130,8 +130,8 @@ impl ShadowSettings {
         }
     }
 
-    /// Limits that a device is opened with for `tier`, where no map's edge is over `largest_map`
-    /// [texels]. More room for casters and pairs than they promise is used where a device has it.
+    /// Limits to open a device with for `tier`, if no map's edge exceeds `largest_map` [texels]. Larger
+    /// capacities for casters and pairs are used if a device has them.
     pub fn limits(&self, tier: Tier, largest_map: u32) -> Limits {
         let mut limits = Limits::default();
         let edge = tiles_of(UVec2::splat(largest_map)).max_element().saturating_mul(TILE_SIZE);
@@ -146,7 +146,7 @@ impl ShadowSettings {
     }
 }
 
-/// Whether the device is there: what is made on one that is lost cannot be written.
+/// Whether the device is still usable: buffers made on a lost device cannot be written.
 pub(crate) fn check_alive(device: &Device) -> Result<(), Error> {
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("probe"),
@@ -158,7 +158,7 @@ pub(crate) fn check_alive(device: &Device) -> Result<(), Error> {
     mapped.map_err(|error| Error::Lost(error.to_string()))
 }
 
-/// What the device lacks for a tier, whatever the settings are.
+/// Features and limits that the device lacks for a tier, whatever the settings are.
 pub(crate) fn missing(device: &Device, tier: Tier) -> Vec<Missing> {
     let mut all = Vec::new();
     let limits = device.limits();

@@ -6,35 +6,35 @@ const MAX_STAMPS: u32 = 2048;
 
 /// A host's own timer of compute passes, for [`Timeline::profiled`].
 pub trait Profiler: std::fmt::Debug + Send {
-    /// Before a pass: `label` is `gobo sort` and the like. The pass writes the stamps.
+    /// Called before a pass: `label` is `gobo sort` and the like. The pass writes the timestamps.
     fn begin(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         label: &'static str,
     ) -> Option<wgpu::ComputePassTimestampWrites<'_>>;
 
-    /// After the pass, before the next begins.
+    /// Called after the pass, before the next begins.
     fn end(&mut self, encoder: &mut wgpu::CommandEncoder);
 }
 
-/// Begins one compute pass per stage and stamps its begin and end.
+/// Begins one compute pass per stage, with timestamps at its begin and end.
 #[derive(Debug)]
 pub struct Timeline {
     timer: Timer,
     stages: Vec<&'static str>,
 }
 
-/// What measures.
+/// Source of the times.
 #[derive(Debug)]
 enum Timer {
     None,
     Queries(Box<Queries>),
     Steps(Box<Steps>),
-    /// The host's, and whether it has begun a pass.
+    /// The host's profiler, and whether it has begun a pass.
     Host(Box<dyn Profiler>, bool),
 }
 
-/// What labels begin with.
+/// Prefix of all labels.
 const PREFIX: &str = "gobo ";
 
 /// One submit per stage, timed by the wall clock.
@@ -47,7 +47,7 @@ struct Steps {
 }
 
 impl Steps {
-    /// Runs what was recorded so far.
+    /// Submits the commands recorded so far and waits.
     fn run(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let empty = self.device.create_command_encoder(&Default::default());
         let commands = std::mem::replace(encoder, empty).finish();
@@ -62,7 +62,7 @@ impl Steps {
     }
 }
 
-/// To the stage of that label, or at the end.
+/// Adds a time to the stage of that label, or appends the stage.
 fn add(times: &mut Vec<(&'static str, f64)>, label: &'static str, ms: f64) {
     let stage = label.strip_prefix(PREFIX).unwrap_or(label);
     match times.iter_mut().find(|(known, _)| *known == stage) {
@@ -81,7 +81,7 @@ struct Queries {
 }
 
 impl Timeline {
-    /// Without `TIMESTAMP_QUERY` the stages run all the same and no time is known.
+    /// A timeline by timestamps. Without `TIMESTAMP_QUERY` the stages run untimed.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let has = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let queries = has.then(|| {
@@ -108,12 +108,12 @@ impl Timeline {
         Self::by(queries.map_or(Timer::None, |queries| Timer::Queries(Box::new(queries))))
     }
 
-    /// Measures nothing.
+    /// A timeline that measures nothing.
     pub fn untimed() -> Self {
         Self::by(Timer::None)
     }
 
-    /// Leaves it to the host what is measured.
+    /// A timeline measured by the host's profiler.
     pub fn profiled(profiler: impl Profiler + 'static) -> Self {
         Self::by(Timer::Host(Box::new(profiler), false))
     }
@@ -122,8 +122,8 @@ impl Timeline {
         Self { timer, stages: Vec::new() }
     }
 
-    /// For adapters whose timestamps mean nothing, where frames may wait: submits and waits between
-    /// the stages, so `record` is no longer a mere recording.
+    /// A timeline for adapters with meaningless timestamps, if frames may wait: it submits and waits
+    /// between the stages, so `record` no longer only records.
     pub fn stepped(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let (device, queue) = (device.clone(), queue.clone());
         let steps = Steps { device, queue, times: Vec::new(), open: None };
@@ -137,7 +137,7 @@ impl Timeline {
         }
     }
 
-    /// What is recorded next, outside a pass, belongs to `label`. Only a stepped timeline knows.
+    /// Assigns what is recorded next, outside a pass, to `label`. Only a stepped timeline uses it.
     pub fn step(&mut self, encoder: &mut wgpu::CommandEncoder, label: &'static str) {
         self.end(encoder);
         if let Timer::Steps(steps) = &mut self.timer {
@@ -146,7 +146,7 @@ impl Timeline {
         }
     }
 
-    /// After a pass.
+    /// Called after a pass.
     pub(crate) fn end(&mut self, encoder: &mut wgpu::CommandEncoder) {
         if let Timer::Host(profiler, open @ true) = &mut self.timer {
             *open = false;
@@ -182,7 +182,7 @@ impl Timeline {
         })
     }
 
-    /// After the last pass: makes the stamps readable.
+    /// Called after the last pass: makes the timestamps readable.
     pub fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.end(encoder);
         if let Timer::Steps(steps) = &mut self.timer {

@@ -1,5 +1,5 @@
-//! Buffers and textures to the device and back. Reading blocks: for tests, benches and the CLI,
-//! never for a frame.
+//! Transfers of buffers and textures to the device and back. Reading blocks: for tests, benches and the
+//! CLI, never for a frame.
 use super::Gpu;
 use crate::error::Error;
 use wgpu::util::DeviceExt as _;
@@ -39,7 +39,7 @@ impl Gpu {
         self.texture_array(label, [width, height, 1], format)
     }
 
-    /// As [`Self::texture`], with layers.
+    /// Like [`Self::texture`], with layers.
     pub fn texture_array(
         &self,
         label: &str,
@@ -59,7 +59,7 @@ impl Gpu {
         })
     }
 
-    /// `texels` fill the texture row by row, all layers.
+    /// Fills the texture with `texels`, row by row, all layers.
     pub fn write_texture<T: bytemuck::NoUninit>(&self, texture: &wgpu::Texture, texels: &[T]) {
         let size = texture.size();
         self.queue.write_texture(
@@ -84,7 +84,7 @@ impl Gpu {
         self.try_read_texture(texture).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The whole buffer, after all that was submitted before.
+    /// The whole buffer, after all commands submitted before.
     pub fn try_read<T: bytemuck::AnyBitPattern>(
         &self,
         buffer: &wgpu::Buffer,
@@ -96,7 +96,7 @@ impl Gpu {
         Ok(bytemuck::cast_slice(&bytes).to_vec())
     }
 
-    /// Every texel, row by row, all layers, after all that was submitted before.
+    /// Every texel, row by row, all layers, after all commands submitted before.
     pub fn try_read_texture<T: bytemuck::AnyBitPattern>(
         &self,
         texture: &wgpu::Texture,
@@ -142,7 +142,7 @@ impl Gpu {
         staging: &wgpu::Buffer,
     ) -> Result<wgpu::BufferView, Error> {
         let submission = self.queue.submit([encoder.finish()]);
-        // The outcome shows in get_mapped_range.
+        // get_mapped_range returns the outcome.
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| ());
         let answer = self
             .device
@@ -153,7 +153,7 @@ impl Gpu {
     }
 }
 
-/// [bytes]
+/// Size of a texel [bytes].
 fn texel_size(texture: &wgpu::Texture) -> u32 {
     texture.format().block_copy_size(None).expect("a colour format")
 }

@@ -1,37 +1,37 @@
-//! The surface that a light's rays leave.
+//! Area of a light: the surface that its rays leave.
 use super::LightKind;
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// The surface that a light's rays leave, each of its points alike. What reaches a receiver is the mean
-/// over what the receiver sees of it. One without a size is the same as none.
+/// The surface that a light's rays leave, of uniform emission. The light at a receiver is the mean over the
+/// points of the surface that the receiver sees. A source of size 0 is the same as none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
-    /// Around the position of a spot or a point.
+    /// A sphere around the position of a spot or point light.
     Sphere {
         /// [m]
         radius: f32,
     },
-    /// Around the position of a spot or a point.
+    /// A disc around the position of a spot or point light.
     Disc {
         /// [m]
         radius: f32,
-        /// Where it faces, of any length: world space.
+        /// Direction that the emitting side faces: world space, any length.
         direction: Vec3,
     },
-    /// Around the position of a spot or a point.
+    /// A rectangle around the position of a spot or point light.
     Rect {
-        /// Along `cross(direction, up)` [m]; up is +y, or +z where the direction is within 8 degrees
+        /// Edge along `cross(direction, up)` [m]; up is +y, or +z where the direction is within 8 degrees
         /// of y.
         width: f32,
-        /// Across the width [m].
+        /// Edge across the width [m].
         height: f32,
-        /// Where it faces, of any length: world space.
+        /// Direction that the emitting side faces: world space, any length.
         direction: Vec3,
     },
-    /// Of a directional light.
+    /// A sun, for directional lights only.
     Sun {
-        /// The whole angle at which it is seen [radians].
+        /// Angular diameter [radians].
         angle: f32,
     },
 }
@@ -51,8 +51,8 @@ impl Source {
         }
     }
 
-    /// Half of what it is wide and high, along which axes, as long as a disc of equal variance has its
-    /// radius: a rectangle's are its edges by the root of 3 [m].
+    /// Half axes of the disc with the variance of the source: the radius of a disc or sphere, the edges of
+    /// a rectangle divided by the square root of 3 [m]; of a sun, the tangent of half its angle.
     pub fn half_axes(&self) -> [Vec3; 2] {
         let (sizes, direction) = match *self {
             Self::Disc { radius, direction } => ([radius; 2], direction),

@@ -11,32 +11,32 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Around nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
-    /// Between two corners, world space [m].
+    /// The box between two corners, world space [m].
     pub fn new(min: impl Into<[f32; 3]>, max: impl Into<[f32; 3]>) -> Self {
         Self { min: min.into().into(), max: max.into().into() }
     }
 
-    /// Around a sphere as well [m].
+    /// The box grown to hold a sphere [m].
     #[must_use]
     pub fn with_sphere(self, center: Vec3, radius: f32) -> Self {
         Self { min: self.min.min(center - radius), max: self.max.max(center + radius) }
     }
 
-    /// Whether nothing is in it.
+    /// Whether the box is empty.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// The box, or the one around the unit sphere where it is empty: views need some extent.
+    /// The box, or the one around the unit sphere if it is empty: views need some extent.
     #[must_use]
     pub fn or_unit(&self) -> Self {
         if self.is_empty() { Self::EMPTY.with_sphere(Vec3::ZERO, 1.0) } else { *self }
     }
 
-    /// Its middle [m].
+    /// Centre of the box [m].
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
@@ -46,13 +46,13 @@ impl Bounds {
         (self.max - self.min).length() * 0.5
     }
 
-    /// Half the surface [m²].
+    /// Half the surface area [m²].
     pub fn half_area(&self) -> f32 {
         let edge = self.max - self.min;
         edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
     }
 
-    /// Its eight corners [m].
+    /// The eight corners [m].
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             Vec3::new(

@@ -1,14 +1,14 @@
 //! The camera of the picture.
 use glam::{DMat3, DMat4, DVec3, UVec2, Vec3};
 
-/// The eye of the picture.
+/// The camera of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// World space [m].
+    /// Position of the eye, world space [m].
     pub eye: Vec3,
-    /// World space [m].
+    /// Point that the camera looks at, world space [m].
     pub target: Vec3,
-    /// Upwards in the picture, about; world space.
+    /// Approximate up direction, world space.
     pub up: Vec3,
     /// Vertical field of view [radians].
     pub fov_y: f32,
@@ -17,7 +17,7 @@ pub struct Camera {
 }
 
 impl Default for Camera {
-    /// 45 degrees wide in height, from the side and above towards the origin.
+    /// A view of the origin from the side and above, 45 degrees high.
     fn default() -> Self {
         Self {
             eye: Vec3::new(4.0, 3.0, 6.0),
@@ -29,19 +29,17 @@ impl Default for Camera {
     }
 }
 
-/// A matrix that is no camera's.
+/// Error of a matrix that is no perspective projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the camera's matrix cannot be used: {0}")]
 pub struct InvalidCamera(&'static str);
 
 impl Camera {
-    /// The camera of a perspective projection: `clip_from_world` as columns, reversed or not, infinite
-    /// or not; `size` of the picture [pixels]. One that looks aside, as each of two eyes does or one
-    /// that is moved within its pixels, becomes one that looks straight and sees more than it.
-    ///
+    /// The camera of a perspective projection: `clip_from_world` as columns, reversed z or not, infinite
+    /// far plane or not; `size` of the picture [pixels]. An off-axis frustum (of one of two eyes, or
+    /// jittered within a pixel) becomes a symmetric one that encloses it.
     /// # Errors
-    /// Where a number is not finite, the picture has no pixel, or the projection has no eye
-    /// (orthographic ones).
+    /// If a number is not finite, the picture has no pixel, or the projection is orthographic.
     pub fn from_clip(
         clip_from_world: [[f32; 4]; 4],
         size: impl Into<[u32; 2]>,
@@ -52,7 +50,7 @@ impl Camera {
             return Err(InvalidCamera("its numbers must be finite, its picture not empty"));
         }
         let [x, y, w] = [0, 1, 3].map(|row| clip.row(row));
-        // Where all three are 0; w grows ahead.
+        // x, y and w as functions of a point; w grows ahead.
         let rows = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose();
         let steepness = w.truncate().length();
         let volume = x.truncate().length() * y.truncate().length() * steepness;

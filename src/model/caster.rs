@@ -1,8 +1,8 @@
-//! What filters light: materials, particles and triangles.
+//! Casters: materials, particles and triangles.
 use crate::model::Pattern;
 use glam::{Vec2, Vec3, Vec4};
 
-/// How one hit of opacity `a` and colour `c` changes the light that passes, per channel.
+/// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
@@ -20,27 +20,27 @@ pub enum Transfer {
     Gain,
     /// `T = 1`: additive fire must not darken.
     None,
-    /// Goes to the opaque depth, always.
+    /// Writes the opaque depth, always.
     Opaque,
-    /// Goes to the opaque depth where `a >= cutoff`.
+    /// Writes the opaque depth where `a >= cutoff`.
     Cutout,
-    /// Goes to the opaque depth where `a` exceeds the texel's dither threshold.
+    /// Writes the opaque depth where `a` exceeds the texel's dither threshold.
     Dither,
 }
 
 impl Transfer {
-    /// Whether hits go to the opaque depth map instead of the filter.
+    /// Whether hits write the opaque depth map instead of the filter map.
     pub fn is_opaque(self) -> bool {
         matches!(self, Self::Opaque | Self::Cutout | Self::Dither)
     }
 
-    /// The largest colour that is valid: light may be gathered by `gain` only.
+    /// Largest valid colour: only `gain` may amplify light.
     pub fn max_color(self) -> f32 {
         if self == Self::Gain { MAX_GAIN } else { 1.0 }
     }
 }
 
-/// The brightest that a `gain` caster makes the light.
+/// Largest colour of a `gain` caster.
 pub const MAX_GAIN: f32 = 16.0;
 
 /// The shape of a material's particles.
@@ -57,7 +57,7 @@ pub enum Shape {
     Puff,
 }
 
-/// How a disc's opacity falls off at distance `q` from the centre of a disc of radius `r`.
+/// Falloff of a disc's opacity at distance `q` from its centre, for radius `r`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
@@ -69,28 +69,28 @@ pub enum Profile {
     Soft,
 }
 
-/// Which translucent casters tint what is made of a material. Opaque ones always shade it.
+/// Which translucent casters tint a receiver of this material. Opaque ones always shade it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Receives {
-    /// Those in front of it, as the receiver mode of the shadow settings knows them.
+    /// The casters in front of it, by the receiver mode of the shadow settings.
     #[default]
     Curve,
-    /// All of a texel, where the nearest of them is in front of it.
+    /// All casters of a texel, if the nearest of them is in front of the receiver.
     Nearest,
-    /// None.
+    /// No casters.
     Opaque,
-    /// As `Nearest`, but not where the nearest one is part of the same object.
+    /// Like `Nearest`, except where the nearest caster belongs to the receiver's own object.
     Others,
 }
 
-/// What the casters of one kind share.
+/// Properties that casters of one kind share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// For people.
+    /// Name for people.
     pub name: String,
-    /// What a hit does to the light.
+    /// Transfer function of a hit.
     pub transfer: Transfer,
     /// Shape of its particles.
     pub shape: Shape,
@@ -108,25 +108,26 @@ pub struct Material {
     pub pattern: Pattern,
     /// Edge of a cell of the pattern, 1..=64 [texels].
     pub pattern_scale: u32,
-    /// What shines by itself (additive fire) in the picture: linear rgb.
+    /// Emission (additive fire) in the picture: linear rgb.
     pub emission: Vec3,
     /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles.
     pub emissive_texture: Option<u32>,
     /// 0: a surface that scatters light where it covers. 1: clear glass, which only filters.
     pub transmission: f32,
-    /// 0..=1, of the highlight in the picture.
+    /// Roughness of the highlight in the picture, 0..=1.
     pub roughness: f32,
-    /// 0..=1, of what is solid: 1 mirrors in its own colour and scatters nothing.
+    /// Metalness of an opaque surface, 0..=1: 1 mirrors in its own colour and scatters nothing.
     pub metallic: f32,
-    /// What is left of light after [`Self::attenuation_distance`] in a closed mesh.
+    /// Transmittance over [`Self::attenuation_distance`] in a closed mesh.
     pub attenuation_color: Vec3,
-    /// [m]; infinite for what is no volume. Triangles of a volume are counterclockwise from outside.
+    /// Distance of [`Self::attenuation_color`] [m]; infinite if the material is no volume. Triangles of a
+    /// volume are counterclockwise from outside.
     pub attenuation_distance: f32,
-    /// Which casters tint it.
+    /// Casters that tint it.
     pub receives: Receives,
-    /// Whether the picture shows it; without it, a shadow without its caster.
+    /// Whether the picture shows it; if not, it casts a shadow without being seen.
     pub visible: bool,
-    /// Whether it blocks or filters light; without it, a caster without its shadow.
+    /// Whether it blocks or filters light; if not, it is seen and casts no shadow.
     pub casts: bool,
 }
 
@@ -158,7 +159,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// Whether its particles are soft discs of the `filter` transfer and nothing else.
+    /// Whether its particles are soft discs of the `filter` transfer, without texture or reflectivity.
     pub fn is_plain_disc(&self) -> bool {
         self.shape == Shape::Disc
             && self.profile == Profile::Soft
@@ -167,14 +168,14 @@ impl Material {
             && self.texture.is_none()
     }
 
-    /// Whether closed meshes of it absorb along the way through them.
+    /// Whether closed meshes of it absorb light over the distance travelled inside.
     pub fn is_volume(&self) -> bool {
         self.absorption() != Vec3::ZERO
     }
 
-    /// Optical depth of the way through its volumes [1/m].
+    /// Absorption coefficient inside its volumes, per channel [1/m].
     pub fn absorption(&self) -> Vec3 {
-        /// 20 halvings; powers of 0 differ between adapters.
+        /// Least attenuation colour, 20 halvings; powers of 0 differ between adapters.
         const LEAST: f32 = 1e-6;
         if !self.attenuation_distance.is_finite() {
             return Vec3::ZERO;
@@ -184,10 +185,10 @@ impl Material {
     }
 }
 
-/// A caster that faces the light: disc, quad or puff, by its material.
+/// A caster that faces the light: a disc, quad or puff by its material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
-    /// World space [m].
+    /// Centre, world space [m].
     pub center: Vec3,
     /// Radius of the disc or puff; half the side of the quad [m].
     pub radius: f32,
@@ -197,12 +198,12 @@ pub struct Particle {
     pub rotation: f32,
     /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
-    /// Decorrelates dither patterns; unique where the file gives it.
+    /// Seed of dither patterns; unique where the file gives one.
     pub id: u32,
 }
 
 impl Default for Particle {
-    /// White, of a decimetre, at the origin.
+    /// A white particle of 0.1 m radius at the origin.
     fn default() -> Self {
         Self {
             center: Vec3::ZERO,
@@ -216,12 +217,12 @@ impl Default for Particle {
 }
 
 impl Particle {
-    /// White and opaque; centre in world space [m], radius [m].
+    /// A white opaque particle; centre in world space [m], radius [m].
     pub fn new(center: impl Into<[f32; 3]>, radius: f32) -> Self {
         Self { center: center.into().into(), radius, ..Self::default() }
     }
 
-    /// With a linear rgba, which multiplies the material's tint.
+    /// The particle with a linear rgba colour, which multiplies the material's tint.
     #[must_use]
     pub fn with_color(self, color: impl Into<[f32; 4]>) -> Self {
         Self { color: color.into().into(), ..self }
@@ -231,20 +232,20 @@ impl Particle {
 /// A triangle of a mesh, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
-    /// World space [m].
+    /// Corners, world space [m].
     pub positions: [Vec3; 3],
-    /// World space, unit.
+    /// Unit normals of the corners, world space.
     pub normals: [Vec3; 3],
-    /// Row 0 of the texture at v = 0.
+    /// Texture coordinates of the corners; row 0 of the texture is at v = 0.
     pub uvs: [Vec2; 3],
     /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
-    /// Decorrelates dither patterns: one per object.
+    /// Seed of dither patterns, one per object.
     pub id: u32,
 }
 
 impl Triangle {
-    /// A flat one, of a material; corners in world space [m], counter-clockwise from its front.
+    /// A flat-shaded triangle of a material; corners in world space [m], counterclockwise from its front.
     pub fn flat(corners: [impl Into<[f32; 3]>; 3], material: u32) -> Self {
         let positions = corners.map(|corner| Vec3::from(corner.into()));
         let [a, b, c] = positions;
@@ -256,31 +257,31 @@ impl Triangle {
 /// An image that materials sample, bilinear and repeating.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
-    /// For people.
+    /// Name for people.
     pub name: String,
-    /// [texels]
+    /// Width [texels].
     pub width: u32,
-    /// [texels]
+    /// Height [texels].
     pub height: u32,
     /// `width * height` rgba bytes, rows from the top; rgb is sRGB, alpha is linear.
     pub rgba: Vec<u8>,
 }
 
-/// What casts, in world space. Positions have 24 bits: a host with a large world gives them, and the
-/// views, relative to a place near the camera (10 km away a millimetre is lost). Particles and triangles name their material by its index, and
-/// materials their texture.
+/// The casters, in world space. Positions are 32-bit floats with 24 bits of precision: a host with a large
+/// world gives them and the views relative to a point near the camera (10 km away, rounding is 1 mm).
+/// Particles and triangles name their material by its index, and materials their texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Casters<'a> {
     /// Discs, quads and puffs.
     pub particles: &'a [Particle],
     /// Triangles of meshes.
     pub triangles: &'a [Triangle],
-    /// At most 512.
+    /// Materials, at most 512.
     pub materials: &'a [Material],
-    /// What materials sample.
+    /// Textures that materials sample.
     pub textures: &'a [Texture],
-    /// Particles stay in the order that they are given in, which counts where several are at the same
-    /// depth. Otherwise neighbours are put together, so that views need not look at all of them: a host
-    /// whose particles lie together already saves that.
+    /// Keeps particles in the given order, which matters where several are at the same depth. Otherwise
+    /// they are sorted so that neighbours share a group, and views cull whole groups; a host whose
+    /// particles are already spatially coherent saves that sort.
     pub in_order: bool,
 }

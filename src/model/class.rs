@@ -2,25 +2,25 @@
 use crate::model::{Material, Transfer};
 use std::ops::{Range, RangeInclusive};
 
-/// Which depth or filter a caster goes to, and whether the picture shows it. In an order that makes
-/// neighbours of what each list holds.
+/// Which map a caster writes and whether the picture shows it. The order makes the classes of each list
+/// neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
-    /// Seen and solid, casts nothing.
+    /// Opaque in the picture, casts nothing.
     ShownOpaque,
-    /// To the opaque depth.
+    /// Opaque in the picture, writes the opaque depth.
     Opaque,
-    /// To the opaque depth, not seen.
+    /// Writes the opaque depth, not in the picture.
     HiddenOpaque,
-    /// To the opaque depth, but the picture blends it.
+    /// Writes the opaque depth; the picture blends it.
     Dithered,
-    /// Seen and blended, casts nothing.
+    /// Blended in the picture, casts nothing.
     Shown,
-    /// To the filter.
+    /// Blended in the picture, writes the filter map.
     Translucent,
-    /// To the filter, not seen.
+    /// Writes the filter map, not in the picture.
     HiddenTranslucent,
-    /// Neither casts nor is seen.
+    /// Neither casts nor is in the picture.
     Nothing,
 }
 
@@ -35,13 +35,13 @@ impl Class {
         Self::HiddenTranslucent,
         Self::Nothing,
     ];
-    /// What blocks light.
+    /// Classes that block light.
     pub const BLOCKING: RangeInclusive<Self> = Self::Opaque..=Self::Dithered;
-    /// What filters light.
+    /// Classes that filter light.
     pub const FILTERING: RangeInclusive<Self> = Self::Translucent..=Self::HiddenTranslucent;
-    /// What the camera sees as solid.
+    /// Classes that the picture shows as opaque.
     pub const SOLID: RangeInclusive<Self> = Self::ShownOpaque..=Self::Opaque;
-    /// What the camera sees and blends.
+    /// Classes that the picture blends.
     pub const BLENDED: RangeInclusive<Self> = Self::Dithered..=Self::Translucent;
 
     /// Class of a material's casters.

@@ -1,4 +1,4 @@
-//! What a frame counted: nothing is dropped silently.
+//! Counters of a frame: nothing is dropped silently.
 use std::collections::BTreeMap;
 
 /// Inputs that were left out, by reason. A skipped particle changes nothing else.
@@ -14,42 +14,41 @@ pub struct Counters {
     pub views_rendered: u64,
     /// Shadow views whose maps stay from an earlier frame, because nothing that they see changed.
     pub views_kept: u64,
-    /// (caster, view) that were not projected, because their group is outside the view or behind
-    /// an opaque surface.
+    /// Combinations (caster, view) that were not projected, because their group is outside the view or behind an
+    /// opaque surface.
     pub culled: u64,
-    /// Those of them that are behind an opaque surface.
+    /// Those counted in `culled` that are behind an opaque surface.
     pub hidden: u64,
-    /// (caster, view) that touch a texel.
+    /// Combinations (caster, view) that touch a texel.
     pub visible: u64,
-    /// (caster, tile) that were binned.
+    /// Pairs (caster, tile) that were binned.
     pub pairs: u64,
     /// Runs of pairs that `accumulate` walked.
     pub segments: u64,
-    /// (caster, view) that took the scatter path.
+    /// Combinations (caster, view) that took the scatter path.
     pub scattered: u64,
-    /// Those of them that did not fit the pair budget.
+    /// Those counted in `scattered` that did not fit the pair budget.
     pub overflowed: u64,
-    /// Hits that came too late for their place: inside a merged ramp of a curve, or, where an `over`
-    /// caster makes the order count, when what is behind them had been composed.
+    /// Hits out of order: inside a merged ramp of a curve, or, where an `over` caster makes blending
+    /// order-dependent, in front of hits that had already been composed.
     pub disordered: u64,
-    /// (light, cluster of the camera) that the picture's lists have.
+    /// Combinations (light, cluster of the camera) in the picture's light lists.
     pub cluster_lights: u64,
-    /// Clusters whose list did not fit, so that their pixels ask all lights.
+    /// Clusters whose list did not fit, so that their pixels evaluate all lights.
     pub clusters_overflowed: u64,
     /// Shadow masks of the picture.
     pub masks: u64,
-    /// Lights that cast shadows into the picture and found no mask: they were shaded without one.
+    /// Lights that cast shadows into the picture but got no mask, and were shaded without one.
     pub unmasked_lights: u64,
-    /// Those of them that filter in a view where the order counts: an `over` caster is among them or
-    /// beside them, and they were applied last.
+    /// Casters counted in `overflowed` that filter in a view with order-dependent blending (an `over`
+    /// caster is among them or in the same view), and were applied last.
     pub unordered: u64,
-    /// Maps that are smaller than they should be, for lack of room in the atlas.
+    /// Maps that are smaller than they should be, because the atlas is full.
     pub shrunk: u64,
-    /// Pairs of the batch that has the most.
+    /// Pairs of the largest batch.
     #[cfg_attr(feature = "scene", serde(skip))]
     pub pairs_needed: u32,
-    /// Pairs that a batch had room for: casters past that were scattered. `Shadows::grow_from` makes
-    /// room for them.
+    /// Pair capacity of a batch: casters past it were scattered. `Shadows::grow_from` grows it.
     #[cfg_attr(feature = "scene", serde(skip))]
     pub pair_room: u32,
     /// Particles and triangles left out, by reason.

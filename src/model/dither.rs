@@ -1,32 +1,32 @@
-//! Dither patterns, and the window over which they show their opacity.
+//! Dither patterns, and the window over which their coverage equals the opacity.
 use super::{Material, Transfer};
 
-/// How the texels that a `dither` caster blocks are chosen.
+/// Pattern by which a `dither` caster chooses the texels that it blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Pattern {
-    /// A mask of 4x4 cells in 16 levels, picked once per caster by its opacity.
+    /// A mask of 4x4 cells in 16 levels, chosen once per caster by its opacity.
     Checkerboard,
-    /// Ordered, of 2x2 cells (Bayer 1973).
+    /// Ordered dither of 2x2 cells (Bayer 1973).
     Bayer2,
-    /// Ordered, 4x4 cells.
+    /// Ordered dither of 4x4 cells.
     Bayer4,
-    /// Ordered, 8x8 cells.
+    /// Ordered dither of 8x8 cells.
     #[default]
     Bayer8,
-    /// Ordered, 16x16 cells.
+    /// Ordered dither of 16x16 cells.
     Bayer16,
     /// Interleaved gradient noise (Jimenez 2014).
     Ign,
-    /// Void and cluster (Ulichney 1993), of 64x64 cells.
+    /// Void and cluster (Ulichney 1993), 64x64 cells.
     Blue,
-    /// Anchored in the caster's own space (Wyman and McGuire 2017).
+    /// Hashed alpha testing, anchored in the caster's own space (Wyman and McGuire 2017).
     Hashed,
 }
 
 impl Pattern {
-    /// All there are.
+    /// All patterns.
     pub const ALL: [Self; 8] = [
         Self::Checkerboard,
         Self::Bayer2,
@@ -38,7 +38,7 @@ impl Pattern {
         Self::Hashed,
     ];
 
-    /// As scene files spell it.
+    /// Name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Checkerboard => "checkerboard",
@@ -68,11 +68,11 @@ impl Pattern {
         (self.order() > 0).then(|| 1 << (2 * self.order()))
     }
 
-    /// Edge of the window over which the pattern shows its opacity [cells].
+    /// Edge of the window over which the coverage of the pattern equals its opacity [cells].
     pub fn window(self) -> u32 {
         match self {
             Self::Ign | Self::Blue => 8,
-            // Its own cells are up to 2.83 of these.
+            // Its own cells are up to 2.83 of these wide.
             Self::Hashed => 16,
             _ => 1 << self.order(),
         }
@@ -85,8 +85,8 @@ pub const MAX_SCALE: u32 = 64;
 /// Widest [`window`] [texels].
 pub const MAX_WINDOW: u32 = 64;
 
-/// Edge of the window that shows every dithered material's opacity [texels]; 0 where there is
-/// none. Even.
+/// Edge of the window over which the coverage of every dithered material equals its opacity [texels], even;
+/// 0 if no material is dithered.
 pub fn window(materials: &[Material]) -> u32 {
     let dithered = materials.iter().filter(|material| material.transfer == Transfer::Dither);
     let windows = dithered.map(|material| material.pattern.window() * material.pattern_scale);

@@ -1,106 +1,106 @@
-//! Particles that emitters send out, by fixed steps of time. What becomes of a particle depends on its number
-//! and its age alone: a frame is the same whichever was made before it.
+//! Particle emitters, simulated in fixed time steps. The state of a particle depends on its number and age
+//! alone, so a frame is the same whichever frame was made before it.
 //!
-//! Numbers are drawn by a hash of integers (Jarzynski and Olano 2020, `pcg`), and no step asks for more than sums,
-//! products, divisions and square roots. The twin of `wgsl/simulate/simulate_particles.wgsl`.
+//! Random numbers are integer hashes (Jarzynski and Olano 2020, `pcg`); a step uses only sums, products,
+//! divisions and square roots. The twin of `wgsl/simulate/simulate_particles.wgsl`.
 use super::hash::pcg;
 use glam::{IVec3, Vec3};
 
-/// [s]
+/// Time step [s].
 pub const STEP: f32 = 1.0 / 60.0;
-/// Of a life: what 16 bits hold [steps].
+/// Longest life: what 16 bits hold [steps].
 pub const LONGEST: u32 = 65_535;
-/// Steps of a second.
+/// Time steps per second.
 pub const STEPS_PER_SECOND: f64 = 60.0;
-/// Boxes that particles of an emitter strike, at most.
+/// Most collision boxes of an emitter.
 pub const MAX_BOXES: usize = 8;
 
-/// Where particles start.
+/// Region where particles start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Source {
     #[default]
-    /// At the emitter's position.
+    /// The emitter's position.
     Point,
-    /// In a box of the emitter's extent.
+    /// A box of the emitter's extent.
     Box,
-    /// In the ellipsoid of that extent.
+    /// The ellipsoid of that extent.
     Sphere,
-    /// In the ellipse of its x and z.
+    /// The ellipse of its x and z.
     Disc,
 }
 
-/// What moves the particles of an emitter.
+/// Parameters of an emitter and the forces on its particles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forces {
-    /// Of what is drawn.
+    /// Seed of every random number of the emitter.
     pub seed: u32,
-    /// [1/s]
+    /// Particles emitted per second [1/s].
     pub rate: f64,
-    /// Shortest and longest [s].
+    /// Shortest and longest lifetime [s].
     pub lifetime: [f32; 2],
-    /// Where particles start.
+    /// Region where particles start.
     pub source: Source,
-    /// [m]
+    /// Position of the emitter [m].
     pub position: Vec3,
-    /// Whole [m].
+    /// Full size of the region [m].
     pub extent: Vec3,
-    /// [m/s]
+    /// Mean initial velocity [m/s].
     pub velocity: Vec3,
-    /// The most that a particle's own velocity differs [m/s].
+    /// Largest deviation of a particle's initial velocity [m/s].
     pub spread: f32,
-    /// Downwards [m/s^2].
+    /// Downward acceleration [m/s^2].
     pub gravity: f32,
-    /// Upwards at the start; gone at the end of a particle's life [m/s^2].
+    /// Upward acceleration at birth; it falls to 0 at the end of a particle's life [m/s^2].
     pub buoyancy: f32,
-    /// How fast a particle takes on the velocity of the air [1/s].
+    /// Rate at which a particle's velocity approaches that of the air [1/s].
     pub drag: f32,
-    /// Of the air [m/s].
+    /// Velocity of the air [m/s].
     pub wind: Vec3,
-    /// Of the air's whirls [m/s].
+    /// Speed of the air's whirls (curl noise) [m/s].
     pub turbulence: f32,
-    /// Of the whirls [1/m].
+    /// Spatial frequency of the whirls [1/m].
     pub frequency: f32,
-    /// How fast whirls rise through the air [m/s].
+    /// Speed at which the whirls rise through the air [m/s].
     pub evolve: f32,
-    /// Height of a ground that is struck [m].
+    /// Height of a ground plane that particles collide with [m].
     pub ground: Option<f32>,
-    /// Corners of boxes that are struck [m].
+    /// Corners of the boxes that particles collide with [m].
     pub boxes: Vec<[Vec3; 2]>,
-    /// Share of its velocity that a particle keeps when it strikes, away from what it strikes.
+    /// Restitution: share of the normal velocity that a particle keeps in a collision.
     pub bounce: f32,
-    /// Along it.
+    /// Share of the tangential velocity that a particle keeps in a collision.
     pub slide: f32,
-    /// Where the emitter goes: seconds from its start, ascending, and x, y, z beside `position` [m]. Between
-    /// two rows evenly, before the first and behind the last it stands.
+    /// Path of the emitter: rows of seconds from its start, ascending, and an offset x, y, z from
+    /// `position` [m]. Linear between rows, constant before the first and behind the last.
     pub path: Vec<[f32; 4]>,
-    /// Of the scene, in the world: whirls stay where they are [m].
+    /// World position of the scene's origin, so that whirls stay in place [m].
     pub origin: Vec3,
 }
 
-/// A particle on its way.
+/// A live particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flying {
-    /// Of the emitter's.
+    /// Index among the particles of its emitter.
     pub number: u32,
-    /// [m]
+    /// Position [m].
     pub position: Vec3,
-    /// [m/s]
+    /// Velocity [m/s].
     pub velocity: Vec3,
-    /// [steps]
+    /// Age [steps].
     pub age: u32,
-    /// [steps]
+    /// Lifetime [steps].
     pub life: u32,
 }
 
-/// Draw `index` of particle `number`, 0..1.
+/// Random number `index` of particle `number`, 0..1.
 fn draw(seed: u32, number: u32, index: u32) -> f32 {
     (pcg(number ^ pcg(index ^ pcg(seed))) >> 8) as f32 / (1 << 24) as f32
 }
 
-/// In a ball of radius 1, or where `axes` has 0 in its section: the first of some places in its box that are
-/// inside.
+/// A random point in the unit ball, or in its section where `axes` has zeros: the first of several points
+/// in the cube that is inside.
 fn in_ball(seed: u32, number: u32, index: u32, axes: Vec3) -> Vec3 {
     const TRIES: u32 = 8;
     for i in 0..TRIES {
@@ -136,7 +136,7 @@ impl Forces {
         }
     }
 
-    /// How far along its path the emitter is then [s].
+    /// Offset of the emitter along its path at a time [s].
     fn gone(&self, seconds: f64) -> Vec3 {
         let place = |row: &[f32; 4]| Vec3::new(row[1], row[2], row[3]);
         let after = self.path.partition_point(|row| f64::from(row[0]) <= seconds);
@@ -157,13 +157,13 @@ impl Forces {
 
     /// Particles that have started before the end of step `step`.
     pub fn started(&self, step: u32) -> u32 {
-        /// A number more than which no emitter sends out.
+        /// No emitter sends out more particles than this.
         const MOST: u32 = 1 << 31;
         let guess = (f64::from(step) + 1.0) / STEPS_PER_SECOND * self.rate;
         if guess >= f64::from(MOST) {
             return MOST;
         }
-        // What rounding leaves open is asked.
+        // Corrects the rounding of the guess.
         let mut count = guess as u32;
         while self.starts_in(count) <= step {
             count += 1;
@@ -179,7 +179,7 @@ impl Forces {
         ((self.lifetime[1] * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST)
     }
 
-    /// A step on; `step`: of time.
+    /// Advances a particle by one time step, number `step`.
     pub fn advance(&self, flying: &mut Flying, step: u32) {
         let share = flying.age as f32 / flying.life as f32;
         let lift = self.buoyancy * (1.0 - share) - self.gravity;
@@ -189,7 +189,7 @@ impl Forces {
             air += whirl((flying.position + self.origin - rise) * self.frequency, self.seed)
                 * self.turbulence;
         }
-        // The drag by its end: it never overshoots.
+        // Implicit drag: it never overshoots.
         let pushed = flying.velocity + (Vec3::Y * lift + air * self.drag) * STEP;
         flying.velocity = pushed / (1.0 + self.drag * STEP);
         flying.position += flying.velocity * STEP;
@@ -208,7 +208,7 @@ impl Forces {
         }
     }
 
-    /// Against what faces `out`.
+    /// Collides with a surface of normal `out`.
     fn strike(&self, flying: &mut Flying, out: Vec3) {
         let into = flying.velocity.dot(out);
         if into < 0.0 {
@@ -218,7 +218,7 @@ impl Forces {
     }
 }
 
-/// Through the nearest side, of what is inside.
+/// The point moved out through the nearest side of the box, and that side's normal; `None` outside the box.
 fn pushed_out(place: Vec3, &[min, max]: &[Vec3; 2]) -> Option<(Vec3, Vec3)> {
     if !(place.cmpgt(min).all() && place.cmplt(max).all()) {
         return None;
@@ -237,14 +237,14 @@ fn pushed_out(place: Vec3, &[min, max]: &[Vec3; 2]) -> Option<(Vec3, Vec3)> {
     Some((nearest.2, nearest.1))
 }
 
-/// Velocity of whirling air that is nowhere dense: the cross product of two gradients (`DeWolf` 2005), about 1
-/// in size.
+/// Velocity of divergence-free whirls: the cross product of two noise gradients (`DeWolf` 2005), of
+/// magnitude about 1.
 pub fn whirl(at: Vec3, seed: u32) -> Vec3 {
     const SCALE: f32 = 0.875;
     noise_gradient(at, seed).cross(noise_gradient(at, seed ^ 0x9e37_79b9)) * SCALE
 }
 
-/// Gradient of noise that is -1..1 at the corners of a lattice (value noise, Perlin's fade of 2002).
+/// Gradient of value noise with values -1..1 at the lattice points (Perlin's fade of 2002).
 fn noise_gradient(at: Vec3, seed: u32) -> Vec3 {
     let low = at.floor();
     let t = at - low;
@@ -260,7 +260,7 @@ fn noise_gradient(at: Vec3, seed: u32) -> Vec3 {
     let [c010, c110] = [corner(0, 1, 0), corner(1, 1, 0)];
     let [c001, c101] = [corner(0, 0, 1), corner(1, 0, 1)];
     let [c011, c111] = [corner(0, 1, 1), corner(1, 1, 1)];
-    // Along x at the four edges, then what differs between these.
+    // Interpolates along x at the four edges, then takes their differences.
     let edges = [
         mix(c000, c100, fade.x),
         mix(c010, c110, fade.x),
@@ -274,22 +274,22 @@ fn noise_gradient(at: Vec3, seed: u32) -> Vec3 {
     Vec3::new(along_x, along_y, along_z) * slope
 }
 
-/// Particles of one emitter that are on their way, oldest first.
+/// Live particles of one emitter, oldest first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flock {
-    /// Steps of time that have passed.
+    /// Time steps that have passed.
     step: u32,
     flying: Vec<Flying>,
 }
 
 impl Flock {
-    /// In the order of their numbers.
+    /// Live particles in the order of their numbers.
     pub fn flying(&self) -> &[Flying] {
         &self.flying
     }
 
-    /// The flock after `step` steps, on from where it is; the same as from the start. None starts after `last`
-    /// steps.
+    /// Advances to time step `step` from the present one; the result is the same as from step 0. No
+    /// particle starts after step `last`.
     pub fn advance_to(&mut self, forces: &Forces, step: u32, last: u32) {
         if step < self.step {
             *self = Self::default();
@@ -299,7 +299,7 @@ impl Flock {
         }
         let longest = forces.longest();
         let first = forces.started_before(self.step.min(last));
-        // What starts and ends between is never seen.
+        // Particles that start and end in between are never seen.
         let oldest = forces.started_before(step.saturating_sub(longest).min(last));
         let end = forces.started_before(step.min(last));
         let older = self.flying.iter().copied().map(|flying| (flying, self.step));
@@ -330,14 +330,14 @@ impl Flock {
 }
 
 impl Forces {
-    /// Particles that fly at a time, at most.
+    /// Largest number of particles that are alive at once.
     pub fn most(&self) -> u32 {
-        // Those that start in as many steps as the longest life has, and one more.
+        // Particles that start within the longest life and one more step.
         let seconds = f64::from(self.longest() + 1) / STEPS_PER_SECOND;
         (self.rate * seconds).ceil() as u32 + 1
     }
 
-    /// In a scene that is moved [m].
+    /// The emitter in a scene that is translated [m].
     #[must_use]
     pub fn moved(&self, by: Vec3) -> Self {
         Self {

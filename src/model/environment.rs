@@ -1,52 +1,51 @@
-//! What surrounds a scene: light that comes from all around, is mirrored, and is seen where there is
-//! nothing else.
+//! Environment of a scene: it lights the scene, is mirrored, and is seen behind everything.
 use glam::{UVec2, Vec2, Vec3};
 use half::f16;
 use std::f32::consts::PI;
 
-/// Radiance from all around, as a picture of directions and as what rough things mirror of it.
+/// Radiance from all directions, as a sharp map and prefiltered for rough reflections.
 ///
-/// Directions are octahedral (Cigolle et al. 2014). Level 0 is sharp, level k what is mirrored at
-/// roughness `k / (LEVELS - 1)`: the mean over the half vectors of GGX, seen head-on (Karis 2013), as halves.
-/// Each has a border of a texel, across which it goes on.
+/// Directions are octahedral (Cigolle et al. 2014). Level 0 is sharp; level k is the reflection at
+/// roughness `k / (LEVELS - 1)`: the mean over the half vectors of GGX, seen head-on (Karis 2013), stored
+/// as halves. Each level has a border of one texel, which continues the map across its edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     /// Edge of level 0 without its border [texels].
     size: u32,
-    /// Level after level, row by row.
+    /// Levels in order, row by row.
     texels: Vec<Vec3>,
-    /// What a white surface sends back, of its normal: see [`irradiance_at`].
+    /// Irradiance as spherical harmonics, for [`irradiance_at`].
     irradiance: [Vec3; IRRADIANCE],
-    /// Over all directions.
+    /// Mean over all directions.
     mean: Vec3,
 }
 
-/// A sky of three colours, radiance: linear rgb.
+/// A gradient sky, radiance: linear rgb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// Straight up.
+    /// Radiance straight up.
     pub zenith: Vec3,
-    /// All around.
+    /// Radiance at the horizon.
     pub horizon: Vec3,
-    /// Below the horizon.
+    /// Radiance below the horizon.
     pub ground: Vec3,
-    /// Seen, and mirrored by what is smooth. Its light is a light's.
+    /// Sun disc, seen and mirrored by smooth surfaces. It does not light the scene: a light does.
     pub sun: Option<SunDisc>,
 }
 
-/// A disc in the sky.
+/// A sun disc in the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunDisc {
-    /// Of its light's travel, of any length.
+    /// Direction in which its light travels, any length.
     pub direction: Vec3,
     /// Radiance: linear rgb.
     pub color: Vec3,
-    /// Whole [radians].
+    /// Angular diameter [radians].
     pub angle: f32,
 }
 
 impl Default for Sky {
-    /// A clear day beside a light of irradiance 3.
+    /// A sky of a clear day that fits a light of irradiance 3.
     fn default() -> Self {
         Self {
             zenith: Vec3::new(0.11, 0.17, 0.30),
@@ -58,9 +57,10 @@ impl Default for Sky {
 }
 
 impl Sky {
-    /// From a unit direction, without the sun: steep above the horizon, even below it.
+    /// Radiance from a unit direction, without the sun: a steep gradient above the horizon, constant below
+    /// it.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        /// Height over which the ground meets the horizon.
+        /// Height over which the ground blends into the horizon.
         const HAZE: f32 = 0.02;
         let up = direction.y.clamp(0.0, 1.0);
         let sky = self.zenith.lerp(self.horizon, (1.0 - up) * (1.0 - up));
@@ -68,21 +68,21 @@ impl Sky {
     }
 }
 
-/// Numbers of [`Environment::irradiance`]: spherical harmonics of order 2.
+/// Number of coefficients of [`Environment::irradiance`]: spherical harmonics of order 2.
 pub const IRRADIANCE: usize = 9;
 /// Levels of a map: sharp, and at roughness 0.2 to 1.
 pub const LEVELS: u32 = 6;
 /// Edge of the rough levels without their border [texels].
 pub const ROUGH_SIZE: u32 = 64;
-/// Edge of a sky's sharp level.
+/// Edge of a sky's sharp level [texels].
 const SKY_SIZE: u32 = 256;
-/// Edge of the sharp level of an image, at most.
+/// Largest edge of an image's sharp level [texels].
 const MAX_SIZE: u32 = 1024;
-/// The brightest that a half holds.
+/// Largest finite half.
 const BRIGHTEST: f32 = 65504.0;
 
 impl Environment {
-    /// `intensity`: all is so much brighter.
+    /// The environment of a sky, multiplied by `intensity`.
     pub fn of_sky(sky: &Sky, intensity: f32) -> Self {
         let even = Map::new(SKY_SIZE, |direction| sky.radiance(direction) * intensity);
         let Some(sun) = sky.sun else { return Self::new(&even, &even) };
@@ -91,8 +91,8 @@ impl Environment {
         Self::new(&sharp, &even)
     }
 
-    /// Of an equirectangular image: rows from +y to -y, its middle looks along -z; turned about +y by `turn`
-    /// [radians]. What is no radiance (negative, not a number) is black.
+    /// The environment of an equirectangular image: rows from +y to -y, its middle looks along -z; turned
+    /// about +y by `turn` [radians]. Invalid radiance (negative, not a number) is black.
     pub fn of_image(size: UVec2, texels: &[[f32; 3]], turn: f32, intensity: f32) -> Self {
         let texel = |x: i64, y: i64| {
             let x = x.rem_euclid(i64::from(size.x)) as usize;
@@ -115,7 +115,7 @@ impl Environment {
         Self::new(&map, &map)
     }
 
-    /// `sharp` is seen and mirrored, `even` lights.
+    /// `sharp` is seen and mirrored, `even` gives the irradiance.
     fn new(sharp: &Map, even: &Map) -> Self {
         let (irradiance, mean) = even.irradiance();
         let coarser = even.coarser();
@@ -131,24 +131,24 @@ impl Environment {
         self.size
     }
 
-    /// Level after level, each with its border, row by row: linear rgb, as halves hold it.
+    /// Levels in order, each with its border, row by row: linear rgb, rounded to halves.
     pub fn texels(&self) -> &[Vec3] {
         &self.texels
     }
 
-    /// What a white surface sends back, of its normal: see [`irradiance_at`].
+    /// Irradiance as spherical harmonics, for [`irradiance_at`].
     pub fn irradiance(&self) -> &[Vec3; IRRADIANCE] {
         &self.irradiance
     }
 
-    /// Over all directions.
+    /// Mean over all directions.
     pub fn mean(&self) -> Vec3 {
         self.mean
     }
 }
 
-/// What a white surface of normal `n` sends back, per pi: spherical harmonics up to order 2 (Ramamoorthi
-/// and Hanrahan 2001), as polynomials with their constants multiplied in.
+/// Irradiance of a surface of normal `n`, divided by pi: spherical harmonics up to order 2 (Ramamoorthi and
+/// Hanrahan 2001), as polynomials with their constants multiplied in.
 pub fn irradiance_at(c: &[Vec3; IRRADIANCE], n: Vec3) -> Vec3 {
     let linear = c[0] + c[1] * n.y + c[2] * n.z + c[3] * n.x;
     let mixed = c[4] * (n.x * n.y) + c[5] * (n.y * n.z) + c[7] * (n.x * n.z);
@@ -163,7 +163,7 @@ struct Map {
     texels: Vec<Vec3>,
 }
 
-/// The unit vector of a place in -1..1 of the octahedral square.
+/// Unit vector of a point in -1..1 of the octahedral square.
 fn direction_at(e: Vec2) -> Vec3 {
     let z = 1.0 - e.x.abs() - e.y.abs();
     let folded = (Vec2::ONE - Vec2::new(e.y, e.x).abs()) * sides(e);
@@ -182,7 +182,7 @@ fn sides(v: Vec2) -> Vec2 {
 }
 
 impl Map {
-    /// Four places of each texel.
+    /// A map of radiance, the mean of four samples per texel.
     fn new(size: u32, radiance: impl Fn(Vec3) -> Vec3) -> Self {
         let texel = |i: u32| {
             let corner = Vec2::new((i % size) as f32, (i / size) as f32);
@@ -198,20 +198,20 @@ impl Map {
         direction_at(at * (2.0 / self.size as f32) - 1.0)
     }
 
-    /// Solid angle of a texel: the square's, seen from the middle of the octahedron's face and leant as far.
+    /// Solid angle of a texel: its area on the face of the octahedron, projected onto the sphere.
     fn solid_angle(&self, i: usize) -> f32 {
         let edge = 2.0 / self.size as f32;
         let sum = self.direction(i).abs().element_sum();
         edge * edge * sum * sum * sum
     }
 
-    /// As bright in all as a disc of that angle is.
+    /// Adds a disc; the sum over its texels has the disc's exact power.
     fn add_disc(&mut self, toward: Vec3, angle: f32, color: Vec3) {
         const PLACES: u32 = 8;
         let least = (0.5 * angle).cos();
         let covered = |i: usize| {
             let corner = Vec2::new((i as u32 % self.size) as f32, (i as u32 / self.size) as f32);
-            // A texel spans less than so many edges from its middle.
+            // Bound of a texel's extent around its centre, in edges.
             let reach = 0.5 * angle + 8.0 / self.size as f32;
             if self.direction(i).dot(toward) < reach.min(PI).cos() {
                 return 0.0;
@@ -245,16 +245,17 @@ impl Map {
             }
             all += angle;
         }
-        // Squares of the functions' constants, times what a cosine leaves of each order: 1, 2/3, 1/4.
+        // Squares of the basis functions' constants, times the cosine lobe's factor of each order: 1, 2/3,
+        // 1/4.
         const FOUR_PI: f32 = 4.0 * PI;
         let factors = [1.0, 2.0, 2.0, 2.0, 3.75, 3.75, 0.3125, 3.75, 0.9375].map(|f| f / FOUR_PI);
-        // What the sum of angles misses of the sphere.
+        // Corrects the sum of solid angles to that of the sphere.
         let whole = FOUR_PI / all;
         let scaled = std::array::from_fn(|k| sums[k] * (factors[k] * whole));
         (scaled, sums[0] / all)
     }
 
-    /// This, and of half the edge until one has eight texels.
+    /// This map and its halvings, down to an edge of eight texels.
     fn coarser(&self) -> Vec<Self> {
         let mut maps = vec![self.clone()];
         while let Some(last) = maps.last().filter(|map| map.size > 8) {
@@ -279,12 +280,12 @@ impl Map {
         self.texels[(at.y * self.size + at.x) as usize]
     }
 
-    /// With what is across each edge of the square around it, as halves hold it.
+    /// The map with a border of one texel that continues it across the edges, rounded to halves.
     fn bordered(&self) -> Vec<Vec3> {
         let size = i64::from(self.size);
         let row = |y: i64| {
             (-1..=size).map(move |x| {
-                // The square's edges are folded in their middles.
+                // Each edge of the square meets itself, mirrored at its middle.
                 let (x, y) = if (0..size).contains(&x) { (x, y) } else { (x, size - 1 - y) };
                 let (x, y) = if (0..size).contains(&y) { (x, y) } else { (size - 1 - x, y) };
                 (x.clamp(0, size - 1), y.clamp(0, size - 1))
@@ -296,14 +297,14 @@ impl Map {
     }
 }
 
-/// What is mirrored at a roughness, seen head-on: half vectors of GGX (Walter et al. 2007), each asking the
-/// map as coarse as it stands for (Colbert and Krivanek 2007).
+/// Reflection at a roughness, seen head-on: half vectors of GGX (Walter et al. 2007), each sampling the map
+/// whose texels match its solid angle (Colbert and Krivanek 2007).
 fn rough(maps: &[Map], roughness: f32) -> Map {
     const SAMPLES: u32 = 128;
     let alpha = roughness * roughness;
     let square = alpha * alpha;
     let finest = &maps[0];
-    // Of a ray about z: direction, weight and map.
+    // Sample rays about z: direction, weight and map.
     let rays: Vec<(Vec3, f32, usize)> = (0..SAMPLES)
         .filter_map(|i| {
             let u = (i as f32 + 0.5) / SAMPLES as f32;

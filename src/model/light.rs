@@ -2,33 +2,33 @@
 use super::{LookUp, Source};
 use glam::{DVec3, Vec3};
 
-/// Where a light is and where it shines.
+/// Kind of a light, with its position and direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// Parallel rays.
     Directional {
-        /// Of travel, of any length: world space.
+        /// Direction in which light travels: world space, any length.
         direction: Vec3,
     },
-    /// A cone.
+    /// A cone of rays from a point.
     Spot {
-        /// World space [m].
+        /// Apex of the cone, world space [m].
         position: Vec3,
-        /// Of travel along the axis, of any length: world space.
+        /// Direction of the cone's axis, away from the light: world space, any length.
         direction: Vec3,
-        /// The whole cone, above 0 and below pi [radians].
+        /// Opening angle of the whole cone, above 0 and below pi [radians].
         angle: f32,
     },
-    /// All around.
+    /// Rays from a point in all directions.
     Point {
-        /// World space [m].
+        /// Position, world space [m].
         position: Vec3,
     },
 }
 
 impl LightKind {
-    /// With a direction of length 1. One that has a length of 1 but for rounding keeps its bits; one
-    /// that has none ([`Light::check`]) points down.
+    /// The kind with a unit direction. A direction that is unit up to rounding keeps its bits; an invalid
+    /// one ([`Light::check`]) points down.
     #[must_use]
     pub fn with_unit_direction(self) -> Self {
         let unit = |direction| unit(direction).unwrap_or(Vec3::NEG_Y);
@@ -59,9 +59,9 @@ impl LightKind {
 }
 
 fn unit(direction: Vec3) -> Option<Vec3> {
-    /// What the rounding of three squares may make of 1.
+    /// Rounding error of a unit vector's squared length.
     const ROUNDING: f64 = 1e-6;
-    // The squares of any 32-bit number have room.
+    // Squares of any 32-bit float fit 64 bits.
     let long = direction.as_dvec3();
     if (long.length_squared() - 1.0).abs() <= ROUNDING {
         return Some(direction);
@@ -69,27 +69,27 @@ fn unit(direction: Vec3) -> Option<Vec3> {
     long.try_normalize().map(DVec3::as_vec3)
 }
 
-/// A light that can have no shadow.
+/// Error of a light that no shadow view fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("light {index} cannot be used: {problem}")]
 #[non_exhaustive]
 pub struct InvalidLight {
-    /// Among the lights.
+    /// Index of the light.
     pub index: usize,
-    /// What must be otherwise.
+    /// The problem.
     pub problem: &'static str,
 }
 
 /// Shadow maps of a directional light that follow the camera: fine near it, coarse far from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cascades {
-    /// 1..=6; less or more counts as these.
+    /// Number of cascades, clamped to 1..=6.
     pub count: u32,
-    /// Of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios.
+    /// Weight of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios.
     pub lambda: f32,
     /// Share of a map's half edge over which it fades into the next, 0..=0.5.
     pub fade: f32,
-    /// How far from the camera there are shadows [m]; as far as the scene reaches when `None`.
+    /// Distance from the camera up to which there are shadows [m]; the extent of the scene when `None`.
     pub range: Option<f32>,
 }
 
@@ -100,7 +100,7 @@ impl Default for Cascades {
 }
 
 impl Cascades {
-    /// Within its range.
+    /// Number of cascades, clamped to its range.
     pub fn count(&self) -> u32 {
         self.count.clamp(1, MAX_CASCADES)
     }
@@ -108,31 +108,31 @@ impl Cascades {
 
 /// Most cascades of a shadow.
 pub const MAX_CASCADES: u32 = 6;
-/// Most shadows of a light, its own included.
+/// Most shadows of a light, including its own.
 pub const MAX_SHADOWS: usize = 4;
 
 /// One shadow of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shadow {
-    /// From where the shadow is seen: standard maps for a direction or a cone, a cube map for a
+    /// Light that the shadow is rendered from: a standard map for a direction or a cone, a cube map for a
     /// point.
     pub kind: LightKind,
     /// First depth of its views [m]; chosen from the bounds when `None`.
     pub near: Option<f32>,
     /// Last depth of its views [m]; chosen from the bounds when `None`.
     pub far: Option<f32>,
-    /// Of each view's map [texels]; chosen when `None`.
+    /// Edge of each view's map [texels]; chosen when `None`.
     pub size: Option<u32>,
-    /// Of a direction; one view that fits the whole scene when `None`.
+    /// Cascades of a directional light; one view that fits the whole scene when `None`.
     pub cascades: Option<Cascades>,
 }
 
 /// A light and its shadows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
-    /// For people and file names.
+    /// Name for people and file names.
     pub name: String,
-    /// Where it is and where it shines.
+    /// Kind, position and direction.
     pub kind: LightKind,
     /// Linear rgb.
     pub color: Vec3,
@@ -144,27 +144,26 @@ pub struct Light {
     /// Last depth of the shadow views [m]; chosen from the bounds when `None`. The light of a spot or
     /// a point fades out towards it, and has no end when `None`.
     pub far: Option<f32>,
-    /// Of each view's map [texels]; by the light's importance in the picture, up to the scene's,
-    /// when `None`.
+    /// Edge of each view's map [texels]. When `None`: up to the scene's, by the light's importance in the
+    /// picture.
     pub size: Option<u32>,
     /// Whether the light has shadow views at all.
     pub casts: bool,
-    /// Of a directional light; one view that fits the whole scene when `None`.
+    /// Cascades of a directional light; one view that fits the whole scene when `None`.
     pub cascades: Option<Cascades>,
-    /// Further shadows of the same light, at most three; more are not looked at. Of all its shadows
-    /// the one that lets the least light through counts, per channel; outside its maps a further
-    /// shadow lets all through.
+    /// Further shadows of the same light, at most three; more are ignored. Per channel, the shadow that
+    /// transmits the least light counts; outside its maps a further shadow transmits everything.
     pub shadows: Vec<Shadow>,
-    /// Whether the air scatters its light, where the scene has any.
+    /// Whether the air scatters its light, if the scene has air.
     pub shafts: bool,
-    /// The surface that its rays leave: they give shadows penumbrae. One place when `None`.
+    /// Emitting surface of an area light, which gives penumbrae. A point when `None`.
     pub source: Option<Source>,
-    /// How its maps are read.
+    /// How receivers read its maps.
     pub look_up: LookUp,
 }
 
 impl Default for Light {
-    /// White, straight down.
+    /// A white directional light, straight down.
     fn default() -> Self {
         Self {
             name: "light".to_owned(),
@@ -196,29 +195,29 @@ impl Shadow {
 }
 
 impl Light {
-    /// Parallel light that travels along `direction` (world space, of any length).
+    /// A directional light that travels along `direction` (world space, any length).
     pub fn directional(direction: impl Into<[f32; 3]>) -> Self {
         let direction = Vec3::from(direction.into());
         Self { kind: LightKind::Directional { direction }, ..Self::default() }
     }
 
-    /// A cone around `direction` (world space, of any length); `angle` is the whole cone [radians].
+    /// A spot light around `direction` (world space, any length); `angle` is the whole cone [radians].
     pub fn spot(position: impl Into<[f32; 3]>, direction: impl Into<[f32; 3]>, angle: f32) -> Self {
         let (position, direction) = (position.into().into(), direction.into().into());
         Self { kind: LightKind::Spot { position, direction, angle }, ..Self::default() }
     }
 
-    /// Light in all directions.
+    /// A point light.
     pub fn point(position: impl Into<[f32; 3]>) -> Self {
         let position = Vec3::from(position.into());
         Self { kind: LightKind::Point { position }, ..Self::default() }
     }
 
-    /// Whether it and its further shadows have a place and a direction, and its source a size. `index`:
-    /// among the lights.
+    /// Checks the position, direction and source of the light and its further shadows. `index`: the
+    /// light's.
     ///
     /// # Errors
-    /// Where a number is not finite, a direction is zero, a cone has no angle or a size is negative.
+    /// If a number is not finite, a direction is zero, a cone has no angle or a size is negative.
     pub fn check(&self, index: usize) -> Result<(), InvalidLight> {
         let kinds = std::iter::once(&self.kind).chain(self.shadows.iter().map(|own| &own.kind));
         let of_source = self.source.iter().filter_map(|source| source.problem(&self.kind));
@@ -227,12 +226,12 @@ impl Light {
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }
 
-    /// The source that softens its shadows: of what casts some, and has a size.
+    /// The source that softens its shadows; `None` without shadows or without a size.
     pub fn area(&self) -> Option<Source> {
         self.source.filter(|source| self.casts && !source.is_point())
     }
 
-    /// How far the light reaches [m]; `None` for no end.
+    /// Distance at which the light ends [m]; `None` for no end.
     pub fn range(&self) -> Option<f32> {
         match self.kind {
             LightKind::Directional { .. } => None,
@@ -240,7 +239,7 @@ impl Light {
         }
     }
 
-    /// Its own shadow, then the further ones; none of a light that casts none.
+    /// Its own shadow, then the further ones; none if the light casts no shadows.
     pub fn all_shadows(&self) -> impl Iterator<Item = Shadow> + '_ {
         let Self { kind, near, far, size, cascades, .. } = *self;
         let own = Shadow { kind, near, far, size, cascades };
@@ -253,7 +252,7 @@ impl Light {
         self.all_shadows().map(|shadow| shadow.view_count()).sum()
     }
 
-    /// From where on its irradiance is less than 0.01 [m]; everywhere for a directional light.
+    /// Distance from which its irradiance is below 0.01 [m]; infinite for a directional light.
     pub fn reach(&self) -> f32 {
         match self.kind {
             LightKind::Directional { .. } => f32::INFINITY,

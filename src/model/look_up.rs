@@ -1,36 +1,36 @@
-//! How receivers read the maps of a light.
+//! Shadow look-up of a light: filter and biases.
 
-/// The texels around a receiver that are asked, each for itself, and how much each counts: what is opaque
-/// and what tints alike.
+/// Shadow filter: which texels around a receiver are compared, each on its own, and their weights. The same
+/// for opaque and translucent casters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ShadowFilter {
-    /// The texel that the receiver is in.
+    /// The receiver's own texel.
     None,
-    /// 2 x 2, as hardware blends them.
+    /// 2 x 2 texels, weighted as in hardware PCF.
     Bilinear,
-    /// 3 x 3, by a quadratic B-spline: it has no stairs.
+    /// 3 x 3 texels, weighted by a quadratic B-spline: no visible texel steps.
     #[default]
     Spline,
     /// A box of `taps` x `taps` bilinear taps, which are `taps + 1` texels a side.
     Pcf {
-        /// 2..=[`ShadowFilter::MAX_PCF`].
+        /// Bilinear taps per side, 2..=[`ShadowFilter::MAX_PCF`].
         taps: u32,
     },
-    /// Texels evenly over a disc (Vogel 1979), turned for each pixel of a picture.
+    /// A Vogel disc of texels (Vogel 1979), rotated per pixel of a picture.
     Vogel {
-        /// 1..=[`ShadowFilter::MAX_VOGEL`].
+        /// Number of texels, 1..=[`ShadowFilter::MAX_VOGEL`].
         taps: u32,
-        /// Of the disc [texels], in 1/256: 0..=[`ShadowFilter::MAX_RADIUS`].
+        /// Radius of the disc [texels], kept in 1/256: 0..=[`ShadowFilter::MAX_RADIUS`].
         radius: f32,
     },
 }
 
 impl ShadowFilter {
-    /// Most bilinear taps a side.
+    /// Most bilinear taps per side.
     pub const MAX_PCF: u32 = 11;
     /// Most texels of a disc.
     pub const MAX_VOGEL: u32 = 64;
-    /// Of a disc [texels].
+    /// Largest radius of a disc [texels].
     pub const MAX_RADIUS: f32 = 32.0;
 
     pub(super) fn problem(&self) -> Option<&'static str> {
@@ -45,16 +45,16 @@ impl ShadowFilter {
     }
 }
 
-/// How receivers read a light's maps, where that is not as [`ShadowSettings`](super::ShadowSettings) say.
+/// Shadow look-up of one light: what differs from [`ShadowSettings`](super::ShadowSettings).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LookUp {
-    /// As [`super::ShadowSettings::filter`].
+    /// Replaces [`super::ShadowSettings::filter`].
     pub filter: Option<ShadowFilter>,
-    /// As [`super::ShadowSettings::bias`] [m].
+    /// Replaces [`super::ShadowSettings::bias`] [m].
     pub bias: Option<f32>,
-    /// As [`super::ShadowSettings::slope_bias`] [texels].
+    /// Replaces [`super::ShadowSettings::slope_bias`] [texels].
     pub slope_bias: Option<f32>,
-    /// As [`super::ShadowSettings::normal_bias`] [texels].
+    /// Replaces [`super::ShadowSettings::normal_bias`] [texels].
     pub normal_bias: Option<f32>,
 }
 

@@ -1,19 +1,19 @@
-//! Shadow masks: per pixel of the picture, the light that each light still sends there.
+//! Shadow masks: per pixel of the picture, the share of each light that arrives there.
 
 /// The `[mask]` table of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaskSettings {
     /// Whether masks have half the picture's width and height.
     pub half: bool,
-    /// Pixels of a mask that its blur asks along each axis: odd, 3..=15; 1 for none.
+    /// Taps of the mask's blur along each axis: odd, 3..=15; 1 for no blur.
     pub taps: u32,
-    /// Distance from the eye up to which the blur is as wide as its taps; farther away it narrows with the
-    /// distance [m]. 0: as wide everywhere.
+    /// Distance from the eye up to which the blur has its full width; beyond, it narrows with distance [m].
+    /// 0: full width everywhere.
     pub depth_scale: f32,
-    /// How far off a pixel's plane another surface counts no more: one over a share of the distance from
-    /// the eye.
+    /// Edge-stopping strength of the blur: the reciprocal of the distance off a pixel's plane at which
+    /// another surface counts no more, as a share of the distance from the eye.
     pub sensitivity: f32,
-    /// Masks of a picture, at most; lights beyond are shaded without one, and counted.
+    /// Most masks of a picture; further lights are shaded without one, and counted.
     pub limit: u32,
 }
 

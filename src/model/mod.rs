@@ -1,4 +1,4 @@
-//! What a host describes: casters, lights, cameras and settings. Nothing here knows a GPU.
+//! Inputs of a host: casters, lights, cameras and settings. Nothing here depends on a GPU.
 mod area;
 mod bounds;
 mod camera;
@@ -39,8 +39,8 @@ pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
-    Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Receiver,
-    ShadowSettings,
+    Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,
+    MAX_PAIRS, MIN_MAP_SIZE, Receiver, ShadowSettings,
 };
 pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

@@ -1,18 +1,17 @@
-//! Scenes far from the origin: kept relative to a place of their own, so that positions have their digits
-//! where the scene is.
+//! Re-centring of scenes far from the origin, so that positions keep their precision.
 use super::{Bounds, LightKind, Scene};
 use glam::Vec3;
 
-/// Share of a particle's radius, or of the scene's, that a shadow may be off by: 1/256 of the radius
-/// is 0.6% of a soft disc's opacity.
+/// Largest unnoticed error of a shadow, as a share of a particle's radius or of the scene's: 1/256 of the
+/// radius is 0.6% of a soft disc's opacity.
 const SEEN: f32 = 1.0 / 256.0;
-/// Sizes of the scene: an axis along which it lies farther off is moved.
+/// Distance from the origin, in sizes of the scene, from which an axis is re-centred.
 const FAR: f32 = 8.0;
 
 impl Scene {
-    /// Moves the scene near the origin where its place costs digits that count, and keeps in
-    /// [`Self::origin`] how far. Exact: by a multiple of a power of two as large as the scene. What has
-    /// its digits stays as it is.
+    /// Moves the scene near the origin if its distance costs visible precision, and stores the offset in
+    /// [`Self::origin`]. Exact: the offset is a multiple of a power of two as large as the scene. Axes with
+    /// enough precision stay.
     pub fn recentre(&mut self) {
         let bounds = self.bounds();
         let Some((rounding, size)) = self.rounding(&bounds) else { return };
@@ -47,7 +46,7 @@ impl Scene {
         self.origin += by;
     }
 
-    /// Rounding of positions, and the size that it is held against [m]; `None` of an empty scene.
+    /// Rounding of positions, and the size that it is compared with [m]; `None` for an empty scene.
     fn rounding(&self, bounds: &Bounds) -> Option<(f32, f32)> {
         if bounds.is_empty() {
             return None;
@@ -55,13 +54,13 @@ impl Scene {
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let mut radii: Vec<f32> = self.particles.iter().map(|particle| particle.radius).collect();
         radii.sort_unstable_by(f32::total_cmp);
-        // A scene of triangles is held against a map's texel.
+        // Without particles, the edge of a map's texel is the size.
         let size = radii.get(radii.len() / 2).copied();
         let size = size.unwrap_or_else(|| bounds.radius() / self.shadow.size as f32);
         Some((farthest * f32::EPSILON, size))
     }
 
-    /// What a scene loses by its size or its place, in words; `None` where nothing is seen of it.
+    /// Warning about precision lost by the scene's size or position; `None` if the error is invisible.
     /// Positions have 24 bits: 10 km from [`Self::origin`] they are rounded to a millimetre, which moves
     /// the shadows of small particles.
     pub fn rounding_warning(&self) -> Option<String> {

@@ -1,12 +1,12 @@
-//! Points that ask for light.
+//! Receivers as points.
 use glam::Vec3;
 
-/// A point that asks how much of each light reaches it.
+/// A receiver: a point at which the light that arrives is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReceiverPoint {
-    /// World space [m].
+    /// Position, world space [m].
     pub position: Vec3,
-    /// Normal of the surface that it is on: unit, world space. It lifts the point off that surface's own
-    /// shadow, to the light's side. Zero of what is no surface.
+    /// Normal of its surface, unit, world space. It offsets the point towards the light, off the surface's
+    /// own shadow. Zero if it is on no surface.
     pub normal: Vec3,
 }

@@ -1,4 +1,4 @@
-//! Everything a frame is made from.
+//! The scene: everything a frame is made from.
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, MaskSettings,
     Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
@@ -6,74 +6,72 @@ use super::{
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
 
-/// Most places in a pixel that a picture is the mean of.
+/// Most samples per pixel of a picture.
 pub const MAX_SAMPLES: u32 = 16;
 
-/// Everything a frame is made from, in world space (less [`Self::origin`]). Every number in it is finite and in range:
-/// what was not is in `skipped`.
+/// Everything a frame is made from, in world space (less [`Self::origin`]). Every number is finite and in
+/// range: invalid inputs are counted in `skipped`.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Where in the world the scene's own (0, 0, 0) is [m]: scenes far away are moved near it.
+    /// World position of the scene's (0, 0, 0) [m]: distant scenes are re-centred.
     pub origin: Vec3,
-    /// Of the picture.
+    /// Camera of the picture.
     pub camera: Camera,
-    /// Of the picture [stops]: light is shown 2 to this power as bright.
+    /// Exposure of the picture [stops]: light is shown 2 to this power as bright.
     pub exposure: f32,
-    /// Places in a pixel that the picture is the mean of: 1 to [`MAX_SAMPLES`], less or more count as
-    /// these.
+    /// Samples per pixel of the picture, clamped to 1..=[`MAX_SAMPLES`].
     pub samples: u32,
-    /// Of all its lights.
+    /// Shadow settings, shared by all lights.
     pub shadow: ShadowSettings,
-    /// Of the picture.
+    /// Light clusters (froxels) of the picture.
     pub clusters: ClusterSettings,
-    /// Masks through which what is solid is lit; none where every point asks the maps.
+    /// Shadow masks that light opaque surfaces; without them every point reads the maps.
     pub mask: Option<MaskSettings>,
-    /// At most 4,096.
+    /// Lights, at most 4,096.
     pub lights: Vec<Light>,
-    /// At most 512, named by casters.
+    /// Materials, at most 512, indexed by casters.
     pub materials: Vec<Material>,
-    /// Named by materials.
+    /// Textures, indexed by materials.
     pub textures: Vec<Texture>,
     /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
-    /// Of meshes and shapes.
+    /// Triangles of meshes and shapes, world space.
     pub triangles: Vec<Triangle>,
-    /// Light that comes from everywhere, where there is no environment: linear rgb.
+    /// Ambient radiance if there is no environment: linear rgb.
     pub ambient: Vec3,
-    /// What the camera sees where there is nothing, and mirrors show, where there is no environment:
-    /// linear rgb.
+    /// Background radiance that the camera sees and mirrors show if there is no environment: linear rgb.
     pub background: Vec3,
-    /// What lights, is mirrored and is seen all around.
+    /// Environment that lights the scene, is mirrored and is seen.
     pub environment: Option<Arc<Environment>>,
-    /// What scatters light on its way to the eye; `None` where it is clear.
+    /// Scattering air; `None` for clear air.
     pub air: Option<Air>,
-    /// What follows the time: textures that flow, bodies that swell.
+    /// Animated parts: flowing textures, deforming bodies.
     pub motions: Vec<Arc<dyn Motion>>,
     /// Inputs left out, by reason.
     pub skipped: Skipped,
-    /// What its files hold and nobody reads, a sentence each.
+    /// Contents of its files that are ignored, a sentence each.
     pub notes: Vec<String>,
 }
 
-/// A part of a scene that follows the time.
+/// An animated part of a scene.
 pub trait Motion: std::fmt::Debug + Send + Sync {
-    /// Makes the part what it is at `seconds` from the start.
+    /// Sets the part to its state at `seconds` from the start.
     fn apply(&self, scene: &mut Scene, seconds: f64);
 
-    /// Whether particles change their places, or come and go.
+    /// Whether particles move, or come and go.
     fn moves_particles(&self) -> bool {
         false
     }
 
-    /// The same, of a scene that is moved [m]; `None` for what has no place.
+    /// The motion in a scene that is translated [m]; `None` if nothing in it has a position.
     fn moved(&self, _by: Vec3) -> Option<Arc<dyn Motion>> {
         None
     }
 }
 
 impl Scene {
-    /// Places in a pixel, from its middle [pixels]: evenly (Roberts 2018, the R2 sequence), with their
-    /// mean in the middle.
+    /// Sample offsets from the pixel's centre [pixels]: the R2 sequence (Roberts 2018), with its mean at
+    /// the centre.
     pub fn sample_offsets(&self) -> impl Iterator<Item = Vec2> {
         const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
         let count = self.samples.clamp(1, MAX_SAMPLES);
@@ -82,24 +80,23 @@ impl Scene {
         (0..count).map(move |i| (place(i) - mean).as_vec2())
     }
 
-    /// Light that comes from everywhere, the mean over all directions: linear rgb.
+    /// Ambient radiance, the mean over all directions: linear rgb.
     pub fn mean_ambient(&self) -> Vec3 {
         self.environment.as_ref().map_or(self.ambient, |environment| environment.mean())
     }
 
-    /// What a white surface sends back of the light from everywhere, for
-    /// [`irradiance_at`](super::irradiance_at).
+    /// Irradiance of the environment as spherical harmonics, for [`irradiance_at`](super::irradiance_at).
     pub fn irradiance(&self) -> [Vec3; IRRADIANCE] {
         if let Some(environment) = &self.environment {
             return *environment.irradiance();
         }
-        // A little brighter from above.
+        // Slightly brighter from above.
         let mut of_two_colours = [Vec3::ZERO; IRRADIANCE];
         (of_two_colours[0], of_two_colours[1]) = (self.ambient * 0.85, self.ambient * 0.15);
         of_two_colours
     }
 
-    /// Of all casters and receivers.
+    /// Bounds of all casters and receivers.
     pub fn bounds(&self) -> Bounds {
         let particles =
             self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
@@ -109,18 +106,18 @@ impl Scene {
             .fold(particles, |b, p| b.with_sphere(p, 0.0))
     }
 
-    /// What casts and what is seen, as [`crate::shadows::Shadows::prepare`] takes it.
+    /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
     pub fn casters(&self) -> Casters<'_> {
         let Self { particles, triangles, materials, textures, .. } = self;
-        // What a frame looks like must not depend on who was whose neighbour in the one before.
+        // A frame must not depend on how particles were grouped in the one before.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
         Casters { particles, triangles, materials, textures, in_order }
     }
 
-    /// Frames of a second of [`Self::set_time`], where frames are numbered.
+    /// Frames per second where frames are numbered.
     pub const FRAME_RATE: f64 = 24.0;
 
-    /// Makes the textures and triangles that follow the time what they are then [s].
+    /// Sets the animated parts to their state at a time [s].
     pub fn set_time(&mut self, seconds: f64) {
         let motions = std::mem::take(&mut self.motions);
         for motion in &motions {
@@ -131,7 +128,7 @@ impl Scene {
 }
 
 impl Default for Scene {
-    /// No casters and no lights, under an overcast sky.
+    /// An empty scene without lights, under an overcast sky.
     fn default() -> Self {
         Self {
             origin: Vec3::ZERO,

@@ -1,4 +1,4 @@
-//! What a user may choose about shadows.
+//! Shadow settings of a user.
 use super::ShadowFilter;
 
 /// How a receiver reads a shadow map.
@@ -6,10 +6,10 @@ use super::ShadowFilter;
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
 pub enum Receiver {
-    /// The whole filter behind the nearest translucent depth, nothing before it.
+    /// The whole filter map behind the nearest translucent depth, none in front of it.
     #[default]
     Nearest,
-    /// The product over the casters in front of the receiver only.
+    /// The transmittance curve: the product over the casters in front of the receiver only.
     Curve,
 }
 
@@ -18,33 +18,37 @@ pub enum Receiver {
 pub struct ShadowSettings {
     /// Edge of a view's map [texels], 16..=4096.
     pub size: u32,
-    /// How the maps are read.
+    /// How receivers read the maps.
     pub receiver: Receiver,
     /// Nodes of a transmittance curve (K).
     pub nodes: u32,
-    /// Which texels a receiver asks; of lights that do not say for themselves.
+    /// Shadow filter of lights without their own.
     pub filter: ShadowFilter,
-    /// How far behind a stored depth a receiver must be to count as behind it [m]; of lights that do not
-    /// say for themselves.
+    /// Distance behind a stored depth from which a receiver is shadowed [m]; for lights without their own.
     pub bias: f32,
-    /// What the slope of a lit surface adds to that: the depth that it falls by over so many texels
-    /// [texels]; of lights that do not say for themselves.
+    /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels [texels]; for
+    /// lights without their own.
     pub slope_bias: f32,
-    /// How far a lit surface's point is moved along its normal before the look-up, beyond what the reach of
-    /// a wider filter than the default's asks for [texels]; of lights that do not say for themselves.
+    /// Normal offset of a lit point before the look-up, in addition to what a filter wider than the default
+    /// needs [texels]; for lights without their own.
     pub normal_bias: f32,
-    /// Pairs that one batch of views may hold; casters past it take the scatter path.
+    /// Pair capacity of one batch of views; casters past it take the scatter path.
     pub pair_budget: u32,
-    /// Texels that the maps of all views may take together; maps are halved until they fit.
+    /// Texel capacity of the maps of all views together; maps are halved until they fit.
     pub texel_budget: u64,
-    /// Whether dithered surfaces become a grey filter, blurred over a window of their pattern.
+    /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern.
     pub soften: bool,
-    /// Whether dithered casters block each channel by a threshold of its own.
+    /// Whether dithered casters use a threshold of their own per channel.
     pub colored: bool,
+    /// Radius of the window over which filter maps and curves are blurred by a Gaussian,
+    /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window [texels].
+    pub blur: u32,
+    /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`].
+    pub mips: u32,
 }
 
 impl ShadowSettings {
-    /// K of the curves that receivers read; 0 where they read none.
+    /// Nodes (K) of the curves that receivers read; 0 if they read none.
     pub fn curve_nodes(&self) -> u32 {
         if self.receiver == Receiver::Curve { self.nodes } else { 0 }
     }
@@ -64,23 +68,25 @@ impl Default for ShadowSettings {
             texel_budget: 1 << 27,
             soften: false,
             colored: false,
+            blur: 0,
+            mips: 0,
         }
     }
 }
 
-/// The `[air]` table of a scene: what scatters light on its way to the eye, once, everywhere alike.
+/// The `[air]` table of a scene: homogeneous air that scatters light once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
-    /// The share of the light that a short way scatters: linear rgb, 0 or more [1/m].
+    /// Scattering coefficient: linear rgb, 0 or more [1/m].
     pub scattering: glam::Vec3,
-    /// The share that a short way takes from what is behind it: linear rgb, 0 or more [1/m]. Of air in
-    /// nature at least what it scatters; with less, shafts are seen without a veil.
+    /// Extinction coefficient: linear rgb, 0 or more [1/m]. Real air has at least its scattering
+    /// coefficient; with less, shafts are seen without a veil.
     pub extinction: glam::Vec3,
-    /// How much of the light from everywhere is scattered beside that of the lights, 0..=1.
+    /// Share of the ambient light that is scattered too, 0..=1.
     pub ambient: f32,
-    /// `g` of Henyey and Greenstein 1941: 0 alike in all directions, towards 1 forwards.
+    /// Anisotropy `g` (Henyey and Greenstein 1941): 0 isotropic, towards 1 forward.
     pub anisotropy: f32,
-    /// Slices of the way from the eye to the scene's end, 1..=[`MAX_AIR_STEPS`].
+    /// Slices from the eye to the scene's end, 1..=[`MAX_AIR_STEPS`].
     pub steps: u32,
 }
 
@@ -91,20 +97,20 @@ impl Default for Air {
     }
 }
 
-/// Slices of the air: layers of a texture that every device has.
+/// Most slices of the air: layers of a texture that every device has.
 pub const MAX_AIR_STEPS: u32 = 256;
 
-/// The `[clusters]` table of a scene: how the camera's frustum is cut for its lights.
+/// The `[clusters]` table of a scene: the froxels of the camera's lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterSettings {
     /// Edge of a cluster on the screen [pixels], 16..=256.
     pub tile: u32,
     /// Slices in depth, 1..=64.
     pub slices: u32,
-    /// Where the first slice ends [m]; a hundredth of the camera's far plane when `None`.
+    /// End of the first slice [m]; a hundredth of the camera's far plane when `None`.
     pub near: Option<f32>,
-    /// Lights that the lists of all clusters together may hold; clusters past it are shaded with
-    /// all lights. With 0, all are.
+    /// Capacity of the light lists of all clusters together; clusters past it are shaded with all lights.
+    /// 0: all clusters are.
     pub budget: u32,
 }
 
@@ -121,10 +127,17 @@ impl Default for ClusterSettings {
     }
 }
 
-/// Largest edge of a map: a tile's coordinate must fit 8 bits [texels].
+/// Largest edge of a map: a tile's coordinates must fit 8 bits [texels].
 pub const MAX_MAP_SIZE: u32 = 4096;
 /// Smallest edge of a map: one tile [texels].
 pub const MIN_MAP_SIZE: u32 = 16;
 
-/// Most pairs that one batch may hold: those that a sort's textures have room for.
+/// Largest pair capacity of one batch: the size of a sort's textures.
 pub const MAX_PAIRS: u32 = 1 << 26;
+
+/// Widest blur of maps [texels].
+pub const MAX_BLUR: u32 = 16;
+/// Standard deviations from the middle of a blur's window to its end.
+pub const BLUR_DEVIATIONS: f32 = 2.0;
+/// Most smaller levels of a filter map: in the last, a tile is one texel.
+pub const MAX_MIPS: u32 = 4;

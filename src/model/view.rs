@@ -1,10 +1,10 @@
-//! Shadow cameras, and the picture's camera, which is one more.
+//! Views: shadow cameras, and the picture's camera.
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
 /// Edge of a tile [texels]. WGSL: `wgsl/records/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
 
-/// How rays leave a view.
+/// Projection of a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
     /// Parallel rays along the view axis.
@@ -13,29 +13,29 @@ pub enum Projection {
     Perspective,
 }
 
-/// What a view is among those of its shadow.
+/// Role of a view among those of its shadow.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Part {
-    /// All of it: a cone, or a window on the whole scene.
+    /// The only view of its shadow: a cone, or a window on the whole scene.
     #[default]
     Whole,
     /// One of the six faces of a cube: +x, -x, +y, -y, +z, -z.
     Face(u32),
-    /// One of several windows, of which the first that holds a point is read: a cascade, or a
-    /// further shadow. It fades into the next over `fade` [share of its half edge]; beyond the
-    /// last there is no shadow.
+    /// One of several windows, of which the first that contains a point is read: a cascade, or a further
+    /// shadow. It fades into the next over `fade` [share of its half edge]; beyond the last there is no
+    /// shadow.
     Window {
-        /// Number in its shadow.
+        /// Index among the windows of its shadow.
         index: u32,
-        /// Windows of its shadow.
+        /// Number of windows of its shadow.
         count: u32,
-        /// Share of its half edge.
+        /// Width of the fade, a share of the window's half edge.
         fade: f32,
     },
 }
 
 impl Part {
-    /// Number in its shadow, and how many there are.
+    /// Index among the views of its shadow, and their number.
     pub fn place(self) -> (u32, u32) {
         match self {
             Self::Whole => (0, 1),
@@ -51,11 +51,11 @@ impl Part {
 pub struct View {
     /// Index into [`crate::model::Scene::lights`]; `None` for the picture's camera.
     pub light: Option<usize>,
-    /// Unique among the views of a light.
+    /// Name, unique among the views of a light.
     pub name: &'static str,
-    /// What it is among the views of its shadow.
+    /// Role among the views of its shadow.
     pub part: Part,
-    /// How its rays leave it.
+    /// Projection of its rays.
     pub projection: Projection,
     /// Size of the map [texels].
     pub size: UVec2,
@@ -82,7 +82,7 @@ impl View {
         tiles_of(self.size)
     }
 
-    /// Where the light is; for an orthographic view the middle of its near plane.
+    /// Position of the light; for an orthographic view the centre of its near plane.
     pub fn position(&self) -> Vec3 {
         let world_from_view = self.view_from_world.inverse();
         match self.projection {

@@ -1,18 +1,18 @@
-//! Closed meshes that absorb along the way through them (glTF `KHR_materials_volume`).
+//! Absorbing closed meshes (glTF `KHR_materials_volume`).
 //!
-//! The way through all volumes of one material is the sum of the depths of the faces that look away
-//! from the light minus those that look towards it, each at most the opaque depth: sums commute,
-//! the air between two volumes does not count, and no pair of faces has to be found.
+//! The thickness of all volumes of one material along a ray is the sum of the depths of the faces that look
+//! away from the light minus those that look towards it, each at most the opaque depth: sums commute, the
+//! air between two volumes does not count, and no pair of faces has to be found.
 use crate::model::{Material, Triangle};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// The largest optical depth of the way through one material's volumes: sums in fixed point hold
-/// twice that without wrapping. Anything thicker than a 2,000th of the bounds is black then.
+/// Largest optical depth through one material's volumes: fixed-point sums hold twice that without wrapping.
+/// Anything thicker than a 2,000th of the bounds is black then.
 const MAX_TAU: f32 = 16384.0;
 
-/// Absorption of each material's volumes, per channel [1/m]; zero for what has none. Bounded so
-/// that a way through all that is made of it fits the sums.
+/// Absorption coefficient of each material's volumes, per channel [1/m]; zero if it is no volume. Bounded
+/// so that the thickness of everything made of it fits the sums.
 pub fn absorptions(materials: &[Material], triangles: &[Triangle]) -> Vec<Vec3> {
     let mut bounds = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); materials.len()];
     let is_volume: Vec<bool> = materials.iter().map(Material::is_volume).collect();
@@ -32,9 +32,9 @@ pub fn absorptions(materials: &[Material], triangles: &[Triangle]) -> Vec<Vec3> 
     materials.iter().zip(bounds).map(absorption).collect()
 }
 
-/// Whether every edge is crossed as often one way as the other.
+/// Whether every edge is used as often in one direction as in the other.
 pub fn is_closed(triangles: &[Triangle]) -> bool {
-    // -0 and 0 are one place.
+    // -0 and 0 are one position.
     let key = |p: Vec3| (p + 0.0).to_array().map(f32::to_bits);
     let mut edges = HashMap::new();
     for triangle in triangles {

@@ -1,4 +1,4 @@
-//! The air of a picture, bound and ready to be recorded after the maps it is lit through.
+//! Air of a picture, bound and ready to be recorded after the maps that light it.
 use crate::{
     error::Error,
     gpu::{Allocator, Resources, Timeline},
@@ -13,14 +13,14 @@ use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 pub(super) struct PreparedAir {
     scatter: BindGroup,
     sum: BindGroup,
-    /// Workgroups for columns, and for slices.
+    /// Workgroup grid for columns, and for slices.
     groups: [u32; 3],
     features: Features,
 }
 
 impl PreparedAir {
-    /// The volume, and what fills it where the scene has any air. `resources`: views, parameters,
-    /// lights and maps.
+    /// The volume, and the passes that fill it if the scene has air. `resources`: views, parameters, lights
+    /// and maps.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,

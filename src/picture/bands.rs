@@ -1,23 +1,23 @@
-//! How a picture is cut: parts of the tiles that are binned at a time, and bands of these that are
-//! shaded at a time, so that what a pixel leaves on the way takes the same memory in any picture.
+//! Partition of a picture: parts, whose tiles are binned at a time, and bands, whose pixels are shaded at a
+//! time, so that a pixel's intermediate data takes the same memory in any picture.
 use crate::{
     model::TILE_SIZE,
     stage::shade::{BAND_TILES, Band},
 };
 use glam::UVec2;
 
-/// Most tiles of a picture that is one band where it has masks, so that what it sees is kept for its
-/// shading: 1920 x 1080 pixels.
+/// Most tiles of a picture with masks that is one band, so that visible surfaces are kept for shading: 1920
+/// x 1080 pixels.
 const WHOLE_TILES: u32 = 8192;
 
-/// Tiles of a band, of a picture of `tiles`, which is in one part and one round where `at_once`.
+/// Tiles of a band for a picture of `tiles`; `at_once`: the picture has one part and one round.
 pub(super) fn band_tiles(tiles: UVec2, has_masks: bool, at_once: bool) -> u32 {
     let count = tiles.element_product();
     let is_whole = has_masks && at_once && count <= WHOLE_TILES;
     if is_whole { count.max(BAND_TILES) } else { BAND_TILES }
 }
 
-/// Pixels of some tiles.
+/// Number of pixels in tiles.
 pub(super) fn pixels_of(tiles: u32) -> u32 {
     tiles * TILE_SIZE * TILE_SIZE
 }
@@ -30,18 +30,18 @@ pub(super) struct TileRect {
 }
 
 impl TileRect {
-    /// `tiles`: that a band has room for.
+    /// `tiles`: capacity of a band.
     pub(super) fn band(&self, round: u32, tiles: u32) -> Band {
         let Self { origin, size } = *self;
         Band { origin, size, round, pixel_count: pixels_of(tiles) }
     }
 
-    /// One workgroup a tile.
+    /// Workgroup grid, one workgroup per tile.
     pub(super) fn groups(&self) -> [u32; 3] {
         [self.size.x, self.size.y, 1]
     }
 
-    /// Rectangles of at most `size` tiles each.
+    /// Cuts it into rectangles of at most `size` tiles each.
     fn cut(&self, size: UVec2) -> Vec<Self> {
         let count = UVec2::new(self.size.x.div_ceil(size.x), self.size.y.div_ceil(size.y));
         let rect = |i: u32| {
@@ -51,14 +51,15 @@ impl TileRect {
         (0..count.element_product()).map(rect).collect()
     }
 
-    /// At least `count` parts: of whole rows, or of one row each, as long as there are tiles.
+    /// Cuts it into at least `count` parts: whole rows, or pieces of one row each, as long as there are
+    /// tiles.
     pub(super) fn parts(&self, count: u32) -> Vec<Self> {
         let rows = self.size.y / count.max(1);
         let width = self.size.x / count.div_ceil(self.size.y.max(1)).max(1);
         self.cut(UVec2::new(width.max(1), rows.max(1)))
     }
 
-    /// As few bands of at most `tiles` as there may be.
+    /// Cuts it into as few bands as possible of at most `tiles` tiles.
     pub(super) fn bands(&self, tiles: u32) -> Vec<Self> {
         let width = self.size.x.clamp(1, tiles);
         self.cut(UVec2::new(width, (tiles / width).max(1)))

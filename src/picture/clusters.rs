@@ -1,4 +1,4 @@
-//! The picture's lights on the GPU, and which of them reach each cluster of its camera.
+//! Lights of a picture on the GPU, and the light lists of its camera's clusters.
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Resources, Timeline, write_records},
@@ -16,7 +16,7 @@ use wgpu::{
     TextureUsages,
 };
 
-/// The lights of a picture, and the lists of its clusters.
+/// Lights of a picture, and the light lists of its clusters.
 #[derive(Debug)]
 pub(super) struct Clusters {
     pub grid: Grid,
@@ -100,7 +100,7 @@ impl Clusters {
         kernels.cluster_emit.record(&mut pass, &self.emit, groups);
     }
 
-    /// Blocks.
+    /// Reads the counters. Blocks.
     pub(super) fn read_counters(&self, gpu: &Gpu) -> Result<ClusterCounters, Error> {
         Ok(gpu.try_read::<ClusterCounters>(&self.counters)?[0])
     }

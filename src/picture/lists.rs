@@ -1,4 +1,4 @@
-//! What the camera sees of some classes: a list with memory of its own.
+//! Camera list: visible casters of some classes, with memory of its own.
 use super::bands::TileRect;
 use crate::{
     error::Error,
@@ -27,7 +27,7 @@ pub(super) struct CameraList {
     pub features: Features,
     /// Footprint of the first triangle.
     pub first_setup: u32,
-    /// Bindings of each part, where the list is binned in parts.
+    /// Bindings of each part, if the list is binned in parts.
     clips: Vec<BindGroup>,
 }
 
@@ -87,7 +87,7 @@ impl CameraList {
         Ok(Self { list, scratch, features, first_setup, clips })
     }
 
-    /// Footprints, front to back.
+    /// Records the footprints, front to back.
     pub(super) fn record_footprints(
         &self,
         kernels: &Kernels,
@@ -98,7 +98,7 @@ impl CameraList {
         self.list.record_sort(kernels, encoder, timeline);
     }
 
-    /// The pairs of a part of the tiles.
+    /// Records the pairs of a part of the tiles.
     pub(super) fn record_pairs(
         &self,
         part: usize,

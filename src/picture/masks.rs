@@ -1,4 +1,4 @@
-//! The masks of a picture, bound and ready to be recorded once all that is solid has been seen.
+//! Shadow masks of a picture, bound and ready to be recorded after the visible opaque surfaces.
 use crate::{
     error::Error,
     gpu::{Allocator, Kernel, Resources, Timeline, write_records},
@@ -14,21 +14,21 @@ use wgpu::{
     TextureUsages,
 };
 
-/// What masks read and write.
+/// Textures of masks.
 #[derive(Debug)]
 pub(super) struct MaskMemory {
     pub slots: MaskSlots,
     settings: MaskSettings,
-    /// Of the picture [pixels].
+    /// Size of the picture [pixels].
     size: UVec2,
-    /// What is seen, of the picture's size.
+    /// Visible surfaces, at the picture's size.
     surfaces: Texture,
-    /// Where masks have half of it.
+    /// Visible surfaces at half size, if masks have half size.
     half_surfaces: Option<Texture>,
     slot_table: Texture,
-    /// As they are looked up and blurred, in turns.
+    /// Masks after the look-up and during the blur, in turns.
     made: [Texture; 2],
-    /// Of the picture's size, where those are not.
+    /// Masks at the picture's size, if the others are at half of it.
     enlarged: Option<Texture>,
 }
 
@@ -68,13 +68,13 @@ impl MaskMemory {
         })
     }
 
-    /// Four channels a layer, of the picture's size.
+    /// The finished masks, four channels a layer, at the picture's size.
     pub(super) fn masks(&self) -> &Texture {
-        // After a look-up, a row and a column.
+        // After the look-up, a row pass and a column pass.
         self.enlarged.as_ref().unwrap_or(&self.made[0])
     }
 
-    /// For what reads them, and for the kernel that fills `mask_surfaces`.
+    /// Resources for kernels that read the masks, and for the one that fills `mask_surfaces`.
     pub(super) fn resources(&self) -> Resources<'_> {
         Resources::new()
             .with("mask_surfaces", &self.surfaces)

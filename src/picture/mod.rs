@@ -1,4 +1,4 @@
-//! The lit picture: what the camera sees of a scene, with the light that the shadow maps let pass.
+//! The lit picture: a scene as the camera sees it, with the light that the shadow maps transmit.
 mod air;
 mod bands;
 mod clusters;

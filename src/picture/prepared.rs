@@ -22,16 +22,16 @@ use glam::UVec2;
 use half::f16;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
-/// A picture, bound and ready to be recorded after the maps it is lit through.
+/// A picture, bound and ready to be recorded after the maps that light it.
 #[derive(Debug)]
 pub struct PreparedPicture {
     room: PictureRoom,
     clusters: Clusters,
-    /// Where some light has a size.
+    /// Levels of area lights, if there are any.
     levels: Option<AreaLevels>,
-    /// Where lights have some.
+    /// Masks, if lights have any.
     masks: Option<(MaskMemory, PreparedMasks)>,
-    /// Lights that found none.
+    /// Mask slots; unmasked lights are counted there.
     slots: MaskSlots,
     radiance: Texture,
     lit_texture: Texture,
@@ -41,7 +41,7 @@ pub struct PreparedPicture {
     shading: Shading,
     part_count: usize,
     tile_count: u32,
-    /// What the lists counted, part by part.
+    /// Counters of the lists, part by part.
     counters: Buffer,
     pixels: Buffer,
     air: Option<PreparedAir>,
@@ -49,13 +49,13 @@ pub struct PreparedPicture {
     pub memory: Memory,
 }
 
-/// What a picture is prepared for. The default is what most need;
-/// [`PreparedPicture::needs`] says what a picture that was recorded needed in truth.
+/// Capacities that a picture is prepared with. The default suffices for most; [`PreparedPicture::needs`]
+/// returns what a recorded picture needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureRoom {
-    /// Pairs of casters and tiles, as far as the budget allows.
+    /// Pair capacity, within the budget.
     pairs: Option<u32>,
-    /// Parts of the picture that are binned one after another, where not all pairs fit.
+    /// Parts of the picture that are binned one after another, if not all pairs fit.
     parts: u32,
     /// Rounds in which the pairs of the longest tile are walked.
     rounds: u32,
@@ -68,14 +68,15 @@ impl Default for PictureRoom {
 }
 
 impl PictureRoom {
-    /// Whether the pairs do not fit at a time.
+    /// Whether the pairs do not fit at once.
     pub fn is_in_parts(&self) -> bool {
         self.parts > 1
     }
 }
 
 impl Pipeline {
-    /// `camera`: of the scene, through some place of its pixels; `views` and `maps`: the shadow views of the scene's lights.
+    /// `camera`: of the scene, through a sample position of its pixels; `views` and `maps`: the shadow
+    /// views of the scene's lights.
     #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     pub fn prepare_picture(
         &mut self,
@@ -95,7 +96,7 @@ impl Pipeline {
         Ok(planned)
     }
 
-    /// As [`Self::prepare_picture`], but that kernels may not be made yet.
+    /// Like [`Self::prepare_picture`], except that kernels may not be compiled yet.
     #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     pub(crate) fn plan_picture(
         &mut self,
@@ -186,7 +187,7 @@ impl Pipeline {
             .with("clusters", &clusters.lists)
             .with("radiance", &radiance)
             .with("pixels", &pixels);
-        // Of the maps that light comes through.
+        // Features of the maps that light comes through.
         let filters = records.is_filtered();
         let of_maps = Features { nodes: maps.nodes, gain: maps.gain, filters, ..Features::NONE };
         let make = |variant, features| Ok(kernels.plan(device, variant, features)?.clone());
@@ -291,7 +292,7 @@ impl PreparedPicture {
         }
     }
 
-    /// Records what [`Self::needs`] must know, and no more.
+    /// Records only the counting for [`Self::needs`].
     pub fn record_counts(
         &self,
         kernels: &Kernels,
@@ -321,12 +322,12 @@ impl PreparedPicture {
         }
     }
 
-    /// What lists counted, part by part: of what is solid, and of what is not. Blocks.
+    /// Counters of the lists, part by part: of opaque, and of translucent casters. Blocks.
     fn read_parts(&self, gpu: &Gpu) -> Result<Vec<[ListCounters; 2]>, Error> {
         gpu.try_read(&self.counters)
     }
 
-    /// Of what is solid and of what is not: sums over the parts. Blocks.
+    /// Counters of the solid and of the translucent list, summed over the parts. Blocks.
     pub fn read_counters(&self, gpu: &Gpu) -> Result<[ListCounters; 2], Error> {
         let mut sums = [ListCounters::default(); 2];
         for part in self.read_parts(gpu)? {
@@ -336,13 +337,13 @@ impl PreparedPicture {
         Ok(sums)
     }
 
-    /// What the picture must be prepared for so that nothing is missing; `None` where nothing is.
-    /// `budget`: of pairs. Blocks.
+    /// Capacities with which nothing is missing in the picture; `None` if they suffice already. `budget`:
+    /// of pairs. Blocks.
     pub fn needs(&self, gpu: &Gpu, budget: u32) -> Result<Option<PictureRoom>, Error> {
         let parts = self.read_parts(gpu)?;
         let lists = || parts.iter().flatten();
         let mut room = self.room;
-        // Of the longest tile, at most: all others have two rounds at least.
+        // Rounds of the longest tile; every other tile has two at least.
         let rounds = lists().map(|counted| {
             counted.segment_count.saturating_sub(2 * counted.merged_count.saturating_sub(1))
         });
@@ -359,12 +360,12 @@ impl PreparedPicture {
         Ok((room != self.room).then_some(room))
     }
 
-    /// Which light is in which mask.
+    /// Mask slot of each light.
     pub fn slots(&self) -> &MaskSlots {
         &self.slots
     }
 
-    /// The masks, layer by layer and row by row, of the picture's size; empty where there are none. Blocks.
+    /// The masks, layer by layer and row by row, at the picture's size; empty without masks. Blocks.
     pub fn read_masks(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>, Error> {
         match &self.masks {
             Some((memory, _)) => gpu.try_read_texture(memory.masks()),
@@ -372,42 +373,41 @@ impl PreparedPicture {
         }
     }
 
-    /// Blocks.
+    /// Reads the counters of the clusters. Blocks.
     pub fn read_cluster_counters(&self, gpu: &Gpu) -> Result<ClusterCounters, Error> {
         self.clusters.read_counters(gpu)
     }
 
-    /// How the frustum is cut.
+    /// Grid of the camera's clusters.
     pub fn grid(&self) -> &Grid {
         &self.clusters.grid
     }
 
-    /// The lights of each cluster, ascending; `None` where all lights are asked. Blocks.
+    /// Light list of each cluster, ascending; `None` if all lights are evaluated. Blocks.
     pub fn read_clusters(&self, gpu: &Gpu) -> Result<Vec<Option<Vec<u32>>>, Error> {
         self.clusters.read(gpu)
     }
 
-    /// The picture before its tone curve, row by row: linear light, and the light depth of what is
-    /// solid, 1 for the sky. Blocks.
+    /// The picture before its tone curve, row by row: linear light, and the light depth of the opaque
+    /// surface, 1 for the sky. Blocks.
     pub fn read_radiance(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
         gpu.try_read_texture(&self.radiance)
     }
 
-    /// The light that each particle sends to the eye that is seen and not solid, per unit of its
-    /// colour. Blocks.
+    /// Light that each visible translucent particle sends to the eye, per unit of its colour. Blocks.
     pub fn read_lit(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
         let mut texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.lit_texture)?;
         texels.truncate(self.clear.first_setup as usize);
         Ok(texels)
     }
 
-    /// Of each pixel, where [`crate::shadows::Config::count_cost`] asked for it: pairs that were walked, and
-    /// lights that were asked, both up to 65,535. Blocks.
+    /// Cost of each pixel, if [`crate::shadows::Config::count_cost`] is set: pairs that were walked, and
+    /// lights that were evaluated, both up to 65,535. Blocks.
     pub fn read_costs(&self, gpu: &Gpu) -> Result<Vec<[u16; 2]>, Error> {
         gpu.try_read(&self.pixels)
     }
 
-    /// Blocks.
+    /// Reads the picture. Blocks.
     pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
         let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
         let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
@@ -415,7 +415,7 @@ impl PreparedPicture {
     }
 }
 
-/// One texel where the scene has none.
+/// Texture of the environment; a single texel without one.
 fn environment_texture(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,

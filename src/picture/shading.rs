@@ -1,4 +1,4 @@
-//! The shade kernels of a picture, bound: to each band of tiles, and to the particles.
+//! Shade kernels of a picture, bound for each band of tiles and for the particles.
 use super::{
     bands::{TileRect, pixels_of},
     lists::CameraList,
@@ -15,7 +15,7 @@ use crate::{
 };
 use wgpu::{BindGroup, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
-/// What the pixels of a band leave on the way.
+/// Intermediate data of the pixels of a band.
 #[derive(Debug)]
 pub(super) struct BandMemory {
     seen: Texture,
@@ -23,14 +23,14 @@ pub(super) struct BandMemory {
     points: Texture,
     lit: Texture,
     carried: Buffer,
-    /// That a band has room for.
+    /// Capacity of a band [tiles].
     pub tiles: u32,
-    /// Of a pixel.
+    /// Points of one pixel.
     points_of_pixel: u32,
 }
 
 impl BandMemory {
-    /// `panes`: whether pixels have points for some.
+    /// `panes`: whether pixels have points for panes.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         rounds: u32,
@@ -65,7 +65,7 @@ impl BandMemory {
     }
 }
 
-/// What each kernel is specialised to.
+/// Features that the kernels are specialised to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShadeFeatures {
     solid: Features,
@@ -104,21 +104,21 @@ impl ShadeFeatures {
     }
 }
 
-/// A band, bound.
+/// Bindings of a band.
 #[derive(Debug)]
 pub(super) struct ShadedBand {
     groups: [u32; 3],
-    /// Of each round.
+    /// Bindings of each round.
     seen: Vec<BindGroup>,
     layers: Vec<BindGroup>,
     surfaces: BindGroup,
-    /// Where lights have masks.
+    /// Bindings with masks, if lights have masks.
     masks: Option<BindGroup>,
     panes: Option<BindGroup>,
     composite: BindGroup,
 }
 
-/// A run of particles, bound.
+/// Bindings for a run of particles.
 #[derive(Debug)]
 struct LitCasters {
     groups: [u32; 3],
@@ -126,7 +126,7 @@ struct LitCasters {
     light: BindGroup,
 }
 
-/// The shade kernels, bound.
+/// Bindings of all shade kernels.
 #[derive(Debug)]
 pub(super) struct Shading {
     features: ShadeFeatures,
@@ -134,11 +134,11 @@ pub(super) struct Shading {
     casters: Vec<LitCasters>,
     light: BindGroup,
     light_groups: [u32; 3],
-    /// What masks have seen is still there for the shading.
+    /// Whether surfaces stored for the masks are still there for the shading.
     keeps_surfaces: bool,
 }
 
-/// What [`Shading::new`] binds.
+/// Inputs of [`Shading::new`].
 pub(super) struct ToShade<'a, 'b> {
     pub allocator: &'a mut Allocator<'b>,
     pub queue: &'a wgpu::Queue,
@@ -209,7 +209,7 @@ impl ToShade<'_, '_> {
         Ok(ShadedBand { groups: rect.groups(), seen, layers, surfaces, masks, panes, composite })
     }
 
-    /// As many particles at a time as there is room for their points.
+    /// Runs of particles, as many at a time as the band's memory holds points.
     fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<LitCasters>, Error> {
         let room = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         // Triangles follow the particles.
@@ -236,7 +236,7 @@ impl ToShade<'_, '_> {
 }
 
 impl Shading {
-    /// `resources`: what all shade kernels share, a band's memory among it.
+    /// `resources`: those that all shade kernels share, including a band's memory.
     pub(super) fn new(
         mut to: ToShade<'_, '_>,
         parts: &[TileRect],
@@ -262,7 +262,7 @@ impl Shading {
         Ok(Self { features, bands, casters, light, light_groups, keeps_surfaces })
     }
 
-    /// The light of the particles that are seen and not solid.
+    /// Records the light of the visible translucent particles.
     pub(super) fn record_casters(
         &self,
         kernels: &Kernels,
@@ -278,7 +278,7 @@ impl Shading {
         }
     }
 
-    /// What is solid in the bands of a part, for masks; its pairs have been recorded.
+    /// Records the opaque surfaces in the bands of a part, for masks; its pairs have been recorded.
     pub(super) fn record_surfaces(
         &self,
         part: usize,
@@ -302,7 +302,7 @@ impl Shading {
         }
     }
 
-    /// The bands of a part, whose pairs have been recorded.
+    /// Records the bands of a part, whose pairs have been recorded.
     pub(super) fn record_part(
         &self,
         part: usize,

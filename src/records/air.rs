@@ -1,4 +1,4 @@
-//! The air that kernels march through.
+//! Parameters of the air for kernels.
 use crate::model::Air;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec3};
@@ -10,13 +10,13 @@ pub const AIR_CELL: u32 = 4;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AirParams {
-    /// [1/m]
+    /// Scattering coefficient [1/m].
     pub scattering: Vec3,
     pub anisotropy: f32,
-    /// [1/m]
+    /// Extinction coefficient [1/m].
     pub extinction: Vec3,
     pub slices: u32,
-    /// Light from everywhere, as much of it as the air scatters.
+    /// Ambient radiance that the air scatters: the scene's times the air's share.
     pub ambient: Vec3,
     /// Samples in a slice.
     pub samples: u32,
@@ -24,7 +24,7 @@ pub struct AirParams {
 crate::gpu_layout!(AirParams { scattering, anisotropy, extinction, slices, ambient, samples });
 
 impl AirParams {
-    /// `ambient`: the scene's light from everywhere.
+    /// `ambient`: the scene's ambient radiance.
     pub fn new(air: &Air, ambient: Vec3) -> Self {
         Self {
             scattering: air.scattering,
@@ -37,10 +37,10 @@ impl AirParams {
     }
 }
 
-/// Samples in a slice: the edge of a shaft that crosses it is not a step.
+/// Samples in a slice; more than one, so that the edge of a shaft across the slice is not a step.
 const SAMPLES: u32 = 2;
 
-/// Columns of a picture.
+/// Columns of air in a picture.
 pub fn air_columns(size: UVec2) -> UVec2 {
     (size + AIR_CELL - 1) / AIR_CELL
 }

@@ -1,4 +1,4 @@
-//! Lights that have a size, and where the levels of their shadow views are.
+//! Area lights, and the levels of their shadow views.
 //!
 //! A *level* of a map has a *block* for each 2^l x 2^l of its texels, and a border of [`SKIRT`] blocks
 //! around them: of a cube's face, those of its neighbours. A block holds the mean of its texels' light
@@ -24,8 +24,8 @@ const _: () = assert!(size_of::<GpuArea>() == AREA_TEXELS as usize * 16);
 /// Texels of a [`LeveledView`]. WGSL: `wgsl/records/area.wgsl`.
 pub const LEVELED_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<LeveledView>() == LEVELED_TEXELS as usize * 16);
-/// Most lights that have a size: a point that asks all of them stays below the 65,535 iterations that
-/// llvmpipe allows an invocation.
+/// Most area lights: a point that evaluates all of them stays below the 65,535 iterations that llvmpipe
+/// allows an invocation.
 pub const MAX_AREAS: usize = 64;
 
 /// Numbers of [`Source`] in [`GpuArea::kind`].
@@ -37,11 +37,11 @@ pub const AREA_SUN: u32 = 2;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuArea {
-    /// [`Source::half_axes`], world space [m]; of a sun the x is a slope.
+    /// First of [`Source::half_axes`], world space [m]; for a sun its x is a slope.
     pub right: Vec3,
     pub kind: u32,
     pub up: Vec3,
-    /// Among the leveled views: that of the light's first.
+    /// Index of the light's first view among the leveled views.
     pub first_leveled: u32,
 }
 crate::gpu_layout!(GpuArea { right, kind, up, first_leveled });
@@ -58,44 +58,44 @@ impl GpuArea {
     }
 }
 
-/// A shadow view of a light that has a size. WGSL: `wgsl/records/area.wgsl`.
+/// A shadow view of an area light. WGSL: `wgsl/records/area.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct LeveledView {
-    /// The first block of levels 1, 2 and so on.
+    /// First block of levels 1, 2 and so on.
     pub first_blocks: [u32; MAX_LEVELS],
-    /// Among the shadow views.
+    /// Index among the shadow views.
     pub view: u32,
     pub level_count: u32,
-    /// Of its cube, among the leveled views; itself of what is no cube.
+    /// First face of its cube, an index among the leveled views; itself where there is no cube.
     pub first_face: u32,
     pub pad: u32,
 }
 
-/// Blocks of level `level`, without its border.
+/// Size of level `level` without its border [blocks].
 pub fn level_size(size: UVec2, level: u32) -> UVec2 {
     UVec2::new(size.x.div_ceil(1 << level), size.y.div_ceil(1 << level))
 }
 
-/// Levels of a map: the last has at most two blocks a side.
+/// Number of levels of a map: the last has at most two blocks a side.
 pub fn level_count(size: UVec2) -> u32 {
     let enough = |&level: &u32| level_size(size, level).max_element() <= 2;
     (1..MAX_LEVELS as u32).find(enough).unwrap_or(MAX_LEVELS as u32)
 }
 
-/// The lights of a look-up, their shadow views, and the levels of those that have a size.
+/// The lights of a look-up, their shadow views, and the levels of area lights.
 #[derive(Clone, Debug, Default)]
 pub struct LightRecords {
     pub lights: Vec<GpuLight>,
     pub views: Vec<GpuView>,
     pub areas: Vec<GpuArea>,
     pub leveled: Vec<LeveledView>,
-    /// Of each level, the blocks up to its end: whole rows of records.
+    /// End of each level in blocks: whole rows of records.
     pub level_ends: Vec<u32>,
 }
 
 impl LightRecords {
-    /// `lights`: number among all lights, and the light; `models` and `views`: all shadow views.
+    /// `lights`: index among all lights, and the light; `models` and `views`: all shadow views.
     pub fn new<'a>(
         lights: impl Iterator<Item = (usize, &'a Light)>,
         models: &[View],
@@ -106,7 +106,7 @@ impl LightRecords {
         for (index, light) in lights {
             let mut own = GpuLight::new(light, index, models, settings);
             if let Some(source) = light.area().filter(|_| own.view_count > 0) {
-                // It filters by its spots.
+                // Area lights filter by their spots.
                 own.taps = FILTER_SPLINE;
                 let first = records.leveled.len() as u32;
                 records.areas.push(GpuArea::new(&source, first));
@@ -134,7 +134,7 @@ impl LightRecords {
         });
     }
 
-    /// Level by level: each is read while the next is made.
+    /// Places the levels one after another over all views: each level is read while the next is made.
     fn place_levels(&mut self) {
         let deepest = self.leveled.iter().map(|view| view.level_count).max().unwrap_or(0);
         let mut end = 0;
@@ -152,7 +152,7 @@ impl LightRecords {
         }
     }
 
-    /// Of a leveled view.
+    /// The view record of a leveled view.
     pub fn view_of(&self, leveled: usize) -> &GpuView {
         &self.views[self.leveled[leveled].view as usize]
     }
@@ -162,23 +162,23 @@ impl LightRecords {
         self.lights.len() as u32 * LIGHT_TEXELS + self.views.len() as u32 * VIEW_TEXELS
     }
 
-    /// Texels that a point asks of the maps of all lights, each of them once.
+    /// Texels that a point reads from the maps of all lights, each light once.
     pub fn taps(&self) -> usize {
         self.lights.iter().map(GpuLight::tap_count).sum()
     }
 
-    /// Whether some maps are read otherwise than by the spline.
+    /// Whether some maps are read with a filter other than the spline.
     pub fn is_filtered(&self) -> bool {
         self.lights.iter().any(GpuLight::is_filtered)
     }
 
-    /// What `wgsl/records/light.wgsl` and `area.wgsl` read.
+    /// Records that `wgsl/records/light.wgsl` and `area.wgsl` read.
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = bytemuck::cast_slice(&self.lights).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&self.views));
         bytes.extend_from_slice(bytemuck::cast_slice(&self.areas));
         if !self.areas.is_empty() {
-            // The leveled views follow at a place that does not depend on the count of areas.
+            // The leveled views begin at an offset that does not depend on the number of areas.
             let room = MAX_AREAS.saturating_sub(self.areas.len()) * size_of::<GpuArea>();
             bytes.resize(bytes.len() + room, 0);
         }

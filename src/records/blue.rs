@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 /// Edge of the tile [cells].
 pub const BLUE_SIZE: u32 = 64;
 const COUNT: usize = (BLUE_SIZE * BLUE_SIZE) as usize;
-/// Deviation of the Gaussian that measures clusters [cells].
+/// Standard deviation of the Gaussian that measures clusters [cells].
 const SIGMA: f32 = 1.5;
-/// Where the Gaussian has faded below 1e-5 [cells].
+/// Radius where the Gaussian has fallen below 1e-5 [cells].
 const REACH: i32 = 8;
 
 /// Rank of each cell, row by row: each of 0..4096 once. Made at the first call.
@@ -18,7 +18,7 @@ pub fn blue_ranks() -> &'static [u16] {
 
 struct Tile {
     set: Vec<bool>,
-    /// How crowded each cell is by those that are set.
+    /// Sum of the Gaussians of the set cells, at each cell.
     energy: Vec<f32>,
     kernel: Vec<f32>,
 }
@@ -49,7 +49,7 @@ impl Tile {
         }
     }
 
-    /// The most crowded of those set, or the emptiest of the others.
+    /// The tightest cluster among set cells, or the largest void among the others.
     fn extreme(&self, set: bool) -> usize {
         let sign = if set { 1.0 } else { -1.0 };
         let cells = (0..COUNT).filter(|&cell| self.set[cell] == set);
@@ -71,7 +71,7 @@ fn void_and_cluster() -> Vec<u16> {
         let free = (0..COUNT).map(|i| (seed as usize + i) % COUNT).find(|&cell| !tile.set[cell]);
         tile.put(free.expect("a tenth of the cells"), true);
     }
-    // Moves the most crowded to the emptiest place until it comes back.
+    // Moves the tightest cluster to the largest void until it comes back.
     loop {
         let cluster = tile.extreme(true);
         tile.put(cluster, false);
@@ -92,8 +92,8 @@ fn void_and_cluster() -> Vec<u16> {
     for cell in (0..COUNT).filter(|&cell| start[cell]) {
         tile.put(cell, true);
     }
-    // Past half the cells the emptiest of the others is their most crowded as well: with weights
-    // that add up to a constant, phases two and three of the paper are one.
+    // Past half the cells, the largest void is also the tightest cluster of empty cells: with weights that
+    // add up to a constant, phases two and three of the paper are one.
     for rank in first..COUNT {
         let cell = tile.extreme(false);
         tile.put(cell, true);

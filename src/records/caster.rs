@@ -1,4 +1,4 @@
-//! Particles as uploaded.
+//! Particles as uploaded to kernels.
 use super::pack::{from_opacity, from_unorm, opacity_bits, unorm2};
 use crate::model::{Material, Particle};
 use bytemuck::{Pod, Zeroable};
@@ -13,9 +13,9 @@ pub const CASTER_TEXELS: u32 = 2;
 pub struct Caster {
     /// World space [m].
     pub center: Vec3,
-    /// [m]
+    /// Radius [m].
     pub radius: f32,
-    /// Red and green, unorm16; of a `gain` material divided by 16.
+    /// Red and green, unorm16; divided by 16 for a `gain` material.
     pub red_green: u32,
     /// Blue, unorm16, and alpha, f16.
     pub blue_alpha: u32,
@@ -24,14 +24,7 @@ pub struct Caster {
     pub id: u32,
 }
 
-crate::texel_layout!(Caster {
-    center,
-    radius,
-    red_green,
-    blue_alpha,
-    material_rotation,
-    id,
-});
+crate::texel_layout!(Caster { center, radius, red_green, blue_alpha, material_rotation, id });
 
 impl Caster {
     pub fn new(particle: &Particle, material: &Material) -> Self {
@@ -52,12 +45,12 @@ impl Caster {
         self.material_rotation & 0xffff
     }
 
-    /// [radians]
+    /// Rotation of a quad [radians].
     pub fn rotation(&self) -> f32 {
         (self.material_rotation >> 16) as f32 * (std::f32::consts::TAU / 65536.0)
     }
 
-    /// Linear rgba, before the material's tint; rgb of a `gain` material divided by 16.
+    /// Linear rgba, before the material's tint; rgb is divided by 16 for a `gain` material.
     pub fn color(&self) -> Vec4 {
         Vec4::new(
             from_unorm(self.red_green),

@@ -1,14 +1,14 @@
-//! How a frustum is cut for its lights, and what of it each light reaches.
+//! Grid of light clusters (froxels), and conservative bounds of each light's influence.
 use crate::model::{ClusterSettings, Light, LightKind, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec2, Vec3};
 
-/// Words of bits, one for 32 lights of a cluster: 8 MiB. With it, no invocation comes near the
-/// 65,535 iterations that llvmpipe allows.
+/// Most words of light bits, 32 lights each: 8 MiB. It keeps every invocation far below the 65,535
+/// iterations that llvmpipe allows.
 const MAX_WORDS: u32 = 1 << 21;
 /// Largest edge of a cluster [pixels].
 pub const MAX_TILE: u32 = 256;
-/// What the header of a cluster says whose list did not fit. WGSL: `wgsl/records/cluster.wgsl`.
+/// Header of a cluster whose list did not fit. WGSL: `wgsl/records/cluster.wgsl`.
 pub const ALL_LIGHTS: u32 = u32::MAX;
 
 /// WGSL: `wgsl/records/cluster.wgsl`.
@@ -18,9 +18,9 @@ pub struct ClusterParams {
     pub cells: UVec3,
     pub cluster_count: u32,
     pub light_count: u32,
-    /// Words of bits of a cluster.
+    /// Words of light bits per cluster.
     pub word_count: u32,
-    /// Lights that all lists together have room for.
+    /// Capacity of all lists together [lights].
     pub capacity: u32,
     pub pad: u32,
 }
@@ -30,42 +30,42 @@ crate::gpu_layout!(ClusterParams { cells, cluster_count, light_count, word_count
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ClusterCounters {
-    /// (cluster, light) that there are.
+    /// Combinations (cluster, light) found.
     pub needed: u32,
-    /// Clusters whose list did not fit: they are shaded with all lights.
+    /// Clusters whose list did not fit, which are shaded with all lights.
     pub overflowed: u32,
-    /// Lights of the cluster that has the most.
+    /// Length of the longest list [lights].
     pub longest: u32,
     pub pad: u32,
 }
 crate::gpu_layout!(ClusterCounters { needed, overflowed, longest, pad });
 
-/// How the frustum is cut.
+/// Grid of clusters in the camera's frustum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
-    /// In x, y and depth.
+    /// Number of cells in x, y and depth.
     pub cells: UVec3,
     /// Edge of a cluster [pixels].
     pub tile: u32,
-    /// Where the first slice ends [m].
+    /// End of the first slice [m].
     pub first_slice: f32,
     pub slices_per_doubling: f32,
     /// Near plane of the camera [m].
     pub near: f32,
-    /// From the camera's near to its far plane [m].
+    /// Distance from the camera's near to its far plane [m].
     pub depth_range: f32,
-    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths [m]. Wider
-    /// than the cells by what rounding may move a point.
+    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths [m]. Padded by the
+    /// rounding error of a point.
     pub bounds: Vec<[f32; 2]>,
 }
 
-/// How much wider cells are [pixels].
+/// Padding of cells in x and y [pixels].
 const PIXEL_MARGIN: f32 = 1.0 / 64.0;
-/// How much wider slices are, relative to the depth: the error of a logarithm is far smaller.
+/// Padding of slices, relative to the depth: far above the error of a logarithm.
 const DEPTH_MARGIN: f32 = 1e-4;
 
 impl Grid {
-    /// Coarser than the settings where the bits of `light_count` lights would take too much room.
+    /// A grid coarser than the settings if the bits of `light_count` lights would exceed `MAX_WORDS`.
     pub fn new(settings: &ClusterSettings, camera: &View, light_count: usize) -> Self {
         let words = word_count(light_count);
         let mut tile = settings.tile.clamp(16, MAX_TILE);
@@ -127,8 +127,7 @@ impl Grid {
         (Vec3::new(low(x), low(y), near), Vec3::new(high(x), high(y), far))
     }
 
-    /// The cluster of a pixel at light depth `depth`; `None` beside the picture and outside of the
-    /// planes.
+    /// The cluster of a pixel at light depth `depth`; `None` outside the picture or the depth range.
     pub fn cluster(&self, pixel: Vec2, depth: f32) -> Option<u32> {
         let distance = self.near + depth * self.depth_range;
         let doublings = (distance / self.first_slice).max(1.0).log2();
@@ -141,7 +140,7 @@ impl Grid {
         inside.then(|| (slice * self.cells.y + cell.y) * self.cells.x + cell.x)
     }
 
-    /// Lights that the lists need room for at most; the settings bound it.
+    /// Capacity of all lists together, bounded by the settings [lights].
     pub fn capacity(&self, settings: &ClusterSettings, light_count: usize) -> u32 {
         let most = u64::from(self.cluster_count()) * light_count as u64;
         most.min(u64::from(settings.budget)) as u32
@@ -163,9 +162,9 @@ fn word_count(light_count: usize) -> u32 {
     (light_count as u32).div_ceil(32).max(1)
 }
 
-/// Planes around the cone of a spot.
+/// Planes around the cone of a spot light.
 pub const PLANES: usize = 6;
-/// Steps of a radius, and of a normal, in integers. Squares and products stay in 32 bits.
+/// Fixed-point scale of offsets (in radii) and of normals. Squares and products fit 32 bits.
 pub const UNIT: f32 = 8192.0;
 
 /// Conservative bounds of a light's influence: a sphere, and for a spot the planes around its cone.
@@ -173,11 +172,11 @@ pub const UNIT: f32 = 8192.0;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Reach {
-    /// x to the right, y down, z along the view axis [m].
+    /// Centre of the sphere: x to the right, y down, z along the view axis [m].
     pub center: Vec3,
-    /// One over the radius [1/m]; 0: everywhere.
+    /// Reciprocal of the radius [1/m]; 0: everywhere.
     pub per_radius: f32,
-    /// Normals, outwards, and how far off the centre they begin, all in units of `1 / UNIT`.
+    /// Outward normals, and their offsets from the centre in radii, all in units of `1 / UNIT`.
     pub planes: [[i16; 4]; PLANES],
 }
 
@@ -196,7 +195,7 @@ impl Reach {
         let down = Vec3::new(1.0, -1.0, -1.0);
         let center = camera.view_from_world.transform_point3(position) * down;
         let corner = (camera.size.as_vec2() * 0.5 / camera.scale).extend(1.0) * camera.far;
-        // Points and lights come from world space by a few operations in 32 bits.
+        // Points and lights are transformed from world space by a few 32-bit operations.
         let eye = camera.position().abs().max_element() + position.abs().max_element();
         let margin = 1e-5 * (eye + corner.length());
         let farthest = center.length() + corner.length();
@@ -207,13 +206,13 @@ impl Reach {
         let mut planes = [[0; 4]; PLANES];
         if let Some((direction, angle)) = cone {
             let axis = camera.view_from_world.transform_vector3(direction) * down;
-            // The cosine that the shading compares has an error, which is a large angle near 0.
+            // The cosine that shading compares is rounded, which is a large angle near 0.
             let cosine = ((angle * 0.5).cos() - 2e-6).clamp(0.0, 1.0);
             let sine = (1.0 - cosine * cosine).sqrt();
             let right = axis.any_orthonormal_vector();
             let up = axis.cross(right);
-            // Half a unit of each of the normal's three coordinates, over the unit cube; and what
-            // the margin is, of a radius.
+            // Rounding of the normal, half a unit of each coordinate over the unit cube, plus the margin in
+            // units of the radius.
             let slack = (2.0 + UNIT * margin / radius).min(32767.0).ceil();
             for (k, plane) in planes.iter_mut().enumerate() {
                 let turn = k as f32 * (std::f32::consts::TAU / PLANES as f32);

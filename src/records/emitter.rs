@@ -3,10 +3,10 @@ use crate::model::emitter::{Flying, Forces, MAX_BOXES};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
-/// Steps that one dispatch makes.
+/// Time steps per dispatch.
 pub const STEPS_AT_ONCE: u32 = 8;
 
-/// What moves the particles of an emitter, and which steps to make.
+/// Parameters of an emitter, and the steps to simulate.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct EmitterParams {
@@ -24,25 +24,25 @@ pub struct EmitterParams {
     pub evolve: f32,
     pub gravity: f32,
     pub buoyancy: f32,
-    /// [s]
+    /// Shortest lifetime [s].
     pub life_least: f32,
-    /// [s]
+    /// Longest lifetime [s].
     pub life_most: f32,
     pub bounce: f32,
     pub slide: f32,
     pub ground: f32,
     pub has_ground: u32,
     pub box_count: u32,
-    /// Particles that fly at a time, at most.
+    /// Largest number of particles that are alive at once.
     pub capacity: u32,
-    /// Of time, the first that is made.
+    /// First time step of this dispatch.
     pub step: u32,
     pub step_count: u32,
     pub pad_0: u32,
     pub pad_1: u32,
-    /// Particles before each of the steps, and behind the last.
+    /// Number of particles started before each of the steps, and after the last.
     pub started: [[u32; 4]; 3],
-    /// Lower and upper corners.
+    /// Lower and upper corners of the collision boxes [m].
     pub boxes: [Vec4; 2 * MAX_BOXES],
 }
 crate::gpu_layout!(EmitterParams {
@@ -77,7 +77,7 @@ crate::gpu_layout!(EmitterParams {
 });
 
 impl EmitterParams {
-    /// The `count` steps from `step` on, at most [`STEPS_AT_ONCE`].
+    /// Parameters for `count` steps from `step` on, at most [`STEPS_AT_ONCE`].
     pub fn new(forces: &Forces, capacity: u32, step: u32, count: u32) -> Self {
         let count = count.min(STEPS_AT_ONCE);
         let started = |i: u32| forces.started_before(step + i.min(count));
@@ -120,20 +120,20 @@ impl EmitterParams {
     }
 }
 
-/// A particle on its way, or one that has ended.
+/// A particle, alive or ended.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuFlying {
     pub position: Vec3,
     pub number: u32,
     pub velocity: Vec3,
-    /// Steps so far, and above 16 bits in all.
+    /// Age in the low, lifetime in the high 16 bits [steps].
     pub age_life: u32,
 }
 crate::gpu_layout!(GpuFlying { position, number, velocity, age_life });
 
 impl GpuFlying {
-    /// `None` of one that has ended.
+    /// The particle; `None` if it has ended.
     pub fn flying(&self) -> Option<Flying> {
         let (age, life) = (self.age_life & 0xffff, self.age_life >> 16);
         let Self { position, number, velocity, .. } = *self;

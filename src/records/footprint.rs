@@ -1,4 +1,4 @@
-//! Casters as one view sees them.
+//! Footprints: casters projected to one view.
 use super::pack::{from_opacity, from_unorm, opacity_bits, unorm2};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
@@ -7,33 +7,33 @@ use glam::{Vec2, Vec3};
 pub const FOOTPRINT_TEXELS: u32 = 2;
 /// Bit of [`Footprint::caster`] that marks a triangle.
 pub const TRIANGLE_BIT: u32 = 1 << 31;
-/// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel,
-/// so that one texel's centre is always hit [texels].
+/// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel, so that
+/// one texel's centre is always hit [texels].
 pub const MIN_RADIUS: f32 = std::f32::consts::FRAC_1_SQRT_2;
-/// Bits of the depth key. Commutative transfers need order only to stop early.
+/// Bits of the depth key. For commutative transfers the order only serves early termination.
 pub const DEPTH_BITS: u32 = 16;
-/// Key of what touches no texel: sorts behind everything.
+/// Key of a caster that touches no texel: sorts behind all others.
 pub const INVISIBLE: u32 = (1 << DEPTH_BITS) - 1;
 
-/// Pairs of a segment in curve mode. Longer than in the nearest-depth mode, because each leaves a whole
+/// Pairs of a segment in curve mode. Longer than in nearest-depth mode, because each segment stores a whole
 /// curve; three loop iterations a pair stay below the 65,535 of llvmpipe.
 pub const CURVE_SEGMENT: u32 = 8192;
 
-/// A caster as one view sees it.
+/// A caster projected to one view.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Footprint {
-    /// Centre in the view's map [texels]; of a triangle, of its bounding square; of a particle
-    /// beside the view how far it is to the right and down [m].
+    /// Centre in the view's map [texels]; for a triangle, of its bounding square; for a particle beside the
+    /// view ([`Self::beside`]) its offset to the right and down [m].
     pub center: Vec2,
-    /// Orthographic: [texels]. Perspective: radius over distance from the light. Triangle: half
-    /// the side of the bounding square [texels]. Negative for a particle beside the view, whose
-    /// centre has no place in the map: minus its radius [m].
+    /// Orthographic: radius [texels]. Perspective: radius over distance from the light. Triangle: half the
+    /// side of the bounding square [texels]. Negative for a particle without a centre in the map
+    /// ([`Self::beside`]): minus its radius [m].
     pub radius: f32,
-    /// Light depth of the centre; of a triangle the smallest; of a particle beside the view how far
-    /// it is along the axis [m].
+    /// Light depth of the centre; for a triangle the smallest; for a particle without a centre in the map
+    /// its distance along the axis [m].
     pub depth: f32,
-    /// Colour times tint, red and green, unorm16; of a `gain` material divided by 16.
+    /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material.
     pub red_green: u32,
     /// Blue, unorm16, and the slope of the opacity, f16.
     pub blue_slope: u32,
@@ -50,13 +50,13 @@ impl Footprint {
         self.base = opacity_bits(base);
     }
 
-    /// Centre of a particle beside the view: to the right, down and along the axis [m]. `None` for
-    /// all others. WGSL: `is_beside` in `wgsl/records/view.wgsl`.
+    /// View-space centre of a particle whose centre has no position in the map: to the right, down and
+    /// along the axis [m]. `None` for all others. WGSL: `is_beside` in `wgsl/records/view.wgsl`.
     pub fn beside(&self) -> Option<Vec3> {
         (self.radius < 0.0).then(|| self.center.extend(self.depth))
     }
 
-    /// `c`, rgb; of a `gain` material divided by 16.
+    /// Colour `c`, rgb; divided by 16 for a `gain` material.
     pub fn color(&self) -> Vec3 {
         Vec3::new(
             from_unorm(self.red_green),
@@ -71,7 +71,7 @@ impl Footprint {
     }
 }
 
-/// The tiles of a footprint: decided once, by `project`; `bin` reads it twice.
+/// Tiles of a footprint: decided once, by `project`; `bin` reads them twice.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct TileRect {
@@ -85,8 +85,7 @@ pub struct TileRect {
 impl TileRect {
     pub const EMPTY: Self = Self { corners: 0, mask_view: 0 };
 
-    /// A caster that goes straight to its few texels: no tiles, and corners that no rectangle
-    /// without tiles has.
+    /// Mark of a caster on the scatter path: no tiles, and corners that no rectangle without tiles has.
     pub fn scattered(view: u32) -> Self {
         Self { corners: u32::MAX, mask_view: view << 16 }
     }

@@ -1,17 +1,17 @@
-//! Casters in buffers of the host's, on their way to records. WGSL: `wgsl/records/host.wgsl`.
+//! Host casters in the host's buffers, converted to records. WGSL: `wgsl/records/host.wgsl`.
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// How far from the origin a caster of the host's may be, along each axis [m].
+/// Farthest position of a host caster from the origin along each axis [m].
 pub const FARTHEST_PLACE: f32 = 1e7;
 
-/// What `load` needs of a set of casters.
+/// Parameters of `load` for a set of casters.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct LoadParams {
-    /// Casters at most.
+    /// Capacity of the set [casters].
     pub capacity: u32,
-    /// 1: how many there are is in `host_counts`.
+    /// 1: the number of casters is in `host_counts`.
     pub is_counted: u32,
     pub count_index: u32,
     pub group_count: u32,
@@ -20,7 +20,7 @@ pub struct LoadParams {
     pub first_caster: u32,
     pub pad_0: u32,
     pub pad_1: u32,
-    /// That the set may have, a bit each.
+    /// Materials that the set may use, a bit each.
     pub materials: [[u32; 4]; 4],
 }
 crate::gpu_layout!(LoadParams {
@@ -35,30 +35,30 @@ crate::gpu_layout!(LoadParams {
     materials
 });
 
-/// Casters of a set side by side: one workgroup of `load`.
+/// A run of casters of a set: one workgroup of `load`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct HostGroup {
     /// Lower corner of the box around their spheres, world space [m].
     pub low: Vec3,
-    /// Usable casters: the group's first records.
+    /// Number of valid casters: the group's first records.
     pub count: u32,
     pub high: Vec3,
     pub pad_0: u32,
 }
 crate::gpu_layout!(HostGroup { low, count, high, pad_0 });
 
-/// What `load` counted.
+/// Counters of `load`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct LoadCounters {
     pub taken: u32,
-    /// That have a number that is not finite or out of range.
+    /// Casters with a number that is not finite or out of range.
     pub skipped: u32,
 }
 crate::gpu_layout!(LoadCounters { taken, skipped });
 
-/// What `cull` needs of a list.
+/// Parameters of `cull` for a list.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct CullParams {
@@ -84,12 +84,12 @@ crate::gpu_layout!(CullParams {
     pad_2
 });
 
-/// What a list holds of the host's casters.
+/// Number of host casters in a list.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Listed {
     pub chunk_count: u32,
-    /// With all that the list has before them.
+    /// End of the list's footprints, including those before the host casters.
     pub footprint_end: u32,
 }
 crate::gpu_layout!(Listed { chunk_count, footprint_end });

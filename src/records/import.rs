@@ -1,31 +1,31 @@
-//! A depth map of the host's. WGSL: `wgsl/records/import.wgsl`.
+//! Import of the host's depth maps. WGSL: `wgsl/records/import.wgsl`.
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, Vec2};
 
-/// What `import` needs of a depth map of the host's, of one view.
+/// Parameters of `import` for one view's depth map.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ImportParams {
-    /// The host's camera, from our view space.
+    /// The host's clip space from our view space.
     pub clip_from_view: Mat4,
     /// Size of our map [texels].
     pub size: Vec2,
-    /// Size of the host's [texels].
+    /// Size of the host's map [texels].
     pub host_size: Vec2,
-    /// As in [`GpuView`](super::GpuView).
+    /// Same as [`GpuView::scale`](super::GpuView::scale).
     pub scale: f32,
-    /// 1 or 0, of our view.
+    /// 1 if our view is perspective, 0 if it is orthographic.
     pub perspective: f32,
-    /// [m]
+    /// Near plane of our view [m].
     pub near: f32,
-    /// [m]
+    /// Far plane of our view [m].
     pub far: f32,
-    /// In the atlas [texels].
+    /// Position of our map in the atlas [texels].
     pub origin: UVec2,
     pub layer: u32,
-    /// 1: what our own opaque casters left does not count.
+    /// 1: the imported depth replaces that of our own opaque casters.
     pub replaces: u32,
-    /// The host's depth where there is nothing.
+    /// The host's clear depth.
     pub empty: f32,
     pub pad_0: u32,
     pub pad_1: u32,

@@ -4,10 +4,10 @@ use crate::model::{Light, LightKind, LookUp, ShadowFilter, ShadowSettings, View}
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Lights of a picture. A point that asks all of them, nine taps each, stays below the 65,535
+/// Most lights of a picture. A point that evaluates all of them, nine taps each, stays below the 65,535
 /// iterations that llvmpipe allows an invocation.
 pub const MAX_LIGHTS: usize = 4096;
-/// Shadow views of a picture: as many as all lights may have, four shadows of six views each.
+/// Most shadow views of a picture: those of all lights, four shadows of six views each.
 pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
 /// Texels of a [`GpuLight`]. WGSL: `wgsl/records/light.wgsl`.
 pub const LIGHT_TEXELS: u32 = 5;
@@ -26,46 +26,46 @@ pub const FILTER_NONE: u32 = 0;
 pub const FILTER_BOX: u32 = 1;
 pub const FILTER_SPLINE: u32 = 2;
 pub const FILTER_DISC: u32 = 3;
-/// Steps of a disc's radius in a texel. WGSL: `wgsl/shade/taps.wgsl`.
+/// Fixed-point steps of a disc's radius per texel. WGSL: `wgsl/shade/taps.wgsl`.
 pub const RADIUS_STEPS: f32 = 256.0;
-/// Half of what the spline reaches [texels]. WGSL: `wgsl/shade/taps.wgsl`.
+/// Half the support of the spline [texels]. WGSL: `wgsl/shade/taps.wgsl`.
 pub const SPLINE_REACH: f32 = 1.5;
-/// Most texels of a look-up of all lights of a picture: a point that asks them stays below the 65,535
+/// Most taps of all lights of a picture together: a point that evaluates them stays below the 65,535
 /// iterations that llvmpipe allows an invocation.
 pub const MAX_TAPS: u32 = 40_960;
 
-/// Of [`GpuLight::traits`].
+/// Flag of [`GpuLight::traits`].
 pub const SHAFTS_BIT: u32 = 1;
 
 /// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuLight {
-    /// World space [m].
+    /// Position, world space [m].
     pub position: Vec3,
     pub kind: u32,
-    /// Of travel: unit, world space.
+    /// Direction in which light travels: unit, world space.
     pub direction: Vec3,
     pub first_view: u32,
-    /// Times the intensity.
+    /// Linear rgb times the intensity.
     pub color: Vec3,
-    /// 0: casts no shadow.
+    /// Number of views; 0 if the light casts no shadow.
     pub view_count: u32,
-    /// Cosines of half the angle of a spot: where its light ends, and where it begins to fade.
+    /// Cosines of half the angle of a spot: at the end of its light, and where it begins to fade.
     pub cone_outer: f32,
     pub cone_inner: f32,
-    /// One over the square of the range [1/m^2]; 0 where the light has no end.
+    /// Reciprocal square of the range [1/m^2]; 0 if the light has no end.
     pub per_range2: f32,
-    /// [`SHAFTS_BIT`] where the air scatters its light; above it the number of its area, and 1.
+    /// [`SHAFTS_BIT`] if the air scatters its light; above it the index of its area plus 1, 0 for none.
     pub traits: u32,
-    /// Kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's radius
-    /// [1/256 texel].
+    /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
+    /// radius [1/256 texel].
     pub taps: u32,
-    /// [m]
+    /// Depth bias [m].
     pub bias: f32,
-    /// [texels]
+    /// Slope-scaled bias [texels].
     pub slope_bias: f32,
-    /// [texels]
+    /// Normal offset [texels].
     pub normal_bias: f32,
 }
 crate::gpu_layout!(GpuLight {
@@ -86,7 +86,7 @@ crate::gpu_layout!(GpuLight {
 });
 
 impl GpuLight {
-    /// `views`: the shadow views of all lights; `settings`: where the light says nothing.
+    /// `views`: the shadow views of all lights; `settings`: defaults of the light's look-up.
     pub fn new(light: &Light, index: usize, views: &[View], settings: &ShadowSettings) -> Self {
         let LookUp { filter, bias, slope_bias, normal_bias } = light.look_up;
         let own = |view: &View| view.light == Some(index);
@@ -115,12 +115,12 @@ impl GpuLight {
         }
     }
 
-    /// Whether its maps are read otherwise than by the spline.
+    /// Whether its maps are read with another filter than the spline, or with a slope-scaled bias.
     pub fn is_filtered(&self) -> bool {
         self.view_count > 0 && (self.taps != FILTER_SPLINE || self.slope_bias != 0.0)
     }
 
-    /// Texels that a point asks of one of its maps.
+    /// Texels that a point reads from one of its maps.
     pub fn tap_count(&self) -> usize {
         let count = (self.taps >> 8 & 0xff) as usize;
         if self.view_count == 0 {
@@ -134,7 +134,7 @@ impl GpuLight {
         }
     }
 
-    /// Number of its area.
+    /// Index of its area; `None` for a point source.
     pub fn area(&self) -> Option<usize> {
         (self.traits as usize / 2).checked_sub(1)
     }

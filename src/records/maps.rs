@@ -1,4 +1,4 @@
-//! Maps and pictures, read back.
+//! Maps and pictures on the host, read back from the device.
 use crate::model::View;
 use glam::UVec2;
 
@@ -12,27 +12,28 @@ pub struct ViewMaps {
     pub nearest: Vec<f32>,
     /// `Z`: light depth of the nearest opaque surface, 1 where there is none.
     pub opaque: Vec<f32>,
-    /// `Z` by channel, where dithering is coloured; else empty. `opaque` is the last of the three.
+    /// `Z` per channel with coloured dithering; else empty. `opaque` is the largest of the three.
     pub colored: Vec<[f32; 3]>,
-    /// Light as a function of depth; in curve mode.
+    /// Transmittance curves, in curve mode.
     pub curve: Option<CurveMap>,
-    /// Whose `nearest` is, as [`crate::records::owner_tag`] says; empty where no receiver asks.
+    /// Owner tag of the caster that wrote `nearest`, see [`crate::records::owner_tag`]; empty if no
+    /// receiver reads it.
     pub owner: Vec<u16>,
 }
 
 /// The lit picture.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// [pixels]
+    /// Width and height [pixels].
     pub size: UVec2,
     /// sRGB, rows from the top.
     pub rgb: Vec<[u8; 3]>,
-    /// Linear light before exposure and tone curve; empty of what is no picture of a scene.
+    /// Linear light before exposure and tone curve; empty for a debug picture.
     pub light: Vec<[f32; 3]>,
 }
 
-/// A node of a map: start (16 bits), square root of the length (12), red, green, blue (12 each).
-/// A node that starts at 0 is none.
+/// A node of a map: start (16 bits), square root of the length (12), red, green, blue (12 each). A node
+/// that starts at 0 is unused.
 pub type PackedNode = [u32; 2];
 
 /// The curves of one view.
@@ -40,8 +41,8 @@ pub type PackedNode = [u32; 2];
 pub struct CurveMap {
     /// Nodes of a texel (K).
     pub nodes: usize,
-    /// Light may grow.
+    /// Whether light may increase along a curve (`gain` casters).
     pub gain: bool,
-    /// Texel by texel, row by row; nearest first.
+    /// Nodes of each texel, nearest first; texels row by row.
     pub packed: Vec<PackedNode>,
 }

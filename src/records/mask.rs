@@ -11,20 +11,20 @@ use std::collections::HashMap;
 
 /// Slots of a mask. WGSL: `wgsl/records/mask.wgsl`.
 pub const SLOTS: u32 = 4;
-/// Of a light's slot: it has all channels of its mask.
+/// Flag of a slot: the light owns all channels of its mask.
 pub const COLORED_BIT: u32 = 1 << 31;
-/// Of a surface: a particle's.
+/// Flag of a surface: it belongs to a particle.
 pub const ROUND_BIT: u32 = 4;
 
 /// WGSL: `wgsl/records/mask.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MaskParams {
-    /// Of the masks that are made [pixels].
+    /// Size of the masks as they are computed [pixels].
     pub size: UVec2,
     /// Pixels of the picture along a pixel of the masks.
     pub step: u32,
-    /// Of the blur, to each side.
+    /// Blur taps to each side of the middle.
     pub taps: u32,
     /// The axis of the blur.
     pub along: UVec2,
@@ -41,7 +41,7 @@ pub type FormerSlots = HashMap<String, u32>;
 /// Which light is in which mask.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MaskSlots {
-    /// Of each light, as `mask_slot` of `wgsl/records/mask.wgsl` says; 0 for none.
+    /// Slot of each light, packed as `mask_slot` of `wgsl/records/mask.wgsl` reads it; 0 for none.
     pub of_lights: Vec<u32>,
     /// Masks.
     pub count: u32,
@@ -191,7 +191,7 @@ impl MaskSlots {
     }
 }
 
-/// Of all that filters light.
+/// Bounds of all casters that filter light.
 fn tinting_bounds(scene: &Scene) -> Bounds {
     let tints: Vec<_> = scene
         .materials

@@ -14,7 +14,7 @@ pub struct GpuMaterial {
     pub transfer: u32,
     pub shape: u32,
     pub profile: u32,
-    /// Layer of the texture array, [`NO_TEXTURE`] for none.
+    /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
     pub texture: u32,
     /// Size of the texture within its layer [texels].
     pub texture_size: Vec2,
@@ -24,14 +24,14 @@ pub struct GpuMaterial {
     pub pattern: u32,
     /// Edge of a cell of the pattern [texels].
     pub pattern_scale: u32,
-    /// Texel of the particles' records where the ranks of the blue noise start.
+    /// First texel of the blue-noise ranks in the particles' records.
     pub blue_first: u32,
-    /// Extinction on the way through a closed mesh of it [1/m]; zero where it is no volume.
+    /// Absorption coefficient inside a closed mesh [1/m]; zero if it is no volume.
     pub absorption: Vec3,
     pub receives: u32,
-    /// As [`Self::texture_size`] of the emissive texture.
+    /// Size of the emissive texture within its layer [texels].
     pub emissive_size: Vec2,
-    /// Layer of the texture array, [`NO_TEXTURE`] for none.
+    /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
     pub emissive_texture: u32,
     pub metallic: f32,
 }
@@ -59,7 +59,7 @@ crate::gpu_layout!(GpuMaterial {
 
 pub const NO_TEXTURE: u32 = u32::MAX;
 
-/// Materials that a scene may have: the uniform array's length.
+/// Most materials of a scene: the uniform array's length.
 pub const MAX_MATERIALS: usize = 512;
 
 impl GpuMaterial {

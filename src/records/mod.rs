@@ -1,8 +1,8 @@
-//! The records that stages hand on: casters as uploaded, footprints as one view sees them.
+//! Records that stages pass on: casters as uploaded, footprints as projected to one view.
 //!
-//! Casters, footprints and triangles live in rgba32uint or rg32uint textures, [`ROW`] texels wide: element `i` of `n` texels
-//! starts at linear texel `i * n`. Texture reads are cheap on every adapter, and a texture is not
-//! bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
+//! Casters, footprints and triangles are stored in rgba32uint or rg32uint textures, [`ROW`] texels wide:
+//! element `i` of `n` texels starts at linear texel `i * n`. Texture reads are cheap on every adapter, and
+//! a texture is not bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
 mod air;
 mod area;
 mod blue;

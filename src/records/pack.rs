@@ -1,8 +1,8 @@
-//! How records pack numbers.
+//! Packing of numbers in records.
 use glam::{Vec2, Vec3};
 use half::f16;
 
-/// Two numbers in 0..=1 as `pack2x16unorm` does.
+/// Packs two numbers in 0..=1 like `pack2x16unorm`.
 pub(super) fn unorm2(x: f32, y: f32) -> u32 {
     let unorm = |v: f32| (0.5 + 65535.0 * v.clamp(0.0, 1.0)).floor() as u32;
     unorm(x) | unorm(y) << 16
@@ -12,11 +12,11 @@ pub(super) fn from_unorm(bits: u32) -> f32 {
     (bits & 0xffff) as f32 / 65535.0
 }
 
-/// Opacities are kept as halves of this scale: those down to 2e-9 have eleven bits. WGSL:
+/// Scale of opacities, which are stored as halves: down to 2e-9 they have eleven bits. WGSL:
 /// `OPACITY_SCALE` in `wgsl/records/record.wgsl`.
 pub const OPACITY_SCALE: f32 = 32768.0;
 
-/// An opacity in 0..=1.
+/// Packs an opacity in 0..=1.
 pub(super) fn opacity_bits(v: f32) -> u32 {
     u32::from(f16::from_f32(v * OPACITY_SCALE).to_bits())
 }
@@ -25,7 +25,7 @@ pub(super) fn from_opacity(bits: u32) -> f32 {
     f16::from_bits(bits as u16).to_f32() / OPACITY_SCALE
 }
 
-/// A unit vector in two snorm16 (Cigolle et al. 2014, section 3).
+/// Packs a unit vector in two snorm16 (Cigolle et al. 2014, section 3).
 pub(crate) fn octahedral(n: Vec3) -> u32 {
     let n = n / (n.x.abs() + n.y.abs() + n.z.abs()).max(1e-20);
     let folded = if n.z < 0.0 {

@@ -1,4 +1,4 @@
-//! Triangles as uploaded, and as one view sees them.
+//! Triangles as uploaded, and their setups for one view.
 use super::pack::octahedral;
 use crate::model::Triangle;
 use bytemuck::{Pod, Zeroable};
@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3, Vec4};
 pub const SETUP_TEXELS: u32 = 8;
 /// Texels of a [`TriangleRecord`].
 pub const TRIANGLE_TEXELS: u32 = 5;
-/// Bit of [`TriangleSetup::ties`] of a triangle that is clockwise as the light sees it.
+/// Flag of [`TriangleSetup::ties`]: the triangle is clockwise as seen from the light.
 pub const BACK_BIT: u32 = 8;
 
 /// A triangle of the scene as kernels read it.
@@ -39,7 +39,7 @@ impl TriangleRecord {
     }
 }
 
-/// A triangle prepared for a view: what its hit test needs. Texel space.
+/// Triangle setup: what the hit test of a view needs. Texel space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleSetup {
@@ -48,8 +48,8 @@ pub struct TriangleSetup {
     pub edges: [Vec4; 3],
     /// Factors that turn edge values into perspective-correct weights.
     pub weights: Vec3,
-    /// Bit i: a texel centre exactly on edge i belongs to this triangle. [`BACK_BIT`]: it looks away
-    /// from the light.
+    /// Bit i: a texel centre exactly on edge i belongs to this triangle (fill rule). [`BACK_BIT`]: the
+    /// triangle faces away from the light.
     pub ties: u32,
     /// Light depths of the corners.
     pub depths: Vec3,

@@ -3,7 +3,7 @@ use crate::model::{Part, Projection, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, Vec2};
 
-/// Views of a batch: the length of the uniform array.
+/// Most views of a batch: the length of the uniform array.
 pub const MAX_VIEWS: usize = 64;
 
 /// Numbers of [`Part`] in [`GpuView::part`].
@@ -11,35 +11,35 @@ pub const PART_WHOLE: u32 = 0;
 pub const PART_FACE: u32 = 1;
 pub const PART_WINDOW: u32 = 2;
 
-/// What kernels read of a [`View`]. WGSL: `wgsl/records/view.wgsl`.
+/// The part of a [`View`] that kernels read. WGSL: `wgsl/records/view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuView {
     pub view_from_world: Mat4,
-    /// [texels]
+    /// Size of the map [texels].
     pub size: Vec2,
     /// Texels per metre (orthographic), or per metre at 1 m along the axis (perspective).
     pub scale: f32,
     /// 1 for a perspective view, 0 for an orthographic one.
     pub perspective: f32,
-    /// [m]
+    /// Near plane [m].
     pub near: f32,
-    /// [m]
+    /// Far plane [m].
     pub far: f32,
     /// First of the view's tiles in its batch.
     pub first_tile: u32,
-    /// Tiles in a row.
+    /// Tiles per row.
     pub tiles_x: u32,
-    /// Place of the map in the atlas [texels].
+    /// Position of the map in the atlas [texels].
     pub origin: UVec2,
     pub layer: u32,
     /// Index of the light; `u32::MAX` for the picture's camera.
     pub light: u32,
     /// [`PART_WHOLE`], [`PART_FACE`] or [`PART_WINDOW`].
     pub part: u32,
-    /// Number in its shadow: the cascade, the face.
+    /// Index among the views of its shadow: the cascade, the face.
     pub part_index: u32,
-    /// Views of its shadow.
+    /// Number of views of its shadow.
     pub part_count: u32,
     /// Width over which a window's border fades [texels].
     pub fade: f32,
@@ -91,13 +91,13 @@ impl View {
 }
 
 impl GpuView {
-    /// Depth keys by distance, of which all faces of a cube say the same: 0 at the near plane's
-    /// middle, 1 at the far plane's corner. `distance` from the light [m].
+    /// Depth key by distance, the same on all faces of a cube: 0 at the near plane's centre, 1 at the far
+    /// plane's corner. `distance` from the light [m].
     pub fn distance_key(&self, distance: f32) -> f32 {
         (distance - self.near) / self.distance_span()
     }
 
-    /// Light depth along the ray through `texel` (view's map) where a key by distance is `key`.
+    /// Light depth along the ray through `texel` (view's map) at the distance key `key`.
     pub fn depth_of_key(&self, texel: Vec2, key: f32) -> f32 {
         let slope = (texel - self.size * 0.5) / self.scale;
         let along =

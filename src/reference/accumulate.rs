@@ -1,10 +1,10 @@
-//! Twin of `wgsl/driver/accumulate_*.wgsl`: the light that passes, and the depth of the nearest
-//! translucent hit.
+//! Twin of `wgsl/driver/` with the states `wgsl/state/filter.wgsl`, `discs.wgsl` and `ordered.wgsl`:
+//! transmittance, and depth of the nearest translucent hit.
 //!
-//! A tile's pairs are multiplied up front to back, a segment at a time. A tile with one segment
-//! is done then. Where several segments or scattered casters meet, optical depths are added in
-//! fixed point: sums of integers are the same in every order. Where the order counts, hits wait for
-//! those that come late, across the ends of segments too, and segments are composed.
+//! The transmittances of a tile's pairs are multiplied front to back, a segment at a time; a tile with one
+//! segment is then done. Several segments, or scattered casters, add optical depths in fixed point: integer
+//! sums do not depend on the order. With order-dependent blending, hits wait for late ones, across the ends
+//! of segments too, and segments are composed.
 use super::{
     caster_hit::{Hit, Records, Target},
     order::HitOrder,
@@ -14,19 +14,19 @@ use super::{
 use crate::records::{Footprint, GpuView, INVISIBLE, NO_OWNER, owner_tag};
 use glam::{DVec3, IVec3, Vec2, Vec3};
 
-/// Pairs that are multiplied up before their product goes to the sums.
+/// Pairs of a segment.
 pub const SEGMENT: usize = 2048;
-/// Pairs at the end of a segment whose hits go to the next one where they lie behind its front.
+/// Pairs at the end of a segment whose hits go to the next one if they are behind its front.
 pub const OVERLAP: usize = 256;
-/// 1 of optical depth in fixed point.
+/// Optical depth 1 in fixed point.
 pub const FIXED_ONE: f32 = 65536.0;
-/// What one addend adds at most: past ln 1024 a texel is black.
+/// Largest addend of optical depth: past ln 1024 a texel is black.
 pub const MAX_TAU: f32 = 7.0;
 /// [`MAX_TAU`] in fixed point.
 pub const SATURATED: i32 = 7 << 16;
-/// The most light that one addend lets pass: two `gain` casters at their brightest.
+/// Largest transmittance of one addend: two `gain` casters at their brightest.
 pub(super) const MAX_LIGHT: f32 = 256.0;
-/// Least opacity of a hit that counts for the nearest depth.
+/// Least opacity of a hit that sets the nearest depth.
 pub const VISIBLE_OPACITY: f32 = 1.0 / 255.0;
 
 fn to_tau(light: Vec3) -> Vec3 {
@@ -34,21 +34,21 @@ fn to_tau(light: Vec3) -> Vec3 {
     -light.clamp(Vec3::splat(least), Vec3::splat(MAX_LIGHT)).map(f32::ln)
 }
 
-/// What one view's casters do, apart from their order.
+/// Properties of a view's casters that select how they are composed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modes {
-    /// A `gain` caster may brighten: saturation is no end.
+    /// A `gain` caster may amplify light: no early termination at saturation.
     pub gain: bool,
-    /// An `over` caster depends on the order: segments are composed, not added.
+    /// An `over` caster makes blending order-dependent: segments are composed, not added.
     pub ordered: bool,
-    /// Closed meshes absorb along the way through them: their sums are signed.
+    /// Closed meshes absorb along the ray: their sums are signed.
     pub volumes: bool,
-    /// Some receiver is tinted by all casters but its own.
+    /// Some receiver is tinted by all casters except its own object's.
     pub owners: bool,
 }
 
 impl Modes {
-    /// Whether segments are composed one by one, and nothing is scattered by choice.
+    /// Whether segments are composed one by one, and tiny particles are not scattered.
     pub fn direct(self) -> bool {
         self.ordered || self.volumes || self.owners
     }
@@ -69,7 +69,7 @@ pub(super) fn merge(sum: &mut IVec3, tau: IVec3, modes: Modes) {
     );
 }
 
-/// What the casters of one segment do to a texel: `L` becomes `L * scale + added`.
+/// Transfer of one segment's casters at a texel: `L` becomes `L * scale + added`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Passed {
     scale: DVec3,
@@ -77,11 +77,11 @@ struct Passed {
     nearest: f32,
     /// Optical depth of volumes, modulo 2^32.
     tau: IVec3,
-    /// How many volumes the ray leaves more than it enters.
+    /// Volumes that the ray leaves, minus those that it enters.
     leaves: i32,
-    /// Whose `nearest` is.
+    /// Owner tag of the caster that set `nearest`.
     owner: u16,
-    /// Hits whose place was lost.
+    /// Hits out of order.
     late: u32,
 }
 
@@ -97,7 +97,7 @@ impl Passed {
     };
 
     fn pass(&mut self, hit: &Hit) {
-        // In 64 bits: of a million faint casters each counts.
+        // 64 bits keep the absorption of each of a million faint casters.
         let light = DVec3::ONE - hit.absorbed.as_dvec3();
         self.scale *= light;
         self.added = self.added * light + hit.added.as_dvec3();
@@ -123,9 +123,9 @@ pub struct Accumulated {
     pub light: Light,
     /// `D`
     pub nearest: f32,
-    /// Whose it is.
+    /// Owner tag of `nearest`.
     pub owner: u16,
-    /// Hits that could not be put in order.
+    /// Hits out of order.
     pub late: u32,
 }
 
@@ -137,8 +137,8 @@ pub enum Light {
     Sums(IVec3),
 }
 
-/// Everything that reaches a tile: `pairs` are its footprints with their depth keys, front to back;
-/// `index` counts from the view's first tile.
+/// Accumulates a tile: `pairs` are its footprints with their depth keys, front to back; `index` counts from
+/// the view's first tile.
 pub fn accumulate(
     records: Records<'_>,
     index: u32,
@@ -198,12 +198,12 @@ pub fn accumulate(
     }
     for place in (0..TEXELS).filter(|_| modes.volumes) {
         let (texel, (tau, leaves)) = (&mut texels[place], volumes[place]);
-        // The light is inside.
+        // The light is inside a volume.
         if leaves > 0 {
             texel.nearest = 0.0;
         }
         if let Light::Passed(light) = &mut texel.light {
-            // A body that is not closed would brighten.
+            // A mesh that is not closed would brighten.
             let tau = if modes.gain { tau } else { tau.max(IVec3::ZERO) };
             *light *= super::resolve::passed(tau);
         }
@@ -234,13 +234,13 @@ fn segment_of(
     passed
 }
 
-/// A hit at or behind the opaque surface does nothing.
+/// Hit in front of the opaque surface.
 fn hit_before(target: &Target<'_>, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
     target.hit(texel, opaque_depth).filter(|hit| hit.depth < opaque_depth)
 }
 
-/// As [`segment_of`], of the segment that starts at pair `first`: every hit in its place. Hits of the
-/// [`OVERLAP`] last pairs of the segment before that lie behind the front of this one are its own.
+/// Like [`segment_of`], for the segment that starts at pair `first`, with sorted hits. It includes those
+/// hits of the previous segment's last [`OVERLAP`] pairs that are behind its own front.
 fn ordered_segment(
     records: Records<'_>,
     tile: &Tile,
@@ -285,8 +285,7 @@ fn ordered_segment(
     composed
 }
 
-/// Light depth at `texel` that no hit of a caster with depth key `key` is in front of, where keys go
-/// by distance.
+/// Least light depth at `texel` of the hits of a caster with depth key `key`, for keys by distance.
 fn front_depth(view: &GpuView, key: u32, texel: Vec2) -> f32 {
     let front = key as f32 / (INVISIBLE - 1) as f32;
     if view.perspective > 0.0 { view.depth_of_key(texel, front) } else { front }

@@ -1,11 +1,11 @@
-//! Twin of `wgsl/shade/air_*.wgsl` and `wgsl/shade/air.wgsl`: light that the air scatters to the eye,
-//! once, as a volume of columns of pixels and slices of depth.
+//! Twin of `wgsl/shade/air_*.wgsl` and `wgsl/shade/air.wgsl`: single scattering towards the eye, as a
+//! volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
 use crate::records::{AIR_CELL, AirParams, GpuView, air_columns};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// What is scattered between the eye and the end of each slice.
+/// Light scattered between the eye and the end of each slice.
 #[derive(Clone, Debug)]
 pub struct AirVolume {
     view: GpuView,
@@ -15,12 +15,12 @@ pub struct AirVolume {
     columns: Vec<Vec<Vec3>>,
 }
 
-/// The air before a light depth.
+/// Scattering and transmittance of the air in front of a light depth.
 #[derive(Clone, Copy, Debug)]
 pub struct AirBefore {
-    /// That it scatters to the eye.
+    /// Light that it scatters to the eye.
     pub light: Vec3,
-    /// Of the light from behind it.
+    /// Transmittance for the light from behind it.
     pub left: Vec3,
 }
 
@@ -28,16 +28,17 @@ impl AirBefore {
     pub const CLEAR: Self = Self { light: Vec3::ZERO, left: Vec3::ONE };
 }
 
-/// Optical depth of a slice below which its series counts, which has no 0/0; the next term is a sixth
-/// of its square.
+/// Optical depth of a slice below which a series is used, which has no 0/0; its next term is a sixth of the
+/// square.
 pub const THIN: f32 = 1e-3;
 
-/// The mean of `exp(-x)` from 0 to `tau`.
+/// Mean of `exp(-x)` from 0 to `tau`.
 fn mean_left(tau: f32) -> f32 {
     if tau < THIN { 1.0 - 0.5 * tau } else { (1.0 - (-tau).exp()) / tau }
 }
 
-/// Henyey and Greenstein 1941; `cosine` between the ways before and after, `g` in -1..1.
+/// Phase function of Henyey and Greenstein 1941; `cosine` between the incoming and outgoing directions, `g`
+/// in -1..1.
 pub fn phase(cosine: f32, g: f32) -> f32 {
     let spread = (1.0 + g * g - 2.0 * g * cosine).max(1e-6);
     0.25 * FRAC_1_PI * (1.0 - g * g) / (spread * spread.sqrt())
@@ -83,7 +84,7 @@ impl AirVolume {
         Self { view: *view, extinction, size, slices: params.slices, columns }
     }
 
-    /// Before light depth `depth` of the camera's view.
+    /// Air in front of light depth `depth` in the camera's view.
     pub fn at(&self, pixel: Vec2, depth: f32) -> AirBefore {
         let length = depth.clamp(0.0, 1.0) * metres_per_depth(&self.view, pixel);
         let left = (-self.extinction * length).map(f32::exp);

@@ -15,11 +15,11 @@ pub struct TilePair {
 /// The pairs of a batch of views.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Bins {
-    /// By tile; within a tile by depth key, then by footprint.
+    /// Pairs sorted by tile; within a tile by depth key, then by footprint.
     pub pairs: Vec<TilePair>,
-    /// Where each tile's pairs begin; one more than there are tiles.
+    /// Index of each tile's first pair, and the number of pairs at the end.
     pub tile_starts: Vec<u32>,
-    /// Footprints whose pairs did not all fit, in depth order; they have no pair at all.
+    /// Footprints whose pairs did not all fit, in depth order; none of their pairs is in `pairs`.
     pub overflowed: Vec<u32>,
 }
 
@@ -29,7 +29,8 @@ impl Bins {
     }
 }
 
-/// `sorted`: footprints by depth key, without the invisible ones. `rects`: of every footprint.
+/// Bins footprints. `sorted`: footprints by depth key, without the invisible ones; `rects`: of every
+/// footprint.
 pub fn bin(
     sorted: &[u32],
     rects: &[TileRect],
@@ -40,7 +41,7 @@ pub fn bin(
     let mut bins = Bins::default();
     let mut emitted = Vec::new();
     let mut counts = vec![0_u32; tile_count as usize];
-    // 64 bits: what is needed may be far more than what fits.
+    // 64 bits: the number of pairs may be far above the capacity.
     let mut offset = 0_u64;
     for &footprint in sorted {
         let rect = &rects[footprint as usize];

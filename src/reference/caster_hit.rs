@@ -1,4 +1,4 @@
-//! Twin of `wgsl/hit/caster_hit.wgsl`: what a ray meets of any caster.
+//! Twin of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
     accumulate::FIXED_ONE,
     hit::{Facing, absorption, coverage, transmittance},
@@ -11,34 +11,34 @@ use crate::{
 };
 use glam::{IVec3, Vec2, Vec3};
 
-/// What the hit tests of one view read.
+/// Records that the hit tests of one view read.
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
     pub view: &'a GpuView,
     pub casters: &'a [Caster],
     pub setups: &'a [TriangleSetup],
     pub materials: &'a [Material],
-    /// Absorption of each material [1/m].
+    /// Absorption coefficient of each material [1/m].
     pub absorptions: &'a [Vec3],
     pub images: &'a [Image],
 }
 
-/// The light `L` behind a hit is `L * light + added`.
+/// Hit of a ray: light `L` from the light's side becomes `L * light + added`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Transmittance, per channel.
     pub light: Vec3,
-    /// 1 - transmittance, to the last digits where that is next to 1.
+    /// 1 - transmittance, with full precision where the transmittance is next to 1.
     pub absorbed: Vec3,
-    /// What `over` puts in, per channel.
+    /// Light added by `over`, per channel.
     pub added: Vec3,
-    /// `c`; of `gain` over 16.
+    /// Colour `c`; divided by 16 for `gain`.
     pub color: Vec3,
-    /// `a`
+    /// Opacity `a`.
     pub opacity: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
-    /// Light depth from which on the whole hit counts: where the ray leaves a puff.
+    /// Light depth from which the whole hit is in front: for a puff, where the ray leaves it.
     pub end: f32,
 }
 
@@ -54,35 +54,35 @@ impl Hit {
     };
 }
 
-/// Where a ray enters or leaves a volume.
+/// Crossing of a ray with the surface of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {
     /// Light depth, at most that of the ray's end.
     pub depth: f32,
-    /// Way of the ray from light depth 0 to 1 [m].
+    /// Length of the ray from light depth 0 to 1 [m].
     pub metres: f32,
-    /// [1/m]
+    /// Absorption coefficient of the volume [1/m].
     pub absorption: Vec3,
-    /// 1 where the ray leaves, -1 where it enters.
+    /// 1 if the ray leaves the volume, -1 if it enters.
     pub leaves: i32,
 }
 
-/// What a face of a volume adds to a ray's sums.
+/// Contribution of a volume's face to a ray's sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crossing {
-    /// Optical depth from the near plane to the face, in fixed point and modulo 2^32; negative for
-    /// a face that looks towards the light.
+    /// Optical depth from the near plane to the face, in fixed point and modulo 2^32; negative for a face
+    /// that looks towards the light.
     pub tau: IVec3,
-    /// 1 where the ray leaves, -1 where it enters.
+    /// 1 if the ray leaves the volume, -1 if it enters.
     pub leaves: i32,
 }
 
-/// A caster made ready for the texels of a view.
+/// A caster set up for the texels of a view.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
     records: Records<'a>,
     pub material: &'a Material,
-    /// Decorrelates what is drawn by chance.
+    /// Seed of dither patterns.
     pub id: u32,
     form: Form<'a>,
 }
@@ -114,7 +114,7 @@ impl<'a> Target<'a> {
         Self { records, material, id: caster.id, form }
     }
 
-    /// Whether hits filter the light, rather than block it or leave it alone.
+    /// Whether hits filter the light, rather than block it or do nothing.
     pub fn filters(&self) -> bool {
         !self.material.transfer.is_opaque() && self.material.transfer != Transfer::None
     }
@@ -134,8 +134,8 @@ impl<'a> Target<'a> {
         hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
     }
 
-    /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end count
-    /// as at its end.
+    /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end are moved
+    /// to its end.
     pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<Face> {
         let Form::Triangle(setup) = self.form else { return None };
         let absorption = self.records.absorptions[setup.material as usize];
@@ -151,17 +151,18 @@ impl<'a> Target<'a> {
         Some(Face { depth: depth.min(opaque_depth), metres, absorption, leaves })
     }
 
-    /// What [`Self::face`] adds to a ray's sums.
+    /// Contribution of [`Self::face`] to a ray's sums.
     pub fn crossing(&self, texel: Vec2, opaque_depth: f32) -> Option<Crossing> {
         self.face(texel, opaque_depth).map(|face| face.crossing())
     }
 
-    /// Opacity that a hit at `texel` must exceed to block the light, of a `dither` material.
+    /// Dither threshold at `texel` for a `dither` material: a hit blocks the light if its opacity exceeds
+    /// it.
     pub fn threshold(&self, texel: Vec2) -> f32 {
         self.threshold_of(texel, self.id)
     }
 
-    /// As [`Self::threshold`], of one channel of coloured dithering.
+    /// Like [`Self::threshold`], for one channel of coloured dithering.
     pub fn channel_threshold(&self, texel: Vec2, channel: u32) -> f32 {
         self.threshold_of(texel, self.id.wrapping_mul(3).wrapping_add(channel))
     }
@@ -235,14 +236,14 @@ impl Face {
     }
 }
 
-/// Way of the ray through a texel from light depth 0 to 1 [m].
+/// Length of the ray through a texel from light depth 0 to 1 [m].
 pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
     let slope = (texel - view.size * 0.5) / view.scale;
     let stretch = if view.perspective > 0.0 { (1.0 + slope.length_squared()).sqrt() } else { 1.0 };
     (view.far - view.near) * stretch
 }
 
-/// The nearest integers, modulo 2^32. Exact: the wraps are powers of two.
+/// Nearest integers, modulo 2^32. Exact: the wraps are powers of two.
 fn modular(v: Vec3) -> IVec3 {
     const WRAP: f32 = 4_294_967_296.0;
     let rounded = v.round();
@@ -253,11 +254,11 @@ fn modular(v: Vec3) -> IVec3 {
 /// The part of a ray inside a puff.
 #[derive(Clone, Copy, Debug)]
 struct Chord {
-    /// Share of the diameter.
+    /// Length of the chord, a share of the diameter.
     share: f32,
-    /// Light depth where the ray enters, 0 where it starts inside.
+    /// Light depth where the ray enters, 0 if it starts inside.
     depth: f32,
-    /// Light depth where it leaves, or ends.
+    /// Light depth where the ray leaves or ends.
     end: f32,
 }
 
@@ -265,8 +266,8 @@ fn chord(view: &GpuView, footprint: &Footprint, texel: Vec2, opaque_depth: f32) 
     let Footprint { center, radius, .. } = *footprint;
     let range = view.far - view.near;
     let distance = view.near + footprint.depth * range;
-    // How far the ray passes from the centre [radii], squared; metres along the axis per radius;
-    // where the ray is closest to the centre, along the axis [m].
+    // Squared distance of the ray from the centre [radii²]; metres along the axis per radius; depth along
+    // the axis where the ray is closest to the centre [m].
     let (miss2, radius_axis, closest);
     let w = ((texel - view.size * 0.5) / view.scale).extend(1.0);
     if let Some(beside) = footprint.beside() {
@@ -299,7 +300,7 @@ fn chord(view: &GpuView, footprint: &Footprint, texel: Vec2, opaque_depth: f32) 
     (share > 0.0).then(|| Chord { share, depth: at(first), end: at(last) })
 }
 
-/// What the transfer does along a whole diameter, to the power of the chord's share of it.
+/// Hit of a puff: the transfer along a whole diameter, to the power of the chord's share of it.
 fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     // Powers of 0 differ between adapters.
     const LEAST: f32 = 1e-9;
@@ -312,7 +313,7 @@ fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     Hit { light, absorbed, added, color, opacity, depth: chord.depth, end: chord.end }
 }
 
-/// What a hit of `over` puts in.
+/// Light added by a hit of `over`.
 fn added(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
     if transfer == Transfer::Over { c * a } else { Vec3::ZERO }
 }

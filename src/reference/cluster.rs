@@ -2,15 +2,15 @@
 use crate::records::{ClusterCounters, Grid, Reach, UNIT};
 use glam::{IVec3, Vec3};
 
-/// The lists of a grid's clusters.
+/// Light lists of a grid's clusters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Clusters {
-    /// Indices of lights, ascending; `None` where the list did not fit: all lights.
+    /// Indices of lights, ascending; `None` if the list did not fit: all lights.
     pub lists: Vec<Option<Vec<u32>>>,
     pub counters: ClusterCounters,
 }
 
-/// `capacity`: lights that all lists together have room for.
+/// Assigns lights to clusters; `capacity` of all lists together [lights].
 pub fn assign(grid: &Grid, reaches: &[Reach], capacity: u32) -> Clusters {
     let mut clusters = Clusters::default();
     let ClusterCounters { needed, overflowed, longest, .. } = &mut clusters.counters;
@@ -28,7 +28,7 @@ pub fn assign(grid: &Grid, reaches: &[Reach], capacity: u32) -> Clusters {
     clusters
 }
 
-/// Whether the light may reach the box; errs towards true.
+/// Conservative test whether the light may reach the box.
 pub fn reaches_box(reach: &Reach, low: Vec3, high: Vec3) -> bool {
     if reach.per_radius == 0.0 {
         return true;

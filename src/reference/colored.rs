@@ -1,6 +1,6 @@
-//! Twin of `wgsl/driver/colored_*.wgsl`: coloured dithering. Each channel dithers for itself, into an
-//! opaque depth of its own, so that three depths hold coloured layers in any order (McGuire and
-//! Enderton 2011).
+//! Twin of `wgsl/state/colored.wgsl` and `wgsl/soften/colored_*.wgsl`: coloured dithering. Each channel has
+//! its own threshold and its own opaque depth, so that three depths hold coloured layers in any order
+//! (McGuire and Enderton 2011).
 use super::{
     caster_hit::{Hit, Records, Target},
     filter::{around, stored, texels},
@@ -13,8 +13,8 @@ use crate::{
 };
 use glam::{BVec3, Vec2, Vec3};
 
-/// Channels of the light that a hit of an opaque material blocks: of transmittance `T` where
-/// `1 - T` exceeds the channel's own threshold.
+/// Channels of the light that a hit of an opaque material blocks: those whose `1 - T` exceeds their own
+/// threshold.
 fn blocked_channels(target: &Target<'_>, texel: Vec2, hit: &Hit) -> BVec3 {
     if target.material.transfer != Transfer::Dither {
         return BVec3::splat(is_solid(target.material, hit));
@@ -22,7 +22,7 @@ fn blocked_channels(target: &Target<'_>, texel: Vec2, hit: &Hit) -> BVec3 {
     (1.0 - hit.light).cmpgt(Vec3::from_array([0, 1, 2].map(|c| target.channel_threshold(texel, c))))
 }
 
-/// The least depths of the hits that block each channel of a tile's texels, 1 where there is none.
+/// Least depth per channel of the hits that block it, for a tile's texels; 1 if there is none.
 pub fn occlude_colored<'a>(
     records: Records<'_>,
     tile: &Tile,
@@ -45,10 +45,10 @@ pub fn occlude_colored<'a>(
     nearest
 }
 
-/// What a run of texels says.
+/// Summary of a run of texels.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Share of the window that dithered surfaces block, by channel.
+    /// Share of the window that dithered surfaces block, per channel.
     blocked: Vec3,
     /// Depth of the nearest dithered surface, 1 for none.
     nearest: f32,
@@ -60,7 +60,8 @@ struct Run {
 impl Run {
     const EMPTY: Self = Self { blocked: Vec3::ZERO, nearest: 1.0, hole: -1.0, distance: 1e6 };
 
-    /// What is not dithered is whole: the same in every channel, and behind those that are.
+    /// Run of one texel. An opaque surface that is not dithered has the same depth in every channel, behind
+    /// the dithered ones.
     fn of(depths: [f32; 3]) -> Self {
         let dithered = BVec3::from_array(depths.map(is_dithered));
         let depths = Vec3::from_array(depths);
@@ -86,7 +87,7 @@ impl Run {
     }
 }
 
-/// As [`super::filter::filter`], of maps with depths by channel; leaves maps without.
+/// Like [`super::filter::filter`], for maps with depths per channel; the result has none.
 pub fn filter_colored(maps: &mut ViewMaps, window: u32) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     if radius == 0 {

@@ -1,35 +1,35 @@
-//! Dither patterns: what opacity a caster must exceed at a texel to block its light.
+//! Dither patterns: the threshold that a caster's opacity must exceed at a texel to block its light.
 //!
-//! The share of texels that block is the opacity itself, not its nearest level: below the finest
-//! level of a pattern chance decides, once per block. Patterns of different casters are
-//! independent: two layers of 50% let 25% through. Ranks and thresholds are integers, so that
-//! every device draws the same. WGSL: `wgsl/hit/dither.wgsl`.
+//! The share of texels that block equals the opacity itself, not its nearest level: below the finest level
+//! of a pattern a random number per block decides. Patterns of different casters are independent: two
+//! layers of 50% let 25% through. Ranks and thresholds are integers, so that all devices agree. WGSL:
+//! `wgsl/hit/dither.wgsl`.
 use crate::{
     model::Pattern,
     records::{BLUE_SIZE, GpuView, blue_ranks, pcg},
 };
 use glam::{IVec2, UVec2, Vec2};
 
-/// Cells along an edge of the blocks whose patterns are drawn anew for casters that share the
+/// Base-2 logarithm of the edge of blocks [cells], whose patterns are drawn anew for casters that share the
 /// lowest bits of their ids.
 pub const BLOCK_BITS: u32 = 4;
 
-/// Where a caster is asked.
+/// Position at which a caster's threshold is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Cell of the pattern, in light space.
     pub cell: UVec2,
-    /// In the caster's own space, no unit.
+    /// Coordinates in the caster's own space, without unit.
     pub own: Vec2,
-    /// How far `own` moves from a texel to the next, per axis.
+    /// Change of `own` from one texel to the next, per axis.
     pub step: Vec2,
 }
 
-/// How far off the world's origin a pattern lies still [texels].
+/// Largest distance from the world's origin at which a pattern is still anchored [texels].
 pub const FARTHEST: f32 = 524_288.0;
 
-/// The pattern's cell at a texel of a view's map. Of a parallel light the pattern lies still in
-/// the world when the view moves by whole texels.
+/// The pattern's cell at a texel of a view's map. For a parallel light the pattern is fixed in the world
+/// when the view moves by whole texels.
 pub fn cell(view: &GpuView, scale: u32, texel: Vec2) -> UVec2 {
     let origin = view.view_from_world.w_axis * view.scale;
     let anchor =
@@ -39,7 +39,7 @@ pub fn cell(view: &GpuView, scale: u32, texel: Vec2) -> UVec2 {
     } else {
         IVec2::new(anchor.x.round_ties_even() as i32, anchor.y.round_ties_even() as i32)
     };
-    // Makes the sum positive, and is a whole number of every pattern's periods.
+    // Offset that makes the sum positive, a multiple of every pattern's period.
     let ahead = IVec2::splat((scale << 20) as i32);
     (texel.floor().as_ivec2() - anchor + ahead).as_uvec2() / scale
 }
@@ -48,7 +48,7 @@ fn pcg_cell(cell: UVec2, id: u32) -> u32 {
     pcg(cell.x.wrapping_add(pcg(cell.y.wrapping_add(pcg(id)))))
 }
 
-/// Opacity that `a` must exceed to block the light, in 0..1.
+/// Dither threshold, 0..1: an opacity above it blocks the light.
 pub fn threshold(pattern: Pattern, scale: u32, place: &Place, id: u32) -> f32 {
     let bits = match pattern {
         Pattern::Hashed => return hashed(place, scale, id),
@@ -63,7 +63,7 @@ pub fn threshold(pattern: Pattern, scale: u32, place: &Place, id: u32) -> f32 {
     bits as f32 / 65536.0
 }
 
-/// The three bits above the lowest `shift`, of both coordinates in turn.
+/// Interleaves the three bits above the lowest `shift` of both coordinates.
 fn interleaved(cell: UVec2, shift: u32) -> u32 {
     let h = cell >> shift;
     (0..3).fold(0, |word, i| word | (h.x >> i & 1) << (2 * i) | (h.y >> i & 1) << (2 * i + 1))
@@ -73,9 +73,9 @@ fn parity(word: u32) -> u32 {
     word.count_ones() & 1
 }
 
-/// A recursive ordered matrix of edge `2^order` whose digits are flipped by Walsh functions of the
-/// cell: one per caster, and different ones are independent over 16x16 cells. Those of a caster's
-/// further digits are multiples in GF(64), so the whole digits of two casters are independent.
+/// A recursive ordered matrix of edge `2^order` whose digits are flipped by Walsh functions of the cell:
+/// one per caster, and different ones are independent over 16x16 cells. Functions of a caster's further
+/// digits are multiples in GF(64), so all digits of two casters are independent.
 fn ordered(cell: UVec2, order: u32, id: u32, chance: u32) -> u32 {
     let mut walsh = id & 63;
     let mut next = || {
@@ -92,15 +92,15 @@ fn ordered(cell: UVec2, order: u32, id: u32, chance: u32) -> u32 {
         rank = rank << 2 | high << 1 | low;
     }
     let levels = 1 << (2 * order);
-    // Casters of the same Walsh function.
+    // Distinguishes casters with the same Walsh function.
     if id >= 64 {
         rank ^= pcg_cell(cell >> BLOCK_BITS, id >> 6) & (levels - 1);
     }
     (rank << 16 | chance >> 16) / levels
 }
 
-/// Unlike the paper: in fixed point; and turned, sheared and moved, by caster and block, because
-/// moved noise is only itself plus a constant.
+/// Interleaved gradient noise. Unlike the paper: in fixed point; and rotated, sheared and shifted, by
+/// caster and block, because shifted noise is only itself plus a constant.
 fn gradient_noise(cell: UVec2, id: u32) -> u32 {
     let turn = pcg(id);
     let shift = pcg_cell(cell >> BLOCK_BITS, id);
@@ -108,19 +108,19 @@ fn gradient_noise(cell: UVec2, id: u32) -> u32 {
     at.x = at.x.wrapping_add(at.y.wrapping_mul(turn >> 1 & 2));
     let x = at.x.wrapping_add(shift & 0xffff);
     let y = at.y.wrapping_add(shift >> 16);
-    // 0.06711056, 0.00583715 and 52.9829189.
+    // The constants 0.06711056, 0.00583715 and 52.9829189 in fixed point.
     let inner = x.wrapping_mul(288_237_660).wrapping_add(y.wrapping_mul(25_070_368));
     inner.wrapping_mul(52).wrapping_add((inner >> 16) * 64_417) >> 16
 }
 
-/// One of four mirrorings.
+/// One of four reflections of the cell.
 fn turned(cell: UVec2, turn: u32) -> UVec2 {
     let at = if turn & 1 == 0 { cell } else { UVec2::new(cell.y, cell.x) };
     UVec2::new(if turn & 2 == 0 { at.x } else { !at.x }, at.y)
 }
 
 fn blue(cell: UVec2, id: u32) -> u32 {
-    // Golden ratio: consecutive casters are far apart in the texture.
+    // Golden ratio: consecutive casters have distant offsets in the texture.
     let offset = id.wrapping_mul(2_654_435_769) >> 20;
     let at = turned(cell, pcg(id));
     let x = at.x.wrapping_add(offset) % BLUE_SIZE;
@@ -128,8 +128,8 @@ fn blue(cell: UVec2, id: u32) -> u32 {
     u32::from(blue_ranks()[(y * BLUE_SIZE + x) as usize]) << 4 | 8
 }
 
-/// Unlike the paper: base-2 logarithms are those of the float's bits, and the ratio of the axes'
-/// scales is a power of two, so that nearing the caster never jumps.
+/// Hashed threshold. Unlike the paper: base-2 logarithms are those of the float's bits, and the ratio of
+/// the axes' scales is a power of two, so that nearing the caster never jumps.
 fn hashed(place: &Place, scale: u32, id: u32) -> f32 {
     let step = (place.step * scale as f32).max(Vec2::splat(1e-9));
     let per_unit = std::f32::consts::FRAC_1_SQRT_2 / step.x;
@@ -148,7 +148,7 @@ fn own_hash(own: Vec2, x: i32, y: i32, id: u32) -> f32 {
     ((pcg_cell(cell, id ^ ((x + 127) as u32) << 24) >> 16) as f32 + 0.5) / 65536.0
 }
 
-/// The share below `x` of what two uniform numbers mix to, `a` the smaller weight (section 3.2).
+/// Cumulative distribution of a mix of two uniform numbers, `a` the smaller weight (section 3.2).
 fn uniform(x: f32, a: f32) -> f32 {
     let b = 1.0 - a;
     let tails = 2.0 * (a * b).max(1e-6);

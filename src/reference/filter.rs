@@ -1,11 +1,10 @@
-//! Twin of `wgsl/soften/filter_*.wgsl`: a dithered shadow becomes a grey one. The visibility behind
-//! dithered surfaces is blurred over one window of their pattern and handed on as a filter;
-//! depths are never blurred.
+//! Twin of `wgsl/soften/filter_*.wgsl`: softening of dithered shadows. The visibility behind dithered
+//! surfaces is blurred over one window of their pattern and becomes a filter; depths are never blurred.
 use super::occlude::is_dithered;
 use crate::records::ViewMaps;
 use glam::UVec2;
 
-/// What a run of texels says.
+/// Summary of a run of texels.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     /// Share of the window that dithered surfaces block.
@@ -31,7 +30,8 @@ impl Run {
     }
 }
 
-/// Weight of offset `i` in `-radius..=radius`: a window of `2 * radius` texels, whose ends are halves.
+/// Weight of offset `i` in `-radius..=radius`: a window of `2 * radius` texels, with half weights at its
+/// ends.
 fn weight(i: i32, radius: i32) -> f32 {
     let whole = 0.5 / radius as f32;
     if i.abs() == radius { 0.5 * whole } else { whole }
@@ -44,8 +44,7 @@ pub(super) fn around(size: u32, at: u32, radius: i32) -> impl Iterator<Item = (f
     })
 }
 
-/// Softens what dithered surfaces leave of the light; `window` as in
-/// [`crate::model::dither::window`].
+/// Softens the light behind dithered surfaces; `window` as in [`crate::model::dither::window`].
 pub fn filter(maps: &mut ViewMaps, window: u32) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     if radius == 0 {
@@ -94,7 +93,7 @@ pub(super) fn texels(size: UVec2) -> impl Iterator<Item = (u32, u32)> {
     (0..size.x * size.y).map(move |i| (i % size.x, i / size.x))
 }
 
-/// Rounded as the maps are, and no less than nothing.
+/// Rounded like the maps, and not negative.
 pub(super) fn stored(light: f32) -> f32 {
     half::f16::from_f32(light.max(0.0)).to_f32()
 }

@@ -1,23 +1,23 @@
-//! What one ray through one texel meets: geometry and optics. Twin of `wgsl/hit/hit.wgsl`.
+//! Geometry and optics of one ray's hit. Twin of `wgsl/hit/hit.wgsl`.
 use crate::{
     model::{MAX_GAIN, Profile, Shape, Transfer},
     records::{Footprint, GpuView, TriangleSetup},
 };
 use glam::{Vec2, Vec3};
 
-/// Where a ray meets a particle's plane.
+/// Hit of a ray with a particle's plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneHit {
-    /// In the particle's frame, in radii.
+    /// Position in the particle's frame [radii].
     pub q: Vec2,
     /// Light depth.
     pub depth: f32,
 }
 
-/// A particle made ready for texels: `q = (frame * delta + offset) / (start + tilt . delta)`, where
-/// `delta` is the way from the reference to the texel's centre [texels]. The reference is the
-/// particle's centre, where `q` is 0 and `start` 1; of a particle beside the view, whose centre has no
-/// place in the map, the map's middle.
+/// A particle set up for texels: `q = (frame * delta + offset) / (start + tilt . delta)`, where `delta` is
+/// the vector from the reference to the texel's centre [texels]. The reference is the particle's centre,
+/// where `q` is 0 and `start` 1; for a particle beside the view, whose centre has no position in the map,
+/// the map's centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Facing {
     pub reference: Vec2,
@@ -31,7 +31,7 @@ pub struct Facing {
 }
 
 impl Facing {
-    /// `rotation` about the ray [radians].
+    /// Sets up a particle; `rotation` about the ray [radians].
     pub fn new(view: &GpuView, footprint: &Footprint, rotation: f32) -> Self {
         let (sin, cos) = rotation.sin_cos();
         if let Some(beside) = footprint.beside() {
@@ -75,7 +75,8 @@ impl Facing {
         at_center(to_texels(x), to_texels(y), tilt)
     }
 
-    /// `center` to the right, down and along the axis [m], `radius` [m].
+    /// Sets up a particle beside the view; `center` to the right, down and along the axis [m], `radius`
+    /// [m].
     fn beside(view: &GpuView, center: Vec3, radius: f32, sin: f32, cos: f32) -> Self {
         let distance = center.length().max(f32::MIN_POSITIVE);
         let n = center / distance;
@@ -98,7 +99,7 @@ impl Facing {
         }
     }
 
-    /// `None` where the ray runs away from the plane.
+    /// `None` if the ray does not meet the plane in front of the light.
     pub fn hit(&self, view: &GpuView, texel: Vec2) -> Option<PlaneHit> {
         let delta = texel - self.reference;
         let denominator = self.start + self.tilt.dot(delta);
@@ -110,7 +111,7 @@ impl Facing {
     }
 }
 
-/// Axes of a plane that faces along `n`: unit, world space.
+/// Axes of a plane with the normal `n`: unit, world space.
 fn quad_axes(n: Vec3) -> (Vec3, Vec3) {
     let up = if n.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
     let x = up.cross(n).normalize();
@@ -121,7 +122,7 @@ fn turned(x: Vec3, y: Vec3, sin: f32, cos: f32) -> (Vec3, Vec3) {
     (x * cos + y * sin, y * cos - x * sin)
 }
 
-/// The share of a particle's alpha at `q`, 0 outside its shape.
+/// Share of a particle's alpha at `q`, 0 outside its shape.
 pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
     let inside = match shape {
         Shape::Quad => q.x.abs().max(q.y.abs()) <= 1.0,
@@ -137,10 +138,10 @@ pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
     }
 }
 
-/// Light that passes a hit of opacity `a` and colour `c` (of `gain`: over 16), per channel.
+/// Transmittance of a hit of opacity `a` and colour `c` (divided by 16 for `gain`), per channel.
 pub fn transmittance(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
     match transfer {
-        // In the picture; shadows are dithered.
+        // For the picture only: shadows are dithered.
         Transfer::Filter | Transfer::Dither => Vec3::ONE - a * (Vec3::ONE - c),
         Transfer::Stain => c * (1.0 - a),
         Transfer::Smoke => (1.0 - a) * (Vec3::ONE - a * (Vec3::ONE - c)),
@@ -150,7 +151,7 @@ pub fn transmittance(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
     }
 }
 
-/// 1 - [`transmittance`], to the last digits where that is next to 1.
+/// 1 - [`transmittance`], with full precision where the transmittance is next to 1.
 pub fn absorption(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
     let filtered = a * (Vec3::ONE - c);
     match transfer {
@@ -163,7 +164,7 @@ pub fn absorption(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
     }
 }
 
-/// Where a ray meets a triangle.
+/// Hit of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
     pub uv: Vec2,
@@ -179,7 +180,7 @@ impl TriangleSetup {
         line.z * (texel.y - line.y) - line.w * (texel.x - line.x)
     }
 
-    /// Weights of two corners, and how far they move from a texel to the next.
+    /// Barycentric weights of two corners, and their change from one texel to the next.
     pub fn own(&self, texel: Vec2) -> (Vec2, Vec2) {
         let weighted = |i: usize| self.edge(i, texel) * self.weights[i];
         let step = |i: usize| Vec2::new(-self.edges[i].w, self.edges[i].z) * self.weights[i];

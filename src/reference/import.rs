@@ -1,9 +1,9 @@
-//! import: a depth of the host's to light depth. WGSL: `wgsl/import/import_depths.wgsl`.
+//! import: the host's depth to light depth. WGSL: `wgsl/import/import_depths.wgsl`.
 use crate::records::ImportParams;
 use glam::{UVec2, Vec2, Vec4, Vec4Swizzles as _};
 
-/// Along the ray through a point of our map, clip coordinates of the host's camera are
-/// `slope * distance + start`, `distance` along our axis [m].
+/// Ray of our map in the host's clip space: along the ray through a point of our map, clip coordinates of
+/// the host's camera are `slope * distance + start`, `distance` along our axis [m].
 #[derive(Clone, Copy, Debug)]
 pub struct ClipRay {
     slope: Vec4,
@@ -11,7 +11,7 @@ pub struct ClipRay {
 }
 
 impl ClipRay {
-    /// `texel`: a point of our map [texels].
+    /// The ray through `texel`, a point of our map [texels].
     pub fn new(params: &ImportParams, texel: Vec2) -> Self {
         let across = (texel - params.size * 0.5) / params.scale * Vec2::new(1.0, -1.0);
         let clip = params.clip_from_view;
@@ -22,7 +22,7 @@ impl ClipRay {
         Self { slope: -clip.z_axis, start: clip * across.extend(0.0).extend(1.0) }
     }
 
-    /// Where the ray is in the host's map [texels].
+    /// Texel of the ray in the host's map.
     pub fn host_texel(&self, params: &ImportParams) -> UVec2 {
         let seen = self.slope * params.far + self.start;
         let place =
@@ -30,13 +30,13 @@ impl ClipRay {
         place.clamp(Vec2::ZERO, params.host_size - 1.0).as_uvec2()
     }
 
-    /// Light depth of a depth of the host's. 1 where there is nothing, or too far away; what is before the near
-    /// plane blocks all the same.
+    /// Light depth of a host's depth. 1 where there is no surface, or one beyond the far plane; a surface
+    /// in front of the near plane blocks all the same.
     pub fn light_depth(&self, params: &ImportParams, depth: f32) -> f32 {
         let Self { slope, start } = self;
         let distance = (depth * start.w - start.z) / (slope.z - depth * slope.w);
         let own = (distance - params.near) / (params.far - params.near);
-        // A NaN is none.
+        // A NaN is no surface.
         if depth != params.empty && own <= 1.0 { own.max(0.0) } else { 1.0 }
     }
 }

@@ -1,14 +1,14 @@
-//! Twin of `wgsl/shade/answer_shares.wgsl`: what of each light reaches points of the host's.
+//! Twin of `wgsl/shade/answer_shares.wgsl`: share of each light that reaches points of the host.
 use super::{shading::Lighting, threads::each};
 use crate::{
     model::{ReceiverPoint, Scene, View},
     records::ViewMaps,
 };
 
-/// Points that a core takes at a time.
+/// Points per work item of a thread.
 const RUN: usize = 1024;
 
-/// Linear rgb, point by point, light by light; `maps` of `views`: the shadow views of the scene's
+/// Shares in linear rgb, point by point, light by light; `maps` of `views`: the shadow views of the scene's
 /// lights.
 pub fn light_points(
     scene: &Scene,

@@ -1,8 +1,9 @@
-//! The stages in order, for every shadow view.
+//! All stages in order, for every shadow view.
 use super::{
     Pair,
     accumulate::{Accumulated, Light, Modes, accumulate},
     bin::{Bins, bin},
+    blur::blur,
     caster_hit::{Records, Target},
     colored::{filter_colored, occlude_colored},
     curve::{
@@ -30,28 +31,30 @@ use crate::{
 };
 use glam::{UVec2, Vec3};
 
-/// Casters that a thread takes at a time.
+/// Casters per work item of a thread.
 const CHUNK: usize = 4096;
 
-/// What all views share.
+/// Records that all views share.
 pub(super) struct SceneRecords<'a> {
     pub materials: &'a [Material],
     gpu_materials: Vec<GpuMaterial>,
-    /// Absorption of each material [1/m].
+    /// Absorption coefficient of each material [1/m].
     pub absorptions: Vec<Vec3>,
     pub images: Vec<Image>,
     pub casters: Vec<Caster>,
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
-    /// In curve mode.
+    /// Set in curve mode.
     curve_modes: Option<CurveModes>,
     pair_budget: u32,
-    /// 0 where dithered surfaces stay as they are [texels].
+    /// Window of the softening; 0 if dithered surfaces stay as they are [texels].
     soften_window: u32,
     colored: bool,
+    /// [texels]
+    blur: u32,
 }
 
-/// One view's casters.
+/// Projected casters of one view.
 pub(super) struct ViewCasters {
     pub footprints: Vec<Footprint>,
     pub keys: Vec<u32>,
@@ -59,7 +62,7 @@ pub(super) struct ViewCasters {
     pub setups: Vec<TriangleSetup>,
 }
 
-/// The maps of all views, and what they counted. Each view is a batch of its own.
+/// Maps of all views, and their counters. Each view is a batch of its own.
 pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
     let records = SceneRecords::new(scene);
     let mut counters = Counters {
@@ -113,11 +116,18 @@ impl<'a> SceneRecords<'a> {
             }),
             pair_budget: scene.shadow.pair_budget,
             soften_window: if scene.shadow.soften { window(materials) } else { 0 },
+            blur: scene.shadow.blur,
             colored: scene.shadow.colored && uses(Transfer::Dither),
         }
     }
 
     fn render(&self, view: &View, counters: &mut Counters) -> ViewMaps {
+        let mut maps = self.sharp(view, counters);
+        blur(&mut maps, self.blur);
+        maps
+    }
+
+    fn sharp(&self, view: &View, counters: &mut Counters) -> ViewMaps {
         let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;
@@ -215,7 +225,7 @@ impl<'a> SceneRecords<'a> {
         maps
     }
 
-    /// What dithering by channel left, and its softening.
+    /// Stores the depths of coloured dithering, and softens them.
     fn dither(
         &self,
         maps: &mut ViewMaps,
@@ -238,7 +248,7 @@ impl<'a> SceneRecords<'a> {
         filter_colored(maps, self.soften_window);
     }
 
-    /// Particles first, then triangles.
+    /// Projects particles first, then triangles.
     pub(super) fn project(&self, view: &GpuView, params: ProjectParams) -> ViewCasters {
         let chunks = each(self.casters.len().div_ceil(CHUNK), |chunk| {
             let first = chunk * CHUNK;
@@ -306,7 +316,7 @@ impl<'a> SceneRecords<'a> {
     }
 }
 
-/// Behind which no channel is left.
+/// Depth behind which all channels are blocked.
 fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
     let mut last = TileTexels::filled(1.0);
     for place in 0..TEXELS {
@@ -315,7 +325,7 @@ fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
     last
 }
 
-/// What curve mode and nearest-depth mode have in common.
+/// Values that curve mode and nearest-depth mode have in common.
 fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
     let mut texels = TileTexels::filled(Accumulated {
         light: Light::Passed(Vec3::ONE),
@@ -331,7 +341,7 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
     texels
 }
 
-/// Whether all that filters light is what [`CurveModes::slabs`] says.
+/// Whether all filtering casters are those of [`CurveModes::slabs`].
 fn only_discs(scene: &Scene) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));

@@ -9,11 +9,11 @@ use crate::{
 };
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3, Vec4};
 
-/// Of all four neighbours, below which the best of them is taken.
+/// Sum of four neighbours' weights below which the best neighbour alone is taken.
 pub const LEAST_WEIGHT: f32 = 1e-3;
 /// What a right angle between two surfaces counts as, in what the blur tolerates of depth.
 pub const TURNED: f32 = 8.0;
-/// Of the width of a blur at its last tap.
+/// Distance of the last tap from the middle, in standard deviations.
 pub const WIDTHS: f32 = 2.0;
 
 /// What the camera sees in a pixel of the picture.
@@ -142,7 +142,7 @@ impl MaskInput<'_> {
         Masks { slots, size, values }
     }
 
-    /// Of one mask.
+    /// Looks one mask up.
     fn look_up(
         &self,
         grid: &Grid,
@@ -255,7 +255,7 @@ impl Filter<'_> {
     }
 }
 
-/// Of each 2 x 2 pixels one, in turns the nearest and the farthest.
+/// Keeps one of each 2 x 2 pixels, in turns the nearest and the farthest.
 fn shrunk(whole: &Grid) -> Grid {
     let size = mask_size(whole.size, true);
     let chosen = |i: u32| {

@@ -1,7 +1,8 @@
-//! The reference: each stage again, plainly, on the CPU.
+//! Reference implementation: a plain CPU twin of each stage.
 pub mod accumulate;
 pub mod air;
 pub mod bin;
+pub mod blur;
 pub mod caster_hit;
 pub mod cluster;
 pub mod colored;

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/driver/occlude_*.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
+//! Twin of `wgsl/state/depth.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
 use super::{
     caster_hit::{Hit, Records, Target},
     tile::{Tile, TileTexels},
@@ -9,7 +9,7 @@ use crate::{
 };
 use glam::Vec2;
 
-/// Whether a hit of an opaque material is there at all; the picture has no dithered ones.
+/// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones.
 pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
     match material.transfer {
         Transfer::Opaque => true,
@@ -26,19 +26,18 @@ fn blocks(target: &Target<'_>, texel: Vec2, hit: &Hit) -> bool {
     }
 }
 
-/// The last bit of an opaque depth tells a dithered surface from a whole one: `filter` fills holes
-/// of the former only.
+/// Opaque depth whose last bit marks a dithered surface: `filter` fills holes of dithered surfaces only.
 pub(super) fn stored_depth(target: &Target<'_>, hit: &Hit) -> f32 {
     let dithered = target.material.transfer == Transfer::Dither;
     f32::from_bits(hit.depth.to_bits() & !1 | u32::from(dithered))
 }
 
-/// Whether a stored opaque depth is a dithered surface's.
+/// Whether a stored opaque depth belongs to a dithered surface.
 pub fn is_dithered(depth: f32) -> bool {
     depth.to_bits() & 1 == 1
 }
 
-/// The least depth of the solid hits of a tile's texels, 1 where there is none.
+/// Least depth of the solid hits of a tile's texels, 1 if there is none.
 pub fn occlude<'a>(
     records: Records<'_>,
     tile: &Tile,

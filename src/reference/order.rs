@@ -1,30 +1,29 @@
-//! Twin of `wgsl/hit/hit_order.wgsl`: the hits of one ray, in order of their depths.
+//! Twin of `wgsl/hit/hit_order.wgsl`: sorting of one ray's hits by depth.
 //!
-//! Casters come in order of their nearest points, their hits nearly so. The last few hits wait, in
-//! order; one that comes late finds its place among them. Which one of several at the same depth is
-//! first, the order of the casters says.
+//! Casters come sorted by their nearest points, so their hits are nearly sorted. The last few hits wait in
+//! a sorted buffer; a late one is inserted among them. At equal depths the casters' order decides.
 
-/// Hits that wait.
+/// Capacity of the buffer [hits].
 pub const WAITING: usize = 8;
 
-/// Hits of one ray that wait, the nearest first.
+/// Sorted buffer of hits of one ray, the nearest first.
 #[derive(Clone, Debug)]
 pub struct HitOrder<T> {
-    /// Light depths; negative where none waits.
+    /// Light depths; negative for an empty slot.
     waiting: [(f32, T); WAITING],
-    /// Light depth of the last that left.
+    /// Light depth of the last hit that left.
     last: f32,
-    /// Hits that came when one behind them had left: their place is lost.
+    /// Hits out of order: they came after a hit behind them had left.
     pub late: u32,
 }
 
 impl<T: Copy> HitOrder<T> {
-    /// `nothing`: what fills empty places.
+    /// An empty buffer; `nothing` fills empty slots.
     pub fn new(nothing: T) -> Self {
         Self { waiting: [(-1.0, nothing); WAITING], last: -1.0, late: 0 }
     }
 
-    /// A hit comes; the one that makes room for it leaves.
+    /// Adds a hit; returns the one that leaves in exchange.
     pub fn push(&mut self, depth: f32, hit: T) -> Option<(f32, T)> {
         let place = self.waiting.partition_point(|&(waiting, _)| waiting <= depth);
         let leaves = if place == 0 {
@@ -42,7 +41,7 @@ impl<T: Copy> HitOrder<T> {
         })
     }
 
-    /// All that wait, in order.
+    /// All waiting hits, in order.
     pub fn drain(&mut self) -> impl Iterator<Item = (f32, T)> {
         let waiting = self.waiting;
         self.waiting.iter_mut().for_each(|(depth, _)| *depth = -1.0);

@@ -8,17 +8,17 @@ use crate::{
 };
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 
-/// Slack around a footprint's box, so that rounding never loses a texel [texels].
+/// Margin around a footprint's box, so that rounding never loses a texel [texels].
 pub const SLACK: f32 = 1.0 / 64.0;
-/// A particle nearer along the axis than this share of its distance from the light is *beside* the
-/// view: its centre has no place in the map.
+/// A particle is *beside* the view if its depth along the axis is below this share of its distance from the
+/// light: its centre has no position in the map.
 pub const MIN_COSINE: f32 = 0.05;
 
-/// What `project` says of one caster in one view.
+/// Result of `project` for one caster in one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
     pub footprint: Footprint,
-    /// Quantised smallest depth; [`INVISIBLE`] for what touches no texel or is scattered.
+    /// Quantised smallest depth; [`INVISIBLE`] if the caster touches no texel or is scattered.
     pub key: u32,
     pub rect: TileRect,
 }
@@ -39,16 +39,16 @@ impl Projected {
     };
 }
 
-/// What a batch of views chooses about projection.
+/// Parameters of projection for a batch of views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProjectParams {
-    /// Whether particles that touch at most 2x2 texels leave the sorted order. Off where the order
-    /// counts.
+    /// Whether particles that touch at most 2x2 texels take the scatter path. Off with order-dependent
+    /// blending.
     pub scatter: bool,
-    /// Whether what casts nothing is projected too: the camera sees it.
+    /// Whether casters without shadows are projected too, for the camera.
     pub include_non_casters: bool,
-    /// Whether depth keys of perspective views go by the distance from the light: where the order
-    /// counts.
+    /// Whether depth keys of perspective views are by distance from the light, for order-dependent
+    /// blending.
     pub by_distance: bool,
 }
 
@@ -64,12 +64,12 @@ struct TexelBox {
     max: Vec2,
 }
 
-/// Quantised so that a smaller depth never has a larger key.
+/// Depth key: quantised monotonically, so that a smaller depth never has a larger key.
 pub fn depth_key(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * (INVISIBLE - 1) as f32) as u32
 }
 
-/// One particle in view number `view_index` of its batch.
+/// Projects one particle to view number `view_index` of its batch.
 pub fn project_particle(
     view: &GpuView,
     view_index: u32,
@@ -146,7 +146,7 @@ pub fn project_particle(
     }
     let round = shape != Shape::Quad as u32 && view.perspective == 0.0;
     let circle = if round { radius + SLACK } else { f32::INFINITY };
-    // Opaque depths know tiles only.
+    // Only tiles can write opaque depths.
     let scatter = params.scatter && material.transfer < Transfer::Opaque as u32 && !is_beside;
     let Some(rect) = tile_rect(view, view_index, bounds, texel, circle, scatter) else {
         return Projected::INVISIBLE;
@@ -174,8 +174,8 @@ pub fn project_particle(
     Projected { footprint, key, rect }
 }
 
-/// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; endless where the
-/// eye is inside.
+/// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
+/// inside.
 fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
     const ENDLESS: f32 = 1e6;
     let t2 = x * x + distance * distance - sphere * sphere;
@@ -191,7 +191,7 @@ fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
     )
 }
 
-/// The tiles whose texel centres may lie in `bounds` and within `circle` [texels] of `center`.
+/// Tiles whose texel centres may be in `bounds` and within `circle` [texels] of `center`.
 fn tile_rect(
     view: &GpuView,
     view_index: u32,
@@ -234,7 +234,7 @@ fn tile_rect(
     })
 }
 
-/// One triangle in one view, and its setup. `setup_index` is where the setup is stored.
+/// Projects one triangle to one view, with its setup. `setup_index`: where the setup is stored.
 pub fn project_triangle(
     view: &GpuView,
     view_index: u32,
@@ -247,7 +247,7 @@ pub fn project_triangle(
     let corners = record.positions_u.map(|p| view.view_from_world.transform_point3(p.xyz()));
     let distances = Vec3::new(-corners[0].z, -corners[1].z, -corners[2].z);
     let depths = (distances - view.near) / (view.far - view.near);
-    // The back of a volume counts beyond the far plane.
+    // The back face of a volume also matters beyond the far plane.
     if depths.max_element() < 0.0 {
         return nothing;
     }
@@ -264,8 +264,8 @@ pub fn project_triangle(
     };
     let bounds;
     if crosses {
-        // Behind the near plane a corner has no place in the map: edges become planes through
-        // the eye (Olano and Greer 1997, section 3).
+        // A corner behind the near plane has no position in the map: edges become planes through the eye
+        // (Olano and Greer 1997, section 3).
         let h: [Vec3; 3] =
             std::array::from_fn(|i| (flat[i] + distances[i] * half).extend(distances[i]));
         let volume = h[0].dot(h[1].cross(h[2]));
@@ -358,7 +358,7 @@ fn precedes(a: Vec2, b: Vec2) -> bool {
     a.x < b.x || (a.x == b.x && a.y < b.y)
 }
 
-/// Where the part of a triangle beyond the near plane lies in the map.
+/// Bounding box in the map of the part of a triangle beyond the near plane.
 fn clipped_box(view: &GpuView, flat: &[Vec2; 3], distances: Vec3, half: Vec2) -> TexelBox {
     let mut bounds = TexelBox { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
     let mut include = |p: Vec2, distance: f32| {

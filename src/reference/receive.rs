@@ -1,14 +1,14 @@
-//! What a receiver reads from a shadow map.
+//! Shadow map comparison of a receiver.
 use glam::Vec3;
 
 /// A texel of a view's maps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapTexel {
-    /// `F`
+    /// Filter map `F`.
     pub filter: Vec3,
-    /// `D`
+    /// Nearest depth `D`.
     pub nearest: f32,
-    /// `Z`
+    /// Opaque depth `Z`.
     pub opaque: f32,
 }
 
@@ -28,7 +28,7 @@ pub fn receive(z: f32, texel: &MapTexel, bias: f32) -> Vec3 {
     }
 }
 
-/// What opaque depths by channel leave of `light` at light depth `z`.
+/// Channels of `light` that opaque depths per channel let through to light depth `z`.
 pub fn light_by_channel(light: Vec3, depths: [f32; 3], z: f32, bias: f32) -> Vec3 {
     let blocked = (Vec3::from_array(depths) + bias).cmplt(Vec3::splat(z));
     Vec3::select(blocked, Vec3::ZERO, light)

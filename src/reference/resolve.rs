@@ -1,9 +1,9 @@
-//! Twin of `wgsl/driver/resolve_*.wgsl`: sums -> `F`, as its texture stores it.
+//! Twin of `wgsl/driver/resolve.wgsl`: sums -> `F`, as its texture stores it.
 use super::accumulate::{FIXED_ONE, Light};
 use glam::{IVec3, Vec3};
 use half::f16;
 
-/// Transmittance below which a texel is black, so that stopping early changes no bit.
+/// Transmittance below which a texel is black, so that early termination changes no bit.
 pub const BLACK: f32 = 1.0 / 1024.0;
 
 /// Transmittance of an optical depth in fixed point.
@@ -11,7 +11,8 @@ pub fn passed(sums: IVec3) -> Vec3 {
     (sums.as_vec3() / -FIXED_ONE).map(f32::exp)
 }
 
-/// `F`, rounded as rgba16float does. `gain`: nothing is black for good.
+/// Filter map `F`, rounded to rgba16float. `gain`: values below [`BLACK`] are kept, since a caster may brighten
+/// them.
 pub fn resolve(light: Light, gain: bool) -> [f32; 3] {
     let light = match light {
         Light::Passed(light) => light,

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/sums/scatter.wgsl`: casters straight to their texels, in fixed point.
+//! Twin of `wgsl/sums/scatter.wgsl`: casters added straight to their texels, in fixed point.
 use super::{
     accumulate::{FIXED_ONE, MAX_LIGHT, MAX_TAU, Modes, VISIBLE_OPACITY, merge},
     caster_hit::{Records, Target},
@@ -10,27 +10,27 @@ use crate::{
 };
 use glam::{IVec3, UVec2, Vec2, Vec3};
 
-/// In 0..1.
+/// Float in 0..1 of random bits.
 fn unit_float(bits: u32) -> f32 {
     (bits >> 8) as f32 / 16_777_216.0
 }
 
-/// What is added before rounding down, of channels a third apart. Particles with equal opacity must
-/// not all round the same way: a million roundings of 1/2 unit are 8 of optical depth. Multiples of
-/// the golden ratio: sums over runs of casters stray less than those of chance.
+/// Dither added before rounding down, with channels a third apart. Particles with equal opacity must not
+/// all round the same way: a million roundings of 1/2 unit are 8 of optical depth. Multiples of the golden
+/// ratio: their sums over runs of casters deviate less than random ones.
 fn spread(id: u32) -> Vec3 {
     let turn = id.wrapping_mul(2_654_435_769);
     let third = |i: u32| unit_float(turn.wrapping_add(i.wrapping_mul(0x5555_5555)));
     Vec3::new(third(0), third(1), third(2))
 }
 
-/// Optical depth of what is absorbed, to the last digits where that is little.
+/// Optical depth of an absorbed share, with full precision where the share is small.
 fn absorbed_tau(absorbed: Vec3) -> Vec3 {
     let least = 1.0 - MAX_LIGHT;
     absorbed.map(|x| -(-x.clamp(least, 1.0)).ln_1p()).min(Vec3::splat(MAX_TAU))
 }
 
-/// What scattered casters add to a view's texels; tile by tile.
+/// Sums of scattered casters for a view's texels, tile by tile.
 #[derive(Clone, Debug)]
 pub struct ScatterSums {
     tau: Vec<IVec3>,
@@ -47,7 +47,7 @@ impl ScatterSums {
         }
     }
 
-    /// One caster, straight to its texels. `opaque`: of the view's texels, tile by tile.
+    /// Adds one caster to its texels. `opaque`: depths of the view's texels, tile by tile.
     pub fn scatter(
         &mut self,
         records: Records<'_>,
@@ -118,7 +118,7 @@ impl ScatterSums {
     }
 }
 
-/// Tile of a texel, counted from the view's first, and its place in the tile.
+/// Tile of a texel, counted from the view's first, and its index in the tile.
 fn place_of(view: &GpuView, texel: UVec2) -> (usize, usize) {
     let tile = texel / TILE_SIZE;
     let rest = texel % TILE_SIZE;

@@ -5,13 +5,13 @@ use glam::{Vec2, Vec4};
 /// A texture decoded to linear rgba.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// [texels]
+    /// Width [texels].
     width: i32,
     height: i32,
     texels: Vec<Vec4>,
 }
 
-/// IEC 61966-2-1.
+/// Linear value of an sRGB byte (IEC 61966-2-1).
 fn linear_from_srgb(value: u8) -> f32 {
     let v = f32::from(value) / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
@@ -31,7 +31,7 @@ impl Image {
         }
     }
 
-    /// Linear rgba; texel `i` has its centre at `(i + 0.5) / size`.
+    /// Samples linear rgba; texel `i` has its centre at `(i + 0.5) / size`.
     pub fn sample(&self, uv: Vec2) -> Vec4 {
         let size = Vec2::new(self.width as f32, self.height as f32);
         let at = (uv - uv.floor()) * size - 0.5;

@@ -1,10 +1,10 @@
-//! The machine's cores, for work whose pieces know nothing of each other.
+//! Parallel loop over the machine's cores for independent work items.
 use std::{
     sync::atomic::{AtomicUsize, Ordering},
     thread::ScopedJoinHandle,
 };
 
-/// `work(0)..work(count - 1)`, in that order, by all cores.
+/// Results of `work(0)..work(count - 1)`, in that order, computed on all cores.
 pub(super) fn each<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let cores = std::thread::available_parallelism().map_or(2, usize::from).min(count);
     if cores <= 1 {

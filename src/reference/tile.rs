@@ -44,7 +44,7 @@ impl Tile {
         Self { origin, size: view.size.as_uvec2() }
     }
 
-    /// Places in the tile that lie in the map, with their texel's centre in the map [texels].
+    /// Indices of the tile's texels that are in the map, with their centres in the map [texels].
     pub fn texels(&self) -> impl Iterator<Item = (usize, Vec2)> + use<> {
         let (origin, size) = (self.origin, self.size);
         (0..TEXELS as u32).filter_map(move |place| {

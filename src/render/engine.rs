@@ -1,4 +1,4 @@
-//! Scenes to frames on a device.
+//! Rendering of scenes on a device.
 use super::{Frame, RenderOptions};
 use crate::{
     error::Error,
@@ -10,7 +10,7 @@ use crate::{
     },
     records::{CurveMap, FormerSlots, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
-    shadows::{Config, Maps, PointBuffers, Prepared, Shadows},
+    shadows::{Config, HostInputs, Maps, PointBuffers, Prepared, Shadows},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views, views_around},
 };
@@ -22,18 +22,18 @@ pub(super) struct GpuEngine {
     pub(super) gpu: Gpu,
     pub(super) shadows: Shadows,
     timeline: Timeline,
-    /// Of the last picture, where all its pairs fitted.
+    /// Buffer sizes of the last picture, if all its pairs fitted.
     room: Option<PictureRoom>,
-    /// A frame of the casters that are kept has counted its pairs.
+    /// Whether a frame with the same casters has counted its pairs.
     has_counted: bool,
-    /// Masks of the lights of the frame before.
+    /// Mask slots of the lights in the previous frame.
     slots: FormerSlots,
 }
 
 type Record =
     fn(&PreparedPicture, &crate::shadows::Kernels, &mut wgpu::CommandEncoder, &mut Timeline);
 
-/// What a frame's picture and its heat maps are made from.
+/// Inputs of a frame's picture and of its heat maps.
 #[derive(Clone)]
 struct Lit<'a> {
     scene: &'a Scene,
@@ -43,11 +43,11 @@ struct Lit<'a> {
 }
 
 impl GpuEngine {
-    /// On a device that is already open.
+    /// An engine on an open device.
     pub(super) fn new(gpu: Gpu) -> Result<Self, Error> {
         let config = Config::new(gpu.tier, &gpu.adapter);
         let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
-        // A software adapter stamps when it records, not when the work is done.
+        // A software adapter takes timestamps when it records, not when the work is done.
         let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
             Timeline::stepped(&gpu.device, &gpu.queue)
         } else {
@@ -67,7 +67,7 @@ impl GpuEngine {
         let whole = View::from_camera(&scene.camera, &scene.bounds());
         let first = scene.sample_offsets().next().unwrap_or_default();
         let camera = whole.clone().through(first);
-        // The picture's kernels, for the time that the device takes for the maps of a first frame.
+        // Compiles the picture's kernels while the device renders the maps of a first frame.
         let ahead = |engine: &mut Self, prepared: &Prepared| {
             if engine.room.is_some() {
                 return Ok(Vec::new());
@@ -80,7 +80,7 @@ impl GpuEngine {
         let mut stages = self.timeline.read(&self.gpu.device);
         let maps = if options.maps {
             let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
-            read_maps(&self.gpu, prepared.maps(), &views, owners)?
+            read_maps(&self.gpu, prepared.maps(), &views, owners, options)?
         } else {
             Vec::new()
         };
@@ -124,18 +124,33 @@ impl GpuEngine {
         Ok(Frame { picture, debug, maps, counters, stages, memory: memory.0 })
     }
 
+    /// The kernels of a frame that are not made yet.
+    pub(super) fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
+        let (views, _) = fitted_views(scene, &AtlasLimits::of(&self.gpu.device.limits()));
+        let camera = View::from_camera(&scene.camera, &scene.bounds());
+        let (casters, inputs) = (scene.casters(), HostInputs::new());
+        let count_first = !self.has_counted;
+        self.shadows.configure(|config| config.count_first = count_first);
+        // Planned twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
+        self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
+        let prepared = self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
+        let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
+        self.plan_picture(&lit, self.room.unwrap_or_default())?;
+        Ok(self.shadows.kernels().pending())
+    }
+
     pub(super) fn forget(&mut self) {
         self.shadows.forget();
         self.has_counted = false;
     }
 
-    /// As many points at a time as a buffer has room for.
+    /// Looks up as many points at a time as a buffer holds.
     pub(super) fn light_points(
         &mut self,
         scene: &Scene,
         points: &[ReceiverPoint],
     ) -> Result<Vec<[f32; 3]>, Error> {
-        /// Points that are looked up at a time, at most.
+        /// Most points that are looked up at a time.
         const MOST: usize = 1 << 20;
         let limits = self.gpu.device.limits();
         let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
@@ -163,7 +178,7 @@ impl GpuEngine {
         Ok(shares)
     }
 
-    /// Renders the maps until their pairs fit. Kernels that `ahead` returns are made meanwhile.
+    /// Renders the maps until their pairs fit. Kernels that `ahead` returns are compiled meanwhile.
     fn shade_maps(
         &mut self,
         scene: &Scene,
@@ -197,7 +212,7 @@ impl GpuEngine {
         Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// The mean over all places of the pixels of `camera`; `first`: the light through the first of them.
+    /// Mean over all samples per pixel of `camera`; `first`: the light of the first sample.
     fn shade_samples(
         &mut self,
         lit: &Lit<'_>,
@@ -215,8 +230,8 @@ impl GpuEngine {
         Ok(reference::mean_picture(lit.scene, &samples))
     }
 
-    /// The picture once nothing is missing, what it then was prepared for, and how many casters
-    /// did not fit at a time.
+    /// The complete picture, the capacities that it was prepared with, and how many casters did not fit at
+    /// once.
     fn shade_whole_picture(
         &mut self,
         lit: &Lit<'_>,
@@ -240,7 +255,7 @@ impl GpuEngine {
                     self.room = Some(room).filter(|room| !room.is_in_parts());
                     return Ok((picture, room, overflowed));
                 }
-                // Of the most that the budget allows at a time.
+                // The picture is drawn in parts of the largest size that the budget allows.
                 Some(needs) if overflowed == 0 && needs.is_in_parts() => {
                     let [solid, clear] = picture.read_counters(&self.gpu)?;
                     overflowed = u64::from(solid.overflowed + clear.overflowed);
@@ -280,7 +295,7 @@ impl GpuEngine {
         })
     }
 
-    /// What `mode` shows of a picture.
+    /// Debug picture of `mode`.
     fn shade_debug(
         &mut self,
         mode: DebugMode,
@@ -307,7 +322,7 @@ impl GpuEngine {
     }
 }
 
-/// Records, submits and starts the clock of the stages anew.
+/// Records, submits, and restarts the timings of the stages.
 fn submit(
     gpu: &Gpu,
     timeline: &mut Timeline,
@@ -320,7 +335,13 @@ fn submit(
     gpu.queue.submit([encoder.finish()]);
 }
 
-fn read_maps(gpu: &Gpu, maps: &Maps, views: &[View], owners: bool) -> Result<Vec<ViewMaps>, Error> {
+fn read_maps(
+    gpu: &Gpu,
+    maps: &Maps,
+    views: &[View],
+    owners: bool,
+    options: &RenderOptions<'_>,
+) -> Result<Vec<ViewMaps>, Error> {
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
@@ -337,7 +358,8 @@ fn read_maps(gpu: &Gpu, maps: &Maps, views: &[View], owners: bool) -> Result<Vec
         let pairs = maps.nodes as usize / 2;
         (0..pairs).flat_map(|pair| curves[(z * pairs + pair) * layer + rest]).collect::<Vec<_>>()
     };
-    let view_maps = views.iter().zip(&maps.places).map(|(view, place)| {
+    let shown = views.iter().zip(&maps.places).filter(|(view, _)| options.shows(view));
+    let view_maps = shown.map(|(view, place)| {
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
                 let row = place.layer * atlas.height + place.origin.y + y;

@@ -1,12 +1,12 @@
-//! Scenes to frames, on a GPU or on the CPU.
+//! Rendering of scenes to frames, on a GPU or on the CPU.
 mod engine;
 
 #[cfg(feature = "device")]
 use crate::gpu::{Backend, Selection};
 use crate::{
     error::Error,
-    gpu::Gpu,
-    model::{Counters, ReceiverPoint, Scene},
+    gpu::{Gpu, KernelJob},
+    model::{Counters, ReceiverPoint, Scene, View},
     picture::debug::DebugMode,
     records::{Picture, ViewMaps},
     reference,
@@ -15,16 +15,16 @@ use crate::{
 };
 use engine::GpuEngine;
 
-/// One frame's results and what they cost.
+/// Results of one frame, and their costs.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// What the camera sees.
+    /// The rendered picture.
     pub picture: Picture,
-    /// Those that were asked for.
+    /// Debug pictures that were requested.
     pub debug: Vec<(DebugMode, Picture)>,
-    /// Empty unless maps were asked for.
+    /// Maps of all views; empty unless requested.
     pub maps: Vec<ViewMaps>,
-    /// What the frame counted.
+    /// Counters of the frame.
     pub counters: Counters,
     /// Stage and its time [ms], in order.
     pub stages: Vec<(&'static str, f64)>,
@@ -32,18 +32,28 @@ pub struct Frame {
     pub memory: Vec<(&'static str, u64)>,
 }
 
-/// What a frame yields beside the picture.
+/// Outputs of a frame besides the picture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderOptions<'a> {
-    /// The views' maps, read back.
+    /// Whether to read back the views' maps.
     pub maps: bool,
-    /// The maps stay on the device for the next frame, which then renders only the views that see
-    /// a change. The twin renders all views in any case.
+    /// Light whose maps are read back, if `maps` is set; all lights when `None`.
+    pub maps_of: Option<usize>,
+    /// Whether maps stay on the device for the next frame, which then renders only the views that see a
+    /// change. The twin renders all views in any case.
     pub keep: bool,
-    /// The picture's linear light, before exposure and tone curve; that of the twin is there always.
+    /// Whether to read back the picture's linear light, before exposure and tone curve; the twin always
+    /// returns it.
     pub light: bool,
-    /// What else is shown. The CPU twin has none of it.
+    /// Debug pictures. The CPU twin has none.
     pub debug: &'a [DebugMode],
+}
+
+impl RenderOptions<'_> {
+    /// Whether the maps of a view are requested.
+    fn shows(&self, view: &View) -> bool {
+        self.maps_of.is_none() || self.maps_of == view.light
+    }
 }
 
 /// Renders scenes on one device.
@@ -59,7 +69,7 @@ enum Engine {
 }
 
 impl Renderer {
-    /// `adapter`: part of the adapter's name; case does not matter.
+    /// Opens an adapter; `adapter`: part of its name, ignoring case.
     #[cfg(feature = "device")]
     pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
         if backend == Backend::Cpu {
@@ -69,24 +79,24 @@ impl Renderer {
         Self::on(Gpu::new(&selection)?)
     }
 
-    /// On a device that is already open.
+    /// A renderer on an open device.
     pub fn on(gpu: Gpu) -> Result<Self, Error> {
         Ok(Self { engine: Engine::Gpu(Box::new(GpuEngine::new(gpu)?)) })
     }
 
-    /// Without any device, by the plain twins of the kernels.
+    /// A renderer without any device, by the CPU twins of the kernels.
     pub fn on_cpu() -> Self {
         Self { engine: Engine::Cpu }
     }
 
-    /// Gives what was kept for the next frame back to the device.
+    /// Frees the data that was kept for the next frame.
     pub fn forget(&mut self) {
         if let Engine::Gpu(engine) = &mut self.engine {
             engine.forget();
         }
     }
 
-    /// What renders, for people.
+    /// Description of the device, for people.
     pub fn device(&self) -> String {
         match &self.engine {
             Engine::Gpu(engine) => {
@@ -97,7 +107,7 @@ impl Renderer {
         }
     }
 
-    /// For tests and measurements: what the next frames are prepared with.
+    /// Changes the configuration of the next frames: for tests and measurements.
     #[doc(hidden)]
     pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
         if let Engine::Gpu(engine) = &mut self.engine {
@@ -105,17 +115,31 @@ impl Renderer {
         }
     }
 
-    /// One frame.
+    /// The kernels that [`Self::render`] of this scene would make before it returns, as jobs for the host's
+    /// threads. A first frame may find that it needs a few more. Uploads the casters as `render` does, which
+    /// then finds them uploaded.
+    ///
+    /// # Errors
+    /// Those of [`Self::render`].
+    pub fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
+        check(scene)?;
+        match &mut self.engine {
+            Engine::Gpu(engine) => engine.pending(scene),
+            Engine::Cpu => Ok(Vec::new()),
+        }
+    }
+
+    /// Renders one frame.
     pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         check(scene)?;
         match &mut self.engine {
             Engine::Gpu(engine) => engine.render(scene, options),
-            Engine::Cpu => render_on_cpu(scene, options.maps),
+            Engine::Cpu => render_on_cpu(scene, options),
         }
     }
 
-    /// What of each light reaches each point of the world: linear rgb, point by point, in the scene's order of
-    /// lights; 1 where nothing is between, without falloff and cosine.
+    /// Share of each light that reaches each point of the world: linear rgb, point by point, in the scene's
+    /// order of lights; 1 if nothing is in between, without falloff and cosine.
     pub fn light_points(
         &mut self,
         scene: &Scene,
@@ -139,25 +163,26 @@ impl Renderer {
     }
 }
 
-/// Whether a scene that no file described is as its fields say it must be.
+/// Checks a scene that may not come from a file against the contracts of its fields.
 fn check(scene: &Scene) -> Result<(), Error> {
     scene.casters().check()?;
     Ok((0..).zip(&scene.lights).try_for_each(|(index, light)| light.check(index))?)
 }
 
-fn render_on_cpu(scene: &Scene, maps: bool) -> Result<Frame, Error> {
+fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
     let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     check_views(&views, &scene.shadow)?;
     let clock = std::time::Instant::now();
-    let (view_maps, mut counters) = reference::render_maps(scene, &views);
+    let (mut view_maps, mut counters) = reference::render_maps(scene, &views);
     counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let picture = reference::render_picture(scene, &views, &view_maps);
     let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
+    view_maps.retain(|maps| options.maps && options.shows(&maps.view));
     Ok(Frame {
         picture,
         debug: Vec::new(),
-        maps: if maps { view_maps } else { Vec::new() },
+        maps: view_maps,
         counters,
         stages: vec![("maps", maps_ms), ("picture", picture_ms)],
         memory: Vec::new(),

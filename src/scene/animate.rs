@@ -15,16 +15,16 @@ use crate::model::{LightKind, Motion};
 use glam::{Vec3, Vec4};
 use std::{collections::HashMap, ops::RangeInclusive, sync::Arc};
 
-/// A shape or mesh of the scene file, as keys find it.
+/// A shape or mesh of the scene file that keys may name.
 pub(super) struct Placed {
     /// `"shape"` or `"mesh"`.
     pub kind: &'static str,
     pub name: Option<String>,
-    /// `None` of what cannot be moved: a displaced sphere.
+    /// Its movable part; `None` for a displaced sphere, which cannot be moved.
     pub moving: Option<Moving>,
 }
 
-/// A value that keys move.
+/// A value that keys animate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
     Eye,
@@ -55,20 +55,20 @@ const MATERIAL: &[&str] =
 const PLACE: &[&str] = &["translation", "rotation", "scale"];
 const AIR: &[&str] = &["scattering", "extinction"];
 
-/// What one table moves.
+/// Keys of one table.
 #[derive(Clone, Debug)]
 struct Keyed {
     target: Target,
     track: Track,
-    /// Of each number.
+    /// Valid range of each number.
     range: RangeInclusive<f32>,
-    /// The scene's, in the world [m].
+    /// World position of the scene's origin [m].
     origin: Vec3,
 }
 
-/// What a key's numbers are.
+/// Format of a target's keys.
 struct Kind {
-    /// How many, in each key.
+    /// Numbers per key.
     count: usize,
     range: RangeInclusive<f32>,
 }
@@ -152,7 +152,8 @@ impl Motion for Keyed {
 
 type Check<'a> = Table<'a, AnimateTable>;
 
-/// The keys of a scene file's tables, as motions of the scene: of shapes and meshes all keys together.
+/// Motions of the scene from the keys of a scene file's tables; those of one shape or mesh become one
+/// motion.
 pub(super) fn animate(
     source: &Source<'_>,
     document: &Document,
@@ -190,7 +191,7 @@ pub(super) fn animate(
     Ok(())
 }
 
-/// Keys of a shape or mesh.
+/// Adds the keys of a shape or mesh.
 fn place(
     check: &Check<'_>,
     kind: &str,
@@ -313,7 +314,7 @@ fn light_target(
     }
 }
 
-/// Keys of `count` numbers each, in `range`.
+/// Track of keys with `count` numbers each, in `range`.
 fn track(
     check: &Check<'_>,
     count: usize,
@@ -331,7 +332,7 @@ fn track(
     let mut keys = Vec::with_capacity(values.len());
     for key in values {
         let key = match key.0[..] {
-            // One number for all channels.
+            // A single number stands for all channels.
             [all] if count == 3 && *range.end() == 1e3 => vec![all; 3],
             _ => key.0.clone(),
         };

@@ -1,10 +1,10 @@
-//! What a scene has where its file says nothing.
+//! Defaults of a scene file.
 use super::{Bounds, Camera, Scene, document::KindOfShape, particles::FARTHEST, shapes};
 use crate::model::{Light, LightKind, LookUp, Material, Transfer};
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
 impl Scene {
-    /// No casters and no lights; all else as where a file says nothing.
+    /// A scene without casters and lights; everything else has the defaults of a scene file.
     pub fn empty() -> Self {
         empty_scene()
     }
@@ -14,14 +14,14 @@ pub(super) fn empty_scene() -> Scene {
     Scene { camera: camera(&Bounds::EMPTY), ..Scene::default() }
 }
 
-/// Of a particle file on its own.
+/// Material of a particle file that is rendered on its own.
 pub(super) const PARTICLE_MATERIAL: &str = r#"
 [[material]]
 name = "particles"
 tint = [0.35, 0.6, 0.9, 0.35]
 "#;
 
-/// [`sun`] as a scene file says it.
+/// [`sun`] in the format of a scene file.
 pub(super) const SUN: &str = r#"
 [[light]]
 name = "sun"
@@ -48,7 +48,7 @@ pub(super) fn sun() -> Light {
     }
 }
 
-/// A three-quarter view from slightly above that holds the whole box.
+/// A three-quarter view from slightly above that contains the whole box.
 pub(super) fn camera(bounds: &Bounds) -> Camera {
     let mut camera = Camera {
         eye: Vec3::ONE,
@@ -61,24 +61,24 @@ pub(super) fn camera(bounds: &Bounds) -> Camera {
     camera
 }
 
-/// From where the sphere around the box fits into the picture.
+/// Position from which the sphere around the box fits into the picture.
 pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
     let radius = bounds.or_unit().radius().max(1e-3);
     let aspect = camera.size.x as f32 / camera.size.y as f32;
     let half = (camera.fov_y * 0.5).tan() * aspect.min(1.0);
     let distance = radius * (1.0 + half * half).sqrt() / half;
-    // Far from the origin a short way would be lost in rounding.
+    // Far from the origin a short distance would be lost in rounding.
     let distance = distance.max(camera.target.abs().max_element() * 1e-4);
     camera.target + Vec3::new(0.55, 0.45, 0.8).normalize() * distance
 }
 
-/// How far the ground reaches [of the size of what stands on it]: the camera sees its edge less
-/// than a degree below the horizon.
+/// Extent of the ground [sizes of the scene]: the camera sees its edge less than a degree below the
+/// horizon.
 const GROUND: f32 = 100.0;
 
-/// A light-grey floor just under what a bare model or particle file holds, to receive its shadow;
-/// none where it would hide the model from its own camera, or the model has a floor. It casts
-/// nothing, so that shadow maps fit what stands on it.
+/// Adds a light-grey floor just under a bare model or particle file, to receive its shadow; none if it
+/// would hide the model from its own camera, or the model has a floor. It casts no shadow, so that shadow
+/// maps fit the model.
 pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
     let bounds = scene.bounds();
     if bounds.is_empty() || has_floor(scene, &bounds) {
@@ -91,7 +91,7 @@ pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
     if camera.is_some_and(|camera| camera.eye.y <= place.y || is_inside(camera.eye)) {
         return;
     }
-    // Corners stay where a scene may have them.
+    // Corners stay within the largest coordinates of a scene.
     let room = FARTHEST - place.abs().max_element();
     let edge = (extent * 2.0 * GROUND).min(2.0 * room).max(extent);
     let transform = Mat4::from_translation(place) * Mat4::from_scale(Vec3::splat(edge));
@@ -106,8 +106,8 @@ pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
     scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));
 }
 
-/// Whether what is solid and faces up, in the lowest twentieth, covers half of what is above it: a
-/// room, or a model on a base. Flat things have none: all of them is low.
+/// Whether opaque surfaces that face up in the lowest twentieth cover half of the area above: a room, or a
+/// model on a base. Flat scenes have none: all of them is low.
 fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
     let size = bounds.max - bounds.min;
     if size.y < 0.1 * size.max_element() {
@@ -128,8 +128,8 @@ fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
     covered > 0.0 && covered >= 0.5 * size.x * size.z
 }
 
-/// Turns the light that a file alone gets: over the viewer's left shoulder, so low that the shadow
-/// falls into view, beside what casts it.
+/// Turns the default light of a file: over the viewer's left shoulder, so low that the shadow falls into
+/// view beside its caster.
 pub(super) fn aim_sun(light: &mut Light, camera: &Camera) {
     let forward = camera.target - camera.eye;
     let flat = Vec3::new(forward.x, 0.0, forward.z).try_normalize().unwrap_or(Vec3::NEG_Z);

@@ -1,4 +1,4 @@
-//! Skins and morph targets of glTF meshes: corners that move against each other.
+//! Skins and morph targets of glTF meshes: deformation of triangles.
 use super::{SceneError, gltf_file::File, gltf_items::Items, limits::Limit, track::Track};
 use crate::model::Triangle;
 use ::gltf::{
@@ -7,41 +7,43 @@ use ::gltf::{
 };
 use glam::{Mat3, Mat4, Vec3};
 
-/// Of the triangles of a draw.
+/// Skin and morph targets of the triangles of one draw.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Deform {
     targets: Vec<Target>,
     skin: Option<Skin>,
 }
 
-/// A morph target: what it adds to each corner.
+/// A morph target: offsets of each corner.
 #[derive(Clone, Debug, PartialEq)]
 struct Target {
-    /// Where no track says one.
+    /// Weight without a track.
     weight: f32,
     track: Option<Track>,
     positions: Vec<[Vec3; 3]>,
-    /// None, or as many.
+    /// Offsets of normals: none, or as many.
     normals: Vec<[Vec3; 3]>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct Skin {
-    /// Node of the file, until [`Deform::find`] makes it one of the rig, and mesh space to its own.
+    /// Node and inverse bind matrix of each joint; the node is the file's, until [`Deform::find`] replaces
+    /// it by the rig's.
     joints: Vec<(usize, Mat4)>,
     corners: Vec<[Bound; 3]>,
 }
 
-/// How a corner follows joints.
+/// Joints and weights of a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bound {
     joints: [u16; 4],
-    /// Their sum is 1, or 0 of what follows none.
+    /// Weights with the sum 1, or 0 for a corner without joints.
     weights: [f32; 4],
 }
 
 impl Deform {
-    /// `kept`: vertices of the triangles that were made of the primitive. `tracks`: of the node's weights.
+    /// `kept`: vertices of the triangles that were made from the primitive. `tracks`: of the node's
+    /// weights.
     pub(super) fn new(
         file: &File,
         node: &gltf::Node<'_>,
@@ -57,7 +59,7 @@ impl Deform {
         Ok((skin.is_some() || !targets.is_empty()).then_some(Self { targets, skin }))
     }
 
-    /// `number`: of a file's node, in the rig.
+    /// Replaces the file's nodes by the rig's; `number`: index in the rig of a node of the file.
     pub(super) fn find(
         &mut self,
         file: &File,
@@ -76,7 +78,8 @@ impl Deform {
         self.targets.iter().any(|target| target.track.is_some())
     }
 
-    /// `own` becomes `local` in the world then [s]; `worlds`: of the rig's nodes.
+    /// Writes `local`, deformed at a time [s], to `own` in world space; `worlds`: transforms of the rig's
+    /// nodes.
     pub(super) fn put(
         &self,
         own: &mut [Triangle],
@@ -86,7 +89,7 @@ impl Deform {
         seconds: f64,
     ) {
         let weights: Vec<f32> = self.targets.iter().map(|target| target.at(seconds)).collect();
-        // A skinned mesh is where its joints are, not where its node is.
+        // A skinned mesh follows its joints, not its node.
         let joints = self.skin.iter().flat_map(|skin| &skin.joints);
         let joints: Vec<Mat4> = joints.map(|&(node, inverse)| worlds[node] * inverse).collect();
         for (i, (own, local)) in own.iter_mut().zip(local).enumerate() {
@@ -172,7 +175,7 @@ impl Skin {
                 return Err(damaged("a vertex follows a joint that is not there"));
             }
             let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-            // What has no weight may have any number.
+            // A joint without weight may have any index.
             let own = own.map(|joint| if joint < nodes.len() { joint as u16 } else { 0 });
             Ok(Bound { joints: own, weights: weights.map(|weight| weight * share) })
         };

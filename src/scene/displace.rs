@@ -1,4 +1,4 @@
-//! Spheres displaced by noise with a time: closed, lumpy bodies for clouds of dust.
+//! Spheres displaced by animated noise: closed, lumpy bodies for clouds of dust.
 use super::{
     document::{KindOfShape, array},
     shapes,
@@ -10,20 +10,19 @@ use crate::{
 use glam::{IVec3, Mat3, Mat4, Vec3};
 use std::{collections::HashMap, sync::Arc};
 
-/// How a sphere is displaced along its radius.
+/// Displacement of a sphere along its radius.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Displace {
-    /// The most that the radius grows or shrinks, 0 to 0.9: below 1, so that it never turns inside
-    /// out.
+    /// Largest change of the radius, 0 to 0.9: below 1, so that it never turns inside out.
     pub amplitude: f32,
     /// Lumps of the coarsest octave along a radius.
     #[serde(default = "two")]
     pub frequency: f32,
-    /// How fast lumps come and go [1/s].
+    /// Speed at which lumps appear and vanish [1/s].
     #[serde(default)]
     pub speed: f32,
-    /// How far the noise moves through the sphere [radii per second].
+    /// Velocity of the noise through the sphere [radii per second].
     #[serde(default, deserialize_with = "array")]
     pub drift: [f32; 3],
     #[serde(default)]
@@ -37,7 +36,7 @@ fn two() -> f32 {
 /// A displaced sphere of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Displaced {
-    /// First of the scene's triangles that are its own.
+    /// First of its triangles in the scene.
     pub first_triangle: usize,
     pub displace: Displace,
     /// Subdivisions of an icosahedron.
@@ -46,7 +45,7 @@ pub struct Displaced {
 }
 
 const OCTAVES: u32 = 4;
-/// Height of an octave over that of the one before: lumps rather than rock.
+/// Amplitude of an octave over that of the one before: lumps rather than rock.
 const ROUGHNESS: f32 = 0.36;
 /// About three standard deviations of the sum of octaves.
 const SPREAD: f32 = 0.75;
@@ -55,7 +54,7 @@ impl Displace {
     pub const MAX_AMPLITUDE: f32 = 0.9;
     pub const MAX_FREQUENCY: f32 = 64.0;
 
-    /// What is wrong with it, and the remedy.
+    /// The problem of invalid parameters, and the remedy.
     pub(super) fn fault(&self, kind: KindOfShape) -> Option<(String, &'static str)> {
         if !matches!(kind, KindOfShape::Sphere) {
             return Some(("only spheres are displaced".to_owned(), "use kind = \"sphere\""));
@@ -72,12 +71,12 @@ impl Displace {
         fast.map(|v| (format!("speed is {v}"), "speeds are finite, up to 1000"))
     }
 
-    /// Whether time changes anything.
+    /// Whether it is animated.
     pub fn moves(&self) -> bool {
         self.speed != 0.0 || self.drift != [0.0; 3]
     }
 
-    /// Radius over that of the sphere, along a unit vector.
+    /// Radius along a unit vector, relative to the sphere's.
     fn radius(&self, along: Vec3, seconds: f64) -> f32 {
         let shift = Vec3::from_array(self.drift.map(|speed| (f64::from(speed) * seconds) as f32));
         let age = (f64::from(self.speed) * seconds).rem_euclid(65536.0) as f32;
@@ -91,10 +90,10 @@ impl Displace {
         1.0 + self.amplitude * (sum / SPREAD).clamp(-1.0, 1.0)
     }
 
-    /// The triangles in world space, `triangles` being those of the unit sphere at its own place.
+    /// Displaces `triangles`, those of the unit sphere at its own origin, to world space.
     pub(super) fn apply(&self, triangles: &mut [Triangle], world_from_sphere: Mat4, seconds: f64) {
         let key = |p: Vec3| p.to_array().map(f32::to_bits);
-        // Corners are shared by bits, so that the body stays closed to the last one.
+        // Corners with equal bits are shared, so that the body stays closed to the last bit.
         let mut places: HashMap<[u32; 3], Vec3> = HashMap::new();
         for corner in triangles.iter().flat_map(|triangle| triangle.normals) {
             places.entry(key(corner)).or_insert_with(|| {
@@ -122,12 +121,12 @@ impl Displace {
 }
 
 impl Displaced {
-    /// Its own among the scene's triangles.
+    /// Range of its triangles in the scene.
     pub(super) fn triangles(&self) -> std::ops::Range<usize> {
         self.first_triangle..self.first_triangle + shapes::sphere_triangles(self.level)
     }
 
-    /// Moves its triangles to where they are then [s].
+    /// Displaces its triangles at a time [s].
     pub(super) fn set_time(&self, own: &mut [Triangle], seconds: f64) {
         let mut sphere = shapes::sphere(self.level);
         self.displace.apply(&mut sphere, self.world_from_sphere, seconds);
@@ -151,7 +150,8 @@ impl Motion for Displaced {
     }
 }
 
-/// Noise of a lattice without end (Perlin 2002); gradients turn as `age` grows (Perlin and Neyret 2001).
+/// Gradient noise on an infinite lattice (Perlin 2002); gradients rotate as `age` grows (Perlin and Neyret
+/// 2001).
 fn gradient_noise(at: Vec3, age: f32, seed: u32) -> f32 {
     let low = at.floor();
     let part = at - low;
@@ -160,7 +160,7 @@ fn gradient_noise(at: Vec3, age: f32, seed: u32) -> f32 {
         let place = low.as_ivec3() + IVec3::new(x, y, z);
         let [x_bits, y_bits, z_bits] = place.to_array().map(i32::cast_unsigned);
         let hash = pcg(x_bits ^ pcg(y_bits ^ pcg(z_bits ^ seed)));
-        // Two axes across each other; the gradient goes around between them, either way.
+        // Two perpendicular axes, in whose plane the gradient rotates in either direction.
         let unit = |bits: u32| (bits & 0xffff) as f32 / 32767.5 - 1.0;
         let (bits, more) = (pcg(hash), pcg(hash ^ 0x9e37_79b9));
         let first = Vec3::new(unit(bits), unit(bits >> 16), unit(more)).normalize_or(Vec3::X);

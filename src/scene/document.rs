@@ -1,4 +1,4 @@
-//! The scene file as it is written: names, units and spellings of the file, nothing checked yet.
+//! Tables of the scene file in its own names, units and spellings, not validated yet.
 use crate::{
     model::{Pattern, Profile, Receiver, Receives, Shape, Transfer},
     scene::{
@@ -15,7 +15,7 @@ use serde::{
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// An array of N: serde's own takes the first N of a longer one.
+/// Deserializes an array of N numbers: serde's own takes the first N of a longer one.
 pub(super) fn array<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,
@@ -74,14 +74,14 @@ pub(super) struct CameraTable {
     pub target: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub up: Option<[f32; 3]>,
-    /// [degrees]
+    /// Vertical field of view [degrees].
     pub fov_y: Option<f32>,
-    /// [pixels]
+    /// Size of the picture [pixels].
     #[serde(default, deserialize_with = "exactly")]
     pub size: Option<[u32; 2]>,
-    /// [stops]
+    /// Exposure [stops].
     pub exposure: Option<f32>,
-    /// Places in a pixel.
+    /// Samples per pixel.
     pub samples: Option<u32>,
 }
 
@@ -92,25 +92,27 @@ pub(super) struct ShadowTable {
     pub receiver: Option<Receiver>,
     pub nodes: Option<u32>,
     pub filter: Option<Spanned<FilterTable>>,
-    /// [m]
+    /// Depth bias [m].
     pub bias: Option<f32>,
-    /// [texels]
+    /// Slope-scaled bias [texels].
     pub slope_bias: Option<f32>,
-    /// [texels]
+    /// Normal offset [texels].
     pub normal_bias: Option<f32>,
     pub pair_budget: Option<u32>,
     pub texel_budget: Option<u64>,
     pub soften: Option<bool>,
     pub colored: Option<bool>,
+    /// [texels]
+    pub blur: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ClustersTable {
-    /// [pixels]
+    /// Edge of a cluster [pixels].
     pub tile: Option<u32>,
     pub slices: Option<u32>,
-    /// [m]
+    /// End of the first slice [m].
     pub near: Option<f32>,
     pub budget: Option<u32>,
 }
@@ -120,7 +122,7 @@ pub(super) struct ClustersTable {
 pub(super) struct MaskTable {
     pub half: Option<bool>,
     pub taps: Option<u32>,
-    /// [m]
+    /// Distance of the full blur width [m].
     pub depth_scale: Option<f32>,
     pub sensitivity: Option<f32>,
     pub limit: Option<u32>,
@@ -141,12 +143,12 @@ pub(super) struct EnvironmentTable {
     pub ground: Option<[f32; 3]>,
     pub sun: Option<Spanned<SunTable>>,
     pub file: Option<PathBuf>,
-    /// [degrees]
+    /// Rotation about +y [degrees].
     pub rotation: Option<f32>,
     pub intensity: Option<f32>,
 }
 
-/// A disc in the sky.
+/// A sun disc in the sky.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SunTable {
@@ -154,20 +156,20 @@ pub(super) struct SunTable {
     pub direction: [f32; 3],
     #[serde(default, deserialize_with = "exactly")]
     pub color: Option<[f32; 3]>,
-    /// Whole [degrees].
+    /// Angular diameter [degrees].
     pub angle: Option<f32>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AirTable {
-    /// [1/m]
+    /// Extinction coefficient of the density [1/m].
     pub density: Option<f32>,
     #[serde(default, deserialize_with = "exactly")]
     pub albedo: Option<[f32; 3]>,
-    /// [1/m]
+    /// Scattering coefficient [1/m].
     pub scattering: Option<Shades>,
-    /// [1/m]
+    /// Extinction coefficient [1/m].
     pub extinction: Option<Shades>,
     pub ambient: Option<f32>,
     pub anisotropy: Option<f32>,
@@ -191,7 +193,7 @@ pub(super) struct LightTable {
     pub position: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub direction: Option<[f32; 3]>,
-    /// Of the whole cone [degrees].
+    /// Opening angle of the whole cone [degrees].
     pub angle: Option<f32>,
     #[serde(default, deserialize_with = "exactly")]
     pub color: Option<[f32; 3]>,
@@ -207,25 +209,25 @@ pub(super) struct LightTable {
     pub casts: Option<bool>,
     pub source: Option<Spanned<SourceTable>>,
     pub filter: Option<Spanned<FilterTable>>,
-    /// [m]
+    /// Depth bias [m].
     pub bias: Option<f32>,
-    /// [texels]
+    /// Slope-scaled bias [texels].
     pub slope_bias: Option<f32>,
-    /// [texels]
+    /// Normal offset [texels].
     pub normal_bias: Option<f32>,
     /// Further shadows.
     #[serde(default)]
     pub shadow: Vec<Spanned<LightShadowTable>>,
 }
 
-/// The texels around a receiver that are asked.
+/// Shadow filter: the texels around a receiver that are compared.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum FilterTable {
     None,
     Bilinear,
     Spline,
-    /// Bilinear taps a side.
+    /// Bilinear taps per side.
     Pcf {
         #[serde(default = "usual_edge")]
         taps: u32,
@@ -233,7 +235,7 @@ pub(super) enum FilterTable {
     Vogel {
         #[serde(default = "usual_taps")]
         taps: u32,
-        /// [texels]
+        /// Radius of the disc [texels].
         #[serde(default = "usual_radius")]
         radius: f32,
     },
@@ -251,17 +253,17 @@ fn usual_radius() -> f32 {
     2.5
 }
 
-/// The surface that a light's rays leave.
+/// Area of a light: the surface that its rays leave.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum SourceTable {
-    /// [m]
+    /// A sphere; radius [m].
     Sphere { radius: f32 },
-    /// [m]
+    /// A disc; radius [m].
     Disc { radius: f32 },
-    /// [m]
+    /// A rectangle; edges [m].
     Rect { width: f32, height: f32 },
-    /// Of the whole sun [degrees].
+    /// Angular diameter of the sun [degrees].
     Sun {
         #[serde(default = "angle_of_the_sun")]
         angle: f32,
@@ -272,7 +274,7 @@ fn angle_of_the_sun() -> f32 {
     0.53
 }
 
-/// A further shadow of a light; what is left out of where it is and looks is the light's.
+/// A further shadow of a light; position and direction default to the light's.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LightShadowTable {
@@ -281,7 +283,7 @@ pub(super) struct LightShadowTable {
     pub position: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub direction: Option<[f32; 3]>,
-    /// Of the whole cone [degrees].
+    /// Opening angle of the whole cone [degrees].
     pub angle: Option<f32>,
     pub cascades: Option<u32>,
     pub lambda: Option<f32>,
@@ -292,7 +294,7 @@ pub(super) struct LightShadowTable {
     pub size: Option<u32>,
 }
 
-/// A file, or what to make.
+/// Source of a texture: a file, or generated.
 #[derive(Clone, Debug)]
 pub(super) enum TextureSource {
     File(PathBuf),
@@ -330,13 +332,13 @@ pub(super) struct MaterialTable {
     pub profile: Option<Profile>,
     #[serde(default, deserialize_with = "exactly")]
     pub tint: Option<[f32; 4]>,
-    /// Of particles whose file has none [m].
+    /// Radius of particles whose file has none [m].
     pub radius: Option<f32>,
     pub reflectivity: Option<f32>,
     pub texture: Option<TextureSource>,
     pub cutoff: Option<f32>,
     pub pattern: Option<Pattern>,
-    /// Of a pattern's cells [texels].
+    /// Edge of a pattern's cells [texels].
     pub scale: Option<u32>,
     #[serde(default, deserialize_with = "exactly")]
     pub emission: Option<[f32; 3]>,
@@ -345,7 +347,7 @@ pub(super) struct MaterialTable {
     pub metallic: Option<f32>,
     #[serde(default, deserialize_with = "exactly")]
     pub attenuation_color: Option<[f32; 3]>,
-    /// [m]
+    /// Distance of `attenuation_color` [m].
     pub attenuation_distance: Option<f32>,
     pub receives: Option<Receives>,
     pub visible: Option<bool>,
@@ -372,13 +374,13 @@ pub(super) enum KindOfShape {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ShapeTable {
-    /// What keys call it.
+    /// Name for keys.
     pub name: Option<String>,
     pub kind: KindOfShape,
     pub material: String,
     /// Subdivisions of a sphere.
     pub level: Option<u32>,
-    /// Of a sphere.
+    /// Displacement, for spheres only.
     pub displace: Option<Displace>,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
@@ -392,7 +394,7 @@ pub(super) struct ShapeTable {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MeshTable {
-    /// What keys call it.
+    /// Name for keys.
     pub name: Option<String>,
     pub file: PathBuf,
     #[serde(default, deserialize_with = "exactly")]

@@ -1,4 +1,4 @@
-//! Tables of a scene file that say what moves, as they are written: nothing checked yet.
+//! Animation tables of a scene file, not validated yet.
 use super::{
     document::{array, exactly},
     track::Mode,
@@ -10,7 +10,7 @@ use serde::{
 };
 use toml::Spanned;
 
-/// One number for all channels, or one for each.
+/// A colour, or one number for all channels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shades(pub [f32; 3]);
 
@@ -40,19 +40,19 @@ impl<'de> Deserialize<'de> for Shades {
     }
 }
 
-/// Keys of one value.
+/// Keys of one animated value.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AnimateTable {
-    /// What they move: `camera.eye`.
+    /// Animated value, such as `camera.eye`.
     pub target: String,
-    /// [s]
+    /// Times of the keys [s].
     pub times: Vec<f32>,
     pub values: Vec<Key>,
     pub mode: Option<Mode>,
 }
 
-/// A number, or several.
+/// One number, or several.
 #[derive(Clone, Debug)]
 pub(super) struct Key(pub Vec<f32>);
 
@@ -82,26 +82,26 @@ impl<'de> Deserialize<'de> for Key {
     }
 }
 
-/// What sends particles out.
+/// A particle emitter.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EmitterTable {
     pub material: String,
-    /// [1/s]
+    /// Particles emitted per second [1/s].
     pub rate: f32,
-    /// One, or the shortest and the longest [s].
+    /// Lifetime, or the shortest and the longest [s].
     pub lifetime: Key,
     pub seed: Option<u32>,
-    /// [s]
+    /// Time of the first particle [s].
     pub start: Option<f32>,
-    /// [s]
+    /// Time after which no particle starts [s].
     pub stop: Option<f32>,
     pub shape: Option<Source>,
     #[serde(default, deserialize_with = "exactly")]
     pub position: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]
     pub extent: Option<[f32; 3]>,
-    /// Rows of seconds and x, y, z.
+    /// Rows of seconds and an offset x, y, z.
     #[serde(default)]
     pub path: Vec<Key>,
     #[serde(default, deserialize_with = "exactly")]
@@ -120,13 +120,13 @@ pub(super) struct EmitterTable {
     pub boxes: Vec<Spanned<BoxTable>>,
     pub bounce: Option<f32>,
     pub slide: Option<f32>,
-    /// Over a particle's life, as those that follow.
+    /// Values over a particle's life; so are the following.
     pub radius: Option<Vec<f32>>,
     pub color: Option<Vec<Shades>>,
     pub alpha: Option<Vec<f32>>,
 }
 
-/// Corners [m].
+/// Corners of a collision box [m].
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoxTable {

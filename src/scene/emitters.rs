@@ -1,4 +1,4 @@
-//! `[[emitter]]`: particles that are sent out, fly and fade.
+//! `[[emitter]]`: particles that are emitted, move and fade.
 use super::{
     Scene, SceneError,
     document_motion::{BoxTable, EmitterTable, Shades},
@@ -22,7 +22,7 @@ use std::{
 };
 use toml::Spanned;
 
-/// Steps of all particles that a frame alone may take: some minutes on two cores.
+/// Most particle steps for one frame on its own: some minutes on two cores.
 const MOST_FLOWN: u64 = 1 << 32;
 
 /// One emitter of a scene.
@@ -30,23 +30,23 @@ const MOST_FLOWN: u64 = 1 << 32;
 struct Emitter {
     forces: Forces,
     material: u32,
-    /// Of its first particle.
+    /// Caster id of its first particle.
     first_id: u32,
-    /// When it begins [s].
+    /// Time of its first particle [s].
     start: f64,
-    /// How long it sends particles out [steps].
+    /// Duration of the emission [steps].
     steps: u32,
-    /// Over a particle's life, evenly spaced.
+    /// Values over a particle's life, evenly spaced.
     radius: Vec<f32>,
     color: Vec<Vec3>,
     alpha: Vec<f32>,
 }
 
-/// All emitters of a scene: their particles follow all others.
+/// All emitters of a scene; their particles come after all others.
 struct Emitters {
     first_particle: usize,
     emitters: Vec<Emitter>,
-    /// As they last were: the next frame goes on from there. What they are follows from the time alone.
+    /// State after the last frame, from which the next one continues. It depends on the time alone.
     flocks: Mutex<Vec<Flock>>,
 }
 
@@ -83,9 +83,9 @@ impl Motion for Emitters {
 }
 
 impl Emitter {
-    /// Adds the particles that are on their way.
+    /// Adds the live particles.
     fn send(&self, flock: &mut Flock, seconds: f64, particles: &mut Vec<Particle>) {
-        // Frames that fall on a step do so in spite of rounding.
+        // A frame at a step's time is at that step in spite of rounding.
         let steps = ((seconds - self.start) * STEPS_PER_SECOND + 1e-6).max(0.0);
         let step = steps as u32;
         flock.advance_to(&self.forces, step, self.steps);
@@ -108,7 +108,7 @@ impl Emitter {
     }
 }
 
-/// Between evenly spaced values.
+/// Linear interpolation between evenly spaced values.
 fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
     let at = share * (values.len() - 1) as f32;
     let low = (at as usize).min(values.len() - 1);
@@ -117,7 +117,7 @@ fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
 }
 
 impl Loader<'_> {
-    /// After all other particles.
+    /// Loads the emitters, whose particles come after all others.
     pub(super) fn emitters(&mut self, tables: &[Spanned<EmitterTable>]) -> Result<(), SceneError> {
         if tables.is_empty() {
             return Ok(());
@@ -262,7 +262,7 @@ impl Loader<'_> {
     }
 }
 
-/// Rows of the table, from the emitter's start on.
+/// Rows of the path's table, relative to the emitter's start.
 fn path(check: &Table<'_, EmitterTable>, start: f32) -> Result<Vec<[f32; 4]>, SceneError> {
     let mut rows: Vec<[f32; 4]> = Vec::new();
     for row in &check.table.get_ref().path {

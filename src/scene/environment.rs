@@ -1,4 +1,4 @@
-//! The `[environment]` table: two colours, a sky, or an image of all that is around.
+//! The `[environment]` table: two colours, a sky, or an image.
 use super::{
     SceneError,
     document::{EnvironmentTable, SunTable},
@@ -82,7 +82,7 @@ impl EnvironmentTable {
     }
 }
 
-/// Whether the keys are of one kind of environment.
+/// Checks that all keys belong to one kind of environment.
 fn check_kinds(check: &Table<'_, EnvironmentTable>) -> Result<(), SceneError> {
     let given = check.table.get_ref();
     let two = [("ambient", given.ambient.is_some()), ("background", given.background.is_some())];
@@ -119,7 +119,7 @@ fn light<T>(check: &Table<'_, T>, key: &str, rgb: [f32; 3]) -> Result<Vec3, Scen
 
 type Image = (UVec2, Vec<[f32; 3]>);
 
-/// A Radiance image.
+/// Decodes a Radiance image.
 fn decode(bytes: &[u8]) -> Result<Image, (String, String)> {
     let help = || format!("use a Radiance .hdr of at most {MAX_SIDE} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());

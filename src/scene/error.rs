@@ -1,42 +1,42 @@
-//! What is wrong with a scene, where, and what to do.
+//! Errors of scene files: the problem, its position and the remedy.
 use std::{
     io,
     ops::Range,
     path::{Path, PathBuf},
 };
 
-/// Why a scene could not be loaded.
+/// Error of loading a scene.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum SceneError {
     #[error("{}: {source}", named(path))]
     Read { path: PathBuf, source: io::Error },
-    /// What the file asks for is within all limits, and this machine has not got it.
+    /// The scene is within all limits, but this machine has not enough memory.
     #[error("{}: {message}", named(path))]
     Memory { path: PathBuf, message: String },
     /// A value in a scene file.
     #[error("{}:{line}:{column}: {message}", named(path))]
     Document {
         path: PathBuf,
-        /// From 1.
+        /// Line, from 1.
         line: usize,
-        /// From 1 [characters].
+        /// Column, from 1 [characters].
         column: usize,
         message: String,
-        /// The line, or what is around the place where it is long.
+        /// The line, or the part around the error if it is long.
         excerpt: String,
-        /// The place in it [characters].
+        /// Range of the error in the excerpt [characters].
         marked: Range<usize>,
         help: Option<String>,
     },
-    /// Anything wrong with a file as a whole, or at a place that the message names.
+    /// An error of a file as a whole, or at a position that the message names.
     #[error("{}: {message}", named(path))]
     Invalid { path: PathBuf, message: String, help: Option<String> },
 }
 
 impl SceneError {
-    /// What to do.
+    /// The remedy.
     pub fn help(&self) -> Option<&str> {
         match self {
             Self::Read { .. } => Some("check the name, and that the file may be read"),
@@ -54,7 +54,7 @@ impl SceneError {
         Self::Memory { path: path.to_owned(), message: message.into() }
     }
 
-    /// `span`: bytes of `text`, the whole scene file.
+    /// An error at `span`: bytes of `text`, the whole scene file.
     pub(super) fn document(
         path: &Path,
         text: &str,
@@ -84,7 +84,7 @@ impl SceneError {
 /// Longest excerpt of a line [characters].
 const EXCERPT: usize = 96;
 
-/// What is around `length` characters behind the first `before` of a line, and where they are in it.
+/// Excerpt around `length` characters behind the first `before` of a line, and their range in it.
 fn excerpt(line: &str, before: usize, length: usize) -> (String, Range<usize>) {
     let skipped = before.saturating_sub(EXCERPT / 2);
     let strange = |c| if is_strange(c) { '\u{fffd}' } else { c };
@@ -99,14 +99,14 @@ const NAME: usize = 60;
 /// Longest message [characters].
 const MESSAGE: usize = 700;
 
-/// A part of the input, as messages quote it.
+/// Part of the input, quoted for a message.
 pub(super) fn quoted(name: &str) -> String {
     let short: String = name.chars().take(NAME).collect();
     let rest = if short.len() < name.len() { "..." } else { "" };
     format!("`{}{rest}`", escaped(&short))
 }
 
-/// Whether a terminal would move the cursor, or turn the direction of writing.
+/// Whether a terminal would move the cursor, or change the direction of writing.
 fn is_strange(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
@@ -123,14 +123,14 @@ fn escaped(text: &str) -> String {
     shown
 }
 
-/// Whatever the input put into it.
+/// The message without control characters, whatever the input contains.
 fn harmless(message: &str) -> String {
     let short: String = message.chars().take(MESSAGE).collect();
     let rest = if short.len() < message.len() { "..." } else { "" };
     escaped(&short) + rest
 }
 
-/// A path as messages show it: its end tells it from others.
+/// A path for messages: its end distinguishes it from others.
 fn named(path: &Path) -> String {
     let text = path.to_string_lossy();
     let count = text.chars().count();

@@ -1,21 +1,21 @@
-//! Seeded particles: the same on every machine.
+//! Seeded particles, identical on every machine.
 use super::{Bounds, document::array};
 use crate::model::Particle;
 use glam::{Vec3, Vec4};
 
-/// Particles that a scene file asks for instead of a file's.
+/// Particles generated instead of read from a file.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Generate {
-    /// A column that rises from `base` and widens.
+    /// A smoke column that rises from `base` and widens.
     Smoke {
         count: u32,
         #[serde(default)]
         seed: u64,
-        /// World space [m].
+        /// Base of the column, world space [m].
         #[serde(default, deserialize_with = "array")]
         base: [f32; 3],
-        /// [m]
+        /// Height of the column [m].
         #[serde(default = "two")]
         height: f32,
         /// Radius of the column at its top [m].
@@ -25,7 +25,7 @@ pub enum Generate {
         #[serde(default = "small")]
         radius: f32,
     },
-    /// Evenly spread over a box.
+    /// Dust, uniform in a box.
     Dust {
         count: u32,
         #[serde(default)]
@@ -38,12 +38,12 @@ pub enum Generate {
         #[serde(default = "small")]
         radius: f32,
     },
-    /// Round heaps, densest in the middle.
+    /// A cloud of round heaps, densest in the middle.
     Cloud {
         count: u32,
         #[serde(default)]
         seed: u64,
-        /// World space [m].
+        /// Centre of the cloud, world space [m].
         #[serde(default, deserialize_with = "array")]
         center: [f32; 3],
         /// Extent of the whole cloud along x, y and z [m].
@@ -67,7 +67,7 @@ fn ones() -> [f32; 3] {
     [1.0; 3]
 }
 
-/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
+/// Seeded random numbers (Steele et al. 2014, `SplitMix64`).
 #[derive(Clone, Debug)]
 pub struct Chance(u64);
 
@@ -83,7 +83,7 @@ impl Chance {
         z ^ (z >> 31)
     }
 
-    /// In 0..1.
+    /// A random number in 0..1.
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
@@ -92,7 +92,7 @@ impl Chance {
         low + (high - low) * self.unit()
     }
 
-    /// Normal distribution of deviation 1 (Box and Muller 1958).
+    /// A normally distributed number of deviation 1 (Box and Muller 1958).
     pub fn normal(&mut self) -> f32 {
         let r = (-2.0 * self.unit().max(1e-7).ln()).sqrt();
         r * (std::f32::consts::TAU * self.unit()).cos()
@@ -112,7 +112,7 @@ impl Generate {
         }
     }
 
-    /// Every number that must be finite, and whether it must be above 0 as well.
+    /// Parameters that must be finite, with names, and whether each must be above 0 as well.
     pub(super) fn numbers(&self) -> Vec<(&'static str, f32, bool)> {
         let all = |name, values: [f32; 3]| values.map(|value| (name, value, false)).to_vec();
         match *self {
@@ -131,7 +131,7 @@ impl Generate {
         }
     }
 
-    /// The particles, with ids from `first_id`.
+    /// Generates the particles, with ids from `first_id`.
     pub fn particles(&self, material: u32, first_id: u32) -> impl Iterator<Item = Particle> {
         let generate = *self;
         let mut chance = match *self {
@@ -153,12 +153,12 @@ impl Generate {
         })
     }
 
-    /// Centre, radius and alpha.
+    /// Centre, radius and alpha of one particle.
     fn one(&self, chance: &mut Chance) -> (Vec3, f32, f32) {
         match *self {
             Self::Smoke { base, height, spread, radius, .. } => {
                 let t = chance.unit();
-                // Whirls: the column's axis bends and its width swells as it rises.
+                // Whirls: the column's axis bends, and its width grows as it rises.
                 let swirl = Vec3::new((t * 7.0).sin(), 0.0, (t * 5.0 + 1.0).cos()) * spread * 0.4;
                 let swell = 0.25 + 0.75 * t + 0.2 * (t * 19.0).sin() * t;
                 let away = chance.normal3() * spread * 0.4 * swell;
@@ -173,7 +173,7 @@ impl Generate {
                 (min + (max - min) * at, radius * chance.within(0.5, 1.5), 1.0)
             }
             Self::Cloud { center, extent, radius, .. } => {
-                // Seven heaps around the middle.
+                // Seven heaps around the centre.
                 let heap = (chance.bits() % 7) as f32;
                 let middle =
                     Vec3::new((heap * 2.4).cos(), (heap * 1.7).sin() * 0.4, (heap * 2.4).sin());
@@ -185,8 +185,7 @@ impl Generate {
     }
 }
 
-/// Discs evenly spread over a box, of random colour and turn, with ids from 0; radii [m] are
-/// evenly spread too.
+/// Discs uniform in a box, of random colour and rotation, with ids from 0; radii [m] are uniform too.
 pub fn uniform_discs(
     count: u32,
     bounds: Bounds,

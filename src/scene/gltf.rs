@@ -1,7 +1,7 @@
 //! glTF 2.0: the nodes of a scene, flattened to world space.
 //!
-//! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones
-//! are taken as they are, as exporters write both.
+//! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones are
+//! radiometric, as exporters write both.
 use super::{
     Camera, SceneError,
     deform::Deform,
@@ -21,28 +21,28 @@ use ::gltf::{
 use glam::{Mat4, Quat, UVec2, Vec3};
 use std::{collections::HashMap, path::Path, sync::Arc};
 
-/// What one file holds, in world space.
+/// Contents of one file, in world space.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Named by the triangles.
+    /// Materials, indexed by the triangles.
     pub materials: Vec<Material>,
-    /// Named by the materials.
+    /// Textures, indexed by the materials.
     pub textures: Vec<Texture>,
-    /// World space.
+    /// Triangles, world space.
     pub triangles: Vec<Triangle>,
-    /// Of `KHR_lights_punctual`.
+    /// Lights of `KHR_lights_punctual`.
     pub lights: Vec<Light>,
     /// The first perspective camera.
     pub camera: Option<Camera>,
     /// Triangles left out and features ignored, by reason.
     pub skipped: Skipped,
-    /// What the file uses and nobody reads, a sentence each.
+    /// Features of the file that are ignored, a sentence each.
     pub notes: Vec<String>,
-    /// What moves the triangles, which then are in the spaces of its draws.
+    /// Rig that moves the triangles, which are then in the spaces of their draws.
     pub(super) rig: Option<Rig>,
 }
 
-/// What a scene has before a file is read into it.
+/// Contents of a scene before a file is read into it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Earlier {
     pub(super) materials: usize,
@@ -52,21 +52,21 @@ pub(super) struct Earlier {
     pub(super) lights: usize,
 }
 
-/// Intensities above this are photometric.
+/// Intensity above which a light is photometric.
 const BRIGHTEST_RADIOMETRIC: f32 = 100.0;
 
 /// Luminous efficacy of green light, by definition of the candela [lm/W].
 const EFFICACY: f32 = 683.0;
 
-/// A flat map cannot hold the half space that glTF allows; past this its texels are worthless
-/// [radians].
+/// Widest cone [radians]. A flat map cannot hold the half space that glTF allows; past this its texels are
+/// worthless.
 const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 
-/// Rows of a picture whose camera tells its aspect only [pixels].
+/// Rows of a picture if the camera gives only its aspect [pixels].
 const PICTURE_HEIGHT: f32 = 540.0;
 
-/// World space = `transform` * glTF space; material and texture indices start at 0.
-/// `is_keyed`: it will be moved as a whole.
+/// Loads a file. World space = `transform` * glTF space; material and texture indices start at 0.
+/// `is_keyed`: the model will be moved as a whole.
 pub(super) fn load(
     path: &Path,
     transform: Mat4,
@@ -87,7 +87,7 @@ pub(super) fn load(
     let mut camera = None;
     let mut skipped = Skipped::new();
     let mut uses = 0;
-    // All are counted before the first is made.
+    // All draws are counted before the first is made.
     let mut draws = Vec::new();
     let mut seen = vec![false; file.document.nodes().len()];
     let mut waiting: Vec<(gltf::Node<'_>, Mat4, Option<usize>)> =
@@ -165,7 +165,7 @@ pub(super) fn load(
     })
 }
 
-/// Where a node's mesh is drawn, in the node's space (`EXT_mesh_gpu_instancing`).
+/// Transforms of the instances of a node's mesh, in the node's space (`EXT_mesh_gpu_instancing`).
 fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
     let Some(instancing) = file.instancing(node.index()) else { return Ok(vec![Mat4::IDENTITY]) };
     let Instancing { translation, rotation, scale } = instancing;
@@ -204,7 +204,7 @@ fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError
     Ok((0..count).map(place).collect())
 }
 
-/// Of the default scene, else of the first, else of the whole document.
+/// Root nodes of the default scene, else of the first, else of the whole document.
 fn roots(document: &gltf::Document) -> Vec<gltf::Node<'_>> {
     if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
         return scene.nodes().collect();

@@ -12,16 +12,16 @@ use ::gltf::{
 use glam::Vec4;
 use std::collections::HashMap;
 
-/// What moves a node.
+/// Tracks of a node.
 #[derive(Debug, Default)]
 pub(super) struct NodeTracks {
-    /// Translation, rotation and scale.
+    /// Tracks of translation, rotation and scale.
     pub(super) place: [Option<Track>; 3],
-    /// Of the mesh's morph targets.
+    /// Weights of the mesh's morph targets.
     pub(super) weights: Vec<Track>,
 }
 
-/// Of the file's first animation, by node.
+/// Tracks of the file's first animation, by node.
 pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, SceneError> {
     let mut tracks: HashMap<usize, NodeTracks> = HashMap::new();
     let Some(animation) = file.document.animations().next() else { return Ok(tracks) };
@@ -57,7 +57,7 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
             own.place[place] = Some(Track::new(times, values, mode).ok_or_else(damaged)?);
             continue;
         }
-        // All weights of a key stand together.
+        // All weights of a key are contiguous.
         let rows = times.len() * if mode == Mode::Cubic { 3 } else { 1 };
         if rows == 0 || values.is_empty() || values.len() % rows != 0 {
             return Err(damaged());
@@ -77,10 +77,10 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
     Ok(tracks)
 }
 
-/// Place of morph targets' weights among properties.
+/// Index of the morph targets' weights among the properties.
 const WEIGHTS: usize = 3;
 
-/// `None` where items are of another type.
+/// Values of an accessor; `None` if its items have another type.
 fn read(
     file: &File,
     accessor: &Accessor<'_>,

@@ -1,5 +1,5 @@
-//! A glTF document and its bytes, checked before anything is read through them: the crate's readers
-//! trust offsets, counts and indices.
+//! A glTF document and its bytes, validated before anything is read through them: the crate's readers trust
+//! offsets, counts and indices.
 use super::{
     SceneError,
     error::quoted,
@@ -21,11 +21,11 @@ pub(super) struct File {
     pub(super) document: Document,
     buffers: Vec<Vec<u8>>,
     instancing: Vec<Option<Instancing>>,
-    /// What the file uses and nobody reads, a sentence each.
+    /// Features of the file that are ignored, a sentence each.
     pub(super) notes: Vec<String>,
 }
 
-/// Whether what is seen through it is blurred by its roughness, or bent by its index of refraction.
+/// Whether a material blurs transmitted light by its roughness, or bends it by its index of refraction.
 fn scatters_or_bends(material: &::gltf::Material<'_>) -> bool {
     let transmits = material.transmission().is_some_and(|t| t.transmission_factor() > 0.0);
     let is_rough = material.pbr_metallic_roughness().roughness_factor() > 0.0;
@@ -89,7 +89,7 @@ impl File {
         self.instancing.get(node).copied().flatten()
     }
 
-    /// A data URI, or a file in this one's folder or below.
+    /// Bytes of a data URI, or of a file in the document's folder or below.
     pub(super) fn read_uri(&self, uri: &str) -> Result<Vec<u8>, SceneError> {
         let scheme = uri.split(':').next().unwrap_or_default();
         if scheme.len() < uri.len() && scheme.eq_ignore_ascii_case("data") {
@@ -109,7 +109,7 @@ impl File {
         read::bytes(&self.path.with_file_name("").join(name))
     }
 
-    /// What follows `data:`.
+    /// Decodes a data URI behind `data:`.
     fn decode(&self, rest: &str) -> Result<Vec<u8>, SceneError> {
         let bad =
             |problem: String| self.invalid(format!("data URI: {problem}"), "encode it in base64");
@@ -122,7 +122,7 @@ impl File {
         BASE64.decode(data).map_err(|error| bad(error.to_string()))
     }
 
-    /// The bytes of a buffer or of one of its views.
+    /// Bytes of a buffer.
     pub(super) fn buffer(&self, buffer: &buffer::Buffer<'_>) -> Option<&[u8]> {
         self.buffers.get(buffer.index()).map(Vec::as_slice)
     }
@@ -135,8 +135,8 @@ impl File {
         })
     }
 
-    /// Makes sure that reading `accessor` as items of `size` bytes stays within its buffers, and
-    /// that its sparse items are among its own.
+    /// Checks that reading `accessor` as items of `size` bytes stays within its buffers, and that its
+    /// sparse items are among its own.
     pub(super) fn check(
         &self,
         accessor: &gltf::Accessor<'_>,
@@ -170,7 +170,7 @@ impl File {
                 .map(|_| ())
                 .ok_or_else(|| bad("has no data; compressed meshes need their uncompressed copy"));
         };
-        // Where there is no base, items are zero, and only the file's size bounds their number.
+        // Without a base, items are zero, and only the file's size bounds their number.
         if accessor.view().is_none() && accessor.count() > self.byte_count() {
             return Err(bad("promises more items than the file justifies"));
         }
@@ -202,7 +202,7 @@ impl File {
     }
 }
 
-/// The JSON and the bytes of a `.glb`, or a `.gltf` alone.
+/// JSON and binary chunk of a `.glb`, or a `.gltf` alone.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), gltf_json::Fault> {
     let damaged = || ("the file is cut off or damaged".to_owned(), "export it again");
     let Some(rest) = bytes.strip_prefix(b"glTF") else { return Ok((bytes, None)) };
@@ -220,20 +220,20 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), gltf_json::Fault> {
     let blob = if rest.is_empty() {
         None
     } else {
-        // Chunks of other kinds are to be ignored.
+        // Chunks of other kinds are ignored.
         chunk(rest, b"BIN\0").map(|(blob, _)| blob)
     };
     Ok((text, blob))
 }
 
-/// The first chunk, which must be of `kind`, and what follows.
+/// The first chunk, which must be of `kind`, and the rest.
 fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4]) -> Option<(&'a [u8], &'a [u8])> {
     let (length, rest) = bytes.split_first_chunk()?;
     let rest = rest.strip_prefix(kind)?;
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
-/// What the crate's own validation lets pass, or trips over.
+/// Checks for errors that the crate's own validation misses or panics at.
 fn check_json(json: &json::Root) -> Result<(), String> {
     for (index, camera) in json.cameras.iter().enumerate() {
         let is_perspective = camera.type_ == Checked::Valid(CameraType::Perspective);
@@ -256,7 +256,7 @@ fn check_json(json: &json::Root) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether a path starts at a root, or climbs above where it starts.
+/// Whether a path is absolute, or climbs above its start.
 fn leaves_folder(path: &Path) -> bool {
     let mut depth = 0i64;
     path.components().any(|component| {
@@ -270,7 +270,7 @@ fn leaves_folder(path: &Path) -> bool {
     }) || depth == 0
 }
 
-/// RFC 3986, section 2.1.
+/// Decodes percent escapes (RFC 3986, section 2.1).
 fn percent_decode(uri: &str) -> String {
     let hex = |byte: Option<&u8>| byte.and_then(|b| char::from(*b).to_digit(16));
     let bytes = uri.as_bytes();

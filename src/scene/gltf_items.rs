@@ -1,20 +1,19 @@
-//! Items of an accessor, read where they lie: what is not used costs nothing, however often a file
-//! names it.
+//! Items of an accessor, read in place: unused items cost nothing, however often a file names them.
 use super::{SceneError, gltf_file::File};
 use ::gltf::accessor::DataType;
 
 /// An accessor whose items are all within its buffers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Items<'a> {
-    /// Zeros where there is none.
+    /// Base items; zeros if there are none.
     base: Option<Rows<'a>>,
-    /// Sorted indices, and the items that take the place of those.
+    /// Sorted indices, and the items that replace those.
     sparse: Option<(Rows<'a>, Rows<'a>)>,
     pub(super) count: usize,
     data_type: DataType,
 }
 
-/// Runs of bytes at even distances.
+/// Byte strings at a constant stride.
 #[derive(Clone, Copy, Debug)]
 struct Rows<'a> {
     bytes: &'a [u8],
@@ -28,14 +27,14 @@ impl<'a> Rows<'a> {
         &self.bytes[i * self.stride..][..self.size]
     }
 
-    /// Little-endian.
+    /// Little-endian number `i`.
     fn index(&self, i: usize) -> usize {
         self.get(i).iter().rev().fold(0, |number, &byte| number << 8 | usize::from(byte))
     }
 }
 
 impl File {
-    /// `accessor` must have been checked.
+    /// Items of `accessor`, which must have been checked.
     pub(super) fn items(&self, accessor: &gltf::Accessor<'_>) -> Result<Items<'_>, SceneError> {
         let (size, count) = (accessor.size(), accessor.count());
         let rows = |view: &gltf::buffer::View<'_>, offset: usize, size: usize, count: usize| {
@@ -60,7 +59,7 @@ impl File {
 }
 
 impl<'a> Items<'a> {
-    /// `None` for one of zeros.
+    /// Bytes of item `i`; `None` for an item of zeros.
     fn bytes(&self, i: usize) -> Option<&'a [u8]> {
         if let Some((indices, values)) = &self.sparse {
             let place = first_from(indices.count, |at| indices.index(at) >= i);
@@ -71,7 +70,7 @@ impl<'a> Items<'a> {
         self.base.map(|base| base.get(i))
     }
 
-    /// The first components of item `i`; whole numbers are normalized.
+    /// First components of item `i`; integers are normalized.
     pub(super) fn floats<const N: usize>(&self, i: usize) -> [f32; N] {
         let Some(bytes) = self.bytes(i) else { return [0.0; N] };
         std::array::from_fn(|c| match self.data_type {
@@ -84,7 +83,7 @@ impl<'a> Items<'a> {
         })
     }
 
-    /// The first components of item `i` of whole numbers.
+    /// First components of item `i`, an integer vector.
     pub(super) fn wholes<const N: usize>(&self, i: usize) -> [usize; N] {
         let Some(bytes) = self.bytes(i) else { return [0; N] };
         std::array::from_fn(|c| match self.data_type {
@@ -94,7 +93,7 @@ impl<'a> Items<'a> {
         })
     }
 
-    /// Item `i` of whole numbers.
+    /// Item `i`, an integer.
     pub(super) fn whole(&self, i: usize) -> usize {
         let bytes = self.bytes(i).unwrap_or_default();
         bytes.iter().rev().fold(0, |number, &byte| number << 8 | usize::from(byte))
@@ -106,7 +105,7 @@ fn part<const N: usize>(bytes: &[u8], c: usize) -> [u8; N] {
     std::array::from_fn(|i| bytes[c * N + i])
 }
 
-/// Number of the first of `count` that `holds`, where all after it do too.
+/// First of `count` indices that satisfies `holds`, if all later ones do too.
 fn first_from(count: usize, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count);
     while low < high {

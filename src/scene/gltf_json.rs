@@ -1,10 +1,10 @@
-//! The JSON of a glTF file, made ready for the `gltf` crate, which refuses some of what is valid and
-//! passes over some of what matters.
+//! The JSON of a glTF file, adapted to the `gltf` crate, which refuses some valid files and ignores some
+//! relevant parts.
 use super::error::quoted;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 
-/// Extensions that are read here or by the crate.
+/// Extensions that are supported here or by the crate.
 pub(super) const EXTENSIONS: [&str; 9] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
@@ -17,15 +17,15 @@ pub(super) const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// What the file uses and nobody reads.
+/// Extensions of the file that are ignored.
 pub(super) type Ignored = BTreeSet<String>;
 
-/// What is wrong, and the remedy.
+/// The problem and the remedy.
 pub(super) type Fault = (String, &'static str);
 
 const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 
-/// Parses and tidies; the extensions that are ignored.
+/// Parses and adapts the JSON; also returns the extensions that are ignored.
 pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
     let mut root: Value = serde_json::from_slice(bytes)
         .map_err(|error| (format!("not valid JSON: {error}"), EXPORT_AGAIN))?;
@@ -42,8 +42,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
     Ok((root, ignored))
 }
 
-/// Channels that move no node, or what no node has (`KHR_animation_pointer`), are valid; the crate panics at
-/// their paths and refuses files where they name no node.
+/// Keeps the animation channels of nodes. Channels without a node, or of properties that no node has
+/// (`KHR_animation_pointer`), are valid; the crate panics at their paths and refuses files where they name
+/// no node.
 fn keep_channels_of_nodes(root: &mut Value) {
     const PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
     let moves_node = |channel: &Value| {
@@ -62,7 +63,7 @@ fn list<'a>(root: &'a mut Value, key: &str) -> Option<&'a mut Vec<Value>> {
     root.get_mut(key)?.as_array_mut()
 }
 
-/// A file of a later version says with `minVersion` whether it can be read as 2.0.
+/// A file of a later version declares by `minVersion` whether it can be read as 2.0.
 fn check_version(root: &Value) -> Result<(), Fault> {
     let word = |key| root.get("asset").and_then(|asset| asset.get(key)).and_then(Value::as_str);
     let Some(version) = word("version") else {
@@ -95,14 +96,14 @@ fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
         let message = format!("requires {}, which gobo does not read", quoted(name));
         return Err((message, "export without compression or optional extensions"));
     }
-    // The crate refuses files that require what only we read.
+    // The crate refuses files that require extensions that only this module supports.
     if let Some(root) = root.as_object_mut() {
         root.remove("extensionsRequired");
     }
     Ok(names(root, "extensionsUsed").into_iter().filter(|name| !is_read(name)).collect())
 }
 
-/// They may be of any type; the crate knows objects only.
+/// Removes `extras`, which may be of any type; the crate accepts objects only.
 fn remove_extras(value: &mut Value) {
     match value {
         Value::Array(items) => items.iter_mut().for_each(remove_extras),
@@ -114,7 +115,8 @@ fn remove_extras(value: &mut Value) {
     }
 }
 
-/// `EXT_texture_webp` names a texture's image; one without any image is white.
+/// Chooses the image of each texture: that of `EXT_texture_webp`, if any; a texture without an image is
+/// white.
 fn pick_sources(root: &mut Value) {
     let white = list(root, "images").map_or(0, |images| images.len());
     let mut needs_white = false;
@@ -141,7 +143,7 @@ fn webp_source(texture: &Map<String, Value>) -> Option<Value> {
 /// A PNG of one white texel.
 const WHITE: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
 
-/// Numbers of the accessors that `EXT_mesh_gpu_instancing` gives a node.
+/// Indices of the accessors that `EXT_mesh_gpu_instancing` gives a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Instancing {
     pub(super) translation: Option<usize>,
@@ -149,7 +151,7 @@ pub(super) struct Instancing {
     pub(super) scale: Option<usize>,
 }
 
-/// For each node; empty where no node has instances.
+/// Instancing of each node; empty if no node has instances.
 pub(super) fn instancing(root: &Value) -> Vec<Option<Instancing>> {
     let of_node = |node: &Value| {
         let attributes =

@@ -1,18 +1,17 @@
 //! glTF materials as casters.
 //!
-//! Transmission `t` filters: `T = baseColor * t`. With `KHR_materials_volume` the body is closed and
-//! a ray crosses a front and a back face, so each face takes the square root of `baseColor * t`. What
-//! the body absorbs follows from the way through it. A mesh that is not closed has no way through
-//! it: there each face takes the square root of `attenuationColor^(thickness /
-//! attenuationDistance)` as well. Thickness is in the mesh's own units, so the node's scale goes
-//! into that material.
+//! Transmission `t` filters: `T = baseColor * t`. With `KHR_materials_volume` the body is closed and a ray
+//! crosses a front and a back face, so each face takes the square root of `baseColor * t`, and the body
+//! absorbs by its thickness along the ray. A mesh that is not closed has no such thickness: there each face
+//! takes the square root of `attenuationColor^(thickness / attenuationDistance)` as well. Thickness is in
+//! the mesh's own units, so the node's scale multiplies it in that material.
 use super::{SceneError, gltf::Earlier, gltf_file::File, gltf_texture::Textures, limits::Limit};
 use crate::model::{Material, Skipped, Texture, Transfer};
 use ::gltf::material::{AlphaMode, Volume};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::HashMap;
 
-/// The brightest emission that is kept; beyond it pictures are white anyway.
+/// Largest emission that is kept; beyond it pictures are white anyway.
 const MAX_EMISSION: f32 = 1e4;
 
 #[derive(Debug)]
@@ -24,7 +23,8 @@ pub(super) struct Materials<'a> {
     earlier: usize,
     skipped: Skipped,
     known: HashMap<(Option<usize>, i32), Uses>,
-    /// What each volume's two faces let pass where it is not closed, and its material then.
+    /// For each volume: transmittance of two faces if its mesh is not closed, and the material for that
+    /// case.
     open: HashMap<u32, (Vec3, Option<u32>)>,
 }
 
@@ -85,7 +85,7 @@ impl<'a> Materials<'a> {
         self.open.contains_key(&material)
     }
 
-    /// In place of a volume's material where the mesh is not closed.
+    /// Material for a mesh that is not closed, in place of a volume's.
     pub(super) fn open(&mut self, material: u32) -> u32 {
         let Some((whole, open)) = self.open.get_mut(&material) else { return material };
         *open.get_or_insert_with(|| {
@@ -115,7 +115,7 @@ impl<'a> Materials<'a> {
             Some(_) => world.determinant().abs().cbrt(),
             None => 1.0,
         };
-        // Steps of 0.1%: nodes that differ by rounding share a material.
+        // Steps of 0.1%: nodes whose scales differ by rounding share a material.
         let key = (source.index(), (scale.max(f32::MIN_POSITIVE).ln() * 1000.0).round() as i32);
         if let Some(uses) = self.known.get(&key) {
             return Ok(*uses);
@@ -209,7 +209,7 @@ impl<'a> Materials<'a> {
         Ok(uses)
     }
 
-    /// What the whole body lets pass, or `None` where it is but a thin wall.
+    /// Transmittance of the whole body; `None` for a thin wall.
     fn attenuation(&mut self, volume: &Volume<'_>, scale: f32) -> Result<Option<Vec3>, SceneError> {
         let distance = volume.attenuation_distance();
         let mut thickness = volume.thickness_factor() * scale;

@@ -21,17 +21,17 @@ pub(super) struct Meshes {
     pub(super) triangles: Vec<Triangle>,
     /// Vertices of the triangles of the last primitive.
     pub(super) kept: Vec<[usize; 3]>,
-    /// Primitives so far: ids of their triangles.
+    /// Primitives so far: object ids of their triangles.
     objects: u32,
     pub(super) skipped: Skipped,
-    /// Triangles of the scene and those that this file promised, flat ones too: a small file can
-    /// name one mesh many times.
+    /// Triangles of the scene plus those announced by this file, including degenerate ones: a small file
+    /// can name one mesh many times.
     promised: u64,
     /// Accessors that were checked.
     checked: HashSet<usize>,
 }
 
-/// What a corner of a triangle needs, in the mesh's own space.
+/// Vertex attributes of triangles, in the mesh's own space.
 struct Vertices<'a> {
     positions: Items<'a>,
     normals: Option<Items<'a>>,
@@ -44,7 +44,7 @@ impl Meshes {
         Self { promised: earlier, ..Self::default() }
     }
 
-    /// Counts what [`Self::add`] will make of a primitive, before any of it is made.
+    /// Counts the triangles that [`Self::add`] will make of a primitive, before any of them is made.
     pub(super) fn promise(
         &mut self,
         file: &File,
@@ -59,7 +59,7 @@ impl Meshes {
         Ok(())
     }
 
-    /// In world space, or where it does not stay there in the mesh's own.
+    /// Adds the triangles of a primitive in world space, or, if it moves, in the mesh's own space.
     pub(super) fn add(
         &mut self,
         file: &File,
@@ -83,7 +83,7 @@ impl Meshes {
         let count = triangle_count(primitive);
         let first = self.triangles.len();
         limits::reserve(&mut self.triangles, count, "triangles", &file.path)?;
-        // What moves stays in its own space.
+        // Moving triangles stay in their own space.
         let world = if stays { world } else { Mat4::IDENTITY };
         let normal_from_local = cofactors(Mat3::from_mat4(world));
         for i in 0..count {
@@ -198,12 +198,12 @@ impl Meshes {
     }
 }
 
-/// An item of it for each corner, of triangles, strips and fans.
+/// Accessor with one item per corner, of triangles, strips and fans.
 fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
     primitive.indices().or_else(|| primitive.get(&Semantic::Positions))
 }
 
-/// As the file promises, flat ones too.
+/// Number of triangles that the file announces, including degenerate ones.
 fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     let corners = corners(primitive).map_or(0, |accessor| accessor.count());
     match primitive.mode() {
@@ -241,8 +241,8 @@ fn triangle(
     Ok(Triangle { positions, normals, uvs, material: uses.material, id })
 }
 
-/// Inverse transpose times |determinant|: normals of a flattened mesh stay right where the inverse
-/// does not exist.
+/// Inverse transpose times |determinant|: normals of a flattened mesh stay correct where the inverse does
+/// not exist.
 fn cofactors(m: Mat3) -> Mat3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };

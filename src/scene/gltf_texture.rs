@@ -1,4 +1,4 @@
-//! glTF images as the textures that casters sample: base colour, with transmission multiplied in.
+//! glTF images as textures of casters: base colour, with transmission multiplied in.
 use super::{SceneError, gltf_file::File, images, limits::Limit, particles::linear_from_srgb};
 use crate::model::Texture;
 use image::{RgbaImage, imageops::FilterType};
@@ -7,7 +7,7 @@ use std::collections::HashMap;
 /// Longest side of an image [texels].
 const MAX_SIDE: u32 = 16384;
 
-/// Base colour, transmission, opaque, square root.
+/// Image of the base colour, image of the transmission, opaque, square root.
 type Key = (Option<usize>, Option<usize>, bool, bool);
 
 #[derive(Debug)]
@@ -29,7 +29,7 @@ impl<'a> Textures<'a> {
         Self { file, textures, known, means, earlier, texels }
     }
 
-    /// Index of the product of `base` and the red of `transmission`. `is_opaque` sets alpha to one;
+    /// Index of the product of `base` and the red channel of `transmission`. `is_opaque` sets alpha to one;
     /// `is_face` takes the square root of the colour, for one of the two faces of a body.
     pub(super) fn add(
         &mut self,
@@ -92,14 +92,14 @@ impl<'a> Textures<'a> {
         Ok(Some(id))
     }
 
-    /// Of each channel as it is stored, 0..=1.
+    /// Mean of each channel as stored, 0..=1.
     pub(super) fn means(&mut self, image: &gltf::Image<'_>) -> Result<[f32; 4], SceneError> {
         if let Some(known) = self.means.get(&image.index()) {
             return Ok(*known);
         }
         let before = self.texels;
         let pixels = self.decode(image)?;
-        // The image does not stay.
+        // The image is not kept.
         self.texels = before;
         let mut sums = [0.0; 4];
         for pixel in pixels.pixels() {
@@ -117,7 +117,7 @@ impl<'a> Textures<'a> {
         let bad = |problem: &str, help: &str| {
             self.file.invalid(format!("image {}: {problem}", image.index()), help)
         };
-        // Not `Image::source`, which panics where the file gives neither a type nor a place.
+        // Not `Image::source`, which panics if the file gives neither a type nor a position.
         let document = &self.file.document;
         let json = &document.as_json().images[image.index()];
         let view = json.buffer_view.and_then(|index| document.views().nth(index.value()));
@@ -142,7 +142,7 @@ fn common_size(a: &RgbaImage, b: &RgbaImage) -> (u32, u32) {
     (a.width().max(b.width()), a.height().max(b.height()))
 }
 
-/// `base` times the red of `filter`, at the larger size. `base` is sRGB, `filter` linear.
+/// Multiplies `base` by the red channel of `filter`, at the larger size. `base` is sRGB, `filter` linear.
 fn multiply(base: RgbaImage, filter: RgbaImage) -> RgbaImage {
     let (width, height) = common_size(&base, &filter);
     let fit = |image: RgbaImage| {

@@ -1,12 +1,13 @@
-//! Images from outside: counted before they are decoded, as a few bytes may promise gigabytes.
+//! Images of untrusted files: their size is checked before they are decoded, as a few bytes may announce
+//! gigabytes.
 use super::limits::Limit;
 use image::{DynamicImage, ImageDecoder as _, ImageReader, RgbaImage};
 use std::io::Cursor;
 
-/// What is wrong, and the remedy.
+/// The problem and the remedy.
 pub(super) type Fault = (String, String);
 
-/// `most`: longest side [texels]. `texels`: of all textures so far; grows by the image's.
+/// Decodes an image. `most`: longest side [texels]; `texels`: of all textures so far, grows by the image's.
 pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, Fault> {
     let help = || format!("use a PNG, JPEG or WebP of at most {most} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());

@@ -1,4 +1,4 @@
-//! Tables of lights and of their shadows, checked and in the units of the library.
+//! Validation of light and shadow tables, and conversion to the library's units.
 use super::{
     SceneError,
     document::{KindOfLight, LightShadowTable, LightTable, SourceTable},
@@ -12,7 +12,7 @@ use crate::model::{
 };
 use toml::Spanned;
 
-/// Nearest plane of a spot or a point [m]: matrices hold it.
+/// Least near plane of a spot or point light [m]: matrices can represent it.
 const LEAST_DEPTH: f32 = 1e-7;
 /// Shortest range of cascades [m].
 const LEAST_RANGE: f32 = 1e-3;
@@ -70,13 +70,13 @@ pub(super) fn light(
     })
 }
 
-/// Whether a light has a source that faces somewhere.
+/// Whether a light has an area with a facing direction.
 fn faces(light: &LightTable) -> bool {
     let source = light.source.as_ref().map(Spanned::get_ref);
     matches!(source, Some(SourceTable::Disc { .. } | SourceTable::Rect { .. }))
 }
 
-/// `kind`: of the light of the table.
+/// Area of a light; `kind`: of the light of the table.
 fn source_of(
     source: &Source<'_>,
     light: &Table<'_, LightTable>,
@@ -126,7 +126,7 @@ fn source_of(
     }))
 }
 
-/// `noun` says whose keys they are; `of_light` fills what the table leaves out.
+/// Validates a shadow; `noun` names the owner of the keys; `of_light` fills in missing keys.
 fn shadow<T>(
     check: &Table<'_, T>,
     given: &LightShadowTable,

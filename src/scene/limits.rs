@@ -1,30 +1,30 @@
-//! What one scene may hold, over all its tables and files together. Each limit is asked before the
-//! memory is taken: a few bytes of input can promise gigabytes.
+//! Limits of one scene, over all its tables and files together. Each limit is checked before memory is
+//! allocated: a few bytes of input can announce gigabytes.
 use super::SceneError;
 use std::path::Path;
 
-/// Something that a scene may hold so many of.
+/// A kind of contents with a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// Lights of files and tables together, as all of these.
+    /// Lights of files and tables together.
     Lights,
-    /// A uniform array on every device.
+    /// Materials, which are in a uniform array on every device.
     Materials,
-    /// Layers that a texture array of WebGPU has.
+    /// Textures, which are layers of a texture array of WebGPU.
     Textures,
     /// Texels of all textures: 1 GiB.
     Texels,
-    /// Read or generated.
+    /// Particles, read or generated.
     Particles,
-    /// Triangles of shapes and meshes, flat ones too.
+    /// Triangles of shapes and meshes, including degenerate ones.
     Triangles,
-    /// Nodes of a glTF file, instances and primitives of each counted.
+    /// Nodes of a glTF file; instances and primitives of each count too.
     Nodes,
 }
 
 impl Limit {
-    /// Each once.
+    /// All limits.
     pub const ALL: [Self; 7] = [
         Self::Lights,
         Self::Materials,
@@ -35,7 +35,7 @@ impl Limit {
         Self::Nodes,
     ];
 
-    /// So many fit.
+    /// The limit.
     pub const fn most(self) -> u64 {
         match self {
             Self::Lights => crate::records::MAX_LIGHTS as u64,
@@ -48,7 +48,7 @@ impl Limit {
         }
     }
 
-    /// What is counted, as messages and `docs/scene.md` call it.
+    /// Name of the contents in messages and `docs/scene.md`.
     pub const fn noun(self) -> &'static str {
         match self {
             Self::Lights => "lights",
@@ -75,7 +75,7 @@ impl Limit {
         }
     }
 
-    /// `have` of them so far and `more` to come: `have` then, or what is wrong and the remedy.
+    /// The sum of `have` so far and `more` to come, or the problem and the remedy.
     pub(super) fn grown(self, have: u64, more: u64) -> Result<u64, (String, &'static str)> {
         match have.checked_add(more) {
             Some(all) if all <= self.most() => Ok(all),
@@ -88,7 +88,7 @@ impl Limit {
     }
 }
 
-/// Room for `more` items, or an error that says how much is missing.
+/// Reserves memory for `more` items, or returns an error with the missing amount.
 pub(super) fn reserve<T>(
     items: &mut Vec<T>,
     more: usize,

@@ -1,4 +1,4 @@
-//! Scene files to scenes: everything is checked here, and nothing unchecked gets past.
+//! Loading of scene files: everything is validated here.
 use super::{
     Scene, SceneError,
     animate::{Placed, animate},
@@ -17,14 +17,14 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-/// What is read besides the file.
+/// Options of loading besides the file.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoadOptions {
     /// Values that replace those of the scene file before they are checked: dotted keys such as
     /// `shadow.size`, `light.sun.intensity` or `material.0.tint`, and TOML values.
     pub set: Vec<(String, String)>,
-    /// Whether a model or a particle file that is a scene by itself gets a floor.
+    /// Whether a model or particle file that is a scene of its own gets a floor.
     pub ground: bool,
 }
 
@@ -39,12 +39,12 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions::default())
 }
 
-/// As [`load`]; `set` as in [`LoadOptions`].
+/// Like [`load`]; `set` as in [`LoadOptions`].
 pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions { set: set.to_vec(), ground: true })
 }
 
-/// As [`load`].
+/// Like [`load`], with options.
 pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let file = match extension.as_str() {
@@ -58,7 +58,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         }
     };
     let is_alone = extension != "toml";
-    // So that `light.sun.size` can be set where the file leaves the light out.
+    // So that `light.sun.size` can be set if the file has no light.
     let set = &options.set;
     let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
         && file.parse::<toml::Table>().is_ok_and(|table| !table.contains_key("light"));
@@ -84,7 +84,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     if is_alone && scene.environment.is_none() && !is_said {
         scene.environment = Some(usual_sky());
     }
-    // Before the ground is added: the camera looks at what the file holds.
+    // Before the ground is added: the camera looks at the contents of the file.
     let bounds = scene.bounds();
     let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
     scene.camera = match &document.camera {
@@ -114,7 +114,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     Ok(scene)
 }
 
-/// Made once: it takes as long as a small model.
+/// The default sky, made once: it takes as long as a small model.
 fn usual_sky() -> Arc<Environment> {
     static SKY: OnceLock<Arc<Environment>> = OnceLock::new();
     SKY.get_or_init(|| Arc::new(Environment::of_sky(&Sky::default(), 1.0))).clone()

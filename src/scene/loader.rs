@@ -1,4 +1,4 @@
-//! The tables of a scene file, one after the other, into a scene.
+//! Conversion of a scene file's tables, one after the other, to a scene.
 use super::{
     Scene, SceneError,
     animate::Placed,
@@ -32,7 +32,7 @@ pub(super) struct Loader<'a> {
     /// Folder of the scene file.
     pub(super) folder: PathBuf,
     pub(super) scene: Scene,
-    /// The file's materials, which come first, by name.
+    /// Indices by name of the file's materials, which come first.
     names: HashMap<String, u32>,
     /// Radius of each of the file's materials [m].
     pub(super) radii: Vec<Option<f32>>,
@@ -42,7 +42,7 @@ pub(super) struct Loader<'a> {
     pub(super) texels: u64,
     pub(super) next_id: u32,
     pub(super) model_camera: Option<super::Camera>,
-    /// Shapes, then meshes.
+    /// Shapes, then meshes, that keys may move.
     pub(super) placed: Vec<Placed>,
 }
 
@@ -62,7 +62,7 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// The scene, the camera of the first model that has one, and what may be moved.
+    /// The scene, the camera of the first model with one, and the parts that keys may move.
     pub(super) fn finish(self) -> (Scene, Option<super::Camera>, Vec<Placed>) {
         (self.scene, self.model_camera, self.placed)
     }
@@ -77,7 +77,7 @@ impl<'a> Loader<'a> {
         self.source.error_at(table, key, message, help)
     }
 
-    /// Whether `more` still fit beside `have`.
+    /// Checks that `more` items still fit with `have`.
     pub(super) fn check_limit(
         &self,
         limit: Limit,
@@ -192,7 +192,7 @@ impl<'a> Loader<'a> {
         Err(self.error(span, "material", &message, &help))
     }
 
-    /// Takes a shape or mesh up among those that keys may move.
+    /// Adds a shape or mesh to the parts that keys may move.
     fn place(
         &mut self,
         kind: &'static str,
@@ -292,7 +292,7 @@ impl<'a> Loader<'a> {
     }
 }
 
-/// `line` from 1, where there is no scene file to quote.
+/// An error at a line, from 1, without a scene file to quote.
 pub(super) fn error_of_line(path: &Path, line: usize, message: &str, help: &str) -> SceneError {
     SceneError::invalid(path, format!("line {line}: {message}"), help)
 }

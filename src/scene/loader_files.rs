@@ -1,4 +1,4 @@
-//! The files that a scene names: particles, models and images.
+//! Loading of the files that a scene names: particles, models and images.
 use super::{
     SceneError,
     document::ParticlesTable,
@@ -87,7 +87,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// What moves, of a file with animations, or of one that keys move.
+    /// Loads a model; returns its moving part, if the file has animations or keys move it.
     pub(super) fn model(
         &mut self,
         path: &Path,
@@ -136,14 +136,14 @@ impl Loader<'_> {
             first_triangle,
             origin: Vec3::ZERO,
         });
-        // The scene's triangles are in the spaces of their nodes.
+        // The scene's triangles are in the spaces of their nodes until posed.
         if let Some(moving) = &moving {
             moving.apply(&mut self.scene, 0.0);
         }
         Ok(moving)
     }
 
-    /// Reads an image once; its index.
+    /// Index of an image, which is read once.
     pub(super) fn image(
         &mut self,
         file: &Path,
@@ -165,7 +165,7 @@ impl Loader<'_> {
         Ok(index as u32)
     }
 
-    /// A file that cannot be read is a fault of the line that names it.
+    /// Turns the error of an unreadable file into one of the line that names it.
     pub(super) fn named_by(
         &self,
         table: &Range<usize>,

@@ -1,4 +1,4 @@
-//! How a light's maps are read: tables, checked and in the units of the library.
+//! Validation of a light's look-up tables, and conversion to the library's units.
 use super::{
     SceneError,
     document::{FilterTable, LightTable, MaskTable},
@@ -8,7 +8,7 @@ use super::{
 use crate::model::{LookUp, MaskSettings, ShadowFilter};
 use toml::Spanned;
 
-/// `None` where there is no table.
+/// Filter of a table; `None` without a table.
 pub(super) fn filter(
     source: &Source<'_>,
     table: Option<&Spanned<FilterTable>>,

@@ -1,4 +1,4 @@
-//! Scenes: what the command line, the tests and the benches share.
+//! Scene files, for the command line, tests and benches.
 mod animate;
 mod defaults;
 mod deform;
@@ -54,9 +54,9 @@ use crate::model::{Bounds, Camera, Material};
 use glam::Mat4;
 use std::path::Path;
 
-/// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to
-/// material `material_id` of the host's list; ids default to row number + `first_id`;
-/// `default_radius` [m] is for files without one.
+/// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to material
+/// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` [m] is for
+/// files without one.
 pub fn load_particles(
     path: &Path,
     material: &Material,
@@ -67,8 +67,8 @@ pub fn load_particles(
     particles::load(path, material, material_id, default_radius, first_id, 0)
 }
 
-/// Reads a `.glb` or `.gltf` file alone, as it is at the start of its animation. World space =
-/// `transform` * glTF space.
+/// Reads a `.glb` or `.gltf` file alone, at the start of its animation. World space = `transform` * glTF
+/// space.
 pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
     let mut model = gltf::load(path, transform, &gltf::Earlier::default(), false)?;
     if let Some(rig) = &model.rig {

@@ -1,5 +1,5 @@
-//! Tileable noise with a time: a transparency map that scrolls and changes, the flowing smoke of
-//! the cut-out shadow.
+//! Animated tileable noise: an alpha texture that scrolls and evolves, for flowing smoke as a cutout
+//! shadow.
 use super::{document::array, painted};
 use crate::{
     model::{Motion, Scene, Texture},
@@ -7,7 +7,7 @@ use crate::{
 };
 use glam::{IVec2, Vec2};
 
-/// What a texture can be made of.
+/// Kinds of generated textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum KindOfTexture {
@@ -21,7 +21,7 @@ pub enum KindOfTexture {
     Caustics,
 }
 
-/// A texture that a scene file asks for instead of a file's, which repeats at its edges.
+/// A generated texture, which repeats at its edges.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
@@ -34,10 +34,10 @@ pub struct Noise {
     /// Cells of the coarsest octave along an edge.
     #[serde(default = "cells")]
     pub cells: u32,
-    /// How far it moves [textures per second].
+    /// Velocity of the noise [textures per second].
     #[serde(default, deserialize_with = "array")]
     pub scroll: [f32; 2],
-    /// How fast it becomes other noise [1/s].
+    /// Speed at which the noise evolves [1/s].
     #[serde(default)]
     pub evolve: f32,
 }
@@ -50,10 +50,10 @@ fn cells() -> u32 {
 }
 
 const OCTAVES: u32 = 5;
-/// About the standard deviation of the sum of octaves: spreads alpha over 0..1.
+/// Approximate standard deviation of the sum of octaves: spreads alpha over 0..1.
 const SPREAD: f32 = 0.27;
 
-/// A texture that follows the time.
+/// An animated texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Animated {
     /// Index into [`Scene::textures`].
@@ -72,12 +72,12 @@ impl Noise {
     pub const MAX_SIZE: u32 = 2048;
     pub const MAX_CELLS: u32 = 64;
 
-    /// Whether time changes anything.
+    /// Whether it is animated.
     pub fn moves(&self) -> bool {
         self.scroll != [0.0; 2] || self.evolve != 0.0
     }
 
-    /// At `seconds` from the start.
+    /// The texture at `seconds` from the start.
     pub fn texture(&self, name: String, seconds: f64) -> Texture {
         let shift =
             Vec2::from_array(self.scroll.map(|speed| (f64::from(speed) * seconds).fract() as f32));
@@ -96,7 +96,7 @@ impl Noise {
         Texture { name, width: self.size, height: self.size, rgba }
     }
 
-    /// Alpha, 0..=1; repeats at whole `uv`.
+    /// Alpha at `uv`, 0..=1; repeats at integers.
     fn at(&self, uv: Vec2, age: f32) -> f32 {
         let mut sum = 0.0;
         for octave in 0..OCTAVES {
@@ -111,7 +111,7 @@ impl Noise {
     }
 }
 
-/// Noise of a lattice that repeats after `cells`; gradients turn as `age` grows.
+/// Gradient noise on a lattice that repeats after `cells`; gradients rotate as `age` grows.
 fn gradient_noise(at: Vec2, age: f32, cells: u32, seed: u32) -> f32 {
     let low = at.floor();
     let part = at - low;
@@ -120,7 +120,7 @@ fn gradient_noise(at: Vec2, age: f32, cells: u32, seed: u32) -> f32 {
         let place = (low.as_ivec2() + IVec2::new(x, y)).rem_euclid(IVec2::splat(cells as i32));
         let hash = pcg(place.x as u32 ^ pcg(place.y as u32 ^ seed));
         let turns = (hash >> 8) as f32 / (1 << 24) as f32;
-        // Neighbours turn either way, so that the whole does not.
+        // Neighbours rotate in either direction, so that the whole does not.
         let speed = if hash & 1 == 0 { age } else { -age };
         let gradient = Vec2::from_angle((turns + speed.fract()) * std::f32::consts::TAU);
         gradient.dot(part - Vec2::new(x as f32, y as f32))

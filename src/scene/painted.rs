@@ -1,4 +1,4 @@
-//! Simple pictures for textures: what a projector shows, and the net of light under water.
+//! Generated pictures for textures: test patterns of a projector, and caustics under water.
 use crate::records::pcg;
 use glam::{IVec2, Vec2, Vec3};
 
@@ -21,7 +21,7 @@ fn rainbow(turn: f32) -> Vec3 {
     Vec3::new(channel(0.5), channel(0.5 - 1.0 / 3.0), channel(0.5 - 2.0 / 3.0))
 }
 
-/// `cells` along an edge; an odd number of them meets itself at the texture's edge.
+/// A checkerboard with `cells` along an edge; an odd number repeats a colour across the texture's edge.
 pub(super) fn checks(uv: Vec2, cells: u32) -> [u8; 4] {
     let cell = (uv * cells as f32).floor().as_ivec2().rem_euclid(IVec2::splat(cells as i32));
     if (cell.x + cell.y) % 2 == 0 {
@@ -35,14 +35,14 @@ pub(super) fn stripes(uv: Vec2, cells: u32) -> [u8; 4] {
     srgb(rainbow(cell as f32 / cells as f32))
 }
 
-/// Bright along the borders of cells around points that wander (Worley 1996).
+/// Bright lines along the borders of cells around wandering points (Worley 1996).
 pub(super) fn caustics(uv: Vec2, cells: u32, seed: u32, age: f32) -> [u8; 4] {
     let fine = net(uv, 2 * cells, pcg(seed ^ 1), age * 1.3);
     let light = 0.7 * net(uv, cells, seed, age) + 0.3 * fine;
     srgb(Vec3::splat(light.min(1.0)))
 }
 
-/// A quarter on average, but for what `exp` rounds: the constants are fitted.
+/// Brightness of the lines: a quarter on average up to the rounding of `exp`; the constants are fitted.
 fn net(uv: Vec2, cells: u32, seed: u32, age: f32) -> f32 {
     let at = uv * cells as f32;
     let low = at.floor().as_ivec2();
@@ -61,7 +61,7 @@ fn net(uv: Vec2, cells: u32, seed: u32, age: f32) -> f32 {
     FLOOR + PEAK * (-SHARPNESS * (second - first)).exp()
 }
 
-/// Least light, that of a border, and how fast it falls off.
+/// Least brightness, peak at a border, and its falloff.
 const FLOOR: f32 = 0.08;
 const PEAK: f32 = 0.92;
 const SHARPNESS: f32 = 10.8;

@@ -9,21 +9,21 @@ use crate::model::{Material, Particle, Skipped};
 use glam::{DVec3, Vec3, Vec4};
 use std::path::Path;
 
-/// What one file holds.
+/// Contents of one file.
 #[derive(Clone, Debug)]
 pub struct ParticleFile {
-    /// In the order of the file.
+    /// Particles in the order of the file.
     pub particles: Vec<Particle>,
     /// Particles left out, by reason.
     pub skipped: Skipped,
-    /// What the file holds and nobody reads, a sentence each.
+    /// Columns of the file that are ignored, a sentence each.
     pub notes: Vec<String>,
 }
 
 /// Columns of a row, in the order of [`NAMES`].
 pub(super) type Row = [f64; NAMES.len()];
 
-/// Names of the columns; the first three are needed.
+/// Names of the columns; the first three are required.
 pub(super) const NAMES: [&str; 10] =
     ["x", "y", "z", "radius", "red", "green", "blue", "alpha", "rotation", "id"];
 
@@ -33,15 +33,15 @@ const ALPHA: usize = 7;
 const ROTATION: usize = 8;
 const ID: usize = 9;
 
-/// What a row has where its file has no such column.
+/// Values of a row for missing columns.
 pub(super) const BLANK: Row = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
 
-/// How the file stores a column.
+/// Storage of a column in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Storage {
     #[default]
     Absent,
-    /// A number as it is; colours are linear.
+    /// A number as stored; colours are linear.
     Plain,
     /// 0..=255; colours are sRGB.
     Byte,
@@ -50,19 +50,19 @@ pub(super) enum Storage {
 /// Farthest coordinate [m]: past it neighbouring f32 are a metre apart.
 pub(super) const FARTHEST: f32 = 1e7;
 
-/// Radius of particles that all lie on one point [m].
+/// Radius of particles that are all at one point [m].
 const LONE_RADIUS: f32 = 0.05;
 
-/// What the columns of a file are.
+/// Columns of a file.
 #[derive(Debug, Default)]
 pub(super) struct Columns {
     storage: [Storage; NAMES.len()],
-    /// Names of those that nobody reads.
+    /// Names of columns that are ignored.
     unread: Vec<String>,
 }
 
 impl Columns {
-    /// The place in a row of a column with this name; `storage` for that place.
+    /// Index in a row of the column with this name; `storage` for that index.
     pub(super) fn find(
         &mut self,
         name: &str,
@@ -80,7 +80,7 @@ impl Columns {
         None
     }
 
-    /// Those that nobody reads, in words; at most a dozen by name.
+    /// Note about ignored columns; at most a dozen by name.
     fn note(&self) -> Option<String> {
         const NAMED: usize = 12;
         let (named, more) = self.unread.split_at(self.unread.len().min(NAMED));
@@ -91,7 +91,7 @@ impl Columns {
     }
 }
 
-/// Turns rows into particles.
+/// Conversion of rows to particles.
 pub(super) struct Rows<'a> {
     material: &'a Material,
     material_id: u32,
@@ -105,9 +105,9 @@ pub(super) struct Rows<'a> {
     notes: Vec<String>,
 }
 
-/// `material_id` goes into the particles; ids default to row number + `first_id`.
-/// `default_radius` [m] is for files without a radius column; where it is `None` too, half the mean
-/// spacing, estimated from bounds and count. `earlier`: particles that the scene has already.
+/// Loads a file. `material_id` is stored in the particles; ids default to row number + `first_id`.
+/// `default_radius` [m] is for files without a radius column; if it is `None` too, the radius is half the
+/// mean spacing, estimated from bounds and count. `earlier`: particles that the scene has already.
 pub(super) fn load(
     path: &Path,
     material: &Material,
@@ -148,7 +148,7 @@ pub(super) fn load(
 }
 
 impl Rows<'_> {
-    /// Must come before the rows.
+    /// Sets the columns; call it before the rows.
     pub(super) fn begin(
         &mut self,
         path: &Path,
@@ -223,8 +223,8 @@ pub(super) fn linear_from_srgb(c: f32) -> f32 {
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Half the side of the cube (square, line) that each particle would have for itself [m]. Axes
-/// along which the particles hardly differ do not count.
+/// Half the side of the cube (square, line) per particle [m]. Axes along which the particles hardly differ
+/// are ignored.
 fn half_spacing(particles: &[Particle]) -> f32 {
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for particle in particles {

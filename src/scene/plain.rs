@@ -1,7 +1,7 @@
-//! What the TOML reader says, in the words of someone who writes a scene.
+//! Errors of the TOML reader, rephrased for authors of scenes.
 use super::error::quoted;
 
-/// What is wrong, and what to do.
+/// The problem and the remedy.
 pub(super) fn explained(message: &str) -> (String, String) {
     let message = message.trim_end();
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
@@ -38,7 +38,7 @@ pub(super) fn explained(message: &str) -> (String, String) {
     (message.to_owned(), help.to_owned())
 }
 
-/// The kind that should be there, and how to write it.
+/// The expected kind of value, and how to write it.
 fn kind_wanted(wanted: &str) -> (&str, &'static str) {
     match wanted {
         "f32" | "f64" => ("a number", "write a number such as 0.5"),
@@ -72,11 +72,11 @@ fn kind_found(found: &str) -> String {
     value.unwrap_or_else(|| "something else".to_owned())
 }
 
-/// The name that was probably meant, or those that are known.
+/// The name that was probably meant, or the known names.
 pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
-    /// Names of a help.
+    /// Most names in a remedy.
     const NAMED: usize = 24;
-    /// Comparing takes the product of two lengths [bytes].
+    /// Longest name that is compared, which takes the product of two lengths [bytes].
     const LONGEST: usize = 100;
     let known: Vec<&str> = known.into_iter().collect();
     let close = |other: &str| {
@@ -93,7 +93,7 @@ pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
     Some(format!("known here: {}{more}", names.join(", ").replace('`', "")))
 }
 
-/// What a TOML value is called.
+/// Name of a TOML value's kind.
 pub(super) fn kind_of(value: &toml::de::DeValue<'_>) -> &'static str {
     use toml::de::DeValue::{Array, Boolean, Datetime, Float, Integer, String, Table};
     match value {

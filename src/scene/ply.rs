@@ -1,4 +1,4 @@
-//! PLY: the rows behind the header.
+//! PLY: the rows after the header.
 use super::{
     SceneError,
     error::quoted,
@@ -40,8 +40,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(),
     Ok(())
 }
 
-/// Columns of anisotropic Gaussians as 3D Gaussian splatting and its relatives write them. Read as
-/// discs they would be something else.
+/// Columns of anisotropic Gaussians in files of 3D Gaussian splatting and its relatives. Read as discs they
+/// would be wrong.
 const SPLATS: [&str; 6] =
     ["scale_0", "rot_0", "f_dc_0", "packed_position", "packed_rotation", "packed_scale"];
 
@@ -55,7 +55,7 @@ fn refuse_splats(path: &Path, header: &Header) -> Result<(), SceneError> {
     Err(SceneError::invalid(path, message, help))
 }
 
-/// What follows the header.
+/// The part of the file after the header.
 struct Body<'a> {
     path: &'a Path,
     encoding: Encoding,
@@ -64,7 +64,7 @@ struct Body<'a> {
     line: usize,
 }
 
-/// Why a value cannot be read.
+/// Reason why a value cannot be read.
 enum Problem {
     Ends,
     Wrong(String),
@@ -76,13 +76,13 @@ impl<'a> Body<'a> {
         SceneError::invalid(self.path, message, help)
     }
 
-    /// A header may promise no more than the file can hold.
+    /// Checks that a header promises no more than the file can hold.
     fn check_count(&self, element: &Element) -> Result<(), SceneError> {
         let least: usize = match self.encoding {
             Encoding::Ascii => element.properties.len(),
             _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
         };
-        // The last line of an ascii file may lack its end.
+        // The last line of an ascii file may lack its line end.
         let room = (self.rest.len() + 1) / least.max(1);
         if element.count <= room || least == 0 && self.encoding != Encoding::Ascii {
             return Ok(());
@@ -105,8 +105,8 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// The rows of an element, value by value: `put` gets the property's number and its value, 0 for
-    /// a list.
+    /// Reads a row of an element, value by value: `put` gets the property's index and its value, 0 for a
+    /// list.
     fn row(&mut self, element: &Element, mut put: impl FnMut(usize, f64)) -> Result<(), Problem> {
         if self.encoding != Encoding::Ascii {
             for (i, property) in element.properties.iter().enumerate() {
@@ -159,7 +159,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// The next line with anything in it.
+    /// The next line that is not blank.
     fn next_line(&mut self) -> Option<&'a [u8]> {
         while !self.rest.is_empty() {
             let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
@@ -175,7 +175,7 @@ impl<'a> Body<'a> {
         None
     }
 
-    /// 0 for a list, which is skipped.
+    /// The next binary value; 0 for a list, which is skipped.
     fn binary_value(&mut self, kind: Kind) -> Result<f64, Problem> {
         match kind {
             Kind::One(scalar) => self.binary_scalar(scalar).ok_or(Problem::Ends),
@@ -216,7 +216,7 @@ impl<'a> Body<'a> {
     }
 }
 
-/// Integer colours of any width are bytes.
+/// Storage of a column: integer colours of any width are bytes.
 fn storage_of(scalar: Scalar) -> impl Fn(usize) -> Storage {
     move |column| {
         let is_color = matches!(NAMES[column], "red" | "green" | "blue" | "alpha");
@@ -224,7 +224,7 @@ fn storage_of(scalar: Scalar) -> impl Fn(usize) -> Storage {
     }
 }
 
-/// 0 for a list, which is skipped.
+/// The next ascii value; 0 for a list, which is skipped.
 fn ascii_value<'w>(words: &mut impl Iterator<Item = &'w [u8]>, kind: Kind) -> Result<f64, String> {
     let word = words.next().ok_or("the row has too few numbers")?;
     let text = String::from_utf8_lossy(word);

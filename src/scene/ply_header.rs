@@ -1,8 +1,8 @@
-//! The header of a PLY file (Turk 1994): what its body holds, or what is wrong in which line.
+//! The header of a PLY file (Turk 1994).
 use super::error::quoted;
 use std::collections::HashSet;
 
-/// How numbers of the body are written.
+/// Encoding of the numbers in the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -23,7 +23,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// [bytes]
+    /// Size of a number [bytes].
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -55,7 +55,7 @@ impl Scalar {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     One(Scalar),
-    /// A length, then that many items.
+    /// A list: its length, then its items.
     List {
         length: Scalar,
         item: Scalar,
@@ -63,7 +63,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// What a row has of it at least [bytes].
+    /// Least size of the value in a row [bytes].
     pub(super) fn least_size(self) -> usize {
         match self {
             Self::One(scalar) | Self::List { length: scalar, .. } => scalar.size(),
@@ -80,7 +80,7 @@ pub(super) struct Property {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Element {
     pub(super) name: String,
-    /// Rows.
+    /// Number of rows.
     pub(super) count: usize,
     pub(super) properties: Vec<Property>,
 }
@@ -90,11 +90,11 @@ pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
     pub(super) lines: usize,
-    /// Where the body starts [bytes].
+    /// Offset of the body [bytes].
     pub(super) length: usize,
 }
 
-/// What is wrong, and the remedy.
+/// The problem and the remedy.
 pub(super) type Fault = (String, &'static str);
 
 const WRITE_AGAIN: &str = "write a PLY 1.0 header, from `ply` to `end_header`";
@@ -183,7 +183,7 @@ fn parse_kind(words: &[&str]) -> Option<Kind> {
     }
 }
 
-/// Lines that all end as the first one does: a body may start with any byte.
+/// Lines with the same line end as the first one: a body may start with any byte.
 struct Lines<'a> {
     bytes: &'a [u8],
     end: &'static [u8],
@@ -202,7 +202,7 @@ impl<'a> Lines<'a> {
         Self { bytes, end, start: 0, count: 0 }
     }
 
-    /// `None` where no line ends any more. What is not UTF-8 is no known line.
+    /// The next line; `None` without a further line end. Lines that are not UTF-8 are unknown ones.
     fn next(&mut self) -> Option<&'a str> {
         let rest = &self.bytes[self.start..];
         let length = rest.windows(self.end.len()).position(|window| window == self.end)?;

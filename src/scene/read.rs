@@ -1,14 +1,14 @@
-//! Files from outside.
+//! Reading of untrusted files.
 use super::SceneError;
 use std::{fs, io, path::Path};
 
-/// All of a plain file. A pipe would never end, and a device has no end.
+/// All bytes of a regular file. A pipe or a device might never end.
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
     check(path)?;
     fs::read(path).map_err(|source| failed(path, source))
 }
 
-/// Whether there is a plain file.
+/// Checks that the path is a regular file.
 pub(super) fn check(path: &Path) -> Result<(), SceneError> {
     let kind = fs::metadata(path).map_err(|source| failed(path, source))?.file_type();
     if kind.is_file() {

@@ -1,10 +1,11 @@
-//! Shapes and meshes that move: as a whole by keys of the scene file, their nodes by those of their own.
+//! Moving shapes and meshes: as a whole by keys of the scene file, their nodes by the model's own
+//! animation.
 use super::{Scene, deform::Deform, track::Channel, track::Track};
 use crate::model::{LightKind, Motion, Triangle, volume};
 use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
 use std::{ops::Range, sync::Arc};
 
-/// Where a shape or a mesh is.
+/// Placement of a shape or mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Placement {
     pub(super) translation: Channel,
@@ -34,9 +35,9 @@ impl Placement {
 /// A node of a glTF file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Node {
-    /// Which comes before it.
+    /// Index of the parent, which comes before it.
     pub(super) parent: Option<usize>,
-    /// Of those that no track moves.
+    /// Local transform where no track moves the node.
     pub(super) transform: Mat4,
     pub(super) translation: Option<Track>,
     pub(super) rotation: Option<Track>,
@@ -64,24 +65,24 @@ impl Node {
 pub(super) struct Draw {
     pub(super) triangles: Range<usize>,
     pub(super) node: usize,
-    /// In the node's space.
+    /// Transform in the node's space.
     pub(super) place: Mat4,
-    /// Where their corners move against each other.
+    /// Deformation by skins and morph targets.
     pub(super) deform: Option<Deform>,
 }
 
-/// What of a model follows which of its nodes.
+/// Nodes of a model, and the draws and lights that follow them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Rig {
-    /// Parents before their children.
+    /// Nodes, parents before their children.
     pub(super) nodes: Vec<Node>,
     pub(super) draws: Vec<Draw>,
-    /// Light of the model, and its node.
+    /// Lights on nodes: index of the light in the model, index of the node.
     pub(super) lights: Vec<(usize, usize)>,
 }
 
 impl Rig {
-    /// That of triangles which follow nothing but their placement.
+    /// Rig of triangles that follow nothing but their placement.
     pub(super) fn whole(triangles: usize) -> Self {
         let transform = Mat4::IDENTITY;
         let node = Node { parent: None, transform, translation: None, rotation: None, scale: None };
@@ -97,8 +98,8 @@ impl Rig {
         self.nodes.iter().any(tracks) || self.draws.iter().any(deforms)
     }
 
-    /// Moves `own` to where they are then [s], and returns the places of the nodes. World space = `whole` *
-    /// the file's space.
+    /// Moves `own` to the pose at a time [s], and returns the transforms of the nodes. World space =
+    /// `whole` * the file's space.
     pub(super) fn pose(
         &self,
         local: &[Triangle],
@@ -117,7 +118,7 @@ impl Rig {
                 continue;
             }
             put(own, local, world);
-            // A mirrored body is inside out.
+            // A mirrored mesh is inside out.
             let has_volume = own.first().is_some_and(|triangle| is_volume(triangle.material));
             if has_volume && Mat3::from_mat4(world).determinant() < 0.0 {
                 volume::turn_outwards(own);
@@ -136,18 +137,18 @@ impl Rig {
     }
 }
 
-/// A part of a scene that moves.
+/// A moving part of a scene.
 #[derive(Clone, Debug)]
 pub(super) struct Moving {
     pub(super) rig: Arc<Rig>,
     pub(super) placement: Placement,
-    /// In the spaces of their draws.
+    /// Triangles in the spaces of their draws.
     pub(super) local: Arc<Vec<Triangle>>,
-    /// First of the scene's triangles that are its own.
+    /// First of its triangles in the scene.
     pub(super) first_triangle: usize,
-    /// Of the scene's lights, and what they are at their nodes' places.
+    /// Lights on nodes: index in the scene, index of the node.
     pub(super) lights: Vec<(usize, usize)>,
-    /// The scene's, in the world [m].
+    /// World position of the scene's origin [m].
     pub(super) origin: Vec3,
 }
 
@@ -177,7 +178,7 @@ impl Motion for Moving {
     }
 }
 
-/// `own` becomes `local` in the world.
+/// Writes `local`, transformed to the world, to `own`.
 fn put(own: &mut [Triangle], local: &[Triangle], world: Mat4) {
     let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
     for (own, local) in own.iter_mut().zip(local) {

@@ -3,9 +3,9 @@ use super::document::KindOfShape;
 use crate::model::Triangle;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 
-/// Subdivisions of the icosahedron: 1,280 triangles.
+/// Default subdivisions of the icosahedron: 1,280 triangles.
 pub(super) const SPHERE_LEVEL: u32 = 3;
-/// 327,680 triangles.
+/// Most subdivisions: 327,680 triangles.
 pub(super) const MAX_LEVEL: u32 = 7;
 
 /// A shape in world space. The plane is 1x1 in xz and faces +y; the pane is 1x1 in xy and faces +z;
@@ -26,7 +26,7 @@ pub(super) fn shape(
     triangles
 }
 
-/// As [`shape`], in its own space.
+/// Like [`shape`], in its own space.
 pub(super) fn local(kind: KindOfShape, level: u32, material: u32, id: u32) -> Vec<Triangle> {
     let mut triangles = match kind {
         KindOfShape::Plane => square(Vec3::ZERO, Vec3::X, Vec3::NEG_Z),
@@ -63,7 +63,7 @@ fn square(center: Vec3, right: Vec3, up: Vec3) -> Vec<Triangle> {
         .to_vec()
 }
 
-/// What [`shape`] makes.
+/// Number of triangles of [`shape`].
 pub(super) fn triangles_of(kind: KindOfShape, level: u32) -> usize {
     match kind {
         KindOfShape::Plane | KindOfShape::Pane => 2,
@@ -72,7 +72,7 @@ pub(super) fn triangles_of(kind: KindOfShape, level: u32) -> usize {
     }
 }
 
-/// Triangles of a sphere.
+/// Number of triangles of a sphere.
 pub(super) fn sphere_triangles(level: u32) -> usize {
     20 << (2 * level)
 }

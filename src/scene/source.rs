@@ -1,4 +1,5 @@
-//! The text of a scene: what the file says, what the command line puts in its place, and where.
+//! Source of a scene: the file's text, and the values that replace it from the command line, with
+//! positions.
 use super::{
     SceneError,
     document::Document,
@@ -12,10 +13,10 @@ use toml::{
     de::{DeTable, DeValue, Deserializer, Error},
 };
 
-/// Most parts of a dotted key: more than any that exists.
+/// Most parts of a dotted key, above the longest valid one.
 const MAX_KEY_PARTS: usize = 8;
 
-/// The text of a scene file, then the values of the command line, a line each.
+/// The text of a scene file, followed by the values of the command line, a line each.
 pub(super) struct Source<'a> {
     path: &'a Path,
     text: &'a str,
@@ -31,7 +32,7 @@ pub(super) fn joined(file: &str, set: &[(String, String)]) -> String {
 }
 
 impl<'a> Source<'a> {
-    /// `text` is what [`joined`] made of a file of `file_length` bytes and of `set`.
+    /// Parses `text`, which [`joined`] made of a file of `file_length` bytes and `set`.
     pub(super) fn parse(
         path: &'a Path,
         text: &'a str,
@@ -73,7 +74,7 @@ impl<'a> Source<'a> {
         Document::deserialize(Deserializer::from(root)).map_err(|error| self.explain(&error))
     }
 
-    /// `span`: bytes of the text.
+    /// An error at `span`, bytes of the text.
     #[expect(clippy::needless_pass_by_value, reason = "callers make the help for this error")]
     pub(super) fn error(
         &self,
@@ -96,7 +97,7 @@ impl<'a> Source<'a> {
         SceneError::invalid(self.path, message, help.as_deref().unwrap_or(""))
     }
 
-    /// As [`Self::error`], at the value of `key` in the table at `table`.
+    /// Like [`Self::error`], at the value of `key` in the table at `table`.
     pub(super) fn error_at(
         &self,
         table: &Range<usize>,
@@ -121,8 +122,8 @@ impl<'a> Source<'a> {
         self.error(span, message, Some(help))
     }
 
-    /// Whether tables stand where tables should: the reader would take lists for them too, by the
-    /// order of their values.
+    /// Checks that keys of tables hold tables: the reader would also accept lists, by the order of their
+    /// values.
     fn check_tables(&self) -> Result<(), SceneError> {
         for (key, value) in &self.tree {
             self.check_table("", key.get_ref(), value)?;
@@ -173,7 +174,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Keys of the scene file that are one table each.
+/// Keys of the scene file with one table each.
 const ONE: [&str; 9] = [
     "camera",
     "shadow",
@@ -185,7 +186,7 @@ const ONE: [&str; 9] = [
     "particles.generate",
     "shape.displace",
 ];
-/// Keys that are many tables each.
+/// Keys with many tables each.
 const MANY: [&str; 8] =
     ["light", "material", "particles", "shape", "mesh", "animate", "emitter", "light.shadow"];
 
@@ -204,7 +205,7 @@ fn value_span(
     }
 }
 
-/// The value as if `by` bytes stood before its text.
+/// The value with its spans shifted by `by` bytes.
 fn shifted(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     let moved = |span: Range<usize>| span.start + by..span.end + by;
     let span = moved(value.span());
@@ -225,10 +226,10 @@ fn shifted(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     Spanned::new(span, inner)
 }
 
-/// What is wrong with a key, and the remedy where it is a special one.
+/// The problem of a key, and the remedy for a special one.
 type KeyFault = (String, Option<String>);
 
-/// Puts a value where a dotted key says; items of an array go by name or index.
+/// Puts a value at a dotted key; items of an array are addressed by name or index.
 fn put<'a>(
     table: &mut DeTable<'a>,
     key: &'a str,
@@ -250,7 +251,7 @@ fn put_parts<'a>(
     let name = |part| Spanned::new(span.clone(), Cow::Borrowed(part));
     let [first, rest @ ..] = parts else { return Ok(()) };
     if rest.is_empty() {
-        // The key of the file goes too: an error about it must point at the command line.
+        // The file's key is removed too: an error about it must point at the command line.
         table.remove(*first);
         table.insert(name(*first), value);
         return Ok(());

@@ -1,4 +1,4 @@
-//! What a scene holds, for people and scripts.
+//! Summary of a scene's contents, for people and scripts.
 use super::Scene;
 use crate::model::Skipped;
 use std::fmt;
@@ -25,7 +25,7 @@ pub struct Summary {
 }
 
 impl Scene {
-    /// Counts what the scene holds.
+    /// Summary of the scene's contents.
     pub fn summary(&self) -> Summary {
         let bounds = self.bounds();
         Summary {

@@ -1,4 +1,4 @@
-//! Tables of the scene file, checked and in the units of the library.
+//! Validation of the scene file's tables, and conversion to the library's units.
 use super::{
     Bounds, Camera, SceneError, defaults,
     document::{AirTable, CameraTable, ClustersTable, MaterialTable, ShadowTable, TextureSource},
@@ -9,8 +9,8 @@ use super::{
 };
 use crate::{
     model::{
-        Air, ClusterSettings, MAX_AIR_STEPS, MAX_MAP_SIZE, MAX_SAMPLES, MIN_MAP_SIZE, Material,
-        ShadowSettings, Transfer, dither::MAX_SCALE,
+        Air, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES, MIN_MAP_SIZE,
+        Material, ShadowSettings, Transfer, dither::MAX_SCALE,
     },
     records::MAX_TILE,
 };
@@ -18,19 +18,19 @@ use glam::{UVec2, Vec3, Vec4};
 use std::ops::RangeInclusive;
 use toml::Spanned;
 
-/// A table whose values are being checked.
+/// A table being validated.
 pub(super) struct Table<'a, T> {
     pub source: &'a Source<'a>,
     pub table: &'a Spanned<T>,
 }
 
 impl<T> Table<'_, T> {
-    /// At the value of `key`, or at the table where it has none.
+    /// An error at the value of `key`, or at the table without it.
     pub(super) fn fault(&self, key: &str, message: impl Into<String>, help: &str) -> SceneError {
         self.source.error_at(&self.table.span(), key, message, help)
     }
 
-    /// A number that must be in a range; what the range is, in words.
+    /// A number in a range; the range is also given in words.
     pub(super) fn number(
         &self,
         key: &str,
@@ -63,7 +63,7 @@ impl<T> Table<'_, T> {
             .ok_or_else(|| self.fault(key, format!("{key} has no length"), "give it a direction"))
     }
 
-    /// [degrees] to [radians]; the ends leave room for a tangent in 32 bits.
+    /// Converts [degrees] to [radians]; the limits keep its tangent finite in 32 bits.
     pub(super) fn angle(&self, key: &str, degrees: f32) -> Result<f32, SceneError> {
         let valid = |v| (0.01..=179.9).contains(&v);
         Ok(self.number(key, degrees, valid, "between 0 and 180 (0.01 to 179.9)")?.to_radians())
@@ -95,6 +95,7 @@ pub(super) fn shadow(
         texel_budget,
         soften,
         colored,
+        blur,
     } = table.get_ref();
     let usual = ShadowSettings::default();
     let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
@@ -114,6 +115,11 @@ pub(super) fn shadow(
     if texel_budget == 0 {
         return Err(check.fault("texel_budget", "texel_budget is 0", "at least 1"));
     }
+    let blur = blur.unwrap_or(usual.blur);
+    if blur > MAX_BLUR {
+        let help = format!("a blur reaches 0 to {MAX_BLUR} texels");
+        return Err(check.fault("blur", format!("blur is {blur}"), &help));
+    }
     Ok(ShadowSettings {
         size: check.map_size(size.unwrap_or(usual.size))?,
         receiver: receiver.unwrap_or(usual.receiver),
@@ -126,10 +132,12 @@ pub(super) fn shadow(
         texel_budget,
         soften: soften.unwrap_or(usual.soften),
         colored: colored.unwrap_or(usual.colored),
+        blur,
+        mips: usual.mips,
     })
 }
 
-/// `None` where it neither scatters nor takes light.
+/// Air of a table; `None` if it neither scatters nor absorbs.
 pub(super) fn air(
     source: &Source<'_>,
     table: &Spanned<AirTable>,
@@ -205,7 +213,7 @@ pub(super) fn clusters(
     })
 }
 
-/// `base` fills what the table leaves out; without it the eye is where `bounds` fill the picture.
+/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture.
 pub(super) fn camera(
     source: &Source<'_>,
     table: &Spanned<CameraTable>,
@@ -248,7 +256,7 @@ pub(super) fn camera(
     Ok(camera)
 }
 
-/// Of the picture [stops].
+/// Samples per pixel of the picture.
 pub(super) fn samples(
     source: &Source<'_>,
     table: &Spanned<CameraTable>,
@@ -270,7 +278,7 @@ pub(super) fn exposure(
     Table { source, table }.number("exposure", stops, within, "from -32 to 32 stops")
 }
 
-/// The material, and where its texture is from.
+/// Material of a table, and the source of its texture.
 pub(super) fn material(
     source: &Source<'_>,
     table: &Spanned<MaterialTable>,

@@ -1,35 +1,35 @@
-//! Values that follow the time: keys, and what is between them.
+//! Animated values: keys and their interpolation.
 use glam::{Quat, Vec3, Vec4};
 
-/// How a value gets from one key to the next.
+/// Interpolation between keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
-    /// It stays, and jumps at the next key.
+    /// Constant up to the next key.
     Step,
     #[default]
     Linear,
-    /// By a cubic whose slope at each key is that between its neighbours (Catmull and Rom 1974), at the
-    /// first and the last that of the way to the only neighbour.
+    /// Cubic with the slope between each key's neighbours (Catmull and Rom 1974), and at the first and last
+    /// key the slope to the only neighbour.
     Smooth,
-    /// By a cubic whose slopes the file gives (glTF).
+    /// Cubic with the slopes of the file (glTF).
     #[serde(skip)]
     Cubic,
 }
 
-/// Keys in the order of their times. Before the first the value is that of the first, after the last
-/// that of the last.
+/// Keys in the order of their times, with constant extrapolation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// [s], ascending.
+    /// Times [s], ascending.
     times: Vec<f32>,
-    /// One for each time; of [`Mode::Cubic`] three: slope before, value, slope behind [1/s].
+    /// One value per time; for [`Mode::Cubic`] three: slope before, value, slope behind [1/s].
     values: Vec<Vec4>,
     mode: Mode,
 }
 
 impl Track {
-    /// `None` where times are missing, not finite or do not ascend, or values are not as many or not finite.
+    /// `None` if times are missing, not finite or not ascending, or values are of another number or not
+    /// finite.
     pub fn new(times: Vec<f32>, values: Vec<Vec4>, mode: Mode) -> Option<Self> {
         let each = if mode == Mode::Cubic { 3 } else { 1 };
         let is_whole = !times.is_empty() && values.len() == each * times.len();
@@ -45,7 +45,7 @@ impl Track {
         if self.mode == Mode::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }
 
-    /// The key before `seconds`, the way to the next [s], and the share of it that has passed.
+    /// The key before `seconds`, the duration to the next [s], and the share of it that has passed.
     fn place(&self, seconds: f64) -> (usize, f32, f32) {
         let after = self.times.partition_point(|&time| f64::from(time) <= seconds);
         let before = after.saturating_sub(1);
@@ -56,7 +56,7 @@ impl Track {
         (before, (end - start) as f32, ((seconds - start) / (end - start)) as f32)
     }
 
-    /// Change in a second at `key`, between its neighbours.
+    /// Slope at `key` between its neighbours [1/s].
     fn slope(&self, key: usize) -> Vec4 {
         let (low, high) = (key.saturating_sub(1), (key + 1).min(self.times.len() - 1));
         (self.values[high] - self.values[low]) / (self.times[high] - self.times[low])
@@ -74,7 +74,7 @@ impl Track {
         ends + (leaves * (t3 - 2.0 * t2 + t) + arrives * (t3 - t2)) * way
     }
 
-    /// At `seconds` from the start.
+    /// Value at `seconds` from the start.
     pub fn at(&self, seconds: f64) -> Vec4 {
         let (key, way, t) = self.place(seconds);
         match self.mode {
@@ -85,7 +85,7 @@ impl Track {
         }
     }
 
-    /// As [`Self::at`], of a rotation: unit, and along the shorter arc between two keys.
+    /// Like [`Self::at`], for a rotation: unit, and along the shorter arc between two keys.
     pub fn rotation(&self, seconds: f64) -> Quat {
         let unit = |value: Vec4| {
             let turn = value.try_normalize().map(Quat::from_vec4);
@@ -99,7 +99,7 @@ impl Track {
     }
 }
 
-/// What is where it is, or follows a track.
+/// A constant or animated vector.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Channel {
     Still(Vec3),

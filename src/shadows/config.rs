@@ -1,30 +1,34 @@
-//! How the pipeline runs on a device.
+//! Configuration of the pipeline on a device.
 use crate::{gpu::Tier, model::MAX_PAIRS, stage::profile::Profile};
 
-/// How the pipeline runs on a device.
+/// Configuration of the pipeline on a device.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
     pub tier: Tier,
     pub profile: Profile,
-    /// Pairs that one batch may hold; what does not fit takes the scatter path.
+    /// Pair capacity of one batch; casters past it take the scatter path.
     pub pair_budget: u32,
-    /// As the profile says, or a test.
+    /// The profile's value, or a test's.
     pub scatter_tiny: bool,
-    /// As the profile says, or a test.
+    /// The profile's value, or a test's.
     pub queued: bool,
     /// Whether dithered surfaces become a grey filter.
     pub soften: bool,
-    /// Whether dithered casters block each channel by a threshold of its own.
+    /// Whether dithered casters use a threshold of their own per channel.
     pub colored: bool,
+    /// Radius of the window over which filters and curves are blurred; 0 for none [texels].
+    pub blur: u32,
+    /// Smaller levels of the filter map.
+    pub mips: u32,
     /// Nodes of a curve (K); 0: nearest-depth mode, without curves.
     pub nodes: u32,
-    /// Whether the picture is what each pixel costs
+    /// Whether the picture counts the cost of each pixel
     /// ([`read_costs`](super::PreparedPicture::read_costs)).
     pub count_cost: bool,
-    /// Whether groups wholly behind an opaque surface are left out, which changes no bit.
+    /// Whether groups wholly behind an opaque surface are culled, which changes no bit.
     pub hide: bool,
-    /// Whether `prepare` counts what lists make, where that is not known: it then submits and waits,
-    /// and makes no kernel that nothing needs.
+    /// Whether `prepare` counts the pairs of lists, if that is not known: it then submits and waits, and
+    /// compiles only kernels that are needed.
     pub count_first: bool,
 }
 
@@ -39,6 +43,8 @@ impl Config {
             queued: profile.queued,
             soften: false,
             colored: false,
+            blur: 0,
+            mips: 0,
             nodes: 0,
             count_cost: false,
             hide: true,
@@ -46,7 +52,8 @@ impl Config {
         }
     }
 
-    /// A curve needs its hits in order: tiny casters go through tiles.
+    /// Whether tiny particles are scattered. A curve needs its hits in order: with curves they go through
+    /// tiles.
     pub(super) fn scatters(&self) -> bool {
         self.scatter_tiny && self.nodes == 0
     }

@@ -1,4 +1,4 @@
-//! What `prepare` works with, and the buffers that all that is bound needs.
+//! Context of `prepare`, and the buffers that several of its parts need.
 use super::{Config, casters::CasterSet, kernels::Kernels, plan::ListPlan, scratch::Scratch};
 use crate::{
     error::Error,
@@ -12,7 +12,7 @@ use crate::{
 use std::sync::Arc;
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
-/// What `prepare` works with.
+/// Context of `prepare`.
 pub(crate) struct Context<'a, 'd> {
     pub allocator: &'a mut Allocator<'d>,
     pub queue: &'a wgpu::Queue,
@@ -20,14 +20,14 @@ pub(crate) struct Context<'a, 'd> {
     pub config: &'a Config,
     pub casters: &'a CasterSet,
     pub scratch: &'a Arc<Scratch>,
-    /// The lists are the camera's: all is seen, in order.
+    /// Whether the lists are the camera's: everything is visible, in order.
     pub camera: bool,
-    /// Tiles of the footprints, where not all of them are binned at a time.
+    /// Tile rectangles of the footprints, if only some of them are binned at a time.
     pub binned_rects: Option<&'a wgpu::TextureView>,
 }
 
 impl Context<'_, '_> {
-    /// What all lists share.
+    /// Resources that all lists share.
     pub(crate) fn resources<'a>(&'a self, views: &'a Buffer) -> Resources<'a> {
         self.casters.resources().and(&self.scratch.resources()).with("views", views)
     }
@@ -42,7 +42,7 @@ impl Context<'_, '_> {
         buffer
     }
 
-    /// `None` where there are no chunks.
+    /// Uploads chunks; `None` if there are none.
     pub(crate) fn chunk_buffers(
         &mut self,
         plan: &ListPlan,
@@ -55,7 +55,7 @@ impl Context<'_, '_> {
         self.chunk_buffers_with(&params, chunks).map(Some)
     }
 
-    /// For so many chunks, which a kernel writes and counts.
+    /// Buffers for `count` chunks that a kernel writes and counts.
     pub(crate) fn room_for_chunks(
         &mut self,
         plan: &ListPlan,
@@ -109,7 +109,7 @@ impl ChunkBuffers {
     }
 }
 
-/// Chunks, bound to the kernel that takes them.
+/// Chunks, bound to the kernel that reads them.
 #[derive(Debug)]
 pub(crate) struct Chunks {
     pub count: u32,

@@ -1,4 +1,4 @@
-//! Filters in the layout that a host's receivers read already.
+//! Conversion of filter maps to the layout that a host's receivers already read.
 use super::{Prepared, host_depths::HostCamera};
 use crate::{
     error::Error,
@@ -9,20 +9,20 @@ use crate::{
 use glam::Mat4;
 use wgpu::{BindGroup, Buffer, BufferUsages, TextureFormat, TextureUsages};
 
-/// How the light that passes is stored.
+/// Texel format of converted filter maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FilterFormat {
-    /// As gobo's own maps, without loss.
+    /// Lossless, the format of gobo's own maps.
     #[default]
     Rgba16Float,
-    /// To 1/510; light that `gain` casters brighten ends at 1.
+    /// Precision 1/510; light amplified by `gain` casters is clamped to 1.
     Rgba8Unorm,
-    /// Without alpha: red and green to 1/128 of themselves, blue to 1/64.
+    /// No alpha: relative precision 1/128 for red and green, 1/64 for blue.
     Rg11b10Ufloat,
 }
 
-/// What a host's receivers read.
+/// Layout of maps that a host's receivers read.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct MapLayout<'a> {
@@ -31,14 +31,14 @@ pub struct MapLayout<'a> {
 }
 
 impl<'a> MapLayout<'a> {
-    /// With alpha 1.
+    /// A layout with alpha 1.
     pub fn new(format: FilterFormat) -> Self {
         Self { format, cameras: None }
     }
 
-    /// Alpha is the depth of what filters first, as a raster pass would have blended it there with MIN,
-    /// or with MAX where depth is reversed; the depth of the far plane where nothing filters.
-    /// `clip_from_world`: of each view, in columns, as for
+    /// A layout with the depth of the nearest translucent hit in alpha, as a raster pass would have blended
+    /// it there with MIN, or with MAX for reversed z; the depth of the far plane where there is no hit.
+    /// `clip_from_world`: for each view, in columns, as for
     /// [`HostDepth::clip_from_world`](crate::HostDepth::clip_from_world).
     #[must_use]
     pub fn depth_in_alpha(self, clip_from_world: &'a [[[f32; 4]; 4]]) -> Self {
@@ -46,11 +46,11 @@ impl<'a> MapLayout<'a> {
     }
 }
 
-/// Filters in a host's layout, ready to be recorded after the maps, any number of times.
+/// Converted filter maps of a host's layout, ready to be recorded after the maps, any number of times.
 #[derive(Debug)]
 pub struct ConvertedMaps {
     kernel: Kernel,
-    /// Views of each layer.
+    /// Bindings and workgroups of the views of each layer.
     layers: Vec<Vec<(BindGroup, [u32; 3])>>,
     words: Buffer,
     texture: wgpu::Texture,
@@ -58,11 +58,10 @@ pub struct ConvertedMaps {
 }
 
 impl Prepared {
-    /// The filters of all views in another layout, each where it is in [`Maps`](crate::Maps).
+    /// Converts the filters of all views to another layout; rectangles stay those of [`Maps`](crate::Maps).
     ///
     /// # Errors
-    /// Where the format has no alpha for the depth, a camera is not as it must be, or the device has no
-    /// room.
+    /// If the format has no alpha for the depth, a camera is invalid, or the device is out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
         let invalid = |index, problem| Error::Invalid { what: "map layout", index, problem };
         let (format, number) = match layout.format {
@@ -153,7 +152,7 @@ impl ConvertedMaps {
         }
     }
 
-    /// An array, of the size of gobo's own. Usages `TEXTURE_BINDING` and `COPY_SRC`.
+    /// Texture array of the size of gobo's own. Usages `TEXTURE_BINDING` and `COPY_SRC`.
     pub fn texture(&self) -> &wgpu::Texture {
         &self.texture
     }

@@ -1,4 +1,4 @@
-//! What lists make, counted before anything is walked.
+//! Pair counts of lists, taken before any walk.
 use super::{
     Pipeline,
     context::{Context, view_uniform},
@@ -14,11 +14,11 @@ use crate::{
 use std::sync::Arc;
 
 impl Pipeline {
-    /// Puts what lists make in place of their bounds, where these leave open whether all pairs fit
-    /// and every tile is one segment. Submits and waits: twice as fast a first frame where a driver
-    /// compiles for long, because kernels that nothing needs are not made.
+    /// Replaces the bounds of lists by counts, where the bounds leave open whether all pairs fit and every
+    /// tile is one segment. Submits and waits: twice as fast a first frame with a slow driver compiler,
+    /// because kernels that are not needed are not compiled.
     ///
-    /// Returns how many pairs the largest list needs.
+    /// Returns the number of pairs of the largest list.
     pub(super) fn count(
         &mut self,
         request: &Request<'_>,
@@ -44,7 +44,7 @@ impl Pipeline {
         let &Request { device, queue, casters, .. } = request;
         let listed = &plan.lists[i];
         let may_overflow = listed.may_overflow(self.config.profile.shape, scratch.pair_capacity);
-        // What is in the host's buffers now says nothing of later frames.
+        // The contents of the host's buffers say nothing about later frames.
         if listed.host.is_some() || !(may_overflow || listed.has_segments()) {
             return Ok(0);
         }

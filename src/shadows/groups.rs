@@ -1,4 +1,4 @@
-//! The casters of a set in groups: what is culled, listed and kept together.
+//! Groups of a set's casters: the unit of culling, listing and caching.
 use super::small::TriangleExtent;
 use crate::{
     model::{Bounds, Class, Material, Shape, Transfer, Triangle},
@@ -12,52 +12,51 @@ use crate::{
 use glam::Vec3;
 use std::{ops::Range, sync::atomic::AtomicU64};
 
-/// Casters of a group before it may end early.
+/// Least casters of a group that ends early.
 const LEAST: u32 = 32;
-/// Objects that may have groups of their own. With more, small ones share.
+/// Most objects with groups of their own. With more, small ones share groups.
 const MOST_OBJECTS: usize = 1024;
-/// How much larger particles' groups may become before they are formed anew: four times the
-/// surface.
+/// Growth of particles' groups from which they are formed anew: four times the surface.
 const SPREAD: u64 = 2 * DOUBLED;
 
-/// The next generation: later than all before it, whichever set they are of.
+/// The next generation number, later than all before it in every set.
 pub(super) fn next_generation() -> u64 {
     static CLOCK: AtomicU64 = AtomicU64::new(1);
     CLOCK.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
 }
 
-/// Casters side by side in the upload, at most [`CHUNK_SIZE`].
+/// A run of casters in upload order, at most [`CHUNK_SIZE`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
     pub class: Class,
     pub casters: Range<u32>,
     pub extent: Extent,
-    /// `None` of particles.
+    /// Extent of its triangles; `None` for particles.
     pub triangles: Option<TriangleExtent>,
-    /// When something in it last changed.
+    /// Generation of its last change.
     pub(super) changed_at: u64,
 }
 
-/// What a group's casters are within.
+/// Extent of a group's casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// World space [m]; NaN where a caster has a number that is not finite.
+    /// Bounding box, world space [m]; NaN if a caster has a number that is not finite.
     pub bounds: Bounds,
-    /// [m]
+    /// Smallest radius [m].
     pub min_radius: f32,
     /// Half of the longest side of a box around any one caster [m].
     pub reach: f32,
 }
 
 impl Group {
-    /// Among what may touch the tiles of a view.
+    /// Adds the group to the casters that may touch the tiles of a view.
     pub(super) fn count_in(&self, load: &mut TileLoadBound) {
         let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };
         let around = if self.is_volume() { wherever } else { self.extent.bounds };
         load.add(&around, self.casters.len() as u32, self.extent.reach);
     }
 
-    /// Whether some of it counts wherever it is.
+    /// Whether the group has triangles of a volume, which may be listed for any view and tile.
     fn is_volume(&self) -> bool {
         self.triangles.is_some_and(|extent| extent.volume)
     }
@@ -92,13 +91,13 @@ impl Extent {
     }
 }
 
-/// What groups are formed of.
+/// Casters from which groups are formed.
 #[derive(Clone, Copy)]
 pub(super) struct Members<'a> {
-    /// In the order of the upload.
+    /// Particles in upload order.
     pub casters: &'a [Caster],
     pub triangles: &'a [Triangle],
-    /// Order of the triangles in the upload.
+    /// Indices of the triangles in upload order.
     pub order: &'a [u32],
     pub materials: &'a [Material],
 }
@@ -120,7 +119,7 @@ impl Group {
         Self { class, extent: Extent::of([]), casters, triangles, changed_at: 0 }.fitted(members)
     }
 
-    /// Whether it may have plain opaque triangles that cast.
+    /// Whether it may have plain opaque triangles that cast shadows.
     pub(super) fn may_hide(&self) -> bool {
         self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
     }
@@ -129,7 +128,7 @@ impl Group {
         self.triangles.is_some()
     }
 
-    /// After its casters have changed.
+    /// Refits the group after its casters have changed.
     pub(super) fn refit(&mut self, members: Members<'_>, changed_at: u64) {
         *self = Self { changed_at, ..self.clone().fitted(members) };
     }
@@ -161,14 +160,14 @@ pub(super) struct Groups {
     pub groups: Vec<Group>,
     tree: GroupTree,
     occluders: OccluderPolygons,
-    /// When the occluders last changed.
+    /// Generation of the occluders' last change.
     pub(super) occluders_at: u64,
-    /// When they were formed.
+    /// [`Self::size`] when the groups were formed.
     built_size: u64,
 }
 
 impl Groups {
-    /// Ranges are of the classes, in the upload.
+    /// Forms the groups; ranges are those of the classes in the upload.
     pub(super) fn new(
         members: Members<'_>,
         particle_ranges: &[(Class, Range<u32>)],
@@ -210,11 +209,11 @@ impl Groups {
         all
     }
 
-    /// After opaque triangles have changed.
+    /// Finds the occluders again after opaque triangles have changed.
     pub(super) fn find_occluders(&mut self, members: Members<'_>, changed_at: u64) {
         let plain = |triangle: &Triangle| {
             let material = &members.materials[triangle.material as usize];
-            // Its texture counts for nothing.
+            // Textures do not matter for opaque triangles.
             let plain = material.transfer == Transfer::Opaque && !material.is_volume();
             plain.then_some(triangle.positions)
         };
@@ -226,15 +225,15 @@ impl Groups {
         self.occluders_at = changed_at;
     }
 
-    /// After groups have changed. False where they should be formed anew: their casters have
-    /// drifted apart.
+    /// Refits the tree after groups have changed. Returns false if the groups should be formed anew: their
+    /// casters have drifted apart.
     pub(super) fn refit(&mut self) -> bool {
         self.tree.refit(&bounds(&self.groups));
         let count = self.groups.iter().filter(|group| !group.is_triangles()).count() as u64;
         self.size() <= self.built_size + count * SPREAD
     }
 
-    /// The group that a triangle of the upload is in.
+    /// The group that contains a triangle of the upload.
     pub(super) fn of_triangle(&self, triangle: u32) -> &Group {
         let first = self.groups.partition_point(|group| !group.is_triangles());
         let groups = &self.groups[first..];
@@ -250,8 +249,8 @@ impl Groups {
         Occluders::new(&self.occluders, view)
     }
 
-    /// Leaves out the groups that occluders of the same view hide; returns how many casters these
-    /// have. `filters`: of those that filter too.
+    /// Removes the groups that occluders of the same view hide; returns the number of their casters.
+    /// `filters`: whether filtering groups may be hidden too.
     pub(super) fn hide(
         &self,
         visible: &mut Vec<u32>,
@@ -276,8 +275,8 @@ impl Groups {
         let mut hidden: Vec<u32> =
             visible.iter().copied().filter(|&index| is_hidden(group(index))).collect();
         if hidden.iter().any(|&index| filtering(group(index))) {
-            // Where a tile has more than a segment holds, the next one would be cut elsewhere, and
-            // sums round otherwise.
+            // In a tile with more pairs than a segment holds, the next segment would be cut elsewhere, and
+            // sums would round differently.
             let mut crowd = TileLoadBound::new(view);
             let seen = visible.iter().map(|&index| group(index));
             seen.filter(|group| filtering(group)).for_each(|group| group.count_in(&mut crowd));
@@ -286,7 +285,7 @@ impl Groups {
                 !filtering(group) || crowd.most(&group.extent.bounds) <= SEGMENT_LENGTH
             });
         }
-        // Both are in order.
+        // Both are sorted.
         let mut next = hidden.iter().peekable();
         visible.retain(|index| next.next_if_eq(&index).is_none());
         count(&hidden)
@@ -296,7 +295,7 @@ impl Groups {
     pub(super) fn visible(&self, view: &GpuView) -> Vec<u32> {
         let mut visible = Vec::new();
         self.tree.cull(&Frustum::new(view), &mut visible);
-        // In the order of the upload, so that equal depths sort the same whatever the tree is like.
+        // In upload order, so that equal depths sort the same whatever the tree is.
         let mut seen = vec![0_u64; self.groups.len().div_ceil(64)];
         let volumes = (0..).zip(&self.groups).filter(|(_, group)| group.is_volume());
         for group in visible.iter().copied().chain(volumes.map(|(index, _)| index)) {
@@ -318,9 +317,9 @@ fn bounds(groups: &[Group]) -> Vec<Bounds> {
     groups.iter().map(|group| group.extent.bounds).collect()
 }
 
-/// Puts the particles of one class, given by index, in an order in which neighbours lie together.
+/// Sorts the particles of one class, given by index, so that neighbours are close in space.
 pub(super) fn sort_by_place(particles: &mut [u32], center: impl Fn(u32) -> Vec3) {
-    // Fewer make one or two groups in any order.
+    // Fewer particles make one or two groups in any order.
     const FEW: usize = 2 * LEAST as usize;
     if particles.len() > FEW {
         let centers: Vec<Vec3> = particles.iter().map(|&i| center(i)).collect();

@@ -1,4 +1,4 @@
-//! The library's face: a host's casters and views in, maps to be recorded out.
+//! Interface of the library: casters and views of a host in, maps to be recorded out.
 use super::{
     CasterSet, Config, HostInputs, Maps, Pipeline, PreparedMaps, Room, frame::Uploads,
     host_depths::depth_inputs, kernels::Variant,
@@ -8,13 +8,16 @@ use crate::{
     gpu::{
         Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
     },
-    model::{Casters, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, ShadowSettings, View},
+    model::{
+        Casters, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
+        ShadowSettings, View,
+    },
     stage::{hits::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Shadow maps on one device. Keeps its kernels, and the casters and maps of the last frame, so
-/// that the next uploads and renders what has changed only.
+/// Shadow maps on one device. Keeps its kernels, and the casters and maps of the last frame, so that the
+/// next frame uploads and renders only what has changed.
 #[derive(Debug)]
 pub struct Shadows {
     device: wgpu::Device,
@@ -23,18 +26,18 @@ pub struct Shadows {
     room: Room,
 }
 
-/// What [`Shadows`] and the last [`Prepared`] share.
+/// State shared by [`Shadows`] and the last [`Prepared`].
 #[derive(Debug)]
 struct Engine {
     pipeline: Pipeline,
     casters: Option<CasterSet>,
     maps: Option<PreparedMaps>,
-    /// Of the frame that `maps` are of.
+    /// Number of the frame that `maps` belong to.
     frame: u64,
 }
 
-/// The maps of a frame, ready to be recorded any number of times, until a later
-/// [`Shadows::prepare`] takes them over.
+/// Maps of a frame, ready to be recorded any number of times, until a later [`Shadows::prepare`] takes them
+/// over.
 #[derive(Debug)]
 pub struct Prepared {
     device: wgpu::Device,
@@ -42,7 +45,7 @@ pub struct Prepared {
     engine: Arc<Mutex<Engine>>,
     frame: u64,
     pub(super) caster_count: u64,
-    /// Whether some filter depends on the order of its casters.
+    /// Whether blending depends on the order of the casters.
     pub(super) ordered: bool,
     pub(super) views: Vec<View>,
     pub(super) settings: ShadowSettings,
@@ -55,12 +58,12 @@ fn lock(engine: &Mutex<Engine>) -> MutexGuard<'_, Engine> {
 }
 
 impl Shadows {
-    /// On a host's device, of which it keeps handles. It runs on the native tier where the device
-    /// was opened with subgroups, texture atomics and 9 storage textures a stage, else on WebGPU's
+    /// Shadows on a host's device and queue, of which it keeps handles. It runs on the native tier if the
+    /// device was opened with subgroups, texture atomics and 9 storage textures a stage, else on WebGPU's
     /// own limits and features.
     ///
     /// # Errors
-    /// Where the device has less than WebGPU's limits, or refuses a kernel.
+    /// If the device has less than WebGPU's limits, or refuses a kernel.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -71,10 +74,10 @@ impl Shadows {
         Self::on_tier(device, queue, adapter, tier)
     }
 
-    /// As [`Self::new`], on a tier that the host chooses.
+    /// Like [`Self::new`], on a tier that the host chooses.
     ///
     /// # Errors
-    /// Where the device has less than the tier needs ([`Support`](crate::Support) tells before), or
+    /// If the device has less than the tier needs ([`Support`](crate::Support) reports it beforehand), or
     /// refuses a kernel.
     pub fn on_tier(
         device: &wgpu::Device,
@@ -85,13 +88,13 @@ impl Shadows {
         Self::with(device, queue, Config::new(tier, adapter))
     }
 
-    /// With a configuration of its own: for tests and measurements.
+    /// Shadows with a given configuration: for tests and measurements.
     #[doc(hidden)]
     pub fn with(device: &wgpu::Device, queue: &wgpu::Queue, config: Config) -> Result<Self, Error> {
         Self::sharing(device, queue, config, KernelCache::default())
     }
 
-    /// As [`Self::with`], with the kernels of all that render on the device.
+    /// Like [`Self::with`], with kernels shared by all renderers on the device.
     #[doc(hidden)]
     pub fn sharing(
         device: &wgpu::Device,
@@ -119,18 +122,17 @@ impl Shadows {
         &self.queue
     }
 
-    /// A kernel that no frame needs.
+    /// A kernel that no frame needs, compiled on demand.
     pub(super) fn kernel_of(&self, desc: &KernelDesc) -> Result<Kernel, Error> {
         Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, &[])?)
     }
 
-    /// Uploads what has changed of `casters` and allocates the maps of `views`. Maps of the frame
-    /// before stay where nothing has changed that they see; the others are rendered when the
-    /// [`Prepared`] is recorded. Earlier ones are void from here on.
+    /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept
+    /// if nothing that they see has changed; the others are rendered when the [`Prepared`] is recorded.
+    /// Earlier [`Prepared`] values are invalid from then on.
     ///
     /// # Errors
-    /// Where a caster or view is not as its fields say it must be, or the device has no room or is
-    /// lost.
+    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost.
     pub fn prepare(
         &mut self,
         casters: &Casters<'_>,
@@ -140,11 +142,11 @@ impl Shadows {
         self.prepare_with(casters, views, settings, &HostInputs::new())
     }
 
-    /// As [`Self::prepare`], with what the host has on the device already. That is read whenever the
-    /// [`Prepared`] is recorded: what changes in the host's buffers asks for no other `prepare`.
+    /// Like [`Self::prepare`], with inputs that the host has on the device. They are read whenever the
+    /// [`Prepared`] is recorded: changed contents of the host's buffers need no other `prepare`.
     ///
     /// # Errors
-    /// As [`Self::prepare`], and where an input is not as it is said to be.
+    /// Those of [`Self::prepare`], and if an input violates its contract.
     pub fn prepare_with(
         &mut self,
         casters: &Casters<'_>,
@@ -157,7 +159,7 @@ impl Shadows {
         Ok(prepared)
     }
 
-    /// As [`Self::prepare_with`], but that kernels may not be made yet.
+    /// Like [`Self::prepare_with`], except that kernels may not be compiled yet.
     pub(crate) fn plan(
         &mut self,
         casters: &Casters<'_>,
@@ -181,6 +183,8 @@ impl Shadows {
             pair_budget: room.budget,
             soften: settings.soften,
             colored: settings.colored,
+            blur: settings.blur,
+            mips: settings.mips,
             nodes: settings.curve_nodes(),
             ..pipeline.config
         };
@@ -216,13 +220,13 @@ impl Shadows {
         lock(&self.engine).pipeline.kernels.cache().clone()
     }
 
-    /// The device, and what its kernels may use.
+    /// The device, and the tier of its kernels.
     pub(super) fn device(&self) -> (&wgpu::Device, Tier) {
         (&self.device, lock(&self.engine).pipeline.config.tier)
     }
 
-    /// Takes over how many pairs a frame needed. Whether it grew: then some casters took the
-    /// slower scatter path for lack of room, and the next [`Self::prepare`] has room for them.
+    /// Grows the pair capacity to what a frame needed. Returns whether it grew: then some casters took the
+    /// slower scatter path, and the next [`Self::prepare`] has the capacity for them.
     #[expect(clippy::needless_pass_by_value, reason = "what was counted is used up")]
     pub fn grow_from(&mut self, counters: Counters) -> bool {
         let grows = self.room.grow(counters.pairs_needed, counters.pair_room);
@@ -232,7 +236,7 @@ impl Shadows {
         grows
     }
 
-    /// Gives the casters and maps of the last frame back to the device.
+    /// Frees the casters and maps of the last frame.
     pub fn forget(&mut self) {
         let mut engine = lock(&self.engine);
         (engine.casters, engine.maps) = (None, None);
@@ -240,8 +244,7 @@ impl Shadows {
         self.room.pairs = None;
     }
 
-    /// What the next frames are prepared with, as far as [`ShadowSettings`] do not say it: for
-    /// tests and measurements.
+    /// Changes the configuration of the next frames beyond [`ShadowSettings`]: for tests and measurements.
     #[doc(hidden)]
     pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
         change(&mut lock(&self.engine).pipeline.config);
@@ -268,13 +271,13 @@ impl Shadows {
 }
 
 impl Prepared {
-    /// Records every stage of every view whose maps must be rendered. Makes nothing and submits
-    /// nothing; records nothing where a later [`Shadows::prepare`] has taken the maps over.
+    /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing;
+    /// records nothing if a later [`Shadows::prepare`] has taken the maps over.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         self.record_timed(encoder, &mut Timeline::untimed());
     }
 
-    /// As [`Self::record`], with time stamps around each stage.
+    /// Like [`Self::record`], with timestamps around each stage.
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         let engine = lock(&self.engine);
         if let Ok(maps) = self.current(&engine) {
@@ -283,11 +286,11 @@ impl Prepared {
         }
     }
 
-    /// Reads the host's casters of `set`, an index, by other bindings of the same layout from the next
-    /// [`Self::record`] on: for hosts that write to two buffers in turns.
+    /// Replaces the bindings of the host's casters of `set`, an index, by others of the same layout, from
+    /// the next [`Self::record`] on: for hosts that alternate between two buffers.
     ///
     /// # Errors
-    /// Where there is no such set, or a later [`Shadows::prepare`] has taken the maps over.
+    /// If there is no such set, or a later [`Shadows::prepare`] has taken the maps over.
     pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
         let engine = lock(&self.engine);
         let host = self.current(&engine)?.host.as_ref();
@@ -296,7 +299,7 @@ impl Prepared {
         host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
     }
 
-    /// Makes a kernel of this device, or has it already.
+    /// A kernel of this device, compiled if needed.
     pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
         let mut engine = lock(&self.engine);
         let kernel = engine.pipeline.kernels.plan(&self.device, variant, features)?.clone();
@@ -304,7 +307,7 @@ impl Prepared {
         Ok(kernel)
     }
 
-    /// As [`Self::kernel`], of one that is made for a host that asks.
+    /// Like [`Self::kernel`], for a kernel that a host calls outside of frames.
     pub(super) fn kernel_of(
         &self,
         desc: &KernelDesc,
@@ -313,14 +316,13 @@ impl Prepared {
         Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, constants)?)
     }
 
-    /// Device and queue that the maps are on.
+    /// Device and queue of the maps.
     pub(super) fn device(&self) -> (&wgpu::Device, &wgpu::Queue) {
         (&self.device, &self.queue)
     }
 
-    /// Records what counts the pairs and no more: where nothing of a scene is known,
-    /// [`Self::counters`] tells at a fraction of a frame's time how much room to grow to, so that no
-    /// frame takes the slower scatter path for lack of it.
+    /// Records only the counting of pairs: if nothing of a scene is known, [`Self::counters`] then gives
+    /// the needed capacity at a fraction of a frame's time, so that no frame takes the slower scatter path.
     pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) {
         let engine = lock(&self.engine);
         if let Ok(maps) = self.current(&engine) {
@@ -339,7 +341,7 @@ impl Prepared {
         engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
     }
 
-    /// The textures that the maps of all views are in, and where in them each is.
+    /// Textures and rectangles of the maps of all views.
     pub fn maps(&self) -> &Maps {
         &self.maps
     }
@@ -350,7 +352,7 @@ impl Prepared {
     }
 }
 
-/// Whether views and settings are as their fields say they must be.
+/// Checks views and settings against the contracts of their fields.
 pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
     let invalid = |index, problem| Err(Error::Invalid { what: "view", index, problem });
     for (index, view) in views.iter().enumerate() {
@@ -362,6 +364,10 @@ pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Err
         if !(finite && view.near >= 0.0 && view.near < view.far) {
             return invalid(index, "its planes must be finite, the near one before the far one");
         }
+    }
+    if settings.blur > MAX_BLUR || settings.mips > MAX_MIPS {
+        let problem = "a blur reaches 16 texels at most, and a filter map has 4 smaller levels";
+        return Err(Error::Invalid { what: "setting", index: 0, problem });
     }
     if !matches!(settings.curve_nodes(), 0 | 4 | 8 | 16) {
         let problem = "a curve has 4, 8 or 16 nodes";

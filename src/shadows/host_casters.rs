@@ -1,4 +1,4 @@
-//! Casters in buffers of the host's: what a host says of them, and how they become records.
+//! Casters in the host's buffers: their sets, and the conversion to records.
 use super::{
     casters::CasterSet,
     cull::{Frustum, widened},
@@ -23,41 +23,41 @@ use std::{
 };
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
-/// A frame's sets, bound, and the groups that they are loaded into.
+/// Bound sets of a frame, and the groups that they are loaded into.
 #[derive(Debug)]
 pub(crate) struct HostSets {
     sets: Vec<HostSet>,
-    /// Boxes of all groups, which only the device knows.
+    /// Boxes of all groups, known on the device only.
     pub groups: Buffer,
     pub(super) counters: ReadBack<LoadCounters>,
     /// Record of the first group's first caster.
     pub first_caster: u32,
-    /// By list.
+    /// Spans by list.
     pub spans: [HostSpan; 2],
 }
 
-/// What a list has of them.
+/// Host casters of a list.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HostSpan {
     pub groups: Range<u32>,
-    /// Casters at most.
+    /// Most casters of the groups.
     pub capacity: u32,
 }
 
 #[derive(Debug)]
 struct HostSet {
-    /// Among those that the host gave.
+    /// Index among the host's sets.
     index: usize,
     kernel: Kernel,
     bindings: BindGroup,
-    /// The host's own.
+    /// The host's bind group.
     beside: Mutex<BindGroup>,
     group_count: u32,
     bounds: Option<Bounds>,
     version: Option<u64>,
 }
 
-/// Which of [`LISTS`] the set belongs to.
+/// Index of the list in [`LISTS`] that the set belongs to.
 fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Result<usize, Error> {
     let invalid = |problem| Error::Invalid { what: "set of host casters", index, problem };
     let mut list = None;
@@ -75,7 +75,7 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
     list.ok_or(invalid("it has no material"))
 }
 
-/// Records that sets need: whole groups.
+/// Number of records that sets need: whole groups.
 pub(super) fn room(sets: &[HostCasters<'_>]) -> u32 {
     sets.iter()
         .map(|set| group_count(set.count.capacity()).saturating_mul(CHUNK_SIZE))
@@ -83,7 +83,8 @@ pub(super) fn room(sets: &[HostCasters<'_>]) -> u32 {
 }
 
 impl HostSets {
-    /// `first_caster`: where `casters` has [`room`] for them. `None` where there is none at all.
+    /// Binds the sets. `first_caster`: first record reserved in `casters`, see [`room`]. `None` without
+    /// sets.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
@@ -108,7 +109,7 @@ impl HostSets {
         let none = BufferUsages::empty();
         let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
         let counters = ReadBack::new(allocator, "host_counters")?;
-        // Where the count is fixed nobody reads one.
+        // Bound in place of the counts of sets with a fixed count, which are never read.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
         let mut sets = Vec::new();
         let mut first_group = 0;
@@ -167,7 +168,7 @@ impl HostSets {
         Ok(Some(Arc::new(Self { sets, groups, counters, first_caster, spans })))
     }
 
-    /// Of the sets that a view may see, which they are and what they were when last told.
+    /// Identity and version of each set that a view may see.
     pub(super) fn versions<'a>(
         &'a self,
         view: &GpuView,
@@ -180,7 +181,7 @@ impl HostSets {
         seen.map(|(index, set)| (index, set.version))
     }
 
-    /// Records and boxes, from what the host's buffers hold by then.
+    /// Records the loading: records and boxes from the contents of the host's buffers at that time.
     pub(super) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         encoder.clear_buffer(self.counters.buffer(), 0, None);
         let mut pass = timeline.pass(encoder, "gobo load");
@@ -191,7 +192,7 @@ impl HostSets {
         }
     }
 
-    /// Other bindings of the host's for one of its sets. Whether there is one.
+    /// Replaces the host's bindings of one of its sets. Returns whether the set exists.
     pub(super) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
         let set = self.sets.iter().find(|set| set.index == index);
         if let Some(set) = set {
@@ -201,7 +202,7 @@ impl HostSets {
     }
 }
 
-/// Six planes of each view, for [`crate::stage::load::GROUPS`].
+/// Six frustum planes of each view, for [`crate::stage::load::GROUPS`].
 pub(super) fn planes(views: &[GpuView]) -> Vec<Vec4> {
     views.iter().flat_map(|view| Frustum::new(view).planes()).collect()
 }

@@ -1,4 +1,4 @@
-//! Depth maps of the host's, and how they get into ours.
+//! Import of the host's depth maps into the opaque depths.
 use super::{Maps, context::Context, host_inputs::HostDepth, kernels::Kernels};
 use crate::{
     error::Error,
@@ -11,20 +11,20 @@ use bytemuck::Zeroable as _;
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec2};
 use wgpu::{BindGroup, TextureFormat, TextureUsages, TextureView};
 
-/// A view's depth map of the host's.
+/// Depth map of the host for a view.
 #[derive(Clone, Debug)]
 pub(crate) struct DepthInput {
     texture: TextureView,
-    /// But for where our map is.
+    /// Parameters, except for the position of our map.
     params: ImportParams,
     pub instead: bool,
     pub version: Option<u64>,
 }
 
-/// How far a ray of ours may wander in the host's window along its way [texels of ours].
+/// Largest deviation of our rays in the host's window over their length [texels of ours].
 const ASTRAY: f64 = 0.25;
 
-/// By view.
+/// Depth inputs by view.
 pub(super) fn depth_inputs(
     views: &[View],
     given: &[HostDepth<'_>],
@@ -77,7 +77,7 @@ impl DepthInput {
     }
 }
 
-/// A camera of the host's that sees along a view's rays. In `f64`, because far from the origin matrices
+/// A host's camera whose rays coincide with those of a view. In `f64`, because far from the origin matrices
 /// cancel.
 pub(super) struct HostCamera<'a> {
     view: &'a View,
@@ -106,7 +106,7 @@ impl<'a> HostCamera<'a> {
         Ok(camera)
     }
 
-    /// Clip coordinates of a point of the window in -1..1, so far along the view's axis [m].
+    /// Clip coordinates of a point in -1..1 of the window, at a distance along the view's axis [m].
     fn clip(&self, corner: DVec2, distance: f64) -> DVec4 {
         let half = (self.view.size.as_dvec2() - 1.0) * 0.5 / f64::from(self.view.scale);
         let spread = if self.is_perspective() { distance } else { 1.0 };
@@ -118,13 +118,13 @@ impl<'a> HostCamera<'a> {
         clip.truncate() / clip.w
     }
 
-    /// Somewhere before the far plane, but not at the eye [m].
+    /// A distance between the near and far planes, off the eye [m].
     fn middle(&self) -> f64 {
         let (near, far) = (f64::from(self.view.near), f64::from(self.view.far));
         near + 0.25 * (far - near)
     }
 
-    /// Whether its window holds the view's.
+    /// Whether its window contains the view's.
     fn covers(&self) -> bool {
         let far = self.view.far.into();
         let reach = |corner| self.ndc(corner, far).truncate().abs().max_element();
@@ -135,12 +135,12 @@ impl<'a> HostCamera<'a> {
         self.view.projection == Projection::Perspective
     }
 
-    /// 1 or 0.
+    /// 1 for a perspective camera, 0 for an orthographic one.
     pub(super) fn perspective(&self) -> f32 {
         f32::from(u8::from(self.is_perspective()))
     }
 
-    /// Its depth where there is nothing: reversed, depth falls.
+    /// Its clear depth: 0 for reversed z, else 1.
     pub(super) fn empty(&self) -> f32 {
         let [first, last] =
             [self.middle(), self.view.far.into()].map(|d| self.ndc(DVec2::ZERO, d).z);
@@ -151,7 +151,7 @@ impl<'a> HostCamera<'a> {
 const CORNERS: [DVec2; 4] =
     [DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0), DVec2::ONE];
 
-/// But for where our map is.
+/// Parameters, except for the position of our map.
 fn params(depth: &HostDepth<'_>, view: &View) -> Result<ImportParams, &'static str> {
     let clip_from_world = depth.clip_from_world.unwrap_or_else(|| view.clip_from_world());
     let camera = HostCamera::new(&clip_from_world, view)?;
@@ -171,13 +171,13 @@ fn params(depth: &HostDepth<'_>, view: &View) -> Result<ImportParams, &'static s
     })
 }
 
-/// Depth maps of a batch's views, bound.
+/// Bound depth maps of a batch's views.
 #[derive(Debug)]
 pub(super) struct Imports(Vec<(BindGroup, UVec2)>);
 
 impl Imports {
-    /// `depths`: with indices into `views`. `is_rendered`: our own opaque casters render the batch's
-    /// depths in each frame.
+    /// `depths`: with indices into `views`. `is_rendered`: our own opaque casters render the batch's depths
+    /// in each frame.
     pub(super) fn new(
         context: &mut Context<'_, '_>,
         maps: &Maps,

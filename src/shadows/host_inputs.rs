@@ -1,4 +1,4 @@
-//! What a host has on the device already, as it says it.
+//! Inputs that a host has on the device: casters and depth maps.
 use super::Shadows;
 use crate::{
     error::Error,
@@ -9,7 +9,7 @@ use crate::{
 use glam::Mat4;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, Texture};
 
-/// What a host has on the device already, for [`Shadows::prepare_with`].
+/// Inputs that a host has on the device, for [`Shadows::prepare_with`].
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct HostInputs<'a> {
@@ -18,38 +18,38 @@ pub struct HostInputs<'a> {
 }
 
 impl<'a> HostInputs<'a> {
-    /// Nothing.
+    /// No inputs.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Sets of casters, in this order behind those that are uploaded.
+    /// Adds sets of casters, ordered as given, behind the uploaded casters.
     #[must_use]
     pub fn casters(self, casters: &'a [HostCasters<'a>]) -> Self {
         Self { casters, ..self }
     }
 
-    /// Depth maps of some views, at most one each.
+    /// Adds depth maps of some views, at most one each.
     #[must_use]
     pub fn depths(self, depths: &'a [HostDepth<'a>]) -> Self {
         Self { depths, ..self }
     }
 }
 
-/// How casters of the host's are read: a kernel that calls WGSL of the host's.
+/// Reader of the host's casters: a kernel that calls WGSL of the host.
 #[derive(Clone, Debug)]
 pub struct CasterLoader {
     pub(super) kernel: Kernel,
 }
 
 impl Shadows {
-    /// Makes a loader of `wgsl`, which declares what it binds in `@group(1)`, of `layout`, and
+    /// Makes a loader of `wgsl`, which declares its bindings in `@group(1)`, of `layout`, and
     ///
     /// ```wgsl
     /// fn load_caster(index: u32) -> Caster
     /// ```
     ///
-    /// It stands beside a declaration of the library's, in which the fields are those of
+    /// It is compiled together with a declaration of the library, whose fields are those of
     /// [`Particle`](crate::Particle):
     ///
     /// ```wgsl
@@ -63,10 +63,10 @@ impl Shadows {
     /// }
     /// ```
     ///
-    /// All other names of the library's begin with `gobo_`. `label` is what errors call the text.
+    /// All other names of the library begin with `gobo_`. `label` names the text in errors.
     ///
     /// # Errors
-    /// Where the text is no WGSL, or does not fit: with its line, as `label:line`.
+    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
     pub fn caster_loader(
         &self,
         label: &str,
@@ -79,31 +79,31 @@ impl Shadows {
     }
 }
 
-/// How many casters a set has.
+/// Number of casters in a set.
 #[derive(Clone, Copy, Debug)]
 pub enum CasterCount<'a> {
-    /// So many.
+    /// A fixed number.
     Fixed(u32),
-    /// As many as the `u32` says that lies at `offset` of `buffer` when the frame runs.
+    /// The `u32` at `offset` of `buffer` when the frame runs.
     Indirect {
         /// Buffer of the usage `STORAGE`.
         buffer: &'a Buffer,
-        /// A multiple of 4 [bytes].
+        /// Offset of the count, a multiple of 4 [bytes].
         offset: u64,
-        /// Those past it are left out. Memory and time are for so many.
+        /// Most casters, for which memory is allocated; those past it are left out.
         capacity: u32,
     },
 }
 
 impl CasterCount<'_> {
-    /// The most.
+    /// Largest count.
     pub(super) fn capacity(&self) -> u32 {
         match *self {
             Self::Fixed(count) | Self::Indirect { capacity: count, .. } => count,
         }
     }
 
-    /// And the place in it.
+    /// Buffer of the count, and the index in it.
     pub(super) fn buffer(&self) -> (Option<&Buffer>, u32) {
         match *self {
             Self::Fixed(_) => (None, 0),
@@ -112,11 +112,11 @@ impl CasterCount<'_> {
     }
 }
 
-/// A set of casters in buffers of the host's, in its layout: read when the frame runs, so that the CPU
-/// never sees them. Their order counts where casters are at the same depth, as that of uploads does
-/// with [`Casters::in_order`](crate::Casters::in_order). One that has a number which is not finite, is
-/// farther than 1e7 m from the origin along an axis, has no radius, a colour out of range or another
-/// material is left out and counted, and changes nothing else.
+/// A set of casters in the host's buffers, in its layout: read when the frame runs, so that the CPU never
+/// sees them. Their order matters where casters are at the same depth, like that of uploads with
+/// [`Casters::in_order`](crate::Casters::in_order). A caster is left out and counted, and changes nothing
+/// else, if it has a number that is not finite, is farther than 1e7 m from the origin along an axis, or has
+/// no radius, a colour out of range or a material outside the set.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct HostCasters<'a> {
@@ -131,7 +131,7 @@ pub struct HostCasters<'a> {
 
 impl<'a> HostCasters<'a> {
     /// `bindings`: of the loader's layout. `materials`: those that the casters may have, indices into
-    /// [`Casters::materials`](crate::Casters::materials), which all block light or all filter it.
+    /// [`Casters::materials`](crate::Casters::materials), which either all block light or all filter it.
     pub fn new(
         loader: &'a CasterLoader,
         bindings: &'a BindGroup,
@@ -142,20 +142,20 @@ impl<'a> HostCasters<'a> {
         Self { loader, bindings, count, materials, bounds, least_alpha, version }
     }
 
-    /// A box that no caster of the set leaves: views that do not see it keep their maps.
+    /// Sets a box that contains all casters of the set: views that do not see it keep their maps.
     #[must_use]
     pub fn bounds(self, bounds: Bounds) -> Self {
         Self { bounds: Some(bounds), ..self }
     }
 
-    /// No caster has an alpha between 0 and this. Where no opacity is below 1/4096, faster kernels do.
+    /// Sets the smallest alpha above 0. If no opacity is below 1/4096, faster kernels are used.
     #[must_use]
     pub fn least_alpha(self, least_alpha: f32) -> Self {
         Self { least_alpha, ..self }
     }
 
-    /// Changes when the casters do: while it stays, maps may stay. Without it they are rendered in
-    /// every frame.
+    /// Sets a version that changes when the casters do: while it stays, maps may be kept. Without a version
+    /// they are rendered in every frame.
     #[must_use]
     pub fn version(self, version: u64) -> Self {
         Self { version: Some(version), ..self }
@@ -177,10 +177,10 @@ impl<'a> HostCasters<'a> {
     }
 }
 
-/// A depth map that the host rendered of a view: what is opaque, read when the frame runs, beside our
-/// own opaque casters or instead of them. Depth may be reversed, infinite, perspective or not: the
-/// host's matrix says it. Where the map has what it was cleared to (1, or 0 where it is reversed), there
-/// is nothing.
+/// A depth map that the host rendered for a view: its opaque surfaces, read when the frame runs, in
+/// addition to our own opaque casters or instead of them. Depth may be reversed, infinite, perspective or
+/// not, as the host's matrix says. Where the map has its clear depth (1, or 0 for reversed z), there is no
+/// surface.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct HostDepth<'a> {
@@ -193,35 +193,36 @@ pub struct HostDepth<'a> {
 }
 
 impl<'a> HostDepth<'a> {
-    /// A map of `view`, an index. `texture`: of a format of depth or r32float, of any size, with the usage
-    /// `TEXTURE_BINDING`; rendered with [`View::clip_from_world`](crate::View::clip_from_world), if
-    /// [`Self::clip_from_world`] does not say otherwise.
+    /// A map of `view`, an index. `texture`: of a depth format or r32float, of any size, with the usage
+    /// `TEXTURE_BINDING`; rendered with [`View::clip_from_world`](crate::View::clip_from_world), unless
+    /// [`Self::clip_from_world`] is set.
     pub fn new(view: usize, texture: &'a Texture) -> Self {
         let (layer, clip_from_world, instead, version) = (0, None, false, None);
         Self { view, texture, layer, clip_from_world, instead, version }
     }
 
-    /// Layer of an array.
+    /// Sets the layer of a texture array.
     #[must_use]
     pub fn layer(self, layer: u32) -> Self {
         Self { layer, ..self }
     }
 
-    /// What the host rendered with: world space (the one that views and casters are in) to clip space,
-    /// in columns. It sees from where the view does, and at least what the view does.
+    /// Sets the host's matrix: world space (that of views and casters) to clip space, in columns. Its
+    /// camera is at the view's position and covers at least the view's window.
     #[must_use]
     pub fn clip_from_world(self, columns: [[f32; 4]; 4]) -> Self {
         Self { clip_from_world: Some(Mat4::from_cols_array_2d(&columns)), ..self }
     }
 
-    /// Our own opaque casters are not rendered in this view: the host's map has them.
+    /// Replaces our own opaque casters in this view, which are not rendered.
     #[must_use]
     pub fn instead(self) -> Self {
         Self { instead: true, ..self }
     }
 
-    /// Changes when the map does: while it stays, the view may stay. Without it the view is rendered
-    /// in every frame, because what filters counts before the opaque surface only.
+    /// Sets a version that changes when the map does: while it stays, the view may be kept. Without a
+    /// version the view is rendered in every frame, because casters filter only in front of the opaque
+    /// surface.
     #[must_use]
     pub fn version(self, version: u64) -> Self {
         Self { version: Some(version), ..self }

@@ -1,4 +1,4 @@
-//! What a list has of casters in buffers of the host's: only the device knows how many.
+//! Host casters of a list: their number is known on the device only.
 use super::{
     casters::CasterSet,
     context::{ChunkBuffers, Context},
@@ -21,20 +21,20 @@ use glam::Vec4;
 use std::{mem::offset_of, ops::Range};
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
-/// What a list has of casters in buffers of the host's.
+/// Host casters of a list.
 #[derive(Clone, Debug)]
 pub(crate) struct HostList {
     pub groups: Range<u32>,
-    /// Six of each view.
+    /// Six frustum planes of each view.
     pub planes: Vec<Vec4>,
     pub first_footprint: u32,
-    /// Casters that a view may see at most.
+    /// Most casters that a view may see.
     pub capacity: u32,
 }
 
 impl ListPlan {
-    /// How many footprints to expect: a caster of the host's is seldom seen by more than two of the
-    /// views of a batch.
+    /// Expected number of footprints: a caster of the host is seldom visible in more than two views of a
+    /// batch.
     pub(crate) fn likely_count(&self) -> u64 {
         const VIEWS: u64 = 2;
         self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
@@ -43,7 +43,7 @@ impl ListPlan {
         })
     }
 
-    /// After all that is uploaded.
+    /// Adds the host casters behind all uploaded ones.
     pub(crate) fn add_host(&mut self, casters: &CasterSet, list: usize, views: &[GpuView]) {
         let Some(sets) = casters.host().filter(|sets| !sets.spans[list].groups.is_empty()) else {
             return;
@@ -56,7 +56,7 @@ impl ListPlan {
             capacity: span.capacity,
         });
         self.footprint_count += span.capacity * views.len() as u32;
-        // Anywhere, and of any size.
+        // The casters may be anywhere, and of any size.
         let tiles = |view: &GpuView| tiles_of(view.size.as_uvec2()).element_product();
         let most = views.iter().map(tiles).max().unwrap_or(0);
         let pairs = u64::from(span.capacity) * views.iter().map(tiles).map(u64::from).sum::<u64>();
@@ -68,15 +68,15 @@ impl ListPlan {
     }
 }
 
-/// The chunks that `cull` leaves of a list, and who must know how many.
+/// Chunks that `cull` writes for a list, and the buffers that receive their number.
 #[derive(Debug)]
 pub(crate) struct HostChunks {
-    /// Room for all.
+    /// Capacity for all chunks.
     pub buffers: ChunkBuffers,
     listed: Buffer,
     cull: BindGroup,
     project: BindGroup,
-    /// Where the number of footprints goes, with its place [bytes].
+    /// Buffers that receive the number of footprints, with offsets [bytes].
     footprint_counts: Vec<(Buffer, u64)>,
 }
 
@@ -120,14 +120,14 @@ impl HostChunks {
         Ok(Self { buffers, listed, cull, project, footprint_counts: Vec::new() })
     }
 
-    /// Who reads how many footprints the list has.
+    /// Adds the buffers that receive the list's number of footprints.
     pub(crate) fn count_into(&mut self, bin_params: &Buffer, sort_count: Option<&Buffer>) {
         let place = offset_of!(BinParams, footprint_count) as u64;
         self.footprint_counts.push((bin_params.clone(), place));
         self.footprint_counts.extend(sort_count.map(|count| (count.clone(), 0)));
     }
 
-    /// What each view may see.
+    /// Records the culling of the groups against each view.
     pub(crate) fn record_cull(
         &self,
         kernels: &Kernels,
@@ -153,12 +153,12 @@ impl HostChunks {
 }
 
 impl HostList {
-    /// (view, group).
+    /// Number of (view, group) combinations.
     pub(crate) fn entry_count(&self) -> u32 {
         self.view_count() * self.groups.len() as u32
     }
 
-    /// The view sees none of them.
+    /// Hides all groups from the view.
     pub(crate) fn hide(&mut self, view: usize) {
         self.planes[6 * view] = Vec4::NEG_W;
     }

@@ -1,4 +1,4 @@
-//! The look-up of light in shaders of the host's: its text, and what it binds.
+//! Light look-up in the host's shaders: its WGSL and bindings.
 use super::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
@@ -11,22 +11,22 @@ use crate::{
 };
 use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
 
-/// What [`Maps::wgsl`] declares, bound. It holds until the maps are made anew: after each
-/// [`prepare`](crate::Shadows::prepare) there is another.
+/// Bindings of the declarations of [`Maps::wgsl`]. Valid until the maps are made anew: bind again after
+/// each [`prepare`](crate::Shadows::prepare).
 #[derive(Debug)]
 pub struct LightBindings {
-    /// For the host's pipeline layout, at the group that the text was made for.
+    /// Layout for the host's pipeline, at the group that the text was made for.
     pub layout: wgpu::BindGroupLayout,
-    /// For its passes.
+    /// Bind group for the host's passes.
     pub group: wgpu::BindGroup,
-    /// Bytes by buffer and texture, beside the maps.
+    /// Bytes by buffer and texture, without the maps.
     pub memory: Memory,
     levels: Option<AreaLevels>,
 }
 
 impl LightBindings {
-    /// Records what lights that have a source need, after the maps and before the host's passes. Nothing
-    /// of [`Prepared::bind_lights`].
+    /// Records the levels of area lights, after the maps and before the host's passes. Records nothing for
+    /// [`Prepared::bind_lights`].
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(levels) = &self.levels {
             levels.record(encoder);
@@ -34,35 +34,36 @@ impl LightBindings {
     }
 }
 
-/// `source`: what lights may be.
+/// Links the look-up for point or area lights.
 fn part(source: Choice) -> Result<Linked, KernelError> {
     let choices = [(source.name, source.files[0])];
     Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &choices)?)
 }
 
 impl Maps {
-    /// WGSL to put beside the host's own, with every name prefixed:
+    /// WGSL to add to the host's own, with a prefix before every name:
     ///
     /// ```wgsl
     /// fn {prefix}light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32>
     /// fn {prefix}light_at(light: u32, position: vec3<f32>) -> vec3<f32>
     /// ```
     ///
-    /// What of a light reaches a point (world space [m], the normal unit): 1 where nothing is between,
-    /// without falloff and cosine. `light` counts the lights that [`Prepared::bind_lights`] bound.
-    /// The text is the same for all maps with as many nodes, with `gain` casters or without.
+    /// The share of a light that reaches a point (world space [m], the normal unit): 1 if nothing is in
+    /// between, without falloff and cosine. `light` indexes the lights that [`Prepared::bind_lights`]
+    /// bound. The text is the same for all maps with the same number of nodes, with `gain` casters or
+    /// without.
     ///
     /// # Errors
-    /// Where `prefix` is not the beginning of a name.
+    /// If `prefix` cannot begin a name.
     pub fn wgsl(&self, group: u32, prefix: &str) -> Result<String, Error> {
         self.text(OF_POINT, group, prefix)
     }
 
-    /// As [`Self::wgsl`], for the lights that [`Prepared::bind_area_lights`] bound: those that have a
-    /// source give penumbrae.
+    /// Like [`Self::wgsl`], for the lights that [`Prepared::bind_area_lights`] bound: area lights give
+    /// penumbrae.
     ///
     /// # Errors
-    /// Where `prefix` is not the beginning of a name.
+    /// If `prefix` cannot begin a name.
     pub fn area_wgsl(&self, group: u32, prefix: &str) -> Result<String, Error> {
         self.text(OF_AREA, group, prefix)
     }
@@ -96,20 +97,20 @@ pub fn look_up_text(
 }
 
 impl Prepared {
-    /// Binds the maps and `chosen` of `lights`, which the views were made of, for [`Maps::wgsl`]. Their
-    /// sources do not count.
+    /// Binds the maps and `chosen` of `lights`, which the views were made of, for [`Maps::wgsl`]. Area
+    /// lights are treated as points.
     ///
     /// # Errors
-    /// Where a light cannot be used or is not there.
+    /// If a light is invalid or does not exist.
     pub fn bind_lights(&self, lights: &[Light], chosen: &[usize]) -> Result<LightBindings, Error> {
         self.bind_source(OF_POINT, lights, chosen)
     }
 
-    /// As [`Self::bind_lights`], for [`Maps::area_wgsl`]. [`LightBindings::record`] must be recorded after
-    /// the maps of each frame.
+    /// Like [`Self::bind_lights`], for [`Maps::area_wgsl`]. [`LightBindings::record`] must be recorded
+    /// after the maps of each frame.
     ///
     /// # Errors
-    /// Where a light cannot be used or is not there, or too many have a source.
+    /// If a light is invalid or does not exist, or there are too many area lights.
     pub fn bind_area_lights(
         &self,
         lights: &[Light],

@@ -1,4 +1,4 @@
-//! Pipelines of one device, by kernel and by what the batch holds.
+//! Pipelines of one device, by kernel and by features of the batch.
 use super::{
     Config,
     frame::{Role, variants},
@@ -6,8 +6,8 @@ use super::{
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        air, bin, cluster, colored, filter, hits::Features, import, levels, llvmpipe, load, mask,
-        occlude, profile::Profile, shade, sort::Sort,
+        air, bin, blur, cluster, colored, filter, hits::Features, import, levels, llvmpipe, load,
+        mask, occlude, profile::Profile, shade, sort::Sort,
     },
 };
 use std::{
@@ -15,7 +15,7 @@ use std::{
     sync::OnceLock,
 };
 
-/// Kernels that are specialised to what a batch holds.
+/// Kernels that are specialised to the features of a batch.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Variant {
@@ -34,6 +34,9 @@ pub(crate) enum Variant {
     ResolveOpaque,
     AirScatter,
     CurveColumns,
+    BlurNearRows,
+    BlurCurveRows,
+    BlurCurveColumns,
     ShadeClip,
     ShadeSeen,
     ShadeLayers,
@@ -74,6 +77,9 @@ impl Variant {
             Self::AirScatter if features.areas => &air::AREA_SCATTER,
             Self::AirScatter => &air::SCATTER,
             Self::CurveColumns => &filter::CURVE_COLUMNS,
+            Self::BlurNearRows => &blur::NEAR_ROWS,
+            Self::BlurCurveRows => &blur::CURVE_ROWS,
+            Self::BlurCurveColumns => &blur::CURVE_COLUMNS,
             Self::ShadeClip => &shade::CLIP,
             Self::ShadeSeen => &shade::SEEN,
             Self::ShadeLayers => &shade::LAYERS,
@@ -112,7 +118,7 @@ pub(crate) struct OnDemand {
 }
 
 impl OnDemand {
-    /// For `prepare`.
+    /// Bindings of the kernel, for `prepare`.
     pub(crate) fn bind(
         &self,
         device: &wgpu::Device,
@@ -129,7 +135,7 @@ impl OnDemand {
         kernel.bind(device, resources)
     }
 
-    /// `bindings` are its own, so that it has been planned.
+    /// `bindings` are the kernel's own, so it has been planned.
     pub(crate) fn record(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
@@ -142,7 +148,7 @@ impl OnDemand {
     }
 }
 
-/// Of a device's kernels, those that a pipeline uses; each from when a scene first needs it.
+/// The kernels of one pipeline, each compiled when a scene first needs it.
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "some are the picture's"))]
 #[derive(Debug)]
 pub struct Kernels {
@@ -166,6 +172,10 @@ pub struct Kernels {
     pub(crate) curve_rows: OnDemand,
     pub(crate) colored_rows: OnDemand,
     pub(crate) colored_columns: OnDemand,
+    pub(crate) blur_near_columns: OnDemand,
+    pub(crate) blur_rows: OnDemand,
+    pub(crate) blur_columns: OnDemand,
+    pub(crate) filter_mip: OnDemand,
     pub(crate) profile: Profile,
     variants: HashMap<(Variant, Features), Kernel>,
     cache: KernelCache,
@@ -183,8 +193,7 @@ impl Kernels {
         };
         let kernel = |desc| make(desc, Vec::new());
         let of_list = |role| kernel(variants(role, false).otherwise);
-        let of_bin =
-            |role| make(variants(role, false).otherwise, vec![bin::workgroup_size(shape)]);
+        let of_bin = |role| make(variants(role, false).otherwise, vec![bin::workgroup_size(shape)]);
         Self {
             tier: config.tier,
             cull_groups: kernel(&load::GROUPS),
@@ -206,13 +215,17 @@ impl Kernels {
             curve_rows: kernel(&filter::CURVE_ROWS),
             colored_rows: kernel(&colored::ROWS),
             colored_columns: kernel(&colored::COLUMNS),
+            blur_near_columns: kernel(&blur::NEAR_COLUMNS),
+            blur_rows: kernel(&blur::ROWS),
+            blur_columns: kernel(&blur::COLUMNS),
+            filter_mip: kernel(&blur::FILTER_MIP),
             profile: config.profile,
             variants: HashMap::new(),
             cache,
         }
     }
 
-    /// For `prepare`, which ends with [`Self::finish`].
+    /// Plans a kernel, for `prepare`, which ends with [`Self::finish`].
     pub(crate) fn plan(
         &mut self,
         device: &wgpu::Device,
@@ -236,7 +249,7 @@ impl Kernels {
         }
     }
 
-    /// That of a list, which its casters do not specialise.
+    /// Kernel of a list that is not specialised to its casters.
     pub(crate) fn of_list(&self, role: Role) -> Option<&OnDemand> {
         match role {
             Role::ProjectParticles => Some(&self.project_particles),
@@ -249,7 +262,7 @@ impl Kernels {
         }
     }
 
-    /// Makes all that is planned.
+    /// Compiles all planned kernels.
     pub(crate) fn finish(&self) -> Result<(), KernelError> {
         self.cache.finish()
     }
@@ -258,7 +271,7 @@ impl Kernels {
         &self.cache
     }
 
-    /// One that no frame needs.
+    /// A kernel that no frame needs.
     pub(crate) fn other(
         &self,
         device: &wgpu::Device,
@@ -268,10 +281,10 @@ impl Kernels {
         self.cache.kernel(device, desc, self.tier, &[], constants)
     }
 
-    /// For `record`.
+    /// A planned kernel, for `record`.
     ///
     /// # Panics
-    /// Where `prepare` has not planned the kernel.
+    /// If `prepare` has not planned the kernel.
     pub(crate) fn get(&self, variant: Variant, features: Features) -> &Kernel {
         &self.variants[&(variant, features)]
     }

@@ -1,4 +1,4 @@
-//! Levels of the maps of lights that have a size, bound and ready to be recorded after the maps.
+//! Levels of the maps of area lights, bound and ready to be recorded after the maps.
 use super::kernels::Variant;
 use crate::{
     error::Error,
@@ -15,12 +15,12 @@ use wgpu::{
     TextureUsages,
 };
 
-/// The levels of all maps that need some.
+/// Levels of all maps of area lights.
 #[derive(Debug)]
 pub(crate) struct AreaLevels {
-    /// What look-ups read as `levels`.
+    /// Texture that look-ups read as `levels`.
     pub texture: Texture,
-    /// One level at a time.
+    /// Target of one level at a time.
     made: Texture,
     passes: Vec<LevelPass>,
 }
@@ -30,13 +30,13 @@ struct LevelPass {
     kernel: Kernel,
     bindings: BindGroup,
     groups: [u32; 3],
-    /// Rows of `levels`: the first, and how many.
+    /// First row of `levels`, and number of rows.
     rows: [u32; 2],
 }
 
 impl AreaLevels {
-    /// `None` where no light has a size. `resources`: the maps, `lights` and `picture_params`;
-    /// `features`: of the maps; `kernel` makes one.
+    /// `None` without area lights. `resources`: the maps, `lights` and `picture_params`; `features`: of the
+    /// maps; `kernel` compiles one.
     pub(crate) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
@@ -90,7 +90,7 @@ impl AreaLevels {
         Ok(Some(Self { texture, made, passes }))
     }
 
-    /// Records what makes them.
+    /// Records the passes of all levels.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         for LevelPass { kernel, bindings, groups, rows } in &self.passes {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {

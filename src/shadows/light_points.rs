@@ -1,5 +1,5 @@
-//! Light on points: what of each light the maps let through to points of the host's, such as
-//! particles, probes and splats.
+//! Light at points of the host, such as particles, probes and splats: the share of each light that the
+//! shadow maps transmit.
 use super::{AreaLevels, Prepared, kernels::Variant};
 use crate::{
     error::Error,
@@ -12,23 +12,22 @@ use crate::{
 };
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
-/// Bytes of a vector: three `f32`, without padding.
+/// Size of a vector, three `f32` without padding [bytes].
 const VECTOR: u64 = 12;
 
-/// Points on the device. Their buffers have the usage `STORAGE`; a vector is three `f32`, without
-/// padding.
+/// Points on the device. Their buffers have the usage `STORAGE`; a vector is three `f32`, without padding.
 #[derive(Clone, Copy, Debug)]
 pub struct PointBuffers<'a> {
-    /// How many points.
+    /// Number of points.
     pub count: u32,
-    /// World space [m].
+    /// Positions, world space [m].
     pub positions: &'a Buffer,
-    /// Of surfaces, unit, world space: they lift points off their own surface's shadow. Zero of a
-    /// point that is on none; without the buffer none is.
+    /// Surface normals, unit, world space: they offset points off their own surface's shadow. Zero for a
+    /// point on no surface; without the buffer no point is on a surface.
     pub normals: Option<&'a Buffer>,
 }
 
-/// Shares of lights that reach some points, ready to be recorded after the maps, any number of times.
+/// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times.
 #[derive(Debug)]
 pub struct LightPoints {
     kernel: Kernel,
@@ -40,14 +39,14 @@ pub struct LightPoints {
 }
 
 impl Prepared {
-    /// What of the `chosen` of `lights` reaches each point: 1 where nothing is between, without
-    /// falloff and cosine. Reads the maps as the settings of [`prepare`](crate::Shadows::prepare)
-    /// say; a light without views is never shadowed, and points beyond a view's far plane are dark.
-    /// `lights` are those that the views were made of.
+    /// The share of the `chosen` of `lights` that reaches each point: 1 if nothing is in between, without
+    /// falloff and cosine. Reads the maps by the settings of [`prepare`](crate::Shadows::prepare); a light
+    /// without views is never shadowed, and points beyond a view's far plane are dark. `lights` are those
+    /// that the views were made of.
     ///
     /// # Errors
-    /// Where a light cannot be used or is not there, a buffer ends before its points do, or the device
-    /// has no room for the shares.
+    /// If a light is invalid or does not exist, a buffer is shorter than its points, or the device is out
+    /// of memory for the shares.
     pub fn light_points(
         &self,
         lights: &[Light],
@@ -99,8 +98,8 @@ impl LightPoints {
         self.kernel.record(&mut pass, &self.bindings, self.groups);
     }
 
-    /// Linear rgb, three `f32` an answer without padding: point by point, chosen light by chosen
-    /// light. Usages `STORAGE` and `COPY_SRC`.
+    /// Shares, linear rgb, three `f32` each without padding: point by point, chosen light by chosen light.
+    /// Usages `STORAGE` and `COPY_SRC`.
     pub fn shares(&self) -> &Buffer {
         &self.shares
     }

@@ -1,5 +1,5 @@
-//! What every look-up of light reads beside the maps: the lights, their views and the biases, and of
-//! lights that have a size the levels of their maps.
+//! Inputs of every light look-up besides the maps: the lights, their views and biases, and the levels of
+//! area lights.
 use super::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
@@ -16,14 +16,14 @@ use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
 pub(super) struct LightSource {
     lights: Texture,
     params: Buffer,
-    /// Where some light has a size.
+    /// Levels of area lights, if there are any.
     pub levels: Option<AreaLevels>,
-    /// Some map is read otherwise than by the spline.
+    /// Whether some map is read with another filter than the spline.
     pub is_filtered: bool,
 }
 
 impl LightSource {
-    /// All that `light_through` binds.
+    /// All resources that `light_through` binds.
     pub(super) fn resources<'a>(&'a self, maps: &'a Maps) -> Resources<'a> {
         let own = of_maps(maps).with("lights", &self.lights).with("picture_params", &self.params);
         self.levels.iter().fold(own, |own, levels| own.with("levels", &levels.texture))
@@ -35,7 +35,8 @@ fn of_maps(maps: &Maps) -> Resources<'_> {
 }
 
 impl Prepared {
-    /// `chosen` of `lights`, which the views were made of; what has a size counts `with_areas`.
+    /// Uploads `chosen` of `lights`, which the views were made of; `with_areas`: whether area lights keep
+    /// their size.
     pub(super) fn light_source(
         &self,
         allocator: &mut Allocator<'_>,
@@ -74,8 +75,8 @@ impl Prepared {
     }
 }
 
-/// Records of all lights, then of all shadow views, then of areas: what `wgsl/records/light.wgsl` and
-/// `area.wgsl` read.
+/// Records of all lights, then of all shadow views, then of areas, for `wgsl/records/light.wgsl` and
+/// `area.wgsl`.
 pub(crate) fn light_texture(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,

@@ -1,4 +1,4 @@
-//! From casters to each tile's pairs: project, sort and bin, for one list of one batch.
+//! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
     context::{ChunkBuffers, Context},
     frame::{self, Choices, Conditions, Groups, Part, Role, SortOf, Work},
@@ -20,7 +20,7 @@ use crate::{
 };
 use wgpu::{BindGroup, Buffer};
 
-/// What one list counted.
+/// Counters of one list.
 pub type ListCounters = BatchCounters;
 
 impl ListCounters {
@@ -40,19 +40,19 @@ impl ListCounters {
 #[derive(Debug)]
 pub(crate) struct List {
     pub footprint_count: u32,
-    /// A tile may have more pairs than a segment.
+    /// Whether a tile may have more pairs than a segment.
     pub has_segments: bool,
-    /// What sizes and workgroup counts are made of.
+    /// Inputs of sizes and workgroup counts.
     pub numbers: Numbers,
-    /// Of what is known here.
+    /// Conditions, but for those of the readers.
     pub conditions: Conditions,
     pub choices: Choices,
-    /// Chunks of casters that only the device knows.
+    /// Chunks of host casters, whose number is known on the device only.
     pub host_chunks: Option<HostChunks>,
     counters: ReadBack<BatchCounters>,
     depth_sort: Option<SortBindings>,
     tile_sort: Option<SortBindings>,
-    /// Which of the pair textures holds the sorted pairs.
+    /// Index of the pair texture that holds the sorted pairs.
     pub sorted_pairs: usize,
     bound: Vec<(Role, BindGroup)>,
 }
@@ -102,17 +102,15 @@ impl List {
         if let Some(host) = &mut host_chunks {
             host.count_into(&params, depth_sort.as_ref().and_then(SortBindings::count_buffer));
         }
-        let sorted = [&depth_sort, &tile_sort]
-            .map(|sort| sort.as_ref().map_or(0, SortBindings::result));
+        let sorted =
+            [&depth_sort, &tile_sort].map(|sort| sort.as_ref().map_or(0, SortBindings::result));
         let choices = Choices {
             curves: plan.features.nodes > 0 && !context.camera,
             composed: plan.is_composed(),
             sorted,
         };
-        let mut resources = context
-            .resources(views)
-            .with("bin_params", &params)
-            .with("counters", counters);
+        let mut resources =
+            context.resources(views).with("bin_params", &params).with("counters", counters);
         for (chunks, names) in [
             (&particle_chunks, ["particle_chunks", "particle_params"]),
             (&triangle_chunks, ["triangle_chunks", "triangle_params"]),
@@ -169,8 +167,8 @@ impl List {
         self.counters.buffer()
     }
 
-    /// sort and bin, up to the pairs in depth order and the list of those that did not fit.
-    /// False where there is no caster.
+    /// Records sort and bin, up to the pairs in depth order and the list of overflowing footprints. Returns
+    /// false if there is no caster.
     pub(crate) fn record_emit(
         &self,
         kernels: &Kernels,
@@ -181,7 +179,7 @@ impl List {
             && self.record_pairs(kernels, encoder, timeline)
     }
 
-    /// Footprints, front to back. False where there is none.
+    /// Records the sort of footprints front to back. Returns false if there is none.
     pub(crate) fn record_sort(
         &self,
         kernels: &Kernels,
@@ -195,7 +193,7 @@ impl List {
         true
     }
 
-    /// The first steps of bin, after the sort. False where there is no caster.
+    /// Records the first steps of bin, after the sort. Returns false if there is no caster.
     pub(crate) fn record_pairs(
         &self,
         kernels: &Kernels,
@@ -209,7 +207,7 @@ impl List {
         true
     }
 
-    /// The rest of bin: each tile's pairs, and the segments of long tiles.
+    /// Records the rest of bin: each tile's pairs, and the segments of long tiles.
     pub(crate) fn record_tiles(
         &self,
         kernels: &Kernels,

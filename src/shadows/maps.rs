@@ -15,22 +15,25 @@ use wgpu::{
 /// Texture arrays that hold all views' maps.
 #[derive(Clone, Debug)]
 pub struct Maps {
-    /// `F`, rgba16float.
+    /// `F`, rgba16float, with [`ShadowSettings::mips`] smaller levels. There a view's rectangle is smaller
+    /// as well, and a texel is the mean of the view's own texels.
+    ///
+    /// [`ShadowSettings::mips`]: crate::model::ShadowSettings::mips
     pub filters: wgpu::Texture,
     /// `D`, r32float.
     pub nearests: wgpu::Texture,
     /// `Z`, r32float.
     pub opaques: wgpu::Texture,
-    /// `Z` by channel, rgba32float, where dithering is coloured; `opaques` is the last of them.
+    /// `Z` per channel, rgba32float, with coloured dithering; `opaques` is the largest of them.
     pub colored: Option<wgpu::Texture>,
-    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers to a layer of the others; of
-    /// one texel where there are none.
+    /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers per layer of the other textures; a
+    /// single texel without curves.
     pub curves: wgpu::Texture,
-    /// K; 0 where there are no curves.
+    /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
-    /// Curves may brighten.
+    /// Whether light may increase along a curve.
     pub gain: bool,
-    /// Place of each view.
+    /// Rectangle of each view.
     pub places: Vec<MapPlace>,
 }
 
@@ -42,9 +45,10 @@ impl Maps {
         nodes: u32,
         colored: bool,
         softened: bool,
+        mips: u32,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
-        // Each layer has several of curves, and of what softens them.
+        // Each layer has several layers of curves, or of the softening's runs.
         let of_softening = if softened && nodes > 0 { CURVE_RUN_LAYERS } else { 1 };
         let layers = limits.layers / (nodes / 2).max(of_softening);
         let limits = AtlasLimits { layers, ..limits };
@@ -69,7 +73,13 @@ impl Maps {
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
         Ok(Self {
-            filters: allocator.texture("filters", Rgba16Float, size, usage)?,
+            filters: allocator.texture_with_levels(
+                "filters",
+                Rgba16Float,
+                size,
+                1 + mips,
+                usage,
+            )?,
             nearests: allocator.texture("nearests", R32Float, size, usage)?,
             opaques,
             colored,
@@ -80,13 +90,13 @@ impl Maps {
         })
     }
 
-    /// What they are where nothing is translucent.
+    /// Fills the maps with their values without translucent casters.
     pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
         fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
         fill(queue, &self.nearests, 1.0_f32);
     }
 
-    /// All that a view's map consists of.
+    /// The textures of a view's map.
     pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
         let Self { filters, nearests, opaques, .. } = self;
         [filters, nearests, opaques]
@@ -101,12 +111,13 @@ impl Maps {
         self.colored.iter().fold(maps, |maps, colored| maps.with("colored", colored))
     }
 
-    /// Maps of the same size and places, with nothing in them.
+    /// New maps of the same size and rectangles.
     pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
         let like = self.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        let levels = self.filters.mip_level_count();
         let of_curves = self.curves.size();
         let layers = of_curves.depth_or_array_layers;
         let of_curves = [of_curves.width, of_curves.height, layers].map(u64::from);
@@ -115,7 +126,13 @@ impl Maps {
             _ => allocator.texture("soft_curves", Rgba32Uint, of_curves, usage)?,
         };
         Ok(Self {
-            filters: allocator.texture("soft_filters", Rgba16Float, size, usage)?,
+            filters: allocator.texture_with_levels(
+                "soft_filters",
+                Rgba16Float,
+                size,
+                levels,
+                usage,
+            )?,
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
             colored: None,
@@ -127,7 +144,7 @@ impl Maps {
     }
 }
 
-/// Every texel of an array.
+/// Fills every texel of an array.
 fn fill<T: bytemuck::NoUninit>(queue: &wgpu::Queue, texture: &wgpu::Texture, value: T) {
     let size = texture.size();
     let layer = vec![value; (size.width * size.height) as usize];

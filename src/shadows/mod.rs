@@ -1,8 +1,9 @@
-//! Casters and views in, shadow maps out.
+//! Shadow maps from casters and views.
 //!
-//! A guest in its host's renderer: [`Shadows::prepare`] uploads and allocates,
+//! The library is a guest in its host's renderer: [`Shadows::prepare`] uploads and allocates,
 //! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
 mod batch;
+mod blur;
 mod cache;
 mod casters;
 mod config;
@@ -10,6 +11,7 @@ pub(crate) mod context;
 mod converted;
 mod count;
 pub mod cull;
+mod filter_mips;
 pub mod frame;
 mod groups;
 mod host;

@@ -1,9 +1,11 @@
-//! The stages of one device, and what they prepare for a frame.
+//! Stages of one device, and the preparation of a frame.
 use super::{
     CasterSet, Config, Kernels, Maps, PreparedMaps,
     batch::Batch,
+    blur::Blur,
     cache::{MapCache, Relocation},
     context::Context,
+    filter_mips::FilterMips,
     host_depths::DepthInput,
     plan::{self, LISTS, PendingView, Plan},
     scratch::Scratch,
@@ -16,53 +18,54 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// Kernels of one device; makes the specialised ones when a scene first needs them.
+/// Kernels of one device; specialised ones are compiled when a scene first needs them.
 #[derive(Debug)]
 pub struct Pipeline {
     pub(crate) kernels: Kernels,
-    /// Holds for what is prepared from here on. Tier and what the adapter is stay as they were.
+    /// Configuration of the next frames. Its tier and the adapter's properties must not change.
     pub config: Config,
     may_queue: bool,
 }
 
-/// Maps of some views, and what fills and softens them.
+/// Maps of some views, and their softening.
 #[derive(Debug)]
 pub(super) struct MapSet {
     pub maps: Maps,
     pub soften: Option<Soften>,
+    pub blur: Option<Blur>,
     pub memory: Memory,
 }
 
-/// What one frame asks for.
+/// Inputs of one frame.
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub device: &'a wgpu::Device,
     pub queue: &'a wgpu::Queue,
     pub casters: &'a CasterSet,
     views: &'a [View],
-    /// Pairs that the largest batch is thought to have.
+    /// Expected number of pairs of the largest batch.
     pairs: Option<u32>,
-    /// Window of the dither patterns that are softened; 0 where none are [texels].
+    /// Window of the dither patterns that are softened; 0 if none are [texels].
     window: u32,
     gain: bool,
     colored: bool,
-    /// The host's depths, by view; empty where there are none.
+    /// The host's depth maps by view; empty if there are none.
     depths: &'a [Option<DepthInput>],
 }
 
 impl<'a> Request<'a> {
-    /// With depth maps of the host's, by view.
+    /// The request with depth maps of the host, by view.
     pub(super) fn with_depths(self, depths: &'a [Option<DepthInput>]) -> Self {
         Self { depths, ..self }
     }
 }
 
-/// What of an earlier frame is used again.
+/// Parts of an earlier frame that are used again.
 #[derive(Default)]
 struct Reuse {
-    /// Where every map keeps its rectangle.
+    /// Maps that keep their rectangles.
     maps: Option<MapSet>,
-    /// Where the atlas is packed anew.
+    /// Maps that move, because the atlas is packed anew.
     relocated: Option<MapSet>,
     scratch: Option<(Arc<Scratch>, Memory)>,
     cache: MapCache,
@@ -73,7 +76,7 @@ impl Pipeline {
         Self::sharing(device, config, KernelCache::default())
     }
 
-    /// As [`Self::new`], with the kernels of all that render on the device.
+    /// Like [`Self::new`], with kernels shared by all renderers on the device.
     pub fn sharing(
         device: &wgpu::Device,
         config: Config,
@@ -89,8 +92,8 @@ impl Pipeline {
         &self.kernels
     }
 
-    /// Allocates the maps of `views` and what the frame needs on the way. `pairs` is how many
-    /// pairs the largest batch is thought to have; the budget bounds it.
+    /// Allocates the maps of `views` and the frame's scratch memory. `pairs` is the expected number of
+    /// pairs of the largest batch; the budget bounds it.
     pub fn prepare(
         &mut self,
         device: &wgpu::Device,
@@ -103,11 +106,11 @@ impl Pipeline {
             .and_then(|prepared| self.finished(prepared))
     }
 
-    /// As [`Self::prepare`], with the maps of an earlier frame: only those views are recorded
-    /// whose own numbers, visible groups or something within these have changed since it was
-    /// recorded; the texels of all others stay. A view that is rendered has the same bits as in a
-    /// whole frame of the same [`CasterSet`], unless pairs go past the budget. Where the number of
-    /// views or a map's size differs, the maps that stay are copied to their new places.
+    /// Like [`Self::prepare`], with the maps of an earlier frame: only those views are recorded whose own
+    /// parameters, visible groups or casters within these have changed since it was recorded; the texels of
+    /// all others are kept. A view that is rendered has the same bits as in a whole frame of the same
+    /// [`CasterSet`], unless pairs go past the budget. If the number of views or a map's size differs, kept
+    /// maps are copied to their new rectangles.
     pub fn prepare_again(
         &mut self,
         device: &wgpu::Device,
@@ -142,13 +145,13 @@ impl Pipeline {
         }
     }
 
-    /// With all kernels made.
+    /// Compiles all planned kernels.
     fn finished(&self, prepared: PreparedMaps) -> Result<PreparedMaps, Error> {
         self.kernels.finish()?;
         Ok(prepared)
     }
 
-    /// Kernels are planned, and may not be made yet.
+    /// Prepares a frame whose kernels are planned, but perhaps not compiled yet.
     pub(super) fn prepare_from(
         &mut self,
         request: &Request<'_>,
@@ -162,9 +165,9 @@ impl Pipeline {
         let kept = reuse.maps.is_some();
         let set = match reuse.maps {
             Some(set) => set,
-            None => MapSet::new(request, nodes)?,
+            None => MapSet::new(request, &self.config)?,
         };
-        let MapSet { maps, mut soften, memory: maps_memory } = set;
+        let MapSet { maps, mut soften, mut blur, memory: maps_memory } = set;
         let maps = Maps { gain: request.gain, ..maps };
         let hides = self.config.hide.then_some(nodes);
         let cache = MapCache::after(reuse.cache, casters, views, hides, request.depths);
@@ -210,11 +213,18 @@ impl Pipeline {
             let over = casters.span(LISTS[1].clone()).features.over;
             soften.bind(&mut allocator, queue, &mut self.kernels, &plans, &maps, over)?;
         }
+        if let Some(blur) = &mut blur {
+            blur.bind(&mut allocator, queue, &mut self.kernels, &plans, &maps)?;
+        }
+        let is_new = relocation.is_some() || !batches.is_empty();
+        let mips = FilterMips::new(&mut allocator, queue, &self.kernels, views, &maps, is_new)?;
         Ok(PreparedMaps {
             maps,
             batches,
             host: casters.shared_host(),
             soften,
+            blur,
+            mips,
             scratch,
             cache,
             relocation,
@@ -225,22 +235,24 @@ impl Pipeline {
         })
     }
 
-    /// Whether maps of `earlier` may stay.
+    /// Whether maps of `earlier` may be kept.
     fn can_follow(&self, request: &Request<'_>, earlier: &PreparedMaps) -> bool {
         let nodes = self.config.nodes;
         let window = earlier.soften.as_ref().map_or(0, |soften| soften.window);
-        // Curves stay in their places only, and all are written alike.
+        // Curves cannot be moved, and all have the same format.
         let same_curves =
             nodes == 0 || (earlier.maps.gain == request.gain && earlier.cache.fits(request.views));
-        // Channels are rendered anew each time.
+        // Maps with coloured dithering are rendered anew each time.
         !request.colored
             && !earlier.is_colored()
             && window == request.window
+            && earlier.blur.as_ref().map_or(0, |blur| blur.radius) == self.config.blur
+            && earlier.maps.filters.mip_level_count() == 1 + self.config.mips
             && earlier.maps.nodes == nodes
             && same_curves
     }
 
-    /// What batches write on the way: an earlier frame's where it has room.
+    /// Scratch memory of the batches: an earlier frame's if it is large enough.
     fn scratch(
         &self,
         request: &Request<'_>,
@@ -286,7 +298,7 @@ impl Pipeline {
     }
 }
 
-/// (caster, pending view) that no list has.
+/// Combinations (caster, pending view) that are in no list.
 fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
     let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
     let listed: u64 = plans.iter().map(Plan::caster_count).sum();
@@ -294,24 +306,27 @@ fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
 }
 
 impl MapSet {
-    fn new(request: &Request<'_>, nodes: u32) -> Result<Self, Error> {
+    fn new(request: &Request<'_>, config: &Config) -> Result<Self, Error> {
         let &Request { device, queue, views, window, colored, .. } = request;
+        let &Config { nodes, blur, mips, .. } = config;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0)?;
-        if window == 0 {
-            return Ok(Self { maps, soften: None, memory });
+        let mut maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0, mips)?;
+        let mut soften = None;
+        if window > 0 {
+            let (soft, own) = Soften::new(&mut allocator, queue, maps, window)?;
+            (maps, soften) = (soft, Some(own));
         }
-        let (maps, soften) = Soften::new(&mut allocator, queue, maps, window)?;
-        Ok(Self { maps, soften: Some(soften), memory })
+        let blur = (blur > 0).then(|| Blur::new(&mut allocator, queue, &maps, blur)).transpose()?;
+        Ok(Self { maps, soften, blur, memory })
     }
 }
 
 impl Reuse {
     fn of(earlier: PreparedMaps, views: &[View]) -> Self {
-        let PreparedMaps { maps, soften, maps_memory, cache, scratch, scratch_memory, .. } =
-            earlier;
-        let set = MapSet { maps, soften, memory: maps_memory };
+        let PreparedMaps { maps, soften, blur, maps_memory, cache, .. } = earlier;
+        let PreparedMaps { scratch, scratch_memory, .. } = earlier;
+        let set = MapSet { maps, soften, blur, memory: maps_memory };
         let (maps, relocated) =
             if cache.fits(views) { (Some(set), None) } else { (None, Some(set)) };
         Self { maps, relocated, scratch: Some((scratch, scratch_memory)), cache }

@@ -1,4 +1,4 @@
-//! What a frame will do, known on the CPU: its batches, and what each of their lists projects.
+//! Plan of a frame, made on the CPU: its batches, and the casters that each of their lists projects.
 use super::{
     Config,
     casters::CasterSet,
@@ -25,50 +25,50 @@ use crate::{
 };
 use std::ops::RangeInclusive;
 
-/// Tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
+/// Most tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
 
-/// Casters a tile, in the mean, from which on it pays that discs wait until there are eight, and to
-/// have a loop for what is nearest and one for the rest.
+/// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
+/// for the nearest casters and the rest.
 const DENSE: u32 = 16;
 
-/// What a batch will do, known on the CPU.
+/// Plan of a batch, made on the CPU.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub views: Vec<GpuView>,
     pub tile_count: u32,
-    /// As [`LISTS`]; of the camera, what is solid and what is blended.
+    /// Lists as in [`LISTS`]; for the camera, opaque and blended casters.
     pub lists: [ListPlan; 2],
-    /// The maps hold something already.
+    /// Whether the maps have contents already.
     pub kept: bool,
-    /// The maps have been filled with what they are without translucent casters.
+    /// Whether the maps have been filled with their values without translucent casters.
     pub cleared: bool,
-    /// Chunks of opaque triangles that are in no list.
+    /// Chunks of small opaque triangles, which are in no list.
     pub small_chunks: Vec<Chunk>,
-    /// Depth maps of the host's, by view.
+    /// The host's depth maps by view.
     pub depths: Vec<(usize, DepthInput)>,
-    /// The views are the camera's: nothing is summed, and a tile's pairs must fit.
+    /// Whether the views are the camera's: without sums, and a tile's pairs must fit.
     pub camera: bool,
 }
 
 /// The casters of one list of a batch, as they are projected.
 #[derive(Clone, Debug)]
 pub(crate) struct ListPlan {
-    /// Whether it is what filters light in shadow views.
+    /// Whether its casters filter light in shadow views.
     pub filters: bool,
-    /// Whether it is what the camera sees.
+    /// Whether it is a list of the camera.
     pub camera: bool,
     pub features: Features,
     pub particle_chunks: Vec<Chunk>,
-    /// Those of `particle_chunks` that may have particles for the scatter path.
+    /// Those of `particle_chunks` that may have particles on the scatter path.
     pub tiny_chunks: Vec<Chunk>,
     pub triangle_chunks: Vec<Chunk>,
-    /// Casters that only the device knows.
+    /// Host casters, whose number is known on the device only.
     pub host: Option<HostList>,
-    /// Footprints of particles, then of triangles, then of the host's casters as many as there may be.
+    /// Footprints of particles, then of triangles, then the capacity of the host's casters.
     pub footprint_count: u32,
     pub first_setup: u32,
-    /// What it never exceeds.
+    /// Upper bound of its pairs.
     pub bound: PairBound,
 }
 
@@ -132,7 +132,7 @@ impl ListPlan {
     }
 }
 
-/// What a shadow view lists: what blocks light, and what filters it.
+/// Lists of a shadow view: blocking and filtering casters.
 pub(crate) const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FILTERING];
 
 /// A view to be rendered.
@@ -140,21 +140,20 @@ pub(crate) const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FI
 pub(crate) struct PendingView<'a> {
     pub view: &'a View,
     pub place: MapPlace,
-    /// Indices of the groups that it may see, in order.
+    /// Indices of the groups that the view may see, in order.
     pub groups: &'a [u32],
-    /// Depth map of the host's.
+    /// The host's depth map.
     pub depth: Option<&'a DepthInput>,
 }
 
 impl PendingView<'_> {
-    /// Whether our own opaque casters count.
+    /// Whether our own opaque casters block light in the view.
     fn blocks(&self) -> bool {
         self.depth.is_none_or(|depth| !depth.instead)
     }
 }
 
-/// Cuts the views into batches and lists their casters. `kept`: the maps hold something
-/// already.
+/// Cuts the views into batches and lists their casters. `kept`: the maps have contents already.
 pub(crate) fn batches(
     views: &[PendingView<'_>],
     casters: &CasterSet,
@@ -202,13 +201,13 @@ pub(crate) fn batches(
     Ok(plans)
 }
 
-/// Casters of a list in groups.
+/// Number of casters of a list in groups.
 fn count(casters: &CasterSet, groups: &[u32], list: &RangeInclusive<Class>) -> u64 {
     let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
     groups.filter(|group| list.contains(&group.class)).map(|group| group.casters.len() as u64).sum()
 }
 
-/// What the listed groups of the views never exceed.
+/// Upper bound of the listed groups of the views.
 fn bound(
     casters: &CasterSet,
     visible: &[&[u32]],
@@ -225,7 +224,7 @@ fn bound(
 }
 
 impl Plan {
-    /// (caster, view) that are projected, but for the host's.
+    /// Combinations (caster, view) that are projected, without the host's.
     pub(crate) fn caster_count(&self) -> u64 {
         let uploaded = |list: &ListPlan| {
             list.host.as_ref().map_or(list.footprint_count, |host| host.first_footprint)
@@ -284,7 +283,7 @@ impl Plan {
         Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }
 
-    /// What the camera sees of the classes of `list`, as the first list.
+    /// Plan of the camera, with the visible casters of the classes of `list` as the first list.
     #[cfg(feature = "picture")]
     pub(crate) fn of_camera(
         view: GpuView,
@@ -318,7 +317,7 @@ impl Plan {
 }
 
 impl ListPlan {
-    /// Lists the classes of `list`, what each view may see.
+    /// Lists the casters of `list` that each view may see.
     fn new(
         list: &RangeInclusive<Class>,
         features: Features,
@@ -359,7 +358,7 @@ impl ListPlan {
         }
     }
 
-    /// Those of the particles' chunks that may have tiny ones.
+    /// Those of the particles' chunks that may have tiny particles.
     fn tiny(&self, casters: &CasterSet, visible: &[&[u32]], views: &[GpuView]) -> Vec<Chunk> {
         let groups = casters.groups();
         let extents = visible.iter().flat_map(|visible| {
@@ -375,7 +374,7 @@ impl ListPlan {
             .collect()
     }
 
-    /// Takes the chunks out that `is_taken` says.
+    /// Removes and returns the triangle chunks that satisfy `is_taken`.
     fn take_triangles(&mut self, is_taken: impl FnMut(&Chunk) -> bool) -> Vec<Chunk> {
         let (taken, mut rest): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);

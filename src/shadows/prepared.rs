@@ -1,8 +1,10 @@
-//! Maps of a frame, ready to be recorded.
+//! Prepared maps of a frame.
 use super::{
     Kernels, ListCounters, Maps,
     batch::Batch,
+    blur::Blur,
     cache::{MapCache, Relocation},
+    filter_mips::FilterMips,
     host_casters::HostSets,
     read_back::ReadBack,
     scratch::Scratch,
@@ -18,13 +20,15 @@ use std::sync::Arc;
 /// Counters of opaque lists, of translucent ones, and of the host's casters.
 pub(super) type AllCounters = ((ListCounters, ListCounters), LoadCounters);
 
-/// A scene's maps on the GPU and all it takes to fill them.
+/// A scene's maps on the GPU, and the bindings that fill them.
 #[derive(Debug)]
 pub struct PreparedMaps {
     pub maps: Maps,
     pub(super) batches: Vec<Batch>,
     pub(super) host: Option<Arc<HostSets>>,
     pub(super) soften: Option<Soften>,
+    pub(super) blur: Option<Blur>,
+    pub(super) mips: FilterMips,
     pub(super) scratch: Arc<Scratch>,
     pub(super) cache: MapCache,
     pub(super) relocation: Option<Relocation>,
@@ -40,12 +44,12 @@ impl PreparedMaps {
         self.soften.as_ref().map_or(&self.maps, |soften| &soften.raw).colored.is_some()
     }
 
-    /// Pairs that a batch has room for.
+    /// Pair capacity of a batch.
     pub fn pair_capacity(&self) -> u32 {
         self.scratch.pair_capacity
     }
 
-    /// Views that [`Self::record`] renders; the others are as they were.
+    /// Views that [`Self::record`] renders; the others are kept.
     pub fn rendered_count(&self) -> usize {
         self.cache.pending.len()
     }
@@ -54,18 +58,18 @@ impl PreparedMaps {
         self.cache.view_count()
     }
 
-    /// (caster, view) that are not even projected: their groups are outside the view or wholly
+    /// Combinations (caster, view) that are not projected: their groups are outside the view or wholly
     /// behind an opaque surface.
     pub fn culled_count(&self) -> u64 {
         self.culled
     }
 
-    /// Those of them that are behind an opaque surface.
+    /// Culled combinations that are behind an opaque surface.
     pub fn hidden_count(&self) -> u64 {
         self.cache.hidden_count()
     }
 
-    /// Has the next [`Pipeline::prepare_again`] render again what this one does, as when pairs
+    /// Makes the next [`Pipeline::prepare_again`] render the same views again, for instance because pairs
     /// did not fit.
     pub fn forget(&mut self) {
         self.cache.forget();
@@ -88,10 +92,14 @@ impl PreparedMaps {
         if let Some(soften) = &self.soften {
             soften.record(kernels, encoder, timeline);
         }
+        if let Some(blur) = &self.blur {
+            blur.record(kernels, encoder, timeline);
+        }
+        self.mips.record(kernels, encoder, timeline);
         self.cache.mark_recorded();
     }
 
-    /// Records what counts the pairs of the views that must be rendered, and no more.
+    /// Records only the counting of pairs of the views that must be rendered.
     pub fn record_counts(
         &self,
         kernels: &Kernels,
@@ -110,8 +118,8 @@ impl PreparedMaps {
         }
     }
 
-    /// What the last frame counted of opaque lists and of translucent ones, each over the batches, and of
-    /// the host's casters that were loaded; waits.
+    /// Counters of the last frame: of opaque lists and of translucent ones, each summed over the batches,
+    /// and of the host's casters. Blocks.
     pub(super) fn read_all_counters(
         &self,
         device: &wgpu::Device,
@@ -122,7 +130,7 @@ impl PreparedMaps {
         Ok((lists, loaded.unwrap_or_default()))
     }
 
-    /// What the last frame counted; waits. `(opaque, translucent)`, summed over the batches.
+    /// Counters of the last frame, `(opaque, translucent)`, summed over the batches. Blocks.
     pub fn read_counters(
         &self,
         device: &wgpu::Device,
@@ -138,9 +146,9 @@ impl PreparedMaps {
         }
     }
 
-    /// Whether [`Self::take_statistics`] has what was recorded.
+    /// Whether [`Self::take_statistics`] has the recorded counters.
     pub(super) fn has_statistics(&self) -> bool {
-        // All are asked, so that all are on their way.
+        // Polls all, so that all start mapping.
         let loaded = self.loaded().is_none_or(ReadBack::is_ready);
         let lists = self.counted().flatten().filter(|counted| !counted.is_ready()).count() == 0;
         loaded && lists

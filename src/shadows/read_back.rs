@@ -1,4 +1,4 @@
-//! What kernels count, and how the CPU learns of it.
+//! Read-back of the counters of kernels.
 use crate::{error::Error, gpu::Allocator};
 use std::{
     marker::PhantomData,
@@ -9,18 +9,18 @@ use std::{
 };
 use wgpu::{Buffer, BufferUsages};
 
-/// Counters on the device, and room to read them into.
+/// Counters on the device, and a buffer to read them into.
 #[derive(Debug)]
 pub(crate) struct ReadBack<T> {
     buffer: Buffer,
     readback: Buffer,
-    /// State of `readback`: IDLE and so on.
+    /// State of `readback`: [`IDLE`] and so on.
     state: Arc<AtomicU8>,
     counters: PhantomData<T>,
 }
 
 const IDLE: u8 = 0;
-/// A recording copies into it.
+/// A recording copies counters into it.
 const COPIED: u8 = 1;
 const MAPPING: u8 = 2;
 const MAPPED: u8 = 3;
@@ -42,7 +42,8 @@ impl<T: bytemuck::Pod> ReadBack<T> {
         &self.buffer
     }
 
-    /// For [`Self::is_ready`] once it was submitted. Nothing while an earlier copy was not taken.
+    /// Records the copy, for [`Self::is_ready`] after the submission. Does nothing while an earlier copy
+    /// has not been taken.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         if self.state.compare_exchange(IDLE, COPIED, SeqCst, SeqCst).is_ok() {
             let Self { buffer, readback, .. } = self;
@@ -50,7 +51,7 @@ impl<T: bytemuck::Pod> ReadBack<T> {
         }
     }
 
-    /// Whether [`Self::take`] has what was recorded last. Waits for nothing; after the submission.
+    /// Whether [`Self::take`] has the counters recorded last. Does not wait; call it after the submission.
     pub(crate) fn is_ready(&self) -> bool {
         if self.state.compare_exchange(COPIED, MAPPING, SeqCst, SeqCst).is_ok() {
             let state = Arc::clone(&self.state);
@@ -61,7 +62,7 @@ impl<T: bytemuck::Pod> ReadBack<T> {
         matches!(self.state.load(SeqCst), MAPPED | FAILED)
     }
 
-    /// Once [`Self::is_ready`].
+    /// The counters, once [`Self::is_ready`].
     pub(crate) fn take(&self) -> Result<T, Error> {
         if self.state.swap(IDLE, SeqCst) != MAPPED {
             return Err(Error::Lost("its counters cannot be read".to_owned()));
@@ -74,9 +75,9 @@ impl<T: bytemuck::Pod> ReadBack<T> {
         Ok(counters)
     }
 
-    /// After all that was submitted before. Waits.
+    /// The counters after all commands submitted before. Blocks.
     pub(crate) fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<T, Error> {
-        // What was recorded for others to take comes first.
+        // A copy recorded for `take` comes first.
         if self.is_ready() || self.state.load(SeqCst) == MAPPING {
             self.wait(device)?;
             self.take()?;
@@ -96,7 +97,7 @@ impl<T: bytemuck::Pod> ReadBack<T> {
             if self.state.load(SeqCst) != MAPPING {
                 return Ok(());
             }
-            // Another thread that waits has the answer, and is about to tell.
+            // Another waiting thread has the result, and is about to run the callback.
             std::thread::yield_now();
         }
     }

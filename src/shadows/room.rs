@@ -1,11 +1,11 @@
-//! How much room for pairs a frame is given.
+//! Pair capacity of a frame, and its growth.
 
-/// Room for the pairs of a batch: guessed at first, then what a frame needed.
+/// Pair capacity of a batch: a guess at first, then what a frame needed.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
     /// `None`: a guess from the number of casters.
     pub pairs: Option<u32>,
-    /// The most that the host allows [pairs].
+    /// Largest capacity that the host allows [pairs].
     pub budget: u32,
 }
 
@@ -14,8 +14,8 @@ impl Room {
         Self { pairs: None, budget }
     }
 
-    /// Takes over what a frame needed. Whether it should be rendered again: it had less room than
-    /// that, and may have more, of the budget and of the device.
+    /// Grows to what a frame needed. Returns whether the frame should be rendered again: its capacity was
+    /// lower, and the budget and the device allow more.
     pub fn grow(&mut self, needed: u32, capacity: u32) -> bool {
         let refused = self.pairs.is_some_and(|asked| asked > capacity);
         let grows = needed > capacity && capacity < self.budget && !refused;
@@ -25,8 +25,8 @@ impl Room {
         grows
     }
 
-    /// Renders until the pairs fit, or the budget is spent. `frame` renders once, with room for so
-    /// many pairs, and says how many it needed and had room for.
+    /// Renders until the pairs fit, or the budget is spent. `frame` renders once with a pair capacity, and
+    /// returns how many pairs it needed and its capacity.
     pub fn until_it_fits<T, E>(
         &mut self,
         mut frame: impl FnMut(Option<u32>) -> Result<(T, [u32; 2]), E>,

@@ -1,7 +1,10 @@
-//! The memory that lists and batches write on the way, and how much of it a frame needs.
+//! Scratch memory of lists and batches, and its size.
 use super::{
     Config,
-    frame::{self, Cleared, KEYS, PAIRS, resources::{SUMS, resource}},
+    frame::{
+        self, Cleared, KEYS, PAIRS,
+        resources::{SUMS, resource},
+    },
     list::List,
     plan::{ListPlan, Plan},
     small::SmallDepths,
@@ -20,10 +23,10 @@ use crate::{
 };
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView};
 
-/// Room that every frame may have [pairs]: 16 MiB of them.
+/// Capacity that every frame may have [pairs]: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
 
-/// What lists and batches write on the way, one after another in the same memory.
+/// Scratch memory of lists and batches, which use it one after another.
 #[derive(Debug)]
 pub(crate) struct Scratch {
     pub footprints: TextureView,
@@ -42,9 +45,9 @@ pub(crate) struct Scratch {
     pub sums: Sums,
     /// Curves of segments.
     pub partials: Buffer,
-    /// For curves, whose tiles take what was scattered themselves: zero.
+    /// Zeros in place of the scattered tiles, for curves, whose tiles read scattered casters themselves.
     pub nothing_scattered: Buffer,
-    /// What segments do to texels, where some list composes them one by one.
+    /// Transfers of segments to texels, if some list composes them one by one.
     pub composed: Option<Buffer>,
     pub(super) small: SmallDepths,
     sizes: ScratchSizes,
@@ -56,23 +59,23 @@ struct ScratchSizes {
     footprints: u64,
     setups: u64,
     tiles: u64,
-    /// Tiles of batches whose light is summed.
+    /// Tiles of batches with sums.
     summed_tiles: u64,
     /// Tiles of batches with small triangles.
     small_tiles: u64,
     pairs: u32,
-    /// K of the curves, 0 for none.
+    /// Nodes of the curves (K), 0 for none.
     nodes: u32,
-    /// Bytes of the curves of one segment.
+    /// Size of the curves of one segment [bytes].
     segment_bytes: u64,
-    /// Some list adds light or has volumes.
+    /// Whether some list adds light or has volumes.
     changes: bool,
-    /// Some list composes segments one by one.
+    /// Whether some list composes segments one by one.
     composed: bool,
 }
 
 impl ScratchSizes {
-    /// `limit`: of the pairs.
+    /// Sizes for the plans; `limit`: of the pairs.
     fn of(
         config: &Config,
         plans: &[Plan],
@@ -84,12 +87,12 @@ impl ScratchSizes {
         let lists = || plans.iter().flat_map(|plan| &plan.lists);
         let footprints = lists().map(|list| u64::from(list.footprint_count)).max().unwrap_or(0);
         let summed = plans.iter().filter(|plan| !plan.camera);
-        // Those of one tile of the picture fit in any case.
+        // The pairs of one tile of the picture fit in any case.
         let camera = plans.iter().any(|plan| plan.camera);
         let least = if camera { u32::try_from(footprints).unwrap_or(u32::MAX).max(1) } else { 1 };
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
-        // What never overflows, or a first guess: a frame that needed more says so, and the next is
-        // prepared with it.
+        // An upper bound, or a first guess: a frame reports what it needed, and the next is prepared with
+        // it.
         let bound = lists().map(|list| list.bound.pairs).max().unwrap_or(0);
         let likely = lists().map(ListPlan::likely_count).max().unwrap_or(0);
         let guess = if bound <= FREE_PAIRS {
@@ -136,8 +139,8 @@ impl ScratchSizes {
     }
 }
 
-/// Optical depth per channel and nearness, one element per texel of a batch. Zero before each
-/// batch: new memory is, and `resolve` leaves it so.
+/// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
+/// memory is, and `resolve` resets it.
 #[derive(Debug)]
 pub(crate) enum Sums {
     Buffers(Box<[Buffer; 4]>),
@@ -171,7 +174,7 @@ impl Sums {
 }
 
 impl Scratch {
-    /// What kernels read and write of it whatever the list is.
+    /// Resources of it that kernels of every list use.
     pub(crate) fn resources(&self) -> Resources<'_> {
         self.sums
             .resources()
@@ -195,7 +198,7 @@ impl Scratch {
             .with("small_depths", &self.small.depths)
     }
 
-    /// What a list expects to be zero.
+    /// Resets the counters of a list to zero.
     pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
         for step in frame::steps(frame::Part::Clear) {
             let frame::Work::Clear(all) = step.work else { continue };
@@ -268,7 +271,11 @@ impl Scratch {
                 count("dispatches"),
                 BufferUsages::INDIRECT,
             )?,
-            partials: allocator.storage::<[u32; 4]>("partials", curves * count("partials"), none)?,
+            partials: allocator.storage::<[u32; 4]>(
+                "partials",
+                curves * count("partials"),
+                none,
+            )?,
             nothing_scattered: allocator.storage::<u32>(
                 "nothing_scattered",
                 curves * count("nothing_scattered"),
@@ -281,7 +288,7 @@ impl Scratch {
         })
     }
 
-    /// Whether it has sizes for other plans, and no more pairs than the budget allows.
+    /// Whether it is large enough for other plans, with no more pairs than the budget allows.
     pub(crate) fn fits(
         &self,
         device: &wgpu::Device,

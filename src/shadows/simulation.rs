@@ -1,4 +1,4 @@
-//! Particles that never leave the device: an emitter's, moved by a kernel, and read by gobo as the host's.
+//! Particle emitters simulated on the device, whose particles gobo reads as host casters.
 use super::Shadows;
 use crate::{
     error::Error,
@@ -9,14 +9,14 @@ use crate::{
 };
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
-/// An emitter on the device. Its particles are those of [`Flock`](crate::model::emitter::Flock) but for
-/// rounding, which whirls and collisions make grow.
+/// An emitter on the device. Its particles are those of [`Flock`](crate::model::emitter::Flock) up to
+/// rounding, which whirls and collisions amplify.
 #[derive(Debug)]
 pub struct Simulation {
     queue: wgpu::Queue,
     forces: Forces,
     kernel: Kernel,
-    /// Of each dispatch that one recording may make.
+    /// Parameters and bindings of each dispatch that one recording may make.
     rounds: Vec<(Buffer, BindGroup)>,
     flying: Buffer,
     capacity: u32,
@@ -24,8 +24,9 @@ pub struct Simulation {
     memory: Memory,
 }
 
-/// How [`Shadows::caster_loader`] reads the particles of a [`Simulation`]: the text before a host's own
-/// `load_caster`, which has `flying_particles[index]` and `flying_share`. The buffer is binding 0 of the host's group.
+/// WGSL for a [`Shadows::caster_loader`] that reads the particles of a [`Simulation`]: it goes before the
+/// host's own `load_caster` and declares `flying_particles[index]` and `flying_share`. The buffer is
+/// binding 0 of the host's group.
 pub const FLYING_WGSL: &str = "
 struct Flying { position: vec3<f32>, number: u32, velocity: vec3<f32>, age_life: u32 }
 @group(1) @binding(0) var<storage, read> flying_particles: array<Flying>;
@@ -38,11 +39,11 @@ fn flying_share(particle: Flying) -> f32 {
 ";
 
 impl Shadows {
-    /// An emitter whose particles are moved on the device, from step 0 of time on.
+    /// An emitter that is simulated on the device, from time step 0 on.
     ///
     /// # Errors
-    /// Where the emitter has a path, which the kernel does not follow, or the device has no room for its
-    /// particles or refuses the kernel.
+    /// If the emitter has a path, which the kernel does not support, or the device is out of memory or
+    /// refuses the kernel.
     pub fn simulation(&self, forces: &Forces) -> Result<Simulation, Error> {
         if !forces.path.is_empty() {
             let problem = "its path is not followed on the device";
@@ -68,15 +69,15 @@ impl Shadows {
     }
 }
 
-/// Dispatches that one recording may make.
+/// Most dispatches of one recording.
 const ROUNDS: u32 = 8;
 
 impl Simulation {
-    /// Steps of time that one recording may make.
+    /// Most time steps of one recording.
     pub const MOST_STEPS: u32 = ROUNDS * STEPS_AT_ONCE;
 
-    /// Records `steps` more steps of 1/60 s, at most [`Self::MOST_STEPS`], of which it returns how many. The
-    /// commands must be submitted before it records again.
+    /// Records up to `steps` more steps of 1/60 s, at most [`Self::MOST_STEPS`], and returns their number.
+    /// The commands must be submitted before it records again.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, steps: u32) -> u32 {
         let end = self.step.saturating_add(steps.min(Self::MOST_STEPS));
         let first = self.step;
@@ -102,12 +103,12 @@ impl Simulation {
         &self.flying
     }
 
-    /// Particles that fly at a time, at most.
+    /// Largest number of particles that are alive at once.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }
 
-    /// Steps of time that have been recorded.
+    /// Time steps that have been recorded.
     pub fn step(&self) -> u32 {
         self.step
     }

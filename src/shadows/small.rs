@@ -1,4 +1,4 @@
-//! Opaque triangles of a few texels: straight to the depths of their texels.
+//! Opaque triangles of a few texels, written straight to the depths of their texels.
 use super::{
     context::{Chunks, Context},
     kernels::Kernels,
@@ -16,16 +16,16 @@ use wgpu::{Buffer, BufferUsages};
 /// Largest side of a small triangle's bounding square [texels].
 pub const SMALL_SIDE: f32 = 22.0;
 
-/// What a chunk's triangles are within.
+/// Extent of a chunk's triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleExtent {
-    /// World space [m].
+    /// Bounding box, world space [m].
     pub bounds: Bounds,
     /// Longest edge [m].
     pub longest: f32,
-    /// All are of the `opaque` transfer.
+    /// Whether all have the `opaque` transfer.
     pub opaque: bool,
-    /// Some belong to a volume, whose back counts beyond the far plane too.
+    /// Whether some belong to a volume, whose back faces matter beyond the far plane too.
     pub volume: bool,
 }
 
@@ -59,13 +59,13 @@ impl TriangleExtent {
         }
         let center = -view.view_from_world.transform_point3(self.bounds.center()).z;
         let nearest = center - self.bounds.radius() * 1.001;
-        // A step of a metre moves x / z by at most (1 + |x / z|) / z.
+        // A step of 1 m changes x / z by at most (1 + |x / z|) / z.
         let steepest = view.size.length() * 0.5 / view.scale;
         nearest > view.near && self.longest * view.scale * (1.0 + steepest) / nearest <= SMALL_SIDE
     }
 }
 
-/// Depths of a batch, one element per texel, and what they begin as.
+/// Depths of a batch, one element per texel, and their initial values.
 #[derive(Debug)]
 pub(super) struct SmallDepths {
     pub depths: Buffer,
@@ -73,7 +73,7 @@ pub(super) struct SmallDepths {
 }
 
 impl SmallDepths {
-    /// `texels`: 0 where no batch has small triangles.
+    /// `texels`: 0 if no batch has small triangles.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
@@ -97,7 +97,7 @@ impl SmallDepths {
 pub(super) struct SmallTriangles(Chunks);
 
 impl SmallTriangles {
-    /// `None` where there are none.
+    /// `None` if there are none.
     pub(super) fn new(
         context: &mut Context<'_, '_>,
         chunks: &[Chunk],
@@ -115,7 +115,7 @@ impl SmallTriangles {
         Ok(Some(Self(Chunks { count, bindings })))
     }
 
-    /// `texels`: of the batch.
+    /// Records the triangles; `texels`: of the batch.
     pub(super) fn record(
         &self,
         scratch: &Scratch,
@@ -133,7 +133,7 @@ impl SmallTriangles {
     }
 }
 
-/// The depths to the maps of `views`, where nothing else is opaque.
+/// Copies the depths to the maps of `views`, for batches without other opaque casters.
 pub(super) fn copy_depths(
     scratch: &Scratch,
     views: &[GpuView],

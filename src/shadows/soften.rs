@@ -1,4 +1,4 @@
-//! Maps with holes to maps with a grey filter, after all batches.
+//! Softening of dithered maps: holes become a grey filter, after all batches.
 use super::{
     context::view_uniform,
     kernels::{Kernels, OnDemand, Variant},
@@ -19,13 +19,13 @@ use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 /// Both passes, bound for each batch of views.
 #[derive(Debug)]
 pub(super) struct Soften {
-    /// What the maps are before.
+    /// Maps before softening.
     pub raw: Maps,
     pub window: u32,
     rows: wgpu::Texture,
-    /// Where there are curves.
+    /// Rows of curves, if there are any.
     curve_rows: Option<wgpu::Texture>,
-    /// What curves are specialised to.
+    /// Features that the curve kernels are specialised to.
     features: Features,
     params: wgpu::Buffer,
     passes: Vec<Pass>,
@@ -40,7 +40,8 @@ struct Pass {
 }
 
 impl Soften {
-    /// And the maps that it fills from `raw`; `window` as in [`crate::model::dither::window`].
+    /// Makes the passes, and the maps that they fill from `raw`; `window` as in
+    /// [`crate::model::dither::window`].
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
@@ -50,7 +51,7 @@ impl Soften {
         let soft = raw.softened(allocator)?;
         let like = raw.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
-        // Each view has two layers where there are channels.
+        // Each view has two layers with coloured dithering.
         let layers = if raw.colored.is_some() { 2 } else { 1 };
         let mut rows = |name, layers| {
             let size = [size[0], size[1], size[2] * u64::from(layers)];
@@ -71,7 +72,7 @@ impl Soften {
         Ok((soft, Self { raw, window, rows, curve_rows, features, params, passes }))
     }
 
-    /// Rows and columns.
+    /// Kernels of the row and the column pass.
     fn kernels<'a>(&self, kernels: &'a Kernels) -> [&'a OnDemand; 2] {
         if self.raw.colored.is_some() {
             [&kernels.colored_rows, &kernels.colored_columns]
@@ -80,7 +81,7 @@ impl Soften {
         }
     }
 
-    /// To the views of `plans`. `over`: hits may add light.
+    /// Binds the passes for the views of `plans`. `over`: hits may add light.
     pub(super) fn bind(
         &mut self,
         allocator: &mut Allocator<'_>,
@@ -122,7 +123,7 @@ impl Soften {
         Ok(())
     }
 
-    /// Rows and columns, of a map with curves.
+    /// Binds the row and the column pass of a map with curves.
     fn bind_curves(
         &self,
         device: &wgpu::Device,

@@ -1,4 +1,4 @@
-//! What a frame counted: at once, which waits, or when the device has it.
+//! Counters of a frame, read by blocking or as soon as the device has them.
 use super::{ListCounters, Prepared, PreparedMaps, prepared::AllCounters};
 use crate::{
     error::Error,
@@ -6,35 +6,35 @@ use crate::{
 };
 
 impl Prepared {
-    /// What the last recorded frame counted, once it was submitted. Waits for the device.
+    /// Counters of the last recorded frame, once it was submitted. Blocks until the device is done.
     ///
     /// # Errors
-    /// Where a later [`Shadows::prepare`](super::Shadows::prepare) has taken the maps over, or the
-    /// device is lost.
+    /// If a later [`Shadows::prepare`](super::Shadows::prepare) has taken the maps over, or the device is
+    /// lost.
     pub fn counters(&self) -> Result<Counters, Error> {
         let (device, queue) = self.device();
         self.with_maps(|maps| Ok(self.counters_of(maps, maps.read_all_counters(device, queue)?)))
     }
 
-    /// Records what [`Self::statistics`] tells: after [`Self::record`], in the same submission or a
-    /// later one. Nothing until the statistics before were told.
+    /// Records the copy of the counters that [`Self::statistics`] returns: after [`Self::record`], in the
+    /// same submission or a later one. Does nothing until the previous statistics were taken.
     pub fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) {
-        // Of maps that were taken over there are none.
+        // Maps that were taken over have no counters.
         let _ = self.with_maps(|maps| {
             maps.record_statistics(encoder);
             Ok(())
         });
     }
 
-    /// What the frame counted after which [`Self::record_statistics`] was recorded, where the device
-    /// has it by now: mostly a frame or two late. To be asked after the submission; waits for nothing.
+    /// Counters of the frame before [`Self::record_statistics`], if the device has them already: mostly a
+    /// frame or two late. Call it after the submission; it does not block.
     ///
     /// # Errors
-    /// As [`Self::counters`].
+    /// Those of [`Self::counters`].
     pub fn statistics(&self) -> Result<Option<Counters>, Error> {
         let (device, _) = self.device();
         self.with_maps(|maps| {
-            // Both: the first asks for what the second may have.
+            // Asks before and after polling: the first call starts the mapping.
             let was_ready = maps.has_statistics();
             device.poll(wgpu::PollType::Poll).map_err(|error| Error::Lost(error.to_string()))?;
             if !(was_ready || maps.has_statistics()) {

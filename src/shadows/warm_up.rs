@@ -1,4 +1,4 @@
-//! Kernels made before a frame asks for them.
+//! Compilation of kernels before a frame needs them.
 use super::{HostInputs, Shadows};
 use crate::{
     error::Error,
@@ -7,15 +7,15 @@ use crate::{
 };
 
 impl Shadows {
-    /// The kernels that [`Self::prepare_with`] of the same arguments would make before it returns, now
-    /// and in later frames, as jobs for the threads that the host has. Uploads the casters as `prepare_with` does, so that it
-    /// finds them.
+    /// The kernels that [`Self::prepare_with`] of the same arguments would compile before it returns, in
+    /// this frame and later ones, as jobs for the host's threads. Uploads the casters like `prepare_with`,
+    /// which then finds them.
     ///
-    /// A software adapter compiles a kernel again when it first runs: there, record and submit a
-    /// frame as well before the first that counts.
+    /// A software adapter compiles a kernel again when it first runs: there, also record and submit a frame
+    /// before the first one that matters.
     ///
     /// # Errors
-    /// As [`Self::prepare_with`].
+    /// Those of [`Self::prepare_with`].
     pub fn pending(
         &mut self,
         casters: &Casters<'_>,
@@ -23,21 +23,21 @@ impl Shadows {
         settings: &ShadowSettings,
         inputs: &HostInputs<'_>,
     ) -> Result<Vec<KernelJob>, Error> {
-        // Maps that are new are cleared without a kernel, those of a frame before are not.
+        // New maps are cleared without a kernel, those of an earlier frame with one.
         for _ in 0..2 {
             self.plan(casters, views, settings, inputs)?;
         }
         Ok(self.kernels().pending())
     }
 
-    /// Whether all kernels that were asked for are made: `prepare` of what [`Self::pending`] was asked
-    /// about then makes none.
+    /// Whether all pending kernels are compiled: `prepare` with the arguments of [`Self::pending`] then
+    /// compiles none.
     pub fn is_ready(&self) -> bool {
         self.kernels().pending().is_empty()
     }
 
-    /// Kernels that are made from here on come out of the driver's cache where it has them, and go into
-    /// it where not. The device needs `PIPELINE_CACHE`; what the cache holds is the host's to keep.
+    /// Uses a driver's pipeline cache for kernels that are compiled later, and adds them to it. The device
+    /// needs `PIPELINE_CACHE`; storing the cache is up to the host.
     pub fn use_pipeline_cache(&mut self, cache: &wgpu::PipelineCache) {
         self.kernels().use_driver_cache(cache);
     }

@@ -1,4 +1,4 @@
-//! accumulate: front to back through each tile's pairs, in registers.
+//! accumulate: composes each tile's pairs front to back, in registers.
 //!
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths. Out: `filters` and `nearests` of
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
@@ -24,8 +24,8 @@ pub const TINY_GROUPS: u32 = 32;
 pub const TINY_GRID: [Formula; 3] =
     [Least(&Of(Number::TinyChunks), &Is(TINY_GROUPS as u64)), Is(1), Is(1)];
 
-/// The most texels of segments that are composed one by one, of 32 bytes each: the pair budget's default
-/// would need a little more than a storage binding of 128 MiB holds.
+/// Most texels of segments that are composed one by one, 32 bytes each: the pair budget's default would
+/// need slightly more than a storage binding of 128 MiB holds.
 pub const COMPOSED_TEXELS: Formula = {
     const TEXELS: Formula = Is((TILE_SIZE * TILE_SIZE) as u64);
     const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(SEGMENT_LENGTH as u64));
@@ -34,13 +34,13 @@ pub const COMPOSED_TEXELS: Formula = {
     Product(&Least(&SEGMENTS, &MOST), &TEXELS)
 };
 
-/// Light of four texels.
+/// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
-/// Light of eight texels, of soft discs of the `filter` transfer only.
+/// State of eight texels per lane, for soft discs of the `filter` transfer only.
 pub(super) const DISCS: Choice = Choice::new("state", "state/discs.wgsl");
 const DISC_WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/discs_subgroup.wgsl");
 pub(super) const MAPS: Choice = Choice::new("store", "state/maps.wgsl");
-/// In place of it where segments are composed one by one.
+/// Replaces [`MAPS`] where segments are composed one by one.
 pub(super) const ORDERED_MAPS: Choice = Choice::new("store", "state/ordered.wgsl");
 const STORED: Choice = Choice::new("maps", "state/maps_stored.wgsl");
 
@@ -62,7 +62,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-/// In place of [`SEGMENTS`] where segments are composed one by one.
+/// Replaces [`SEGMENTS`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
     name: "accumulate_ordered",
     entry: "walk_ordered_segment",

@@ -1,9 +1,9 @@
-//! air: light that the air scatters to the eye, once, through the shadow maps: shafts, coloured
-//! behind coloured glass and white before it.
+//! air: single scattering towards the eye through the shadow maps: shafts of light, coloured behind
+//! coloured glass and white in front of it.
 //!
-//! In: the shadow maps. `scatter` -> `sources`: what each slice of a column of 4x4 pixels sends to
-//! the eye. `sum` -> `air`: the same from the eye on, and what is left of the light from there.
-//! What is solid, and what is laid over it, takes its share at its own depth (`shade`).
+//! In: the shadow maps. `scatter` -> `sources`: light that each slice of a column of 4x4 pixels scatters to
+//! the eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers
+//! read it at their own depth (`shade`).
 use super::levels::{OF_AREA, OF_POINT};
 use crate::gpu::{KernelDesc, Tier};
 
@@ -19,7 +19,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-/// Where some light has a size.
+/// Replaces [`SCATTER`] if the scene has area lights.
 pub const AREA_SCATTER: KernelDesc =
     KernelDesc { name: "area_air_scatter", with: &[OF_AREA], ..SCATTER };
 

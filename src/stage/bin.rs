@@ -1,12 +1,14 @@
 //! bin: from depth-sorted footprints to each tile's pairs, front to back.
 //!
-//! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the
-//! pairs in sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and
-//! cuts long tiles into segments. What does not fit is listed in `overflow` for the scatter path.
-//! `dispatches` are the workgroups of what only the GPU knows.
+//! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the pairs in
+//! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
+//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path.
+//! `dispatches` holds the workgroup counts that only the GPU knows.
 use super::{
     formula::{
-        Formula::{self, Bits, Difference, Is, Least, Most, Named, Of, Quotient, QuotientUp, Rows, Sum},
+        Formula::{
+            self, Bits, Difference, Is, Least, Most, Named, Of, Quotient, QuotientUp, Rows, Sum,
+        },
         Number, Numbers,
     },
     sort::Shape,
@@ -18,14 +20,15 @@ use bytemuck::{Pod, Zeroable};
 /// stays below the 65,535 iterations that llvmpipe allows it.
 pub const SEGMENT_LENGTH: u32 = 2048;
 
-/// The same of soft discs of the `filter` transfer, which take one iteration a pair. It is longer,
-/// because sums of several segments meet in atomics, which cost more than what they balance.
+/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair. It is
+/// longer, because the sums of several segments are added with atomics, which cost more than a better
+/// balance saves.
 pub const DISC_SEGMENT: u32 = 8192;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups, on software adapters: a subgroup of llvmpipe.
 const SERIAL_LANES: u32 = 8;
-/// The same on GPUs.
+/// Invocations of the other steps' workgroups, on GPUs.
 const WIDE_LANES: u32 = 64;
 /// Invocations of a workgroup of `tiles`.
 pub const TILE_LANES: u32 = 64;
@@ -66,7 +69,7 @@ pub const TILES: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-/// Places in `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
+/// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum Dispatch {
     Overflow,
@@ -77,7 +80,7 @@ pub enum Dispatch {
 impl Dispatch {
     pub const COUNT: u64 = 3;
 
-    /// In the buffer [bytes].
+    /// Offset in the buffer [bytes].
     pub fn offset(self) -> u64 {
         self as u64 * 16
     }
@@ -148,8 +151,7 @@ impl BinParams {
 }
 
 /// Workgroups of [`COUNT`] and [`EMIT`].
-pub const RUN_GROUPS: [Formula; 3] =
-    [QuotientUp(&RUN_COUNT, &Of(Number::BinLanes)), Is(1), Is(1)];
+pub const RUN_GROUPS: [Formula; 3] = [QuotientUp(&RUN_COUNT, &Of(Number::BinLanes)), Is(1), Is(1)];
 /// Workgroups of [`TILES`].
 pub const TILE_GROUPS: [Formula; 3] =
     [QuotientUp(&Of(Number::TileCount), &Is(TILE_LANES as u64)), Is(1), Is(1)];
@@ -171,7 +173,7 @@ pub struct BatchCounters {
     pub overflowed: u32,
     pub segment_count: u32,
     pub merged_count: u32,
-    /// Hits whose place in a curve was lost.
+    /// Hits out of order in a curve.
     pub disordered: u32,
 }
 crate::gpu_layout!(BatchCounters {
@@ -185,7 +187,7 @@ crate::gpu_layout!(BatchCounters {
     disordered
 });
 
-/// Place of `pair_count` among the counters.
+/// Index of `pair_count` among the counters.
 pub const PAIR_COUNT_INDEX: u32 = 1;
 
 /// WGSL: `wgsl/records/tile.wgsl`.
@@ -210,13 +212,13 @@ pub fn lanes(shape: Shape) -> u32 {
     }
 }
 
-/// What [`COUNT`] and [`EMIT`] are made with.
+/// Override of [`COUNT`] and [`EMIT`].
 pub fn workgroup_size(shape: Shape) -> Constant {
     ("WORKGROUP_SIZE", f64::from(lanes(shape)))
 }
 
-/// Runs that share the footprints of a list: on software adapters few and long, on GPUs enough to
-/// keep all lanes busy.
+/// Number of runs that a list is cut into: on software adapters few and long, on GPUs enough to keep all
+/// lanes busy.
 fn usual_runs(shape: Shape) -> u32 {
     match shape {
         Shape::Serial => 2048,
@@ -224,24 +226,24 @@ fn usual_runs(shape: Shape) -> u32 {
     }
 }
 
-/// How runs are cut.
+/// Numbers of the shape's runs.
 pub fn numbers(shape: Shape) -> Numbers {
     Numbers::default()
         .with(Number::BinLanes, lanes(shape))
         .with(Number::UsualRuns, usual_runs(shape))
 }
 
-/// Runs that a list has at most.
+/// Most runs of a list.
 pub fn max_runs(shape: Shape) -> u64 {
     MAX_RUNS.of(&numbers(shape))
 }
 
-/// Footprints of a run.
+/// Length of a run [footprints].
 pub fn run_length(shape: Shape, footprint_count: u32) -> u32 {
     RUN_LENGTH.count(&numbers(shape).with(Number::FootprintCount, footprint_count))
 }
 
-/// [`TILE_GRID`] of so many tiles.
+/// [`TILE_GRID`] for `count` tiles.
 pub fn tile_grid(count: u32) -> [u32; 3] {
     let numbers = Numbers::default().with(Number::TileCount, count);
     TILE_GRID.map(|groups| groups.count(&numbers))

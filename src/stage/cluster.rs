@@ -1,4 +1,4 @@
-//! cluster: which lights reach which part of what the camera sees.
+//! cluster: light lists of the froxels of the camera.
 //!
 //! The frustum is cut into clusters: squares of pixels, and slices that grow with the distance
 //! (Olsson et al. 2012, "Clustered Deferred and Forward Shading", section 3).
@@ -9,8 +9,8 @@
 //!
 //! A list that does not fit is not written: its cluster is shaded with all lights, and counted.
 //!
-//! Both steps of the test that decide are integer arithmetic on numbers that correctly rounded
-//! operations made, so every device finds the same bits. The test errs towards reaching.
+//! Both deciding steps of the test are integer arithmetic on numbers made by correctly rounded operations,
+//! so every device finds the same bits. The test is conservative: it errs towards reaching.
 use crate::gpu::{KernelDesc, Tier};
 
 /// Invocations of a workgroup of `count` and `emit`.

@@ -1,9 +1,9 @@
-//! colored: coloured dithering. Each channel of a dithered caster has a threshold of its own and an
-//! opaque depth of its own, so that three depths hold coloured layers in any order (McGuire and
-//! Enderton 2011). Takes the place of `occlude`, and of `filter` where shadows are softened.
+//! colored: coloured dithering. Each channel of a dithered caster has its own threshold and its own opaque
+//! depth, so that three depths hold coloured layers in any order (McGuire and Enderton 2011). Replaces
+//! `occlude`, and `filter` if shadows are softened.
 //!
-//! In: as of `occlude`. Out: `colored`, the opaque depths by channel; `opaques`, the last of the
-//! three, behind which no light is left. Softened: maps without `colored`.
+//! In: the inputs of `occlude`. Out: `colored`, the opaque depth per channel; `opaques`, the largest of the
+//! three, behind which there is no light. Softened: maps without `colored`.
 use super::walk::{CANDIDATE, IN_ORDER, SUMS, WALK};
 use crate::gpu::{Choice, KernelDesc, Tier};
 

@@ -1,8 +1,8 @@
-//! accumulate and resolve of curve mode: light as a function of depth, per texel.
+//! accumulate and resolve of curve mode: transmittance as a function of depth, per texel.
 //!
-//! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose
-//! pairs did not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles leave
-//! `partials`, which `resolve_curve` puts together in order.
+//! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
+//! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
+//! `resolve_curve` combines in order.
 use super::{
     formula::{
         Formula::{self, Is, Of, Product, Quotient, Sum},
@@ -15,7 +15,7 @@ use crate::{
     records::CURVE_SEGMENT,
 };
 
-/// That one segment leaves in `partials` [bytes]. WGSL: `wgsl/curve/partial.wgsl`.
+/// Size of one segment's record in `partials` [bytes]. WGSL: `wgsl/curve/partial.wgsl`.
 pub const PARTIAL_BYTES: Formula = {
     const NODES: Formula = Quotient(&Of(Number::Nodes), &Is(2));
     const MORE: Formula = Product(&Is(5), &Of(Number::Changes));
@@ -23,15 +23,14 @@ pub const PARTIAL_BYTES: Formula = {
     Product(&Is(16 * 16 * 16), &LAYERS)
 };
 
-/// The most segments of so many pairs that leave something of their own: only those of tiles with
-/// more than one segment do.
+/// Most segments with partial results: only tiles with more than one segment have them.
 pub const PARTIAL_COUNT: Formula = {
     const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(CURVE_SEGMENT as u64));
     Sum(&Product(&Is(2), &WHOLE), &Is(1))
 };
 
-/// Sampled where a stage has no more than 4 storage textures: loads from those are far cheaper on
-/// software adapters.
+/// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
+/// cheaper on software adapters.
 const PAIRS: Choice =
     Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", "curve/pairs_loaded.wgsl");
 const WALK: Choice = Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slabs_subgroup.wgsl");
@@ -39,9 +38,9 @@ const DISC_WALK: Choice =
     Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slab_discs_subgroup.wgsl");
 const CURVES: Choice = Choice::new("state", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
-/// Soft discs of the `filter` transfer only.
+/// Visits soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
-/// Nodes of the tiles whose segments have curves of their own.
+/// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
 const TILE: Choice = Choice::new("store", "curve/tile.wgsl");
 const SEGMENT: Choice = Choice::new("store", "curve/segment.wgsl");

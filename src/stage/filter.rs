@@ -1,8 +1,8 @@
-//! filter: holes that dithering left in the opaque depth become a grey filter, by a separable blur
-//! of the visibility over one window of the pattern.
+//! filter: dithered opaque depths become a grey filter, by a separable blur of the visibility over one
+//! window of the pattern.
 //!
-//! In: the maps. Out: maps of the same size, in which no depth is blurred. Curves get what dithered
-//! surfaces let pass as one more ramp.
+//! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
+//! dithered surfaces as one more ramp.
 use crate::gpu::{Choice, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -36,7 +36,7 @@ pub const CURVE_ROWS: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-/// Texels in a column that an invocation takes. WGSL: `ROWS` in `wgsl/soften/curve_columns.wgsl`.
+/// Texels of a column per invocation. WGSL: `ROWS` in `wgsl/soften/curve_columns.wgsl`.
 pub const CURVE_TEXELS: u32 = 4;
 
 pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
@@ -48,7 +48,7 @@ pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-/// Layers of what [`CURVE_ROWS`] writes, to a layer of the maps. WGSL: `CURVE_RUN_LAYERS`.
+/// Layers that [`CURVE_ROWS`] writes per layer of the maps. WGSL: `CURVE_RUN_LAYERS`.
 pub const CURVE_RUN_LAYERS: u32 = 3;
 
 /// WGSL: `wgsl/soften/window.wgsl`.
@@ -57,7 +57,7 @@ pub const CURVE_RUN_LAYERS: u32 = 3;
 pub struct FilterParams {
     /// Half the window [texels].
     pub radius: i32,
-    /// Depths are by channel.
+    /// 1: opaque depths are per channel.
     pub colored: u32,
     pub pad_0: u32,
     pub pad_1: u32,

@@ -180,7 +180,9 @@ impl fmt::Display for Formula {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Formula::{Bits, Difference, Is, Least, Of, Power, Product, Quotient, QuotientUp, Rows, Sum};
+    use Formula::{
+        Bits, Difference, Is, Least, Of, Power, Product, Quotient, QuotientUp, Rows, Sum,
+    };
 
     #[test]
     fn formulas_read_as_they_count() {
@@ -203,7 +205,9 @@ mod tests {
 
     #[test]
     fn rows_are_even_and_not_too_long() {
-        for (count, wanted) in [(0, 1), (1, 1), (65535, 1), (65536, 2), (3 * 65535, 3), (65537, 65537)] {
+        for (count, wanted) in
+            [(0, 1), (1, 1), (65535, 1), (65536, 2), (3 * 65535, 3), (65537, 65537)]
+        {
             let formula = Rows(Box::leak(Box::new(Is(count))));
             assert_eq!(formula.of(&Numbers::default()), wanted, "{count}");
         }

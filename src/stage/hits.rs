@@ -1,7 +1,7 @@
-//! What a batch holds: kernels leave out the rest.
+//! Kinds of casters and views of a batch: kernels are specialised to them.
 use crate::gpu::Constant;
 
-/// What a batch holds; kernels leave out the rest. Hash key of the pipelines.
+/// Kinds of casters and views of a batch, to which kernels are specialised. Hash key of the pipelines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Features {
     pub particles: bool,
@@ -10,51 +10,51 @@ pub struct Features {
     pub puffs: bool,
     pub quads: bool,
     pub gain: bool,
-    /// The order counts.
+    /// Blending is order-dependent.
     pub over: bool,
-    /// Some are so faint that products of transmittances lose what they absorb.
+    /// Some casters are so faint that products of transmittances lose their absorption to rounding.
     pub faint: bool,
-    /// Closed meshes absorb along the way through them.
+    /// Some closed meshes absorb along the ray.
     pub volumes: bool,
-    /// Maps say whose the nearest depth is.
+    /// Maps hold owner tags of the nearest depth.
     pub owners: bool,
     pub dither: bool,
-    /// Opaque triangles of a few texels took a path of their own.
+    /// Opaque triangles of a few texels have a kernel of their own.
     pub small: bool,
-    /// Soft discs of the `filter` transfer and nothing else.
+    /// All casters are soft discs of the `filter` transfer.
     pub plain: bool,
-    /// Opaque triangles without texture or pattern and nothing else.
+    /// All casters are opaque triangles without texture or pattern.
     pub solid: bool,
-    /// The views are perspective ones; of plain casters only.
+    /// The views are perspective ones; for plain casters only.
     pub perspective: bool,
-    /// There are opaque casters as well; of plain casters only.
+    /// There are opaque casters as well; for plain casters only.
     pub opaque: bool,
-    /// Tiles have many casters; of plain casters only.
+    /// Tiles have many casters; for plain casters only.
     pub dense: bool,
-    /// Discs wait in a queue; of plain casters only, and no property of them.
+    /// Discs are collected in a queue; for plain casters only, and no property of them.
     pub queued: bool,
-    /// Of a curve (K); 0 where there are none.
+    /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
-    /// Kernels of the picture count what each pixel costs; no property of casters.
+    /// Kernels of the picture count the cost of each pixel; no property of casters.
     pub cost: bool,
     /// The picture has air; no property of casters.
     pub air: bool,
     /// The picture has an environment of its own; no property of casters.
     pub environment: bool,
-    /// The picture has casters that are not solid.
+    /// The picture has translucent casters.
     pub layers: bool,
-    /// Of these, some are triangles.
+    /// Some order-dependent casters are triangles.
     pub panes: bool,
-    /// Some light has a size; no property of casters.
+    /// Some light is an area light; no property of casters.
     pub areas: bool,
-    /// Some map is read otherwise than by the spline; no property of casters.
+    /// Some map is read with another filter than the spline; no property of casters.
     pub filters: bool,
     /// Lights of the picture have masks; no property of casters.
     pub masks: bool,
 }
 
 impl Features {
-    /// Of no caster.
+    /// Traits of an empty set of casters.
     pub const NONE: Self = Self {
         particles: false,
         triangles: false,
@@ -115,12 +115,12 @@ impl Features {
         masks: false,
     };
 
-    /// Whether segments are composed one by one, and nothing is scattered by choice.
+    /// Whether segments are composed one by one, and tiny particles are not scattered.
     pub fn is_composed(self) -> bool {
         self.nodes == 0 && (self.over || self.volumes || self.owners)
     }
 
-    /// Of two sets of casters together.
+    /// Traits of the union of two sets of casters.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -154,13 +154,13 @@ impl Features {
         }
     }
 
-    /// Of a batch whose views are all perspective ones, or none is, with opaque casters or without.
+    /// Traits for a batch of views: all perspective or none, with opaque casters or without.
     #[must_use]
     pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
         Self { perspective: self.plain && perspective, opaque: self.plain && opaque, ..self }
     }
 
-    /// How tiles are walked.
+    /// Traits for a way to walk tiles.
     #[must_use]
     pub fn of_walk(self, dense: bool, queued: bool) -> Self {
         Self { dense: self.plain && dense, queued: self.plain && queued, ..self }

@@ -1,7 +1,7 @@
-//! import: depth maps of the host's to opaque depths, after `occlude` and before `accumulate`; and
-//! convert: filters to a layout of the host's, after all.
+//! import: the host's depth maps to opaque depths, after `occlude` and before `accumulate`; and convert:
+//! filters to a layout of the host, after all other stages.
 //!
-//! `import_depths` In: `host_depths`, of one view. Out: `opaques`, lowered or replaced. `convert_maps` In:
+//! `import_depths` In: `host_depths` of one view. Out: `opaques`, lowered or replaced. `convert_maps` In:
 //! `filters`, `nearests`. Out: `converted`, words to be copied to a texture.
 use crate::gpu::{KernelDesc, Tier};
 

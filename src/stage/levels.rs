@@ -1,5 +1,5 @@
-//! levels: what look-ups of lights that have a size read, after the maps: ever coarser blocks of them,
-//! each with the mean light of its texels as a function of depth.
+//! levels: prefiltered maps for area lights, made after the maps: ever coarser blocks of texels, each with
+//! the mean light of its texels as a function of depth.
 //!
 //! In: the maps. Out: `levels`, records level by level (`src/records/area.rs`). `new_levels` takes one
 //! level at a time and is copied, as a level is read while the next is made.
@@ -20,15 +20,15 @@ const fn of(name: &'static str, with: &'static [Choice]) -> KernelDesc {
     }
 }
 
-/// Light of one place; what lights have a size gives no penumbra.
+/// Look-up for point lights only; area lights give no penumbra.
 pub const OF_POINT: Choice = Choice::new("source", "shade/source_point.wgsl");
-/// Some light has a size.
+/// Look-up for scenes with area lights.
 pub const OF_AREA: Choice = Choice::new("source", "shade/source_area.wgsl");
 
-/// The first level.
+/// Makes the first level.
 pub const FIRST: KernelDesc =
     of("level_of_maps", &[Choice::new("below", "levels/below_maps.wgsl"), OF_POINT]);
-/// Every other.
+/// Makes every further level.
 pub const NEXT: KernelDesc =
     of("level_of_levels", &[Choice::new("below", "levels/below_levels.wgsl"), OF_POINT]);
 
@@ -37,7 +37,7 @@ pub const NEXT: KernelDesc =
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct LevelParams {
     pub level: u32,
-    /// Of the level, in all views.
+    /// First block of the level, counted over all views.
     pub first_block: u32,
     pub pad_0: u32,
     pub pad_1: u32,

@@ -1,19 +1,19 @@
-//! What exists for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile).
-//! To do without it, delete both, `queued` and `interleaved`: nothing but speed is lost.
+//! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). To do
+//! without them, delete both, `queued` and `interleaved`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS},
     walk::SUMS,
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// In place of [`IN_ORDER`](super::walk::IN_ORDER).
+/// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
-/// Discs wait until there is one for each lane.
+/// Collects discs until there is one for each lane.
 const QUEUE: Choice = Choice::new("walk", "llvmpipe/disc_queue.wgsl");
-/// Maps are fetched before they are written.
+/// Prefetches maps before they are written.
 const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
-/// In place of [`DISC_TILES`](super::accumulate::DISC_TILES) where discs wait in a queue.
+/// Replaces [`DISC_TILES`](super::accumulate::DISC_TILES) where discs are collected in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_disc_queue_tiles",
     entry: "walk_tile",
@@ -23,7 +23,7 @@ pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     tiers: &[Tier::Native],
 };
 
-/// In place of [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs wait in a queue.
+/// Replaces [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs are collected in a queue.
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_disc_queue_segments",
     entry: "walk_segment",

@@ -1,13 +1,13 @@
-//! load: casters in buffers of the host's to records, and what each view may see of them.
+//! load: casters in the host's buffers to records, and culling of their groups per view.
 //!
 //! `load_casters` (once a frame) In: the host's `load_caster`. Out: `casters`, as if they had been
-//! uploaded, and a box around each group of [`CHUNK_SIZE`]. `cull_groups` (once a list) In: the boxes,
-//! six planes a view. Out: chunks for `project`, and how many there are, which nobody reads back:
-//! what is dispatched is enough for all, and ends early.
+//! uploaded, and a box around each group of [`CHUNK_SIZE`]. `cull_groups` (once a list) In: the boxes, six
+//! planes a view. Out: chunks for `project` and their number, which is never read back: the dispatch covers
+//! all groups, and surplus workgroups end early.
 use super::project::CHUNK_SIZE;
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// The import that a host's text stands for.
+/// Name of the import that a host's text implements.
 pub const LOADER: &str = "loader";
 
 pub const CASTERS: KernelDesc = KernelDesc {
@@ -28,7 +28,7 @@ pub const GROUPS: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-/// Groups of a set of `capacity` casters.
+/// Number of groups of a set of `capacity` casters.
 pub fn group_count(capacity: u32) -> u32 {
     capacity.div_ceil(CHUNK_SIZE)
 }

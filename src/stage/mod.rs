@@ -1,10 +1,11 @@
 //! The pipeline, stage by stage.
 //!
-//! A kernel is data ([`KernelDesc`]): the file of its entry point, and what
-//! that file's imports from `choice::` stand for. All else stands in `wgsl/`.
+//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files that its imports from
+//! `choice::` stand for. Everything else is in `wgsl/`.
 pub mod accumulate;
 pub mod air;
 pub mod bin;
+pub mod blur;
 pub mod cluster;
 pub mod colored;
 pub mod curve;
@@ -53,6 +54,13 @@ pub const KERNELS: &[&KernelDesc] = &[
     &filter::CURVE_COLUMNS,
     &colored::ROWS,
     &colored::COLUMNS,
+    &blur::NEAR_ROWS,
+    &blur::NEAR_COLUMNS,
+    &blur::ROWS,
+    &blur::COLUMNS,
+    &blur::CURVE_ROWS,
+    &blur::CURVE_COLUMNS,
+    &blur::FILTER_MIP,
     &mask::SURFACES,
     &mask::SHRINK,
     &mask::LOOK_UP,

@@ -1,4 +1,4 @@
-//! occlude: opaque, cutout and dithered casters to the opaque depth; a minimum instead of a clip.
+//! occlude: opaque, cutout and dithered casters to the opaque depth, by a minimum instead of a clip.
 //!
 //! In: tiles or segments of `pairs`, `footprints`. Out: `opaques` of tiles that one workgroup
 //! finishes; nearness sums of the others.
@@ -9,12 +9,12 @@ use super::{
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 pub(super) const DEPTH: Choice = Choice::new("state", "state/depth.wgsl");
-/// Opaque triangles only.
+/// State for opaque triangles only.
 const TRIANGLES: Choice = Choice::new("state", "state/triangles.wgsl");
 const TRIANGLE_CANDIDATE: Choice = Choice::new("candidate", "state/triangles.wgsl");
 pub(super) const DEPTHS: Choice = Choice::new("store", "state/depths.wgsl");
 
-/// Opaque triangles of a few texels go straight to `small_depths`, one element per texel of the
+/// Opaque triangles of a few texels, written straight to `small_depths`, one element per texel of the
 /// batch: views follow each other, row by row.
 pub const SMALL: KernelDesc = KernelDesc {
     name: "occlude_small",
@@ -34,7 +34,7 @@ pub const TILES: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-/// Opaque triangles only.
+/// Tiles of opaque triangles only.
 pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     name: "occlude_triangle_tiles",
     entry: "walk_tile",

@@ -1,28 +1,28 @@
-//! What a device is good at, decided here and nowhere else. A kernel asks for it by overrides and by
-//! `choice::` imports; what only llvmpipe needs lies in `wgsl/llvmpipe/` and in [`super::llvmpipe`],
-//! and without them nothing but speed is lost.
+//! Tuning for a device, decided here and nowhere else. Kernels read it by overrides and `choice::` imports;
+//! code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`], and without it only speed
+//! is lost.
 use super::{llvmpipe, sort::Shape};
 use crate::gpu::{Choice, Constant};
 
-/// How work is cut on a device. No choice changes a bit of the maps but for `scatter_tiny`, which
-/// moves them by their rounding.
+/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny`, which
+/// changes their rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Profile {
-    /// How sort and bin cut their lists.
+    /// Shape of the work of sort and bin.
     pub shape: Shape,
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether loops over some texels stay loops. On SwiftShader, whose compiler takes a minute for
-    /// a kernel otherwise and a second so.
+    /// Whether loops over the texels of a lane stay loops. On SwiftShader, whose compiler takes a minute
+    /// for an unrolled kernel and a second for a rolled one.
     pub rolled: bool,
     /// Whether subgroups may have more than 32 lanes.
     pub wide: bool,
-    /// Whether soft discs wait in a queue of eight, one for each lane of a subgroup. On software
-    /// adapters with such subgroups, on the native tier, of a device that has
+    /// Whether soft discs are collected in batches of eight, one for each lane of a subgroup. On software
+    /// adapters with such subgroups, on the native tier, if the device has
     /// [`FETCH_FEATURES`](crate::gpu::FETCH_FEATURES).
     pub queued: bool,
-    /// Whether tiles go to two cores in turns.
+    /// Whether tiles alternate between two cores.
     pub interleaved: bool,
 }
 
@@ -40,13 +40,13 @@ impl Profile {
         }
     }
 
-    /// Values of overrides.
+    /// Values of the overrides.
     pub fn constants(&self) -> [Constant; 2] {
         [("ROLLED", self.rolled), ("WIDE", self.wide)]
             .map(|(name, is)| (name, f64::from(u8::from(is))))
     }
 
-    /// In place of a kernel's own.
+    /// Choices that replace a kernel's own.
     pub fn choices(&self) -> &'static [Choice] {
         if self.interleaved { &[llvmpipe::INTERLEAVED] } else { &[] }
     }

@@ -1,7 +1,7 @@
 //! project: casters to footprints, depth keys and tile rectangles, per view.
 //!
-//! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and
-//! rectangle per (caster, view), at a place the CPU knows; of triangles also a setup.
+//! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and rectangle per
+//! (caster, view), at an index that the CPU knows; for triangles also a setup.
 use super::formula::{
     Formula::{self, Is, Least, Most, Of, QuotientUp},
     Number, Numbers,
@@ -34,10 +34,10 @@ pub const TRIANGLES: KernelDesc = KernelDesc {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct Chunk {
-    /// View in the batch.
+    /// Index of the view in the batch.
     pub view: u32,
     pub first_caster: u32,
-    /// At most [`CHUNK_SIZE`].
+    /// Number of casters, at most [`CHUNK_SIZE`].
     pub count: u32,
     pub first_footprint: u32,
 }
@@ -52,9 +52,9 @@ pub struct ProjectParams {
     pub scatter: u32,
     /// Footprint of the first triangle, whose setup is number 0.
     pub first_setup: u32,
-    /// 1: the camera sees what casts nothing.
+    /// 1: the camera's list includes casters without shadows.
     pub include_non_casters: u32,
-    /// 1: depth keys of perspective views go by the distance from the light.
+    /// 1: depth keys of perspective views are by distance from the light.
     pub by_distance: u32,
 }
 crate::gpu_layout!(ProjectParams {
@@ -93,7 +93,7 @@ pub const TRIANGLE_GRID: [Formula; 3] = {
     [Most(&Least(&COUNT, &MAX_X), &Is(1)), Most(&QuotientUp(&COUNT, &MAX_X), &Is(1)), Is(1)]
 };
 
-/// Workgroups for `count` chunks or tiles.
+/// Workgroup grid for `count` chunks or tiles.
 pub fn grid(count: u32) -> [u32; 3] {
     let numbers = Numbers::default().with(Number::ParticleChunks, count);
     PARTICLE_GRID.map(|groups| groups.count(&numbers))

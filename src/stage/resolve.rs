@@ -1,5 +1,5 @@
-//! resolve: sums to filter, nearest and opaque depth, for the tiles that several workgroups or the
-//! scatter path added to.
+//! resolve: sums to filter, nearest and opaque depth, for tiles that several workgroups or the scatter path
+//! added to.
 use super::{
     accumulate::{FILTER, MAPS, ORDERED_MAPS},
     occlude::{DEPTH, DEPTHS},
@@ -16,7 +16,7 @@ pub const TILES: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-/// In place of [`TILES`] where segments are composed one by one.
+/// Replaces [`TILES`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
     name: "resolve_ordered",
     entry: "resolve_tile",

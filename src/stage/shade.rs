@@ -1,9 +1,9 @@
 //! shade: the lit picture, a band of tiles at a time.
 //!
-//! In: the camera's lists, the shadow maps. Out: `pixels`. `seen` and `layers` walk the lists;
-//! `surfaces`, `panes` and `casters` write what they met as `points`, `light_points` looks up the
-//! light that these send to the eye, `composite` puts it together. Of a host's points the same
-//! kernel answers with the share of each light that reaches them.
+//! In: the camera's lists, the shadow maps. Out: `pixels`. `seen` and `layers` walk the lists; `surfaces`,
+//! `panes` and `casters` write their hits as `points`, `light_points` evaluates the light that these send
+//! to the eye, `composite` blends it. For the points of a host the same kernel gives the share of each
+//! light that reaches them.
 use super::{
     levels::{OF_AREA, OF_POINT},
     walk::{CANDIDATE, IN_ORDER, WALK},
@@ -15,27 +15,27 @@ use crate::{
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, UVec3, Vec3, Vec4};
 
-/// Invocations of a workgroup of what takes points or footprints.
+/// Workgroup size of kernels over points or footprints.
 pub const POINT_LANES: u32 = 64;
 /// Texels of a point. WGSL: `wgsl/records/point.wgsl`.
 pub const POINT_TEXELS: u32 = 4;
-/// Texels of a pixel's layers. WGSL: `wgsl/shade/layer.wgsl`.
+/// Texels of a pixel's list of layers. WGSL: `wgsl/shade/layer.wgsl`.
 pub const LAYER_TEXELS: u32 = 4;
-/// Of 16 bytes, that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
+/// Records of 16 bytes that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
 pub const CARRIED: u32 = 6;
-/// Points of a pixel: what is solid, and two panes.
+/// Points of a pixel: the opaque surface, and two panes.
 pub const PIXEL_POINTS: u32 = 3;
 /// Tiles of a band.
 pub const BAND_TILES: u32 = 256;
-/// Pairs of a tile that one round walks: with the panes that are laid on the way an invocation stays
-/// below the 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
+/// Pairs of a tile that one round walks: with the panes blended on the way an invocation stays below the
+/// 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
 pub const ROUND_LENGTH: u32 = 16384;
 
 const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 
-/// What is laid over a pixel.
+/// Translucent layers in front of a pixel's opaque surface.
 const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
-/// The nearest solid caster of a pixel.
+/// Nearest opaque caster of a pixel.
 const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
 
 const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
@@ -62,7 +62,7 @@ pub const LAYERS: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-/// Of a band, a pixel to an invocation.
+/// A kernel over the pixels of a band, one invocation per pixel.
 pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc {
         name,
@@ -78,42 +78,42 @@ pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfac
 pub const PANES: KernelDesc = of_pixels("shade_panes", "shade/shade_panes.wgsl");
 pub const COMPOSITE: KernelDesc = of_pixels("shade_composite", "shade/shade_composite.wgsl");
 
-/// Of points or footprints, one to an invocation.
+/// A kernel over points or footprints, one invocation each.
 const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc { name, entry: name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
 }
 
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
-/// Of what the picture shows.
+/// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc = KernelDesc {
     with: &[RADIANCE, UNMASKED, OF_POINT],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
-/// Of a host's points.
+/// Share of each light that reaches the points of a host.
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
     entry: LIGHT_POINTS.entry,
     with: &[SHARES, OF_POINT],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
-/// As [`LIGHT_POINTS`], where some light has a size.
+/// [`LIGHT_POINTS`] with area lights.
 pub const AREA_LIGHT_POINTS: KernelDesc =
     KernelDesc { name: "area_light_points", with: &[RADIANCE, UNMASKED, OF_AREA], ..LIGHT_POINTS };
-/// As [`LIGHT_POINTS`], where lights have masks.
+/// [`LIGHT_POINTS`] with shadow masks.
 pub const MASKED_LIGHT_POINTS: KernelDesc =
     KernelDesc { name: "masked_light_points", with: &[RADIANCE, MASKED, OF_POINT], ..LIGHT_POINTS };
-/// The same, where some light has a size.
+/// [`MASKED_LIGHT_POINTS`] with area lights.
 pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
     name: "area_masked_light_points",
     with: &[RADIANCE, MASKED, OF_AREA],
     ..LIGHT_POINTS
 };
-/// As [`LIGHT_SHARES`], where some light has a size.
+/// [`LIGHT_SHARES`] with area lights.
 pub const AREA_LIGHT_SHARES: KernelDesc =
     KernelDesc { name: "area_light_shares", with: &[SHARES, OF_AREA], ..LIGHT_SHARES };
 pub const CLIP: KernelDesc = of_points("shade_clip", "shade/shade_clip.wgsl");
 
-/// Workgroups for `count` points or footprints.
+/// Workgroup grid for `count` points or footprints.
 pub fn point_grid(count: u32) -> [u32; 3] {
     const ROW: u32 = 32768;
     let groups = count.div_ceil(POINT_LANES);
@@ -124,13 +124,13 @@ pub fn point_grid(count: u32) -> [u32; 3] {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct Band {
-    /// In the picture [tiles].
+    /// First tile in the picture [tiles].
     pub origin: UVec2,
-    /// [tiles]
+    /// Size of the band [tiles].
     pub size: UVec2,
-    /// How often its tiles were walked before.
+    /// Rounds in which its tiles were walked before.
     pub round: u32,
-    /// That all bands have room for.
+    /// Pixel capacity of a band.
     pub pixel_count: u32,
 }
 crate::gpu_layout!(Band { origin, size, round, pixel_count });
@@ -139,11 +139,11 @@ crate::gpu_layout!(Band { origin, size, round, pixel_count });
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct PointBatch {
-    /// Of `lit`, or the first caster.
+    /// First point of `lit`, or the first caster.
     pub first: u32,
-    /// Of answers.
+    /// Number of answers.
     pub count: u32,
-    /// 1 or 0, of a host's points.
+    /// 1 if the host's points have normals, else 0.
     pub has_normals: u32,
 }
 crate::gpu_layout!(PointBatch { first, count, has_normals });
@@ -152,37 +152,37 @@ crate::gpu_layout!(PointBatch { first, count, has_normals });
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PictureParams {
-    /// Of the camera.
+    /// The camera's view to world.
     pub world_from_view: Mat4,
     pub ambient: Vec3,
     pub light_count: u32,
     pub background: Vec3,
-    /// Footprint of the first pane.
+    /// Footprint of the first triangle with a setup.
     pub first_setup: u32,
-    /// Light is shown so much brighter.
+    /// Factor of the light before the tone curve.
     pub exposure: f32,
     /// Texel of `lights` where areas begin.
     pub first_area: u32,
-    /// Of the camera [m].
+    /// Near plane of the camera [m].
     pub near: f32,
-    /// From the camera's near to its far plane [m].
+    /// Distance from the camera's near to its far plane [m].
     pub depth_range: f32,
-    /// Of the clusters, in x, y and depth.
+    /// Number of clusters in x, y and depth.
     pub cells: UVec3,
     /// Edge of a cluster [pixels].
     pub tile: u32,
-    /// Where the first slice ends [m].
+    /// End of the first slice [m].
     pub first_slice: f32,
     pub slices_per_doubling: f32,
-    /// 1 where opaque depths are by channel.
+    /// 1: opaque depths are per channel.
     pub colored: u32,
-    /// 0: the air is clear.
+    /// Slices of the air; 0 without air.
     pub air_slices: u32,
-    /// Of the air [1/m].
+    /// Extinction of the air [1/m].
     pub extinction: Vec3,
     /// Edge of the sharp level of the environment [texels].
     pub environment_size: u32,
-    /// Of the light from everywhere (rgb).
+    /// Irradiance of the environment as spherical harmonics (rgb).
     pub irradiance: [Vec4; IRRADIANCE],
 }
 crate::gpu_layout!(PictureParams {

@@ -1,8 +1,8 @@
-//! simulate: particles that emitters send out, moved on the device.
+//! simulate: particles of emitters, moved on the device.
 //!
-//! In and out: `flying`, the particles of one emitter, in a ring. `simulate_particles` makes up to
-//! eight steps of time, starts those that begin in them, and reads nothing back: what flies stands where its
-//! number says.
+//! In and out: `flying`, the particles of one emitter, in a ring. `simulate_particles` advances up to eight
+//! time steps, starts the particles that begin in them, and reads nothing back: a particle's slot follows
+//! from its number.
 use crate::gpu::{KernelDesc, Tier};
 
 pub const PARTICLES: KernelDesc = KernelDesc {

@@ -1,18 +1,18 @@
-//! Places in the shadow atlas: one texture array that holds the maps of all views, in rectangles
-//! of whole tiles, so that no workgroup writes into a neighbour.
+//! Shadow atlas: one texture array that holds the maps of all views, in rectangles of whole tiles, so that
+//! no workgroup writes into a neighbour.
 use crate::model::{TILE_SIZE, tiles_of};
 use etagere::{AllocatorOptions, AtlasAllocator, size2};
 use glam::UVec2;
 
-/// Where a view's map is.
+/// Rectangle of a view's map in the atlas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MapPlace {
-    /// First texel.
+    /// First texel of the map in its layer.
     pub origin: UVec2,
     pub layer: u32,
 }
 
-/// What an atlas may be.
+/// Limits of an atlas's size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtlasLimits {
     /// Longest edge of a layer [texels].
@@ -23,7 +23,7 @@ pub struct AtlasLimits {
 }
 
 impl AtlasLimits {
-    /// What every WebGPU device has.
+    /// The limits of every WebGPU device.
     pub const CORE: Self = Self { edge: 8192, layers: 256, texels: u64::MAX };
 
     #[must_use]
@@ -32,28 +32,28 @@ impl AtlasLimits {
     }
 
     pub fn of(limits: &wgpu::Limits) -> Self {
-        // Longer edges gain nothing, and the allocator counts in 16 bits.
+        // Longer edges bring nothing, and the allocator counts in 16 bits.
         let edge = limits.max_texture_dimension_2d.min(16384);
         Self { edge, layers: limits.max_texture_array_layers, texels: u64::MAX }
     }
 }
 
-/// A place for each of several maps.
+/// An atlas and the position of each map in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Atlas {
     /// Size of a layer [texels].
     pub size: UVec2,
     pub layers: u32,
-    /// Place of each map, in order.
+    /// Position of each map, in the maps' order.
     pub places: Vec<MapPlace>,
 }
 
-/// A map that wants a place.
+/// Requested size of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wish {
-    /// [texels]
+    /// Size of the map [texels].
     pub size: UVec2,
-    /// By the user: made smaller only where nothing else is left.
+    /// Whether the user chose the size: it is halved only if nothing else is left.
     pub fixed: bool,
 }
 
@@ -61,7 +61,7 @@ fn whole_tiles(size: UVec2) -> UVec2 {
     (size + TILE_SIZE - 1) / TILE_SIZE * TILE_SIZE
 }
 
-/// What a map of `size` texels takes.
+/// Rectangle that a map of `size` texels occupies: whole tiles.
 fn rectangle(size: UVec2) -> UVec2 {
     tiles_of(size) * TILE_SIZE
 }
@@ -71,11 +71,11 @@ fn area(size: UVec2) -> u64 {
 }
 
 impl Atlas {
-    /// Layers as large as the largest map, or larger where that takes fewer texels or where there
-    /// are not enough layers. `None` where the maps do not fit.
+    /// Packs maps into layers as large as the largest map, or larger if that takes fewer texels or if the
+    /// layers do not suffice. `None` if the maps do not fit.
     pub fn pack(sizes: &[UVec2], limits: &AtlasLimits) -> Option<Self> {
         let largest = sizes.iter().fold(UVec2::splat(TILE_SIZE), |a, &b| a.max(rectangle(b)));
-        // [quarters of the largest map]
+        // Candidate layer sizes [quarters of the largest map].
         const SHAPES: [[u32; 2]; 8] =
             [[4, 4], [4, 5], [4, 6], [4, 8], [8, 8], [16, 16], [32, 32], [64, 64]];
         let candidates = SHAPES.map(|[x, y]| {
@@ -115,7 +115,7 @@ impl Atlas {
         let mut order: Vec<usize> = (0..sizes.len()).collect();
         order.sort_by_key(|&i| (u32::MAX - sizes[i].y, u32::MAX - sizes[i].x, i));
         let mut layers: Vec<AtlasAllocator> = Vec::new();
-        // Layers before it have no room for maps as large as the last one.
+        // Earlier layers are too full for maps as large as the last one.
         let (mut open, mut last) = (0, UVec2::ZERO);
         let mut places = vec![MapPlace { origin: UVec2::ZERO, layer: 0 }; sizes.len()];
         for i in order {
@@ -135,7 +135,7 @@ impl Atlas {
                 if let Some(found) = layers[open].allocate(wanted) {
                     break found.rectangle.min;
                 }
-                // An empty layer always has room for the largest map.
+                // An empty layer always fits the largest map.
                 if layers[open].is_empty() {
                     return None;
                 }
@@ -153,9 +153,9 @@ impl Atlas {
     }
 }
 
-/// Halves maps until all fit: always the largest, the last of them first, those of a fixed size
-/// only where nothing else is left. How many are smaller than wished; a map of one tile stays as
-/// it is, so that even then not all may fit.
+/// Halves maps until all fit: always the largest, the last of them first, those of a fixed size only if
+/// nothing else is left. Returns how many are smaller than requested; a map of one tile stays, so that even
+/// then not all may fit.
 pub fn shrink_to_fit(wishes: &mut [Wish], limits: &AtlasLimits) -> usize {
     let before = wishes.to_vec();
     loop {
@@ -169,7 +169,7 @@ pub fn shrink_to_fit(wishes: &mut [Wish], limits: &AtlasLimits) -> usize {
         let Some(largest) = wishes.iter_mut().filter(shrinkable).map(|wish| key(wish)).max() else {
             break;
         };
-        // As many as must be, but where only their places are in the way a few at a time.
+        // As many as needed; where only fragmentation is in the way, a few at a time.
         let excess = needed.saturating_sub(limits.texels);
         let count = excess.div_ceil(largest.1).max(sizes.len() as u64 / 64).max(1);
         let of_largest = wishes.iter_mut().rev().filter(|wish| key(wish) == largest);
@@ -188,7 +188,7 @@ mod tests {
         Wish { size: UVec2::splat(size), fixed: false }
     }
 
-    /// Every rectangle within its layer, and apart from all others.
+    /// Checks that every rectangle is within its layer and overlaps no other.
     fn check(atlas: &Atlas, sizes: &[UVec2]) {
         let rectangle = |i: usize| {
             let MapPlace { origin, layer } = atlas.places[i];

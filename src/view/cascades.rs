@@ -12,14 +12,14 @@ use super::{
 use crate::model::{Bounds, Camera, Cascades};
 use glam::{DVec2, DVec3, Mat4, UVec2, Vec3};
 
-/// What is nearer to the eye than this share of the range adds nothing to a split.
+/// Share of the range below which distances to the eye do not influence a split.
 const NEAREST: f64 = 1e-3;
-/// Beside what a window must hold: a texel of filtering, the spline's half and half a texel of
-/// snapping, on each side [texels].
+/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping
+/// [texels].
 const BORDER: f64 = 3.0;
 
-/// Where each cascade ends [m from the eye, along its axis]; the last is `range` (Zhang et al.
-/// 2006, "Parallel-Split Shadow Maps", section 3: the practical split).
+/// End of each cascade [m from the eye, along its axis]; the last is `range` (Zhang et al. 2006,
+/// "Parallel-Split Shadow Maps", section 3: the practical split).
 pub fn splits(cascades: &Cascades, range: f32) -> Vec<f32> {
     let (far, lambda) = (f64::from(range), f64::from(cascades.lambda));
     let near = far * NEAREST;
@@ -33,9 +33,8 @@ pub fn splits(cascades: &Cascades, range: f32) -> Vec<f32> {
     (1..count).map(split).chain([range]).collect()
 }
 
-/// How far there are shadows where nobody says: as far as the scene is wide, doubled until it
-/// holds the scene's farthest corner. In steps, so that the windows keep their size while the
-/// camera moves [m].
+/// Default shadow range: the width of the scene, doubled until it holds the scene's farthest corner. It
+/// changes in steps, so that the windows keep their size while the camera moves [m].
 pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
     let farthest = bounds.corners().iter().fold(0f32, |far, c| far.max(c.distance(camera.eye)));
     let mut range = (2.0 * bounds.radius()).clamp(1e-3, 1e8);
@@ -45,15 +44,15 @@ pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
     range
 }
 
-/// Rounded up to sixteenths of a power of two: products with whole numbers are exact, and what
-/// comes out differently in the last bit stays the same.
+/// Length rounded up to sixteenths of a power of two: products with integers are exact, and rounding errors
+/// in the last bit do not change it.
 fn rounded_up(length: f64) -> f64 {
     let unit = length.log2().floor().exp2() / 16.0;
     (length / unit).ceil() * unit
 }
 
-/// The sphere around the camera's frustum up to `split` [m from the eye]: how far its centre is
-/// from the eye, and its radius, per metre of split.
+/// Bounding sphere of the camera's frustum up to `split` [m from the eye]: distance of its centre from the
+/// eye, and its radius, both per metre of split.
 fn frustum_sphere(camera: &Camera) -> (f64, f64) {
     let aspect = f64::from(camera.size.x) / f64::from(camera.size.y);
     let slope = (f64::from(camera.fov_y) * 0.5).tan() * (1.0 + aspect * aspect).sqrt();
@@ -69,12 +68,12 @@ fn window_of(min: Vec3, max: Vec3, margin: f32) -> f32 {
     (max - min).truncate().max_element() + 2.0 * margin
 }
 
-/// What all cascades of a light share.
+/// Properties that all cascades of a light share.
 pub(super) struct Fit<'a> {
     pub light: usize,
     /// Name of each cascade.
     pub names: &'a [&'static str],
-    /// Where the light travels (unit, world space).
+    /// Direction in which light travels (unit, world space).
     pub direction: Vec3,
     pub near: Option<f32>,
     pub far: Option<f32>,
@@ -86,7 +85,7 @@ pub(super) struct Fit<'a> {
 impl Fit<'_> {
     /// `size_of`: edge of each cascade's map [texels].
     pub(super) fn views(&self, cascades: &Cascades, size_of: &dyn Fn(usize) -> u32) -> Vec<View> {
-        // From where on a window would be as large as the scene, the last one holds all of it.
+        // From the split where a window would be as large as the scene, the last one holds the whole scene.
         let (_, radius) = frustum_sphere(self.camera);
         let (min, max, margin) = self.in_light_space();
         let covering = f64::from(window_of(min, max, margin)) / (2.0 * radius);
@@ -101,12 +100,12 @@ impl Fit<'_> {
         splits.iter().enumerate().map(cascade).collect()
     }
 
-    /// World space to a space that looks along the light.
+    /// World space to a space that looks along the light's direction.
     fn axes(&self) -> Mat4 {
         looking(Vec3::ZERO, self.direction, light_up(self.direction))
     }
 
-    /// The corners of the scene in [`Self::axes`], and what keeps it off a window's border [m].
+    /// Bounds of the scene in [`Self::axes`], and the margin to a window's border [m].
     fn in_light_space(&self) -> (Vec3, Vec3, f32) {
         let axes = self.axes();
         let corners = self.bounds.corners().map(|corner| axes.transform_point3(corner));

@@ -1,16 +1,17 @@
-//! What a directional view must hold: all that casts, and as deep as what that may fall on.
+//! Extent of a directional view: all casters, and depths that include their receivers.
 use crate::model::{Bounds, ReceiverPoint, Scene, Triangle};
 use glam::{Mat4, Vec2, Vec3};
 
-/// What covers the texels of one scene.
+/// Casters and receivers that a directional view covers.
 pub(super) struct Cover<'a> {
-    /// All casters and receivers.
+    /// Bounds of all casters and receivers.
     pub(super) all: Bounds,
-    /// What casts; `all` where nothing does.
+    /// Bounds of the casters; `all` if there are none.
     pub(super) casters: Bounds,
-    /// With triangles that cast nothing and bound no map: a ground as far as the horizon.
+    /// The scene, if it has triangles that do not cast and do not enlarge the map: a ground up to the
+    /// horizon.
     scene: Option<&'a Scene>,
-    /// Receivers beside the scene.
+    /// Receivers in addition to the scene.
     points: &'a [ReceiverPoint],
 }
 
@@ -19,7 +20,7 @@ impl<'a> Cover<'a> {
         Self { all, casters: all, scene: None, points: &[] }
     }
 
-    /// Air is lit all the way to the scene's end, so that with it maps are as deep as the scene.
+    /// With air the maps are as deep as the scene, because light is scattered up to its end.
     pub(super) fn of_scene(scene: &'a Scene) -> Self {
         let all = scene.bounds().or_unit();
         if scene.air.is_some() || scene.materials.iter().all(|material| material.casts) {
@@ -38,13 +39,13 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// With further receivers.
+    /// The cover with further receivers.
     pub(super) fn around(self, points: &'a [ReceiverPoint]) -> Self {
         let all = points.iter().fold(self.all, |b, point| b.with_sphere(point.position, 0.0));
         Self { all, points, ..self }
     }
 
-    /// The least z that a receiver has within a window of the view: a rectangle in its x and y.
+    /// Least view-space z of a receiver within a window of the view: a rectangle in x and y.
     pub(super) fn deepest(&self, view_from_world: &Mat4, min: Vec2, max: Vec2) -> f32 {
         let inside = |p: &Vec3| p.truncate().cmpge(min).all() && p.truncate().cmple(max).all();
         let points =

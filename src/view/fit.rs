@@ -8,7 +8,7 @@ use crate::{
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
 
-/// The up of a light that looks along `forward` (unit).
+/// Up vector of a light that looks along `forward` (unit).
 pub(super) fn light_up(forward: Vec3) -> Vec3 {
     if forward.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y }
 }
@@ -25,7 +25,7 @@ pub(super) fn looking(position: Vec3, forward: Vec3, up: Vec3) -> Mat4 {
     )
 }
 
-/// Depths along the axis that enclose the box [m].
+/// Range of depths along the axis that encloses the box [m].
 pub(super) fn depth_range(view_from_world: &Mat4, bounds: &Bounds) -> (f32, f32) {
     bounds
         .corners()
@@ -36,12 +36,12 @@ pub(super) fn depth_range(view_from_world: &Mat4, bounds: &Bounds) -> (f32, f32)
         })
 }
 
-/// Where the faces of a point light's cube look, in order of [`Part::Face`].
+/// Directions of the faces of a point light's cube, in order of [`Part::Face`].
 const CUBE: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
 
-/// Names of a shadow's faces, and of its cascades.
+/// Names of a shadow's cube faces, and of its cascades.
 type Names = ([&'static str; 6], [&'static str; 6]);
-/// Names of a light's shadows; its own is the first.
+/// Names of a light's shadows; the first is its own.
 const NAMES: [Names; MAX_SHADOWS] = [
     (["px", "nx", "py", "ny", "pz", "nz"], ["0", "1", "2", "3", "4", "5"]),
     (
@@ -59,14 +59,14 @@ const NAMES: [Names; MAX_SHADOWS] = [
 ];
 
 impl View {
-    /// Which of its light's shadows it belongs to; see [`Light::all_shadows`].
+    /// Index of its shadow among its light's; see [`Light::all_shadows`].
     pub fn shadow_index(&self) -> usize {
         let has = |names: &Names| names.0.contains(&self.name) || names.1.contains(&self.name);
         NAMES.iter().position(has).unwrap_or(0)
     }
 }
 
-/// Width over which the border of a further shadow's cone fades to light [share of its half edge].
+/// Width over which the border of a further shadow's cone fades out [share of its half edge].
 const EDGE_FADE: f32 = 0.1;
 
 /// The shadow views of all lights, in order of lights; see [`fitted_views`].
@@ -74,13 +74,13 @@ pub fn shadow_views(scene: &Scene) -> Vec<View> {
     fitted_views(scene, &AtlasLimits::CORE).0
 }
 
-/// The shadow views of all lights, in order of lights, in sizes that an atlas of the scene's
-/// texel budget and of `limits` holds; and how many are smaller than they should be for that.
+/// The shadow views of all lights, in order of lights, with maps that fit the scene's texel budget and an
+/// atlas of `limits`; and how many maps are smaller than requested.
 pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
     views_around(scene, limits, &[])
 }
 
-/// As [`fitted_views`], with planes that enclose `points` too, as they do the scene's receivers.
+/// Like [`fitted_views`], with near and far planes that enclose `points` as well as the scene's receivers.
 pub fn views_around(
     scene: &Scene,
     limits: &AtlasLimits,
@@ -106,12 +106,12 @@ pub fn views_around(
     (views, shrunk)
 }
 
-/// The shadow views of one light. `index` is the light's, `size` its maps' edge [texels] where it
-/// has none of its own, `bounds` holds all casters and receivers (world space [m]). Without the
-/// `camera` that they follow, a light has no cascades but one view of the whole scene.
+/// The shadow views of one light. `index` is the light's, `size` the edge of its maps [texels] if it sets
+/// none, `bounds` holds all casters and receivers (world space [m]). Without a `camera` to follow, a light
+/// has one view of the whole scene instead of cascades.
 ///
 /// # Errors
-/// Where a number of the light is not finite, a direction is zero or a cone has no angle.
+/// If a number of the light is not finite, a direction is zero or a cone has no angle.
 pub fn light_views(
     index: usize,
     light: &Light,
@@ -139,7 +139,7 @@ fn views_of(
     let mut first = 0;
     for (number, shadow) in light.all_shadows().enumerate() {
         let size_of = |i: usize| size_of(first + i);
-        // Only a light's own shadow reaches as far as its light.
+        // Only a light's own shadow covers all of its light.
         let part = match shadow.kind {
             _ if number == 0 => Part::Whole,
             LightKind::Directional { .. } => Part::Window { index: 0, count: 1, fade: 0.0 },
@@ -152,11 +152,11 @@ fn views_of(
     views
 }
 
-/// Whose views they are.
+/// Light and names of the views being fitted.
 struct Owner<'a> {
     light: usize,
     names: &'a Names,
-    /// Part of a view that is alone.
+    /// Part of a single view.
     part: Part,
 }
 
@@ -196,7 +196,7 @@ impl Owner<'_> {
         }
     }
 
-    /// A view of which depths and scale are not known yet.
+    /// A view without depth range and scale.
     fn base(&self, name: &'static str, part: Part, size: u32, view_from_world: Mat4) -> View {
         View {
             light: Some(self.light),
@@ -211,15 +211,15 @@ impl Owner<'_> {
         }
     }
 
-    /// Fits the casters: the window is square, its planes enclose them and every receiver within it.
-    /// Beside it there is light.
+    /// A view fitted to the casters: a square window, with planes that enclose them and every receiver
+    /// within it. Outside the window there is light.
     fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, cover: &Cover<'_>) -> View {
         let box_ = &cover.casters;
         let axes = looking(Vec3::ZERO, direction, light_up(direction));
         let corners = box_.corners().map(|corner| axes.transform_point3(corner));
         let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
         let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
-        // A margin keeps what lies on the box off the window's border and off depths 0 and 1.
+        // The margin keeps points on the box off the window's border and off depths 0 and 1.
         let margin = (box_.radius() * 0.01).max(1e-4);
         let window = (max - min).truncate().max_element() + 2.0 * margin;
         let middle = (min + max) * 0.5;
@@ -237,7 +237,7 @@ impl Owner<'_> {
     }
 }
 
-/// The depths and the scale of a view that has all else.
+/// Completes a view with its depth range and scale.
 fn perspective(mut view: View, shadow: &Shadow, angle: f32, bounds: &Bounds) -> View {
     let (_, deepest) = depth_range(&view.view_from_world, bounds);
     let margin = (bounds.radius() * 0.01).max(1e-4);

@@ -1,14 +1,14 @@
-//! How large a light's maps should be.
+//! Importance of a light: the size of its maps.
 use crate::model::{Camera, Light, LightKind, MIN_MAP_SIZE, TILE_SIZE};
 use glam::Vec3;
 
-/// Maps are halved at most so often.
+/// Most halvings of a map.
 const MOST_HALVINGS: u32 = 3;
-/// And not below this [texels].
+/// Smallest halved map [texels].
 const SMALLEST: u32 = 64;
 
-/// Edge of a light's maps [texels]: `size` where what the light reaches may fill the picture,
-/// halved for each halving of the share of the picture's height that it can fill.
+/// Edge of a light's maps [texels]: `size` if the light's sphere of influence may fill the picture, halved
+/// for each halving of the share of the picture's height that it can fill.
 pub(super) fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     let share = share_of_picture(light, camera);
     let halvings = if share > 0.0 {
@@ -24,7 +24,7 @@ pub(super) fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     }
 }
 
-/// Diameter of the sphere that a light reaches, as the camera sees it [heights of the picture].
+/// Diameter of the light's sphere of influence on screen [heights of the picture].
 fn share_of_picture(light: &Light, camera: &Camera) -> f32 {
     let position = match light.kind {
         LightKind::Directional { .. } => return 1.0,
@@ -57,7 +57,7 @@ mod tests {
             fov_y: std::f32::consts::FRAC_PI_2,
             size: UVec2::new(200, 100),
         };
-        // Reaches 1 m.
+        // A light that reaches 1 m.
         let size = |position, size| {
             let kind = LightKind::Point { position };
             map_size(&Light { kind, intensity: 0.01, ..Light::default() }, &camera, size)

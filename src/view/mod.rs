@@ -1,4 +1,4 @@
-//! The views of lights: fitted to camera and casters, sized by what the picture shows of them.
+//! Shadow views of lights: fitted to camera and casters, sized by their importance in the picture.
 pub mod atlas;
 mod cascades;
 mod cover;
@@ -13,12 +13,12 @@ use fit::{depth_range, looking};
 use glam::{Mat4, Vec2, Vec4};
 
 impl View {
-    /// The picture's camera; near and far enclose `bounds`.
+    /// The picture's camera; its near and far planes enclose `bounds`.
     pub fn from_camera(camera: &Camera, bounds: &Bounds) -> Self {
         let view_from_world =
             looking(camera.eye, (camera.target - camera.eye).normalize(), camera.up);
         let (_, farthest) = depth_range(&view_from_world, &bounds.or_unit());
-        // A floor that is seen from straight above must not lie on the plane, where the sky is.
+        // A floor seen from straight above must not be at the far plane, which is the sky.
         let far = farthest * 1.001;
         let near = (far * 1e-4).max(1e-4);
         Self {
@@ -34,12 +34,12 @@ impl View {
         }
     }
 
-    /// A camera's view through another place of its pixels: what lies `offset` [pixels] right and below
-    /// a pixel's middle is in the middle.
+    /// The camera's view jittered within its pixels: the point that projects `offset` [pixels] right and
+    /// below a pixel's centre projects to the centre.
     #[must_use]
     pub fn through(self, offset: Vec2) -> Self {
         let aside = offset / self.scale;
-        // Along the axis z is negative.
+        // View-space z is negative along the axis.
         let shear =
             Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::new(aside.x, -aside.y, 1.0, 0.0), Vec4::W);
         Self { view_from_world: shear * self.view_from_world, ..self }

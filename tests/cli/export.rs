@@ -1,4 +1,4 @@
-//! Kernels for engines without wgpu: every one is written, and well formed.
+//! Exported kernels for engines without wgpu: every one is written, and well formed.
 use super::commands::{Folder, files};
 use gobo::gpu::{KernelDesc, Tier};
 use serde_json::{Map, Value};
@@ -79,10 +79,10 @@ fn json(path: &Path) -> Value {
 fn faults(manifest: &Value, passes: &Value) -> Vec<String> {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let keys = |value: &Value| -> HashSet<String> {
-        value.as_object().unwrap().keys().cloned().collect()
-    };
-    let resources: HashSet<_> = list(&passes["resources"]).iter().map(|it| text(&it["name"])).collect();
+    let keys =
+        |value: &Value| -> HashSet<String> { value.as_object().unwrap().keys().cloned().collect() };
+    let resources: HashSet<_> =
+        list(&passes["resources"]).iter().map(|it| text(&it["name"])).collect();
     let (conditions, traits) = (keys(&passes["conditions"]), keys(&passes["traits"]));
     let mut numbers = keys(&passes["numbers"]);
     let mut faults = Vec::new();
@@ -190,12 +190,7 @@ fn a_hole_in_the_passes_is_found() {
 }
 
 /// `open`: how many constants have ids.
-fn well_formed(
-    target: &str,
-    source: &[u8],
-    entry_point: &str,
-    open: usize,
-) -> Result<(), String> {
+fn well_formed(target: &str, source: &[u8], entry_point: &str, open: usize) -> Result<(), String> {
     if target == "spirv" {
         let words: Vec<_> = source.as_chunks().0.iter().map(|&it| u32::from_le_bytes(it)).collect();
         if words.first() != Some(&0x0723_0203) || !source.len().is_multiple_of(4) {

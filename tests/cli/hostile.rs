@@ -1,5 +1,5 @@
-//! The binary where the world is hostile: streams that are full, names that are no text, pipes,
-//! files that a killed run left, adapters that cannot do it.
+//! The binary in a hostile environment: full streams, names that are not text, pipes, files left by a
+//! killed run, adapters that cannot run the kernels.
 use super::commands::{Folder, files};
 use serde_json::Value;
 use std::{fs, process::Command};
@@ -107,7 +107,7 @@ fn what_a_killed_run_left_is_removed() {
     assert_eq!(left, ["o/.a.b.tmp", "o/.frame_0009.png.12.tmp", "o/.notes.tmp", "o/notes.tmp"]);
 }
 
-/// Whatever drivers there are: what `info` marks renders, and where it marks none, neither does.
+/// For any set of drivers: the adapter that `info` marks can render, and without a mark `render` fails.
 #[test]
 fn info_and_render_agree_without_vulkan() {
     let folder = Folder::new("gl");
@@ -171,7 +171,7 @@ fn nothing_of_the_input_reaches_the_terminal_raw() {
     assert!(!folder.fail(&["check", "scene.toml"], 2).contains('\x1b'));
 }
 
-/// What is left out or passed over is said once, by `check` and by `render`.
+/// Ignored contents are reported once, by `check` and by `render`.
 #[test]
 fn notes_reach_standard_error() {
     let folder = Folder::new("notes");
@@ -185,7 +185,7 @@ fn notes_reach_standard_error() {
     }
 }
 
-/// What an adapter is asked for is what core kernels write, no less and no more.
+/// The required formats of an adapter are exactly those that core kernels write.
 #[test]
 fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
     use gobo::gpu::{BindingKind, STORAGE_FORMATS, Tier};
@@ -204,7 +204,7 @@ fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
     }
 }
 
-/// Six maps of 16 million texels each, and memory for fewer.
+/// Six maps of 16 million texels each, with less memory than they need.
 #[cfg(target_os = "linux")]
 #[test]
 fn maps_that_the_host_has_no_memory_for_are_refused() {

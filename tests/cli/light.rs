@@ -2,7 +2,7 @@
 use super::commands::{Folder, npy};
 use std::fs;
 
-/// An array as numpy writes it.
+/// An array in the format of `numpy`.
 fn array(kind: &str, columns: usize, bytes: &[u8]) -> Vec<u8> {
     let size = if kind == "<f8" { 8 } else { 4 };
     let shape = (bytes.len() / size / columns, columns);
@@ -17,7 +17,7 @@ fn floats(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// Over the glass, under it, on the floor under it, under the floor, and beside all.
+/// Points over the glass, under it, on the floor under it, under the floor, and outside of everything.
 const POINTS: [f32; 30] = [
     0.1, 1.2, 0.1, 0.0, 0.0, 0.0, //
     0.1, 0.5, 0.1, 0.0, 0.0, 0.0, //
@@ -53,7 +53,7 @@ fn shares_are_as_paper_says() {
     assert!((shares[1] - 0.6).abs() <= 1e-3 && (shares[4] - 1.0).abs() <= 1e-3, "{shares:?}");
 }
 
-/// A scene far away is moved near the origin, and points with it.
+/// A scene far away is re-centred, and points with it.
 #[test]
 fn points_of_a_scene_far_away_are_in_the_world() {
     let folder = Folder::new("light-far");

@@ -4,6 +4,7 @@ mod commands;
 mod export;
 mod hostile;
 mod light;
+mod manual;
 mod moving;
 mod results;
 mod sequence;

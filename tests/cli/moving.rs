@@ -63,11 +63,11 @@ fn a_preview_holds_all_frames_or_is_not_there() {
         let file = folder.0.join(format!("out/frame_{frame:04}.png"));
         assert_eq!(pixels, image::open(file).unwrap().into_rgb8().into_raw(), "{frame}");
     }
-    // Of frames that are there already, too.
+    // Frames that exist already count, too.
     fs::remove_file(&path).unwrap();
     folder.run(&with);
     assert_eq!(fs::read(&path).unwrap(), first);
-    // Where a frame cannot be made there is none.
+    // A frame that cannot be made is missing.
     fs::remove_file(&path).unwrap();
     fs::create_dir(folder.0.join("blocked")).unwrap();
     fs::create_dir(folder.0.join("blocked/frame_0003.png")).unwrap();

@@ -100,7 +100,7 @@ fn curves_are_written_as_arrays() {
     }
 }
 
-/// The array says the same as the library's own look-up, also where ramps were merged and overlap.
+/// The array equals the library's own look-up, also where ramps were merged and overlap.
 #[test]
 fn arrays_are_the_curves_that_receivers_read() {
     let smoke = PANES.replace(

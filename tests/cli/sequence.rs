@@ -1,4 +1,4 @@
-//! Jobs of many frames: stopped, damaged and gone on with.
+//! Jobs of many frames: stopped, damaged and continued.
 use super::commands::Folder;
 use std::{
     collections::BTreeMap,
@@ -11,7 +11,7 @@ use std::{
 const JOB: [&str; 6] =
     ["render", "scene.toml", "--backend", "cpu", "--skip-existing", "--frames=0..4"];
 
-/// When each picture was written, and what is in it.
+/// Modification time and contents of each picture.
 fn pictures(dir: &Path) -> BTreeMap<String, (SystemTime, Vec<u8>)> {
     let files = fs::read_dir(dir.join("out")).unwrap().map(|entry| entry.unwrap().path());
     files
@@ -71,7 +71,7 @@ fn other_inputs_make_other_frames() {
     folder.run(&darker);
     let after = pictures(&folder.0);
     assert!(before.iter().all(|(name, (_, bytes))| after[name].1 != *bytes));
-    // Options that ask for more files do too.
+    // Options that add files are a change, too.
     folder.run(&[&darker[..], &["--maps"]].concat());
     assert!(folder.0.join("out/maps/frame_0003/views.json").is_file());
     fs::remove_file(folder.0.join("out/maps/frame_0003/views.json")).unwrap();
@@ -89,7 +89,7 @@ fn shards_are_one_job() {
     assert_eq!(lines, "frame 0 is missing\nframe 2 is missing\n");
     folder.run(&[&JOB[..], &["--shard", "0/2"]].concat());
     folder.run(&["verify", "out"]);
-    // Nothing was rendered by a job that tells.
+    // Without any sidecar, `verify` fails too.
     fs::create_dir(folder.0.join("empty")).unwrap();
     assert_eq!(folder.gobo(&["verify", "empty"]).status.code(), Some(1));
     assert_eq!(folder.gobo(&["verify", "nowhere"]).status.code(), Some(1));

@@ -1,5 +1,5 @@
-//! Light of lights that have a size, in 64 bits, straight from what a scene holds: a ray from each of
-//! many places of the light that the receiver sees asks every triangle. No map, no filter.
+//! Reference light of area lights, in 64 bits, straight from the scene: a ray from each of many points of
+//! the visible emitting surface is tested against every triangle. No map, no filter.
 use gobo::{
     Source,
     glam::{DVec3, Vec3},
@@ -8,11 +8,11 @@ use gobo::{
 };
 use std::f64::consts::{PI, TAU};
 
-/// Places on a light.
+/// Sample points on a light.
 const PLACES: usize = 1024;
-/// What touches the receiver is the receiver [m].
+/// Distance below which a caster is the receiver's own surface [m].
 const TOUCHING: f64 = 1e-3;
-/// How far away a directional light's places are [m].
+/// Distance of a directional light's sample points [m].
 const FAR: f64 = 100.0;
 
 /// Mean over the light; `normal` is that of the receiver's surface.
@@ -26,7 +26,7 @@ pub(crate) fn share(scene: &Scene, light: &Light, point: Vec3, normal: Vec3) -> 
     places.map(|end| passed(scene, start, end)).sum::<DVec3>() / PLACES as f64
 }
 
-/// A place on the light that is seen from `start`; `u` and `v` are in 0..1.
+/// A sample point on the light as seen from `start`; `u` and `v` are in 0..1.
 fn place(light: &Light, start: DVec3, u: f64, v: f64) -> DVec3 {
     let disc = |radius: f64| {
         let (radius, angle) = (radius * u.sqrt(), TAU * v);
@@ -70,7 +70,7 @@ fn place(light: &Light, start: DVec3, u: f64, v: f64) -> DVec3 {
     }
 }
 
-/// `cross(along, up)`, and what is across both.
+/// `cross(along, up)`, and the axis perpendicular to both.
 fn across(along: DVec3) -> (DVec3, DVec3) {
     let up = if along.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
     let right = along.cross(up).normalize();

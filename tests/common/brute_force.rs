@@ -1,5 +1,5 @@
-//! A renderer in 64 bits, straight from the formulas: every texel asks every caster. It shares no
-//! code with the crate's, and no tricks.
+//! A renderer in 64 bits, straight from the formulas: every texel tests every caster. It shares no code
+//! with the crate's, and uses no tricks.
 use super::compare::ExpectedTexel;
 use gobo::{
     glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
@@ -7,13 +7,13 @@ use gobo::{
     scene::Scene,
 };
 
-/// How near an edge rounding may decide [texels].
+/// Distance to an edge below which rounding decides [texels].
 const EDGE: f64 = 0.05;
-/// How near 1/255 rounding may decide.
+/// Distance of an opacity to 1/255 below which rounding decides.
 const OPACITY_MARGIN: f64 = 1e-4;
-/// How near the opaque surface or the near plane rounding may decide, as light depth.
+/// Distance to the opaque surface or the near plane below which rounding decides [light depth].
 const DEPTH_MARGIN: f64 = 1e-5;
-/// How near each other rounding may decide which of two hits is in front, as light depth.
+/// Distance between two hits below which rounding decides their order [light depth].
 const ORDER_MARGIN: f64 = 1e-6;
 
 fn f64s(v: Vec3) -> DVec3 {
@@ -26,14 +26,14 @@ struct Eye {
     right: DVec3,
     up: DVec3,
     parallel: bool,
-    /// Texels per metre; of a perspective view, at 1 m along the axis.
+    /// Texels per metre; in a perspective view, at 1 m along the axis.
     scale: f64,
     size: DVec2,
     near: f64,
     far: f64,
 }
 
-/// Starts in the eye's plane (parallel: in the near plane); `way` goes 1 m along the axis.
+/// Ray from the eye's plane (parallel: from the near plane); `way` advances 1 m along the axis.
 struct Ray {
     start: DVec3,
     way: DVec3,
@@ -51,7 +51,7 @@ struct Hit {
 
 enum Met {
     Nothing,
-    /// Too near an edge to say.
+    /// Too near an edge to decide.
     Edge,
     Hit(Hit),
 }
@@ -91,7 +91,7 @@ impl Eye {
         }
     }
 
-    /// Of a point `t` ways along a ray.
+    /// Light depth of the point at `t` along the ray.
     fn depth(&self, t: f64) -> f64 {
         let behind_near = if self.parallel { t } else { t - self.near };
         behind_near / (self.far - self.near)
@@ -105,7 +105,7 @@ impl Eye {
         (point - self.position).dot(self.forward)
     }
 
-    /// World size of a texel at `point` [m]; none, or less, where it is not in front.
+    /// World size of a texel at `point` [m]; zero or negative behind the eye.
     fn texel_size(&self, point: DVec3) -> f64 {
         if self.parallel { 1.0 / self.scale } else { self.along_axis(point) / self.scale }
     }
@@ -117,7 +117,7 @@ impl Eye {
     }
 }
 
-/// What the maps of `view` must be.
+/// Expected maps of `view`.
 pub(crate) fn render(scene: &Scene, view: &View) -> Vec<ExpectedTexel> {
     let eye = Eye::new(scene, view);
     let count = view.size.x * view.size.y;
@@ -244,7 +244,7 @@ fn meet_particle(
     let color = (tint * image).truncate();
     let mut hit = optics(material, tint.w * image.w * profile, color, eye.depth(t));
     if grow > 1.0 {
-        // The opacity of what is smaller than a texel is scaled, after reflectivity.
+        // The opacity of a particle smaller than a texel is scaled, after reflectivity.
         let solid = Material { reflectivity: 0.0, ..material.clone() };
         hit = optics(&solid, hit.opacity * thin, color, hit.depth);
     }
@@ -287,7 +287,7 @@ fn meet_puff(
     })
 }
 
-/// Möller and Trumbore 1997.
+/// Ray-triangle intersection (Möller and Trumbore 1997).
 fn meet_triangle(
     scene: &Scene,
     eye: &Eye,

@@ -1,14 +1,14 @@
-//! Whether two renderers say the same about a view.
+//! Comparison of two renderers' maps of a view.
 use gobo::records::ViewMaps;
 
-/// What a texel's maps must be.
+/// Expected maps of a texel.
 #[derive(Clone, Debug)]
 pub(crate) struct ExpectedTexel {
     pub(crate) filter: [f64; 3],
     /// Least and largest `D` that rounding allows.
     pub(crate) nearest: [f64; 2],
     pub(crate) opaque: f64,
-    /// Rounding decides whether the ray meets some caster at all.
+    /// Whether rounding decides that the ray hits some caster at all.
     pub(crate) undecided: bool,
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct Tolerance {
     pub(crate) undecided: f64,
 }
 
-/// The first thing that is wrong.
+/// Error of the first difference.
 pub(crate) fn compare_maps(
     expected: &[ExpectedTexel],
     maps: &ViewMaps,

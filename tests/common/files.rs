@@ -1,4 +1,4 @@
-//! Files and folders of a test's own, and scenes read from text.
+//! Temporary files and folders of a test, and scenes read from text.
 use gobo::scene::{self, Scene, SceneError};
 use std::{
     fs,
@@ -27,7 +27,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What is left in the temporary folder does no harm.
+        // Files left in the temporary folder are harmless.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
@@ -42,7 +42,7 @@ pub(crate) fn read(toml: &str) -> Result<Scene, SceneError> {
     read_with(toml, &[])
 }
 
-/// A file of its own for each test.
+/// A temporary file of a test.
 pub(crate) struct TempFile(pub(crate) PathBuf);
 
 impl TempFile {

@@ -28,7 +28,7 @@ pub(crate) fn own_gpu(tier: Tier) -> Gpu {
     gpu
 }
 
-/// Two devices of one instance, of which each knows what is not its own. (Handles of two instances
+/// Two devices of one instance, each of which detects resources of the other. (Handles of two instances
 /// look alike.)
 pub(crate) fn two_devices() -> [Gpu; 2] {
     let adapters = gobo::gpu::adapters(&Selection::default());
@@ -49,7 +49,7 @@ pub(crate) fn pipeline(gpu: &Gpu) -> Pipeline {
     Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap()
 }
 
-/// One of two of the tier's device, which all tests share.
+/// One of two renderers of the tier's device, which all tests share.
 fn any_renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     static RENDERERS: [[OnceLock<Mutex<Renderer>>; 2]; 2] =
         [const { [const { OnceLock::new() }; 2] }; 2];
@@ -67,7 +67,7 @@ pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
     render_tiny(tier, scene, true)
 }
 
-/// A frame with its maps; tiny particles take the scatter path or not.
+/// A frame with its maps; `scatter`: tiny particles take the scatter path.
 pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
     let mut renderer = any_renderer(tier);
     renderer.configure(|config| config.scatter_tiny = scatter);

@@ -1,4 +1,4 @@
-//! Small scenes, and seeded chance.
+//! Small scenes, and seeded random numbers.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
@@ -8,7 +8,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
+/// Seeded random numbers (Steele et al. 2014, `SplitMix64`).
 pub(crate) struct Chance(u64);
 
 impl Chance {
@@ -23,7 +23,7 @@ impl Chance {
         z ^ z >> 31
     }
 
-    /// In 0..1.
+    /// A random number in 0..1.
     pub(crate) fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
@@ -94,7 +94,7 @@ pub(crate) fn particle(center: Vec3, radius: f32, color: Vec4) -> Particle {
     Particle { center, radius, color, rotation: 0.0, material: 0, id: 0 }
 }
 
-/// World space is view space: looks along -z, `far` at z = -10; `size / scale` metres wide.
+/// A view whose view space is world space: looks along -z, `far` at z = -10; `size / scale` metres wide.
 pub(crate) fn flat_view(size: u32, scale: f32) -> View {
     View {
         part: Part::Whole,
@@ -121,8 +121,8 @@ pub(crate) fn triangle(positions: [Vec3; 3], material: u32) -> Triangle {
     Triangle { positions, normals: [Vec3::Z; 3], uvs, material, id: 0 }
 }
 
-/// Keeps a directional light's view at 20 x 20 x 20 m around the origin, whatever else casts: by an
-/// opaque triangle between two corners, which covers no texel as it has no area.
+/// Fixes a directional light's view at 20 x 20 x 20 m around the origin, whatever else casts: by an opaque
+/// triangle between two corners, which covers no texel as it has no area.
 pub(crate) fn hold_view(scene: &mut Scene, opaque: u32) {
     let far = Vec3::splat(10.0);
     scene.triangles.push(triangle([-far, far, far], opaque));

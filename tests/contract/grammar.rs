@@ -1,5 +1,5 @@
-//! WGSL that only naga accepts is not WGSL: the language wants parentheses where operators of some
-//! kinds meet (<https://www.w3.org/TR/WGSL/#operator-precedence-associativity>), naga does not.
+//! WGSL that only naga accepts is not WGSL: the language requires parentheses between operators of some
+//! kinds (<https://www.w3.org/TR/WGSL/#operator-precedence-associativity>), naga does not.
 use crate::common::wgsl_files;
 
 /// Names that a template list follows.
@@ -40,7 +40,7 @@ fn tokens(text: &str) -> Vec<(String, usize)> {
     found
 }
 
-/// How tightly an operator binds; `None` for what is no binary operator.
+/// Precedence class of a binary operator; `None` for other tokens.
 fn kind(token: &str) -> Option<&'static str> {
     Some(match token {
         "&" | "|" | "^" => "bits",
@@ -52,7 +52,7 @@ fn kind(token: &str) -> Option<&'static str> {
     })
 }
 
-/// Whether operators may meet without parentheses.
+/// Whether operators may be mixed without parentheses.
 fn may_meet(operators: &[&str]) -> bool {
     let of = |wanted: &str| operators.iter().filter(|o| kind(o) == Some(wanted)).count();
     let is_one = |among: &[&str]| among.windows(2).all(|pair| pair[0] == pair[1]);
@@ -70,9 +70,9 @@ fn may_meet(operators: &[&str]) -> bool {
         })
 }
 
-/// Lines whose operators want parentheses.
+/// Lines that lack parentheses.
 fn wanting(text: &str) -> Vec<usize> {
-    // Of each open bracket, the operators between two commas or the like.
+    // Per open bracket: the operators since the last separator.
     let mut open = vec![Vec::<String>::new()];
     let mut before = String::from(";");
     let mut lines = Vec::new();
@@ -114,7 +114,7 @@ fn operators_have_their_parentheses() {
     assert_eq!(bad, [""; 0], "put parentheses around one of the operators");
 }
 
-/// Each line is one that naga parses and the language has not, then one that it has.
+/// Pairs of lines: one that naga parses although it is invalid WGSL, and the valid one.
 #[test]
 fn missing_parentheses_are_noticed() {
     for line in [

@@ -5,8 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What each folder or file of `src/` may import from, besides itself. Whoever adds an arrow adds
-/// it here, and sees what the folder then hangs on.
+/// Folders that each folder or file of `src/` may import from, besides itself. New dependencies must be
+/// added here.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("model", &[]),
     ("records", &["model"]),
@@ -145,8 +145,8 @@ fn the_layers_have_no_circle() {
     }
 }
 
-/// What a driver's quirks need can be deleted as a folder: nothing outside of it imports from it, and
-/// in Rust only what chooses it names it. (That no bit hangs on it: `maps::pipeline`.)
+/// Code for a driver's quirks can be deleted as a folder: nothing outside of it imports from it, and in
+/// Rust only the code that chooses it names it. (That it changes no bit: `maps::pipeline`.)
 #[test]
 fn nothing_hangs_on_what_is_for_llvmpipe_alone() {
     let (inside, outside): (Vec<_>, Vec<_>) = files(&folder(Path::new("wgsl")))

@@ -9,6 +9,7 @@ use gobo::{
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
+        blur::BlurParams,
         filter::FilterParams,
         levels::LevelParams,
         project::{Chunk, ProjectParams},
@@ -34,6 +35,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<BatchCounters>,
     struct_agrees::<Segment>,
     struct_agrees::<AirParams>,
+    struct_agrees::<BlurParams>,
     struct_agrees::<FilterParams>,
     struct_agrees::<ClusterParams>,
     struct_agrees::<ClusterCounters>,
@@ -55,7 +57,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<GpuFlying>,
 ];
 
-/// Every one is in the list: the sources are searched for `gpu_layout!`.
+/// The list is complete: the sources are searched for `gpu_layout!`.
 #[test]
 fn every_shared_struct_is_checked() {
     let mut pending = vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))];
@@ -153,7 +155,7 @@ fn wgsl_binding(module: &Module, global: &naga::GlobalVariable) -> Option<String
     Some(format!("{} {name}: {kind} of group {}", binding.binding, binding.group))
 }
 
-/// What the host binds is what the entry point uses, and nothing else.
+/// The host's bindings are exactly those that the entry point uses.
 fn bindings_agree(linked: &Linked, module: &Module) -> Result<(), String> {
     let info = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::all())
         .subgroup_stages(naga::valid::ShaderStages::COMPUTE)
@@ -185,7 +187,7 @@ fn structs_and_bindings_agree() {
     assert!(declared.iter().all(|&seen| seen), "a shared struct is in no kernel: {declared:?}");
 }
 
-/// Numbers of names, of every file of `wgsl/bind/`.
+/// Binding numbers by name, over every file of `wgsl/bind/`.
 #[test]
 fn a_resource_has_one_number_and_one_place() {
     let mut numbers = std::collections::BTreeMap::new();
@@ -202,7 +204,7 @@ fn a_resource_has_one_number_and_one_place() {
     assert_eq!(taken.len(), numbers.len(), "two resources have one number: {numbers:?}");
 }
 
-/// WebGPU's limits per shader stage, which the core tier is held to.
+/// WebGPU's limits per shader stage, which the core tier must respect.
 #[test]
 fn bindings_are_few_enough() {
     for (desc, tier) in variants() {

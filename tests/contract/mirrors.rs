@@ -1,5 +1,5 @@
-//! Numbers that Rust and WGSL share are the same, and every number of the WGSL is known: it has a
-//! mirror, or it is the kernels' own.
+//! Constants that Rust and WGSL share are equal, and every constant of the WGSL is known: it has a mirror,
+//! or belongs to the kernels alone.
 use gobo::{
     gpu::Library,
     model::{
@@ -36,7 +36,7 @@ use gobo::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Value in Rust, by its name in WGSL.
+/// Value in Rust, by name in WGSL.
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
@@ -46,7 +46,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("AREA_SUN", AREA_SUN),
         ("AREA_TEXELS", AREA_TEXELS),
         ("BACK_BIT", BACK_BIT),
-        ("BINS", soft::BINS),
+        ("BINS", curve::mean::BINS),
         ("BLOCK_BITS", BLOCK_BITS),
         ("BLOCK_TEXELS", BLOCK_TEXELS),
         ("BLUE_SIZE", BLUE_SIZE),
@@ -177,7 +177,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
     whole.chain(real.into_iter().map(|(name, value)| (name, f64::from(value)))).collect()
 }
 
-/// Numbers that Rust does not know.
+/// Constants without a mirror in Rust.
 const KERNELS_OWN: &[&str] = &[
     "FULL",
     "GOLDEN_COSINE",
@@ -220,7 +220,7 @@ const KERNELS_OWN: &[&str] = &[
     "PER_TWO_PI",
     "POINT_NONE",
     "POINT_PARTICLE",
-    "POINT_SHEET",
+    "POINT_PANE",
     "POINT_SOLID",
     "POLISH_STEPS",
     "QUEUE",
@@ -241,7 +241,7 @@ const KERNELS_OWN: &[&str] = &[
     "WORKGROUP_SIZE",
 ];
 
-/// `const NAME: u32 = 0xffu;` or `f32`, as the kernels round it.
+/// Value of `const NAME: u32 = 0xffu;` or `f32`, rounded as in kernels.
 fn value(declaration: &str) -> Option<f64> {
     let (_, value) = declaration.split_once('=')?;
     let value = value.split(';').next()?.trim();
@@ -278,7 +278,7 @@ fn numbers_of_both_sides_are_the_same() {
     assert_eq!(stale, [""; 0], "in no file");
 }
 
-/// The check can fail, and does on the slightest difference.
+/// The check can fail, even on the slightest difference.
 #[test]
 fn values_are_read_as_kernels_round_them() {
     assert_eq!(value("// Not 3.\nconst A: u32 = 0xffu; // = 2"), Some(255.0));

@@ -1,4 +1,4 @@
-//! What every kernel, device and recorded frame must keep.
+//! Contracts of all kernels, devices and recorded frames.
 mod device;
 mod face;
 mod grammar;

@@ -1,5 +1,5 @@
-//! What a frame costs beside its kernels: nothing. `record` has neither device nor queue to ask; the
-//! counters of wgpu say that nothing is made on the way all the same.
+//! Allocations of a frame: none. `record` has neither device nor queue; the counters of wgpu confirm that
+//! nothing is created behind the scenes.
 use crate::common::{
     TIERS, own_gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
@@ -15,9 +15,9 @@ use gobo::{
     wgpu,
 };
 
-/// What lives on the device. Buffers count those that `Queue::write_*` stages until the next
-/// submission. (Command encoders are the host's; wgpu 30 counts views and bytes of textures, but
-/// not all textures.)
+/// Live resources of the device. Buffers include those that `Queue::write_*` stages until the next
+/// submission. (Command encoders are the host's; wgpu 30 counts views and bytes of textures, but not all
+/// textures.)
 fn living(device: &wgpu::Device) -> [(&'static str, isize); 12] {
     let hal = device.get_internal_counters().hal;
     [
@@ -36,7 +36,7 @@ fn living(device: &wgpu::Device) -> [(&'static str, isize); 12] {
     ]
 }
 
-/// What `work` left on the device, by name.
+/// Resources that `work` left on the device, by name.
 fn made(device: &wgpu::Device, work: impl FnOnce()) -> Vec<(&'static str, isize)> {
     let before = living(device);
     work();
@@ -50,7 +50,7 @@ fn submit_all(gpu: &Gpu) {
     gpu.check().unwrap();
 }
 
-/// Discs, triangles and opaque ones; `pane` is the material of the triangles that filter.
+/// Discs, triangles and opaque casters; `pane` is the material of the filtering triangles.
 fn mixture(pane: Material) -> Scene {
     let opaque = material(Transfer::Opaque);
     let mut scene = empty(vec![material(Transfer::Filter), pane, opaque]);
@@ -75,11 +75,11 @@ fn casters(gpu: &Gpu, scene: &Scene) -> CasterSet {
 struct Case {
     name: &'static str,
     scene: Scene,
-    /// Changes what the pipeline makes.
+    /// Changes the configuration of the pipeline.
     set: fn(&mut Config),
 }
 
-/// One for each way through `record`.
+/// One case for each path through `record`.
 fn cases() -> Vec<Case> {
     let pane = |transfer| Material {
         tint: Vec4::new(0.2, 0.7, 0.9, 0.8),
@@ -146,7 +146,7 @@ fn a_frame_makes_nothing_on_the_device() {
     }
 }
 
-/// Not even in what wgpu does behind a submission.
+/// No allocation even inside wgpu at a submission.
 #[test]
 fn frames_after_the_first_leave_the_device_as_it_is() {
     let (gpu, mut pipeline) = open(Tier::Native);
@@ -207,7 +207,7 @@ fn casters_that_stay_are_not_uploaded_again() {
     assert_eq!(update(&scene), []);
 }
 
-/// What the tests above look at does count.
+/// The counters used above do count.
 #[test]
 fn what_is_made_is_noticed() {
     let (gpu, mut pipeline) = open(Tier::Native);

@@ -1,5 +1,5 @@
-//! Every kernel is valid on its tier and knows all its overrides; every declaration is some
-//! kernel's, and says where its names come from.
+//! Every kernel is valid on its tier and uses known overrides only; every declaration is used by some
+//! kernel, and every file imports its foreign names.
 use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     gpu::{Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier, words},
@@ -59,14 +59,14 @@ fn native_kernels_are_not_core() {
     assert!(valid.any(|valid| valid.is_err()));
 }
 
-/// Numbers of an enum stand together, whether a kernel asks for each of them or not.
+/// Constants of an enum are listed together, whether or not a kernel uses each of them.
 const ENUMS: &[&str] =
     &["AREA_", "FORMAT_", "LIGHT_", "PART_", "PATTERN_", "PROFILE_", "RECEIVES_", "SOURCE_"];
 
 #[test]
 fn every_declaration_is_some_kernels() {
     let mut linked: Vec<_> = variants().map(|(desc, tier)| desc.link(tier).unwrap()).collect();
-    // What hosts link into shaders of their own.
+    // Code that hosts link into shaders of their own.
     let library = Library::embedded().unwrap();
     for source in [OF_POINT, OF_AREA] {
         let choices = [(source.name, source.files[0])];
@@ -104,7 +104,7 @@ fn own_names(item: &'static str) -> HashSet<&'static str> {
     words(item).filter(is_own).map(|(_, word)| word).collect()
 }
 
-/// What is wrong with the imports of a file.
+/// Problems of a file's imports.
 fn unsound_imports(path: &str, library: &Library) -> Vec<String> {
     let everywhere: HashSet<_> = library.items().map(|item| item.name).collect();
     let own: Vec<_> = library.items().filter(|item| item.file == path).collect();
@@ -174,10 +174,10 @@ fn errors_name_their_file() {
     );
 }
 
-/// Where a device refuses a kernel, the error is a value that says where.
+/// If a device refuses a kernel, the error names file and line.
 #[test]
 fn a_refused_kernel_names_file_and_line() {
-    // That `ordered` takes arguments; `add_node` gives none.
+    // `ordered` takes arguments here, but `add_node` passes none.
     const WRONG: &[Choice] = &[
         Choice::new("state", "curve/gather.wgsl"),
         Choice::new("store", "curve/resolve.wgsl"),
@@ -197,7 +197,7 @@ fn a_refused_kernel_names_file_and_line() {
     assert!(error.to_string().contains("does not choose `visit`"), "{error}");
 }
 
-/// Resources are found by name: one that is missing, or is something else, is an error.
+/// Resources are found by name: a missing or mistyped one is an error.
 #[test]
 fn wrong_resources_are_errors() {
     let gpu = gpu(Tier::Core);

@@ -1,4 +1,4 @@
-//! What a device must have, and calls that cannot work: each is an error with its own type.
+//! Required features and limits of a device, and invalid calls: each is an error of its own type.
 use crate::common::{
     TIERS, gpu, own_gpu,
     scenes::{empty, light, material, particle},
@@ -47,7 +47,7 @@ fn a_device_opened_as_the_settings_say_runs() {
         support.check(tier).unwrap();
         let mut shadows = Shadows::new(&device, &queue, &info).unwrap();
         shadows.configure(|config| assert_eq!(config.tier, tier));
-        // What only adds speed or times is named, and is no reason to refuse.
+        // Optional features are listed, and are no reason to refuse.
         let comfort = support.missing.iter().filter(|missing| missing.needed_for > Need::Native);
         assert!(comfort.count() > 0, "{:?}", support.missing);
     }
@@ -157,7 +157,7 @@ fn maps_of_no_or_too_many_texels_are_refused() {
     }
 }
 
-/// A scene that a program made by itself, on the GPU and without one.
+/// A scene made by a program, on the GPU and on the CPU.
 #[test]
 fn a_scene_that_cannot_be_rendered_is_an_error() {
     let mut good = empty(vec![material(Transfer::Filter)]);

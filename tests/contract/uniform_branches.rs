@@ -7,29 +7,29 @@ use naga::{
 };
 use std::collections::HashMap;
 
-/// What a value is made of.
+/// Origin of a value: which inputs it depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Origin {
     Constant,
-    /// Of uniform buffers at fixed places, and constants.
+    /// Depends on constants and on fixed places of uniform buffers only.
     Uniform,
     Varying,
 }
 use Origin::{Constant, Uniform, Varying};
 
-/// A function and where its arguments come from.
+/// A function and the origins of its arguments.
 type Call = (Handle<Function>, Vec<Origin>);
 
-/// Walks a kernel as the driver sees it, with all calls inlined.
+/// Walks a kernel like the driver does, with all calls inlined.
 struct Walk<'a> {
     module: &'a Module,
-    /// Of `var<private>`.
+    /// Origins of `var<private>` variables.
     globals: HashMap<Handle<naga::GlobalVariable>, Origin>,
-    /// What calls return, and their branches.
+    /// Origins of the return values of calls, and their branches.
     calls: HashMap<Call, (Origin, Vec<Span>)>,
 }
 
-/// A function while it is walked.
+/// State of a function during the walk.
 struct Frame<'a> {
     function: &'a Function,
     arguments: Vec<Origin>,
@@ -39,7 +39,7 @@ struct Frame<'a> {
     branches: Vec<Span>,
 }
 
-/// Passes over a function: a loop may assign at its end what its beginning reads.
+/// Passes over a function: a loop may assign at its end a variable that its beginning reads.
 const PASSES: usize = 3;
 
 fn branches(module: &Module) -> Vec<Span> {
@@ -86,7 +86,7 @@ impl<'a> Walk<'a> {
         (frame.returned, frame.branches)
     }
 
-    /// `under`: what decides whether the block runs.
+    /// `under`: origin of the conditions under which the block runs.
     fn block(&mut self, frame: &mut Frame<'a>, block: &'a Block, under: Origin) {
         for (statement, &span) in block.span_iter() {
             match statement {
@@ -126,7 +126,7 @@ impl<'a> Walk<'a> {
                 Statement::Call { function, arguments, result } => {
                     let origins =
                         arguments.iter().map(|&argument| self.origin(frame, argument)).collect();
-                    // What a pointer is written through is not followed.
+                    // Writes through pointers are not tracked.
                     arguments.iter().for_each(|&argument| self.store(frame, argument, Varying));
                     let (returned, branches) = self.call(*function, origins);
                     frame.branches.extend(branches);
@@ -181,7 +181,7 @@ impl<'a> Walk<'a> {
             E::Compose { components, .. } => {
                 components.iter().map(|&component| of(component)).max().unwrap_or(Constant)
             }
-            // Only fixed places of a uniform buffer are read ahead.
+            // Only fixed places of a uniform buffer can be read ahead.
             E::Access { base, index } => match of(*index) {
                 Constant => of(*base),
                 _ => Varying,
@@ -209,7 +209,7 @@ impl<'a> Walk<'a> {
                 .max()
                 .unwrap_or(Constant),
             E::Relational { argument, .. } => of(*argument),
-            // Of a call that is not reached yet.
+            // A call that is not reached yet.
             _ => Varying,
         }
     }

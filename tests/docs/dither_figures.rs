@@ -7,7 +7,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// Half a unit of the last digit, and what another sine rounds differently.
+/// Half a unit of the last digit, and differences between implementations of sine.
 const ROUNDED: f32 = 0.002;
 
 fn page() -> String {
@@ -15,7 +15,7 @@ fn page() -> String {
     std::fs::read_to_string(page).unwrap()
 }
 
-/// The numbers of a row of a table; cells that are none are left out.
+/// Numbers of a table's row, without other cells.
 fn row(table: &str, name: &str) -> Vec<f32> {
     let page = page();
     let start = page.find(&format!("<!-- table {table} -->")).expect("the table is marked");
@@ -83,7 +83,7 @@ fn stated_flicker_is_measured() {
     }
 }
 
-/// What a frame does for each caster: the pairs that are walked and the tiles' segments.
+/// Work of a frame per caster: pairs that are walked, and segments of tiles.
 #[test]
 #[ignore = "a hundred thousand casters: make test-all"]
 fn work_per_caster_is_flat() {
@@ -99,7 +99,8 @@ fn work_per_caster_is_flat() {
     assert_eq!(per_caster(1_000, Transfer::Opaque), work[2]);
 }
 
-/// `measure::duplicates` under one light, whose map they fill: pairs are counted, not walked for long.
+/// Scene of `measure::duplicates` under one light, whose map they fill: pairs are counted, not walked for
+/// long.
 fn duplicates(count: u32, transfer: Transfer) -> Scene {
     let mut scene = empty(vec![Material { transfer, ..measure::duplicated() }]);
     scene.particles = measure::duplicates(count);

@@ -1,4 +1,4 @@
-//! What the documents say.
+//! Checks of the documents against the project.
 mod dither_figures;
 mod paths;
 mod results;

@@ -1,4 +1,4 @@
-//! Files that comments and documents name exist.
+//! Existence of files that comments and documents name.
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -25,8 +25,7 @@ fn named<'a>(name: &str, text: &'a str) -> Vec<&'a str> {
         .map(|word| word.trim_end_matches(['.', '-']))
         .map(|word| word.trim_start_matches("../"))
         .filter(|word| FOLDERS.iter().any(|folder| word.starts_with(folder)))
-        // Patterns and folders are none; what is below a line of its own neither.
-        // `x` stands for the name of a stage.
+        // Patterns and folders are no files. `x` stands for the name of a stage.
         .filter(|word| !word.contains("/x."))
         .filter(|word| !word.contains('*') && word.rsplit('/').next().unwrap().contains('.'))
         .collect()

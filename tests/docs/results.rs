@@ -1,5 +1,4 @@
-//! The figures that the README shows are those of benches/results/llvmpipe.json, which `make
-//! results` writes.
+//! The README's figures equal those of benches/results/llvmpipe.json, which `make results` writes.
 use serde_json::Value;
 
 fn figure(ms: f64) -> String {
@@ -21,7 +20,7 @@ fn thousands(count: u64) -> String {
 /// A row of the README's table; its last column is a GPU's.
 fn line(row: &Value) -> String {
     let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
-    // What was f32 has more digits as f64.
+    // A number that was f32 has more digits as f64.
     let short = |name: &str| format!("{}", number(name) as f32);
     format!(
         "| {} | {} | {} | {} | {} | {:.1} | |",

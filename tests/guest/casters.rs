@@ -1,4 +1,4 @@
-//! Casters in buffers of the host's leave the same maps as uploads of them, to the last bit.
+//! Casters in the host's buffers give the same maps as uploads of them, to the last bit.
 use super::{
     HostBuffers, Particle, ShadowSettings, Vec3, Vec4, count_buffer, counted, materials, on_device,
     particles, shadows, submit, uploaded, views,
@@ -8,7 +8,7 @@ use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver};
 
 const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
 
-/// Fixed or counted on the device, none, few, a group and one more, and many.
+/// Fixed and indirect counts: none, few, a group and one more, and many.
 #[test]
 fn maps_equal_those_of_uploads() {
     for tier in TIERS {
@@ -35,7 +35,7 @@ fn maps_equal_those_of_uploads() {
     }
 }
 
-/// Curves, the order of `over`, brightening, and discs that block.
+/// Curves, order-dependent blending, amplification, and opaque discs.
 #[test]
 fn all_that_filters_or_blocks_can_come_from_the_host() {
     let curve = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..SETTINGS() };
@@ -71,7 +71,7 @@ fn all_that_filters_or_blocks_can_come_from_the_host() {
     }
 }
 
-/// Some uploaded, some in two sets of the host's, of which one blocks light: as all uploaded.
+/// Some uploaded and some in two sets of the host, one of them opaque: the same as all uploaded.
 #[test]
 fn uploads_and_sets_are_one_frame() {
     for tier in TIERS {
@@ -117,12 +117,12 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
         Particle { color: Vec4::new(0.5, f32::NAN, 0.5, 0.5), ..good },
         Particle { color: Vec4::new(0.5, 0.5, 0.5, -0.1), ..good },
         Particle { color: Vec4::new(0.5, 0.5, 0.5, f32::INFINITY), ..good },
-        // Of no material, of one that the set has not, and of a number past all bits.
+        // Material indices past the set's end, and past the bits that hold them.
         Particle { material: 99, ..good },
         Particle { material: 2, ..good },
         Particle { material: u32::MAX, ..good },
     ];
-    // Beside all views, and at the border of what is allowed.
+    // Casters outside of all views, and at the largest valid distance.
     let far = [
         Particle { center: Vec3::new(900.0, -300.0, 20.0), ..good },
         Particle { center: Vec3::splat(1e7), ..good },
@@ -151,7 +151,7 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
     }
 }
 
-/// Frame after frame from one `prepare`: casters move, come and go, and nothing is made.
+/// Several frames from one `prepare`: casters move, come and go, and nothing is allocated.
 #[test]
 fn frames_follow_the_buffers_and_make_nothing() {
     for tier in TIERS {
@@ -186,7 +186,7 @@ fn frames_follow_the_buffers_and_make_nothing() {
     }
 }
 
-/// A host that writes to two buffers in turns.
+/// A host that alternates between two buffers.
 #[test]
 fn sets_are_read_by_other_bindings() {
     let gpu = gpu(TIERS[0]);
@@ -200,7 +200,7 @@ fn sets_are_read_by_other_bindings() {
     let [first, second, of_blocking] =
         [first, second, blocking].map(|particles| HostBuffers::new(&gpu, &particles));
     let loader = first.loader(&shadows);
-    // What filters is the first that the host gives, and the last that is loaded.
+    // The filtering set is the first of the host's sets, and the last that is loaded.
     let sets = [
         HostCasters::new(&loader, &first.bindings, CasterCount::Fixed(300), &[0, 1])
             .least_alpha(0.01),
@@ -215,13 +215,13 @@ fn sets_are_read_by_other_bindings() {
     assert!(prepared.rebind(2, &first.bindings).is_err());
 }
 
-/// Whose casters may have changed is rendered again, and nothing else.
+/// Views whose casters may have changed are rendered again, and no others.
 #[test]
 fn maps_stay_where_nothing_of_the_hosts_changed() {
     let gpu = gpu(TIERS[0]);
     let mut shadows = shadows(&gpu);
     let mut all = particles(50, 4);
-    // All to the right of the lamp.
+    // All particles to the right of the lamp.
     for particle in &mut all {
         particle.center = Vec3::new(1.5, 0.0, 0.0) + particle.center * 0.1;
     }

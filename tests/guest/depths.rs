@@ -1,4 +1,4 @@
-//! Depth maps of the host's become opaque depths, whatever their convention is.
+//! Depth maps of the host become opaque depths, in any convention.
 use super::{
     ShadowSettings, Vec3, materials,
     rendered::{CONVENTIONS, Convention, Plane, USUAL, host_texture, rendered, world},
@@ -108,14 +108,14 @@ fn maps_of_any_size_cover_the_view() {
     }
 }
 
-/// With the view's own matrix; beside opaque triangles the nearer counts, instead of them the map.
+/// With the view's own matrix: besides opaque triangles the nearer depth wins; instead of them, the map's.
 #[test]
 fn maps_lower_what_triangles_left_or_replace_it() {
     for tier in TIERS {
         let gpu = gpu(tier);
         let view = flat_view(64, 32.0);
         let materials = materials();
-        // In front of the map's plane in the middle, behind it around.
+        // In front of the map's plane in its centre, behind it around.
         let triangles: Vec<Triangle> = [pane(0.2, 0.5, 2), pane(0.8, 2.0, 2)].concat();
         let particles: Vec<Particle> = [0.1, 0.3, 0.6]
             .map(|depth: f32| {
@@ -139,7 +139,7 @@ fn maps_lower_what_triangles_left_or_replace_it() {
         assert!(close(beside[middle], 0.2) && close(beside[edge], 0.5));
         assert!(instead.iter().all(|&depth| close(depth, 0.5)));
 
-        // What is behind the map filters nothing, frame after frame while it moves.
+        // Casters behind the map filter nothing, frame after frame while it moves.
         let mut shadows = shadows(&gpu);
         let (views, settings) = ([view.clone()], ShadowSettings::default());
         let through = |hits: i32| 0.8_f32.mul_add(0.5 - 1.0, 1.0).powi(hits);
@@ -224,7 +224,7 @@ fn maps_that_cannot_be_used_are_named() {
     assert!(gpu.check().is_ok());
 }
 
-/// The matrices of the test are what they say: near and far planes have their depths.
+/// The test's matrices map near and far planes to their depths.
 #[test]
 fn conventions_are_what_they_say() {
     for (view, convention) in

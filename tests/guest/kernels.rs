@@ -1,4 +1,4 @@
-//! load and cull, each alone, against what the CPU says.
+//! Kernels of load and cull, each alone, against the CPU.
 use super::{Vec3, materials, particles};
 use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
@@ -28,7 +28,7 @@ fn run(gpu: &Gpu, kernel: &Kernel, resources: &Resources<'_>, groups: u32) {
     gpu.queue.submit([encoder.finish()]);
 }
 
-/// As WGSL lays `Caster` out.
+/// A particle in WGSL's layout of `Caster`.
 fn plain(particle: &Particle) -> [f32; 12] {
     let Particle { center: c, radius, color, rotation, material, id } = *particle;
     let [r, g, b, a] = color.to_array();
@@ -43,7 +43,7 @@ fn records_and_boxes_are_those_of_an_upload() {
     let mut all = particles(600, 11);
     let mut chance = Chance::new(12);
     for particle in &mut all {
-        // Down to what f16 keeps as a denormal of the scale, and to nothing.
+        // Down to subnormal halves of the scaled opacity, and to zero.
         particle.color.w = [0.0, 1.0, 10_f32.powf(chance.within(-12.0, 0.0))][chance.below(3)];
         particle.rotation = chance.within(-100.0, 100.0);
     }

@@ -1,4 +1,4 @@
-//! Filters in the layouts that hosts' receivers read already.
+//! Filter maps in layouts that hosts' receivers already read.
 use super::{
     ShadowSettings, depths, materials, particles,
     rendered::{CONVENTIONS, world},
@@ -10,7 +10,7 @@ use gobo::{
 };
 use half::f16;
 
-/// A spot and a sun, and all that is beside them in the atlas.
+/// A spot and a sun, and their neighbours in the atlas.
 fn prepared(gpu: &Gpu) -> (Prepared, Vec<View>) {
     let mut particles = particles(300, 13);
     particles.iter_mut().for_each(|particle| particle.material = 0);
@@ -79,8 +79,8 @@ fn formats_lose_what_they_say() {
     }
 }
 
-/// The depth in alpha is the host's own, and its rule, which compares it with the receiver's, does what
-/// ours does: light behind the first that filters is filtered, light before it is not.
+/// The depth in alpha is the host's own, and the host's comparison with the receiver gives the same as
+/// ours: light is filtered behind the nearest translucent hit, and not in front of it.
 #[test]
 fn alpha_is_the_hosts_depth_of_what_filters_first() {
     let gpu = gpu(TIERS[0]);
@@ -109,7 +109,7 @@ fn alpha_is_the_hosts_depth_of_what_filters_first() {
             let expected = host_depth(nearests[i].into());
             assert!((alpha - expected).abs() <= 6e-4 * expected.abs() + 1e-6, "{alpha} {expected}");
             filtered += 1;
-            // Halves of a depth that is not reversed tell little of what is far: hosts reverse it.
+            // Halves of a depth that is not reversed do not resolve distant depths: hosts use reversed z.
             let [before, behind] = [-0.05, 0.05].map(|by| host_depth(f64::from(nearests[i]) + by));
             if is_reversed {
                 assert!(alpha > behind && alpha < before, "{before} {alpha} {behind}");

@@ -1,4 +1,4 @@
-//! What a host has on the device already: casters in its buffers, and depth maps.
+//! Inputs that a host has on the device: casters in its buffers, and depth maps.
 mod casters;
 mod depths;
 mod emitters;
@@ -20,7 +20,7 @@ use gobo::{
     wgpu::{self, BufferUsages},
 };
 
-/// A layout that nobody would guess: places in one buffer, colours as halves and the rest in another.
+/// An unusual layout: places in one buffer, colours as halves and the rest in another.
 pub(super) const WGSL: &str = "
 // Names that the library has, too.
 struct Chunk { place: vec4<f32>, }
@@ -39,7 +39,7 @@ fn load_caster(index: u32) -> Caster {
 }
 ";
 
-/// Particles in buffers of the host's.
+/// Particles in the host's buffers.
 pub(super) struct HostBuffers {
     pub(super) layout: wgpu::BindGroupLayout,
     pub(super) bindings: wgpu::BindGroup,
@@ -104,7 +104,7 @@ impl HostBuffers {
     }
 }
 
-/// On the tier's device, tiny casters as on a GPU.
+/// Shadows on the tier's device; tiny casters as on a GPU.
 pub(super) fn shadows(gpu: &Gpu) -> Shadows {
     let config = gobo::shadows::Config::new(gpu.tier, &gpu.adapter);
     let mut shadows =
@@ -113,7 +113,7 @@ pub(super) fn shadows(gpu: &Gpu) -> Shadows {
     shadows
 }
 
-/// A lamp amidst the casters, of which each face sees some, and a spot.
+/// A lamp amid the casters, each face of which sees some, and a spot.
 pub(super) fn views() -> Vec<View> {
     let bounds = Bounds { min: Vec3::splat(-2.5), max: Vec3::splat(2.5) };
     let lights = [
@@ -125,7 +125,7 @@ pub(super) fn views() -> Vec<View> {
     views.collect::<Result<Vec<_>, _>>().unwrap().concat()
 }
 
-/// In a ball of radius 2 [m], of two materials; metre by metre, so that most views need not look at most
+/// Particles of two materials in a ball of radius 2 [m], sorted in space, so that most views can cull most
 /// groups.
 pub(super) fn particles(count: usize, seed: u64) -> Vec<Particle> {
     let mut chance = Chance::new(seed);
@@ -187,7 +187,7 @@ pub(super) fn submit(gpu: &Gpu, prepared: &Prepared) -> Bits {
     bits
 }
 
-/// As many as there are, at most `capacity`.
+/// An indirect count, at most `capacity`.
 pub(super) fn counted<'a>(buffer: &'a wgpu::Buffer, capacity: u32) -> CasterCount<'a> {
     CasterCount::Indirect { buffer, offset: 8, capacity }
 }
@@ -196,7 +196,7 @@ pub(super) fn count_buffer(gpu: &Gpu, count: u32) -> wgpu::Buffer {
     gpu.upload("count", &[77, 88, count, 99], BufferUsages::STORAGE | BufferUsages::COPY_DST)
 }
 
-/// Uploaded, in the order given.
+/// Maps of uploaded casters, in the order given.
 pub(super) fn uploaded(
     gpu: &Gpu,
     shadows: &mut Shadows,
@@ -209,7 +209,7 @@ pub(super) fn uploaded(
     submit(gpu, &shadows.prepare(&casters, &views(), settings).unwrap())
 }
 
-/// Beside `others`, which are uploaded.
+/// Maps of host casters, in addition to `others`, which are uploaded.
 pub(super) fn on_device(
     shadows: &mut Shadows,
     others: &[Particle],

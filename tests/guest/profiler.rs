@@ -1,10 +1,10 @@
-//! A profiler of the host's own around each pass.
+//! A host's own profiler around each pass.
 use super::{materials, particles, shadows, views};
 use crate::common::{TIERS, gpu};
 use gobo::{Casters, Profiler, ShadowSettings, Timeline, gpu::Gpu, wgpu};
 use std::sync::{Arc, Mutex};
 
-/// Passes that it can stamp.
+/// Passes that it can time.
 const PASSES: u32 = 64;
 
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! What a host's rasterizer leaves: depth maps in several conventions and formats.
+//! Depth maps as a host's rasterizer writes them, in several conventions and formats.
 use gobo::{
     Projection, View,
     glam::{DMat4, DVec4},
@@ -6,13 +6,13 @@ use gobo::{
     wgpu::{self, TextureFormat, TextureUsages},
 };
 
-/// What a host renders a view with.
+/// Convention of a host's depth map.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Convention {
     pub(super) name: &'static str,
     pub(super) reversed: bool,
     pub(super) infinite: bool,
-    /// How much wider than the view [share].
+    /// Widening of the window, relative to the view's [share].
     pub(super) wider: f64,
 }
 
@@ -26,7 +26,7 @@ pub(super) const CONVENTIONS: [Convention; 4] = [
 ];
 
 impl Convention {
-    /// Planes of the host's own, apart from the view's.
+    /// The host's projection with its own near and far planes.
     pub(super) fn clip_from_view(self, view: &View) -> DMat4 {
         let half = view.size.as_dvec2() * 0.5 / f64::from(view.scale) * self.wider;
         let (near, far) = (0.5 * f64::from(view.near).max(0.1), 1.7 * f64::from(view.far));
@@ -51,7 +51,7 @@ impl Convention {
         DMat4::from_cols(x, y, z, DVec4::new(0.0, 0.0, b, 0.0))
     }
 
-    /// How far apart distances are that 24 bits of depth tell from each other, at worst [m].
+    /// Largest distance between neighbouring values of 24-bit depth [m].
     pub(super) fn step(self, view: &View, distance: f64) -> f64 {
         let clip = self.clip_from_view(view);
         let depth = |distance: f64| {
@@ -67,7 +67,7 @@ impl Convention {
     }
 }
 
-/// A plane across the views' axes, tilted: distances along the axis of a view [m].
+/// A tilted plane across the views' axes: distances along the axis of a view [m].
 #[derive(Clone, Copy)]
 pub(super) struct Plane {
     pub(super) middle: f64,
@@ -75,7 +75,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// Along the ray through a point of the window in -1..1.
+    /// Distance along the ray through a point of the window in -1..1.
     pub(super) fn distance(self, view: &View, x: f64, y: f64) -> f64 {
         let half = view.size.as_dvec2() * 0.5 / f64::from(view.scale);
         let across = x * half.x + 0.3 * y * half.y;
@@ -86,7 +86,7 @@ impl Plane {
     }
 }
 
-/// What the host's rasterizer would leave of a plane: nothing in the left eighth.
+/// Depths that the host's rasterizer would write for a plane; clear depth in the left eighth.
 pub(super) fn rendered(
     view: &View,
     plane: Plane,
@@ -107,7 +107,7 @@ pub(super) fn rendered(
     (0..width * height).map(texel).collect()
 }
 
-/// A texture of three layers, of which the middle one has the depths.
+/// A texture of three layers, the middle one with the depths.
 pub(super) fn host_texture(
     gpu: &Gpu,
     format: TextureFormat,
@@ -138,7 +138,7 @@ pub(super) fn host_texture(
     target
 }
 
-/// The middle layer.
+/// Draws the depths to the middle layer.
 fn draw_depths(gpu: &Gpu, source: &wgpu::Texture, target: &wgpu::Texture) {
     const WGSL: &str = "
         @group(0) @binding(0) var source: texture_2d<f32>;
@@ -216,7 +216,7 @@ fn draw_depths(gpu: &Gpu, source: &wgpu::Texture, target: &wgpu::Texture) {
     gpu.queue.submit([encoder.finish()]);
 }
 
-/// From world space, in columns.
+/// The host's matrix from world space, in columns.
 pub(super) fn world(convention: Convention, view: &View) -> [[f32; 4]; 4] {
     let clip_from_world = convention.clip_from_view(view) * view.view_from_world.as_dmat4();
     clip_from_world.as_mat4().to_cols_array_2d()

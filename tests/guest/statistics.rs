@@ -1,4 +1,4 @@
-//! What frames counted, without a wait.
+//! Counters of frames, read without blocking.
 use super::{HostBuffers, materials, on_device, particles, shadows, views};
 use crate::common::{TIERS, gpu};
 use gobo::{CasterCount, Casters, Counters, HostCasters, Prepared, ShadowSettings, gpu::Gpu};
@@ -11,7 +11,7 @@ fn submit(gpu: &Gpu, prepared: &Prepared) {
     gpu.queue.submit([encoder.finish()]);
 }
 
-/// Asks until the device has them.
+/// Polls until the device has the counters.
 fn told(prepared: &Prepared) -> Counters {
     let start = Instant::now();
     loop {

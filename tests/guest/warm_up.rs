@@ -1,4 +1,4 @@
-//! Kernels that threads of the host's make before a frame asks for them.
+//! Kernels that the host's threads compile before a frame needs them.
 use super::{materials, particles, shadows, submit, views};
 use crate::common::{TIERS, own_gpu};
 use gobo::{Casters, HostInputs, KernelJob, Receiver, ShadowSettings, gpu::Gpu};
@@ -24,7 +24,7 @@ fn what_threads_have_made_no_frame_makes() {
         let names: Vec<_> = jobs.iter().map(KernelJob::name).collect();
         assert!(names.iter().any(|name| name.starts_with("sort")), "{names:?}");
         assert_eq!((made(), warm.is_ready()), (0, false), "{tier:?}");
-        // Asked again, it has no other jobs.
+        // A second call returns the same jobs.
         let again = warm.pending(&casters, &views, &settings, &HostInputs::new()).unwrap();
         assert_eq!(again.iter().map(KernelJob::name).collect::<Vec<_>>(), names);
 

@@ -1,4 +1,4 @@
-//! What a host says wrong of its casters is an error that says where.
+//! Invalid host casters are errors with a position.
 use super::{
     HostBuffers, HostCasters, HostInputs, ShadowSettings, WGSL, count_buffer, materials, particles,
     shadows, views,
@@ -18,7 +18,7 @@ fn errors_point_into_the_hosts_text() {
     };
     let line = |of: &str| 1 + WGSL.lines().position(|line| line.contains(of)).unwrap();
     for (from, to) in [
-        // No WGSL, an unknown name, a wrong type.
+        // Invalid WGSL, an unknown name, a wrong type.
         ("let place = casters", "let = casters"),
         ("place.xyz, place.w, is_usable", "place.xyz, placed.w, is_usable"),
         ("let look = looks[index]", "let look: f32 = looks[index]"),
@@ -27,7 +27,7 @@ fn errors_point_into_the_hosts_text() {
         let at = format!("smoke.wgsl:{}:", line(from));
         assert!(message.contains(&at), "{at} {message}");
     }
-    // What only validation sees is in its function.
+    // Errors that only validation finds are reported at the function.
     let message = error(&WGSL.replace("Caster(place.xyz, ", "Caster(place.xy, "));
     let at = format!("smoke.wgsl:{}:", line("fn load_caster"));
     assert!(message.contains(&at), "{at} {message}");
@@ -36,7 +36,7 @@ fn errors_point_into_the_hosts_text() {
         none.contains("load_caster") && none.contains("wgsl/load/load_casters.wgsl:"),
         "{none}"
     );
-    // What it binds is not what the layout has.
+    // Bindings that do not match the layout.
     assert!(error(&WGSL.replace("@group(1) @binding(4)", "@group(1) @binding(5)")).contains("5"));
     assert!(error(&WGSL.replace("@group(1) @binding(4)", "@group(0) @binding(99)")).contains("99"));
     assert!(gpu.check().is_ok());

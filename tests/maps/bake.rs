@@ -1,4 +1,4 @@
-//! Maps that stay from frame to frame: what is rendered again, and that it is the same.
+//! Cached maps: which are rendered again, and that they are the same.
 use crate::common::{
     TIERS, gpu, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -17,7 +17,7 @@ use gobo::{
 };
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// That keeps its maps, and has none yet.
+/// A renderer that keeps its maps, with an empty cache.
 fn renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
     let renderer =
@@ -32,14 +32,14 @@ fn rendered(renderer: &mut Renderer, scene: &Scene) -> Frame {
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// By a renderer that keeps nothing.
+/// A frame of a renderer that keeps nothing.
 fn fresh(tier: Tier, scene: &Scene) -> Frame {
     let frame = render(tier, scene);
     assert_eq!(views(&frame), (frame.maps.len() as u64, 0));
     frame
 }
 
-/// Rendered, kept.
+/// Numbers of rendered and of kept views.
 fn views(frame: &Frame) -> (u64, u64) {
     let &Counters { views_rendered, views_kept, .. } = &frame.counters;
     (views_rendered, views_kept)
@@ -58,7 +58,7 @@ fn differing(a: &Frame, b: &Frame) -> Vec<usize> {
     (0..a.maps.len()).filter(|&i| !same_bits(&a.maps[i], &b.maps[i])).collect()
 }
 
-/// Looks down on a part of the ground, 4 m wide.
+/// A lamp that looks down on a part of the ground, 4 m wide.
 fn lamp(x: f32, z: f32) -> Light {
     let position = Vec3::new(x, 6.0, z);
     let spot = LightKind::Spot { position, direction: Vec3::NEG_Y, angle: 0.6 };
@@ -98,7 +98,7 @@ fn scene() -> Scene {
     let corner = |x: f32, z: f32| Vec3::new(x, 0.5, z);
     let block = [corner(9.0, -11.0), corner(11.0, -11.0), corner(10.0, -9.0)];
     scene.triangles = vec![triangle(block, 1)];
-    // Keep the bounds, whatever moves.
+    // Fixes the bounds of the scene.
     let far = Vec3::new(20.0, 5.0, 20.0);
     scene.particles.extend([far, -far].map(|center| particle(center, 0.1, Vec4::ONE)));
     scene
@@ -146,7 +146,7 @@ fn a_move_renders_only_the_views_that_see_it() {
         let side = Vec3::new(0.0, 0.0, 0.3);
         let away = EMITTERS[3] - EMITTERS[0];
         let nowhere = Vec3::new(5.0, 0.0, 5.0);
-        // From the scene before it, and the views that see it before or after.
+        // Each change starts from the scene before it, with the views that see it before or after.
         let mut next = before.clone();
         next.particles[COUNT].color.w = 0.9;
         let mut solid = next.clone();
@@ -181,7 +181,7 @@ fn a_move_renders_only_the_views_that_see_it() {
     }
 }
 
-/// Random changes, each frame held against one that keeps nothing.
+/// Random changes; each frame is compared with that of a renderer that keeps nothing.
 #[test]
 #[ignore = "minutes of compiling kernels: make test-all"]
 fn kept_frames_equal_fresh_ones() {
@@ -225,7 +225,7 @@ fn kept_frames_equal_fresh_ones() {
             }
         }
     }
-    // Of twelve views in each of nine frames; all of some, none of others.
+    // Twelve views in each of nine frames: some are always kept, others never.
     assert!((30..90).contains(&kept), "{kept}");
 }
 
@@ -246,7 +246,7 @@ fn softened_maps_stay_too() {
     assert!(differing(&third, &fresh(Tier::Native, &scene)).is_empty());
 }
 
-/// And curves, where a caster that brightens has all written anew.
+/// Cached curves; a `gain` caster has all of them rendered again.
 #[test]
 fn curves_stay_too() {
     let mut scene = scene();
@@ -268,7 +268,7 @@ fn curves_stay_too() {
     }
 }
 
-/// Other sizes pack the atlas anew: what stays is copied to its new place.
+/// Other sizes pack the atlas anew: cached maps are copied to their new rectangles.
 #[test]
 fn maps_that_change_places_stay() {
     for soften in [false, true] {
@@ -306,7 +306,7 @@ fn a_frame_that_needed_more_room_is_kept() {
     assert!(differing(&first, &second).is_empty());
 }
 
-/// A host that prepares and does not record loses nothing, and what it records twice stays.
+/// A host that prepares without recording loses nothing, and recording twice keeps the maps.
 #[test]
 fn what_was_not_recorded_is_still_to_be_rendered() {
     let gpu = gpu(Tier::Native);

@@ -1,5 +1,5 @@
-//! Casters beside a light and around it: more than 87 degrees off a view's axis, behind its plane,
-//! and puffs that the light is in. Truth: the renderer in 64 bits, pencil and paper.
+//! Casters beside a light and around it: more than 87 degrees off a view's axis, behind its plane, and
+//! puffs that contain the light. Truth: the renderer in 64 bits, and closed forms.
 use super::brute_force::assert_agrees;
 use crate::common::{
     TIERS,
@@ -30,13 +30,13 @@ fn lamp(materials: Vec<Material>) -> Scene {
     lit_by(LightKind::Point { position: LAMP }, materials)
 }
 
-/// Sees nearly all that is below the lamp.
+/// A spot that sees nearly everything below the lamp.
 fn wide_spot(materials: Vec<Material>) -> Scene {
     let direction = Vec3::new(0.1, -1.0, 0.05).normalize();
     lit_by(LightKind::Spot { position: LAMP, direction, angle: 170_f32.to_radians() }, materials)
 }
 
-/// All around the lamp, as near to it as a tenth of their radius; of `materials`.
+/// Particles all around the lamp, as near to it as a tenth of their radius; of `materials`.
 fn around(count: u32, seed: u64, materials: usize) -> Vec<Particle> {
     let mut chance = Chance::new(seed);
     let particles = (0..count).map(|id| {
@@ -111,7 +111,7 @@ fn a_disc_beside_the_lamp_left_out_is_noticed() {
     }
 }
 
-/// What twin and tiers say.
+/// Maps of the twin and of both tiers.
 fn all_maps(scene: &Scene) -> Vec<Vec<ViewMaps>> {
     let mut all = vec![render_maps(scene, &shadow_views(scene)).0];
     all.extend(TIERS.map(|tier| crate::common::render(tier, scene).maps));

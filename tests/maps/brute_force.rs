@@ -24,7 +24,7 @@ fn spot() -> LightKind {
     LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 }
 }
 
-/// Seen from among the casters: every face of the cube has some.
+/// A light among the casters: every face of the cube sees some.
 fn point() -> LightKind {
     LightKind::Point { position: Vec3::new(0.1, 0.2, -0.1) }
 }
@@ -48,7 +48,7 @@ pub(super) fn assert_agrees(scene: &Scene, tolerance: Tolerance) {
     }
 }
 
-/// Pushes apart what is too near a point light to be seen flat.
+/// Moves particles away that are too near a point light for a flat hit.
 fn clear_of(scene: &mut Scene, position: Vec3) {
     for particle in &mut scene.particles {
         let way = particle.center - position;
@@ -114,8 +114,8 @@ fn checkered(chance: &mut Chance) -> Texture {
     Texture { name: "patches".into(), width: 6, height: 4, rgba }
 }
 
-/// Rotated textured quads, flat discs and puffs of every transfer that commutes, opaque and
-/// translucent triangles.
+/// Rotated textured quads, flat discs and puffs of every commutative transfer, opaque and translucent
+/// triangles.
 fn mixture(kind: LightKind) -> Scene {
     let tint = Vec4::new(0.9, 0.8, 0.7, 0.6);
     let quad = Material {

@@ -1,4 +1,4 @@
-//! Cascades: where they end, that they hold still, and that nobody sees where they meet.
+//! Cascades: their splits, their stability, and their seams.
 use crate::{
     common::{
         TIERS, render,
@@ -20,14 +20,14 @@ fn splits_are_even_by_ratios_and_between() {
         let apart = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-5 * b;
         assert!(!found.iter().zip(&expected).any(apart), "{found:?}, not {expected:?}");
     };
-    // From a thousandth of the range: 1 m.
+    // The range starts at a thousandth: 1 m.
     close(of(0.0), [334.0, 667.0, 1000.0]);
     close(of(1.0), [10.0, 100.0, 1000.0]);
     close(of(0.5), [172.0, 383.5, 1000.0]);
     assert_eq!(splits(&Cascades { count: 1, ..Cascades::default() }, 7.0), [7.0]);
 }
 
-/// Of the same cascade from two places of the camera: by how many texels the window moved.
+/// Texels by which the window of a cascade moved between two camera positions.
 fn shift(a: &View, b: &View) -> IVec2 {
     let by = (b.view_from_world.w_axis - a.view_from_world.w_axis) * a.scale;
     let whole = by.round();
@@ -38,7 +38,7 @@ fn shift(a: &View, b: &View) -> IVec2 {
     IVec2::new(whole.x as i32, -whole.y as i32)
 }
 
-/// Texels that both maps have: index in `a`, index in `b`.
+/// Texels that both maps contain: index in `a`, index in `b`.
 fn common_texels(size: u32, by: IVec2) -> impl Iterator<Item = (usize, usize)> {
     let size = size as i32;
     (0..size * size).filter_map(move |i| {
@@ -48,8 +48,8 @@ fn common_texels(size: u32, by: IVec2) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// Texels as powers of two and casters on a grid: every sum is exact, so that nothing but the
-/// shift by whole texels may differ.
+/// Texels as powers of two and casters on a grid: every sum is exact, so that only the shift by whole
+/// texels may differ.
 #[test]
 fn camera_motion_shifts_maps_bit_for_bit() {
     let cascades = Cascades { count: 2, lambda: 0.0, fade: 0.0, range: Some(10.7) };
@@ -102,8 +102,8 @@ fn camera_motion_shifts_maps_bit_for_bit() {
     assert!(moves > 10 && texels > 10_000, "{moves} moves, {texels} texels");
 }
 
-/// Any light, any step, turns as well: windows keep their size and move by whole texels, and maps
-/// differ by what rounding does.
+/// For any light, step and rotation: windows keep their size and move by whole texels, and maps differ only
+/// by rounding.
 #[test]
 fn camera_motion_makes_no_shimmer() {
     let mut scene = ground(Cascades::default(), Vec3::new(-0.4, -1.0, -0.3));
@@ -171,7 +171,7 @@ fn casters_fall_into_every_cascade_they_touch() {
     }
 }
 
-/// Along the ground, from the camera to far beyond the range.
+/// Points along the ground, from the camera to far beyond the range.
 fn walk() -> Vec<Vec3> {
     (0..600).map(|i| Vec3::new(0.3, 0.0, -0.15 * i as f32)).collect()
 }
@@ -187,7 +187,7 @@ fn cascades_meet_without_a_seam() {
         assert!(error < 1e-3, "{light} at {point}");
     }
     assert_eq!(light_at(&scene, &[Vec3::new(0.0, 0.0, -89.0)]), [Vec3::ONE], "beyond the range");
-    // Where the last cascade ends, light comes back in small steps.
+    // At the end of the last cascade, light returns in small steps.
     let steps = lights.windows(2).map(|pair| (pair[1] - pair[0]).abs().max_element());
     assert!(steps.fold(0.0, f32::max) < 0.1);
 }
@@ -199,7 +199,7 @@ fn cascades_fade_into_each_other() {
         let cascades = Cascades { fade, lambda: 0.5, range: Some(60.0), count: 3 };
         let mut scene = ground(cascades, Vec3::NEG_Y);
         scene.shadow.size = 32;
-        // Its edge runs along the way, half a texel beside it or so.
+        // Its edge is parallel to the points, about half a texel off.
         let pane = moved(roof(5.0, Vec3::new(50.0, 0.0, 100.0), STONE), Vec3::X * 50.2);
         scene.triangles.extend(pane);
         let lights = light_at(&scene, &walk()[10..380]);

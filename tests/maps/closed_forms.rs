@@ -1,4 +1,4 @@
-//! What pencil and paper say about simple scenes.
+//! Closed forms of simple scenes.
 use crate::common::scenes::{empty, flat_view, light, material, pane, particle, triangle};
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
@@ -9,10 +9,10 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage: half a unit of f16 near 1, and of 16-bit opacities and colours.
+/// Rounding of the filter's storage, half a unit of f16 near 1, and of 16-bit opacities and colours.
 const ROUNDING: f32 = 1e-3;
 
-/// Through a [`flat_view`] of `size` texels, one per metre.
+/// Map through a [`flat_view`] of `size` texels, one per metre.
 fn flat_map(scene: &Scene, size: u32) -> ViewMaps {
     render_maps(scene, &[flat_view(size, 1.0)]).0.remove(0)
 }

@@ -1,4 +1,4 @@
-//! Curves: light as a function of depth.
+//! Transmittance curves.
 use crate::{
     common::{
         render,
@@ -20,7 +20,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of a stored depth and of a stored channel.
+/// Rounding of a stored depth and of a stored channel.
 const DEPTH_ROUNDING: f32 = 0.5 / 65535.0;
 pub(super) const LIGHT_ROUNDING: f32 = 0.5 / 4095.0 + 1.0 / 65535.0;
 
@@ -68,14 +68,14 @@ fn curves_beat_what_others_store() {
             assert!(mean <= share * fourier.mean, "{rays:?} {method:?}: {mean} {fourier:?}");
             assert!(mean <= 0.25 * moments.mean, "{rays:?} {method:?}: {mean} {moments:?}");
         }
-        // More nodes are better, and none are bad: the comparison can fail.
+        // More nodes are better, and none are exact: the comparison can fail.
         let of = |nodes| sample.error(Method::Curve(nodes)).mean;
         assert!(of(16) < of(8) && of(8) < of(4), "{rays:?}");
         assert!(sample.error(Method::Nearest).mean > 2.0 * fourier.mean, "{rays:?}");
     }
 }
 
-/// The rivals are what they claim to be: exact where their papers say so.
+/// The competing methods are implemented correctly: they are exact where their papers say so.
 #[test]
 fn rivals_are_honest() {
     let hits = random_hits(6, 3);
@@ -100,14 +100,14 @@ fn exact_while_at_most_k_hits_in_any_order() {
                 assert!(apart <= LIGHT_ROUNDING, "{nodes} {seed} {z}: {apart}");
             }
         }
-        // One hit more is not: the check can fail.
+        // One hit more is not exact: the check can fail.
         let hits = random_hits(nodes as usize + 1, 7);
         let packed = streamed(&hits, nodes);
         assert!(clear_depths(&hits).any(|z| apart(&packed, &hits, z) > LIGHT_ROUNDING), "{nodes}");
     }
 }
 
-/// Whatever is merged, the error is at most what the light loses in one node.
+/// For any merges, the error is at most the light lost in one node.
 #[test]
 fn the_bound_holds() {
     for (count, seed) in [(9, 1), (12, 2), (30, 3), (100, 4), (300, 5)] {
@@ -118,7 +118,7 @@ fn the_bound_holds() {
         hits.sort_by(|a, b| a.0.total_cmp(&b.0));
         for nodes in [4, 8, MAX_NODES as u32] {
             let packed = streamed(&hits, nodes);
-            // Behind the last of the first i nodes.
+            // Light behind the last of the first i nodes.
             let behind = |i: usize| light_at(&packed[..i], 2.0, false);
             let loss = |i: usize| (behind(i) - behind(i + 1)).max_element();
             let bound = (0..packed.len()).map(loss).fold(0.0, f32::max);
@@ -162,7 +162,7 @@ pub(crate) fn curved(scene: Scene, nodes: u32) -> Scene {
     Scene { shadow, ..scene }
 }
 
-/// Discs of all sizes, a plain sort, seen by a directional light and a spot.
+/// Discs of all sizes, a plain sort, under a directional light and a spot.
 pub(crate) fn discs(nodes: u32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);
     let position = Vec3::new(3.0, 4.0, 2.5);
@@ -194,8 +194,7 @@ pub(crate) fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     apart as f64 / f64::from(count)
 }
 
-/// Share of the texels that a ray which grazes an edge, or a merge that costs the same as another,
-/// may set apart.
+/// Share of the texels that may differ, because a ray grazes an edge, or two merges cost the same.
 const GRAZED: f64 = 2e-3;
 
 /// Casters of every kind, opaque ones too.
@@ -272,7 +271,7 @@ fn what_has_no_room_falls_behind() {
     holds(Tier::Core, &scene, "overflow");
 }
 
-/// The page says what is measured.
+/// The page has the measured figures.
 #[test]
 fn the_page_is_in_step() {
     let page = include_str!("../../docs/curves.md");

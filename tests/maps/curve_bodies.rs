@@ -1,5 +1,4 @@
-//! Curves of what is no surface: puffs and volumes, which take light along a way, and of `over`,
-//! which adds some.
+//! Curves of puffs and volumes, which absorb along the ray, and of `over`, which adds light.
 use crate::{
     common::{
         TIERS, render,
@@ -17,7 +16,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// Of a stored channel, of f16 in `F`, and of a depth in 16 bits.
+/// Rounding of a stored channel, of f16 in `F`, and of a depth in 16 bits.
 const ROUNDING: f32 = 2e-3;
 
 fn middle(maps: &ViewMaps) -> usize {
@@ -25,14 +24,14 @@ fn middle(maps: &ViewMaps) -> usize {
     ((size.y / 2) * size.x + size.x / 2) as usize
 }
 
-/// Light depth of a point of the middle's ray, and light there.
+/// Light at a point of the central ray.
 fn light_at(maps: &ViewMaps, point: Vec3) -> Vec3 {
     let p = maps.view.view_from_world.transform_point3(point);
     let z = (-p.z - maps.view.near) / (maps.view.far - maps.view.near);
     maps.curve.as_ref().unwrap().light_at(middle(maps), z)
 }
 
-/// A ramp is straight, absorption is not: half way through they are this far apart at most.
+/// Largest difference between a linear ramp and exponential absorption.
 fn bend(passed: Vec3) -> Vec3 {
     let straight = |a: f32| (0..=100).map(|i| i as f32 / 100.0).map(move |t| 1.0 - (1.0 - a) * t);
     passed.map(|a| {
@@ -42,7 +41,7 @@ fn bend(passed: Vec3) -> Vec3 {
     })
 }
 
-/// What metres of fog let pass.
+/// Transmittance of some metres of fog.
 fn through(metres: f32) -> Vec3 {
     COLOR.powf(f64::from(metres) / DISTANCE).as_vec3()
 }
@@ -89,7 +88,7 @@ fn volumes_are_ramps() {
     }
 }
 
-/// A light inside a fog, and a body whose back comes before its front in the sorted order.
+/// A light inside a fog, and a body whose back face comes before its front face in the sorted order.
 #[test]
 fn volumes_that_hold_the_light_begin_with_it() {
     let mut scene = stage(LightKind::Point { position: Vec3::new(0.0, 0.0, 2.0) });
@@ -102,14 +101,14 @@ fn volumes_that_hold_the_light_begin_with_it() {
             .find(|maps| maps.view.view_from_world.transform_vector3(Vec3::NEG_Z).z < -0.9);
         let down = down.unwrap();
         for (z, metres) in [(-1.0, 3.0), (-2.9, 4.9), (-3.5, 5.0), (-6.0, 5.0)] {
-            // One ramp all the way.
+            // A single ramp.
             let slack = if z > -3.0 { bend(through(5.0)) } else { Vec3::splat(4e-3) };
             near(light_at(down, Vec3::new(0.0, 0.0, z)), through(metres), slack, "down");
         }
     }
 }
 
-/// As nearest-depth mode has it behind everything, whatever comes together.
+/// The filter equals that of nearest-depth mode behind everything, for any mixture.
 #[test]
 fn the_filter_is_that_of_nearest_depth() {
     let mut scene = mixture();
@@ -145,7 +144,7 @@ fn the_filter_is_that_of_nearest_depth() {
     holds(gobo::gpu::Tier::Core, &scene, "bodies and over");
 }
 
-/// A puff takes light along the way through it, two that overlap each their own.
+/// A puff absorbs along its chord; two overlapping ones each absorb their own share.
 #[test]
 fn puffs_are_ramps_that_may_overlap() {
     let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
@@ -171,14 +170,14 @@ fn puffs_are_ramps_that_may_overlap() {
             let is = light_at(&maps[0], Vec3::new(0.0, 0.0, z));
             near(is, passed(0, z) * passed(1, z), slack, &format!("{z}"));
         }
-        // Half way through both, the first is not whole: what steps would say is far off.
+        // Half-way through both, the chord of the first is incomplete: steps would be far off.
         let is = light_at(&maps[0], Vec3::new(0.0, 0.0, 0.2));
         assert!((is - passed(0, -9.0) * passed(1, 0.2)).abs().max_element() > 0.05, "{is}");
     }
 }
 
-/// Layers of `over` in order, each texel's light what the painter's rule leaves: with few hits
-/// exactly, in one segment and in many.
+/// Layers of `over` in order: each texel's light is that of the painter's algorithm; exact with few hits,
+/// in one segment and in many.
 #[test]
 fn over_is_composed_front_to_back() {
     let tints = [
@@ -233,8 +232,8 @@ fn segments_follow_each_other() {
         let frame = render(tier, &scene);
         assert!(frame.counters.segments > 2, "{:?}", frame.counters);
         let map = &frame.maps[0];
-        // Nearest-depth mode lets volumes filter what all `over` casters leave; on the way it is
-        // the order that counts, and the two only meet at the end.
+        // In nearest-depth mode volumes filter the light behind all `over` casters; along the ray the order
+        // matters, and both agree only at the end.
         let kept = (-opacity * f64::from(COUNT)).exp();
         let painted = DVec3::splat(kept) + color.as_dvec3() * (1.0 - kept);
         let end = painted * through(high - low).as_dvec3();
@@ -254,7 +253,7 @@ fn segments_follow_each_other() {
     holds(gobo::gpu::Tier::Core, &plain, "segments of over");
 }
 
-/// The tests above tell the modes apart.
+/// The tests above distinguish the modes.
 #[test]
 fn twins_of_other_bodies_differ() {
     let scene = discs(8);

@@ -1,4 +1,4 @@
-//! Curves: what receivers between the hits get.
+//! Curves: light at receivers between the hits.
 use super::curve::{LIGHT_ROUNDING, curved};
 use crate::{
     common::{
@@ -63,7 +63,7 @@ fn stair(id: u32) -> Vec3 {
     Vec3::new(-1.9 + 3.8 * share, 1.9 - 3.8 * share, 0.0)
 }
 
-/// The panes above `y`, and whether a pane is clear of the bias.
+/// Transmittance of the panes above `y`, and whether no pane is within the bias.
 fn through(y: f32) -> (Vec3, bool) {
     let mut light = Vec3::ONE;
     for (height, tint) in HEIGHTS.iter().zip(TINTS) {
@@ -96,7 +96,7 @@ fn a_particle_gets_the_panes_before_it_and_no_others() {
             let bias = 0.002 / (map.view.far - map.view.near);
             let is = curve.light_at(texel, z - bias);
             assert!((is - light).abs().max_element() <= LIGHT_ROUNDING, "{id}: {is} {light}");
-            // The picture: what was seen without panes, times what they let pass.
+            // The picture: its colour without panes, times their transmittance.
             let p = camera.view_from_world.transform_point3(stair(id));
             let at = Vec2::new(p.x, -p.y) * (camera.scale / -p.z) + camera.size.as_vec2() * 0.5;
             let pixel = at.y as usize * 480 + at.x as usize;
@@ -110,13 +110,13 @@ fn a_particle_gets_the_panes_before_it_and_no_others() {
     }
 }
 
-/// The grey that shows as `level`.
+/// Linear grey whose screen value is `level`.
 fn linear(level: u8) -> f32 {
     (0..4000).map(|i| i as f32 / 4000.0).find(|&v| to_screen(Vec3::splat(v))[0] >= level).unwrap()
 }
 
-/// Large triangles that cross: sorted by their nearest corner, they meet each texel in another
-/// order.
+/// Large triangles that cross: sorted by their nearest corner, their hits come in another order in each
+/// texel.
 #[test]
 fn crossing_triangles_are_in_order_in_every_texel() {
     let mut chance = Chance::new(21);
@@ -175,7 +175,7 @@ fn met(view: &View, triangle: &Triangle, at: Vec2) -> Option<f32> {
     inside.then_some((depth - view.near) / (view.far - view.near))
 }
 
-/// Thirteen segments' curves after each other.
+/// Thirteen segments whose curves are appended.
 #[test]
 #[ignore = "many casters: make test-all"]
 fn a_hundred_thousand_casters_on_one_tile() {
@@ -184,7 +184,7 @@ fn a_hundred_thousand_casters_on_one_tile() {
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     scene.shadow.size = 16;
     let mut chance = Chance::new(2);
-    // So large that their profile is 1 wherever the map is.
+    // Discs so large that their profile is 1 all over the map.
     let disc = |id| {
         let center = Vec3::new(0.0, 1.0 - 2.0 * (id as f32 + chance.unit()) / COUNT as f32, 0.0);
         let color = Vec4::new(0.9, 0.5, 0.0, 2e-5);
@@ -228,7 +228,7 @@ fn smoke_behind_smoke_is_darker_and_bluer() {
         (render(Tier::Native, &both).picture, render(Tier::Native, &alone).picture);
     let (mut sums, mut count) = ([[0.0; 3]; 2], 0.0);
     for (a, b) in with.rgb.iter().zip(&without.rgb) {
-        // Where the red smoke is.
+        // Pixels of the red smoke.
         if b[0] > b[2].saturating_add(40) {
             for i in 0..3 {
                 sums[0][i] += f64::from(a[i]);

@@ -1,5 +1,5 @@
-//! Scenes at the edge of what is valid: whatever is read keeps what [`Scene`] promises of its
-//! numbers, and every view can project.
+//! Scenes at the limits of validity: every scene that is read keeps what [`Scene`] promises of its numbers,
+//! and every view can project.
 use crate::common::{
     files::{Folder, read, read_with},
     scenes::Chance,
@@ -48,7 +48,7 @@ material = "smoke"
 scale = [4, 1, 4]
 "#;
 
-/// `Err` names what is out of range.
+/// Error that names the number out of range.
 fn sound(scene: &Scene) -> Result<(), String> {
     let check = |is_sound: bool, what: &dyn std::fmt::Debug| {
         if is_sound { Ok(()) } else { Err(format!("{what:?}")) }

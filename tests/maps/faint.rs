@@ -1,4 +1,4 @@
-//! Many casters of next to no opacity. Truth: the closed form of their product.
+//! Many casters of almost no opacity. Truth: the closed form of their product.
 use crate::common::{
     TIERS,
     scenes::{Chance, empty, hold_view, light, material, particle},
@@ -12,15 +12,15 @@ use gobo::{
     view::shadow_views,
 };
 
-/// What permuting casters or a lack of room may change: 2^-10.
+/// Largest change by permuting casters or by a small pair capacity: 2^-10.
 const PROMISED: f64 = 1.0 / 1024.0;
-/// A step of 16-bit filters from 1/2 to 1, as drivers may truncate, and a tenth of it. `COUNT`
-/// casters of which each is off by what rounding `1 - ALPHA` costs are farther apart.
+/// A step of 16-bit filters from 1/2 to 1, as drivers may truncate, and a tenth of it. If each of `COUNT`
+/// casters lost the rounding of `1 - ALPHA`, the error would be larger.
 const STORAGE: f64 = 1.1 / 2048.0;
 const COUNT: u32 = 40_000;
-/// Half-way between two numbers of 32 bits where it is taken from 1.
+/// Halfway between two 32-bit floats when it is subtracted from 1.
 const ALPHA: f32 = 167.5 / 16_777_216.0;
-/// Of a caster [m]; a texel is 1.3 m.
+/// Radius of a caster [m]; a texel is 1.3 m.
 const RADIUS: f32 = 2.0;
 const COLOR: Vec3 = Vec3::new(0.0, 0.5, 0.9);
 
@@ -47,7 +47,7 @@ fn middle(maps: &ViewMaps) -> [f64; 3] {
     maps.filter[size / 2 * size + size / 2].map(f64::from)
 }
 
-/// Twin and tiers, with room for all pairs and for none.
+/// Checks twin and tiers, with capacity for all pairs and for none.
 fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     let count = scene.particles.len() as f64;
     let expected = absorbed.map(|x| (count * (-x).ln_1p()).exp());
@@ -65,7 +65,7 @@ fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     }
 }
 
-/// Of the middle texel's centre from the middle of the casters, by their radius; squared.
+/// Squared distance of the middle texel's centre from the middle of the casters, in units of their radius.
 fn squared_distance(scene: &Scene) -> f64 {
     let texel = f64::from(shadow_views(scene)[0].scale).recip();
     0.5 * texel * texel / f64::from(RADIUS * RADIUS)

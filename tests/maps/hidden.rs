@@ -1,4 +1,4 @@
-//! Groups behind opaque surfaces: what is left out is hidden, and no bit of a map changes.
+//! Occlusion culling: culled groups are hidden, and no bit of a map changes.
 use crate::common::{
     TIERS, renderer,
     scenes::{Chance, empty, light, material, particle, triangle},
@@ -49,7 +49,7 @@ fn random_light(chance: &mut Chance) -> Light {
     }
 }
 
-/// Whether something is before `point` on its way from the light (Möller and Trumbore 1997).
+/// Whether a triangle is between `point` and the light (Möller and Trumbore 1997).
 fn is_behind(triangles: &[[Vec3; 3]], view: &GpuView, point: DVec3) -> bool {
     let world_from_view = view.view_from_world.as_dmat4().inverse();
     let eye = if view.perspective > 0.0 {
@@ -74,7 +74,7 @@ fn is_behind(triangles: &[[Vec3; 3]], view: &GpuView, point: DVec3) -> bool {
     })
 }
 
-/// With all points of a box and of what `project` enlarges at its border.
+/// Checks points of each box, and of the enlargement of `project` at its border.
 #[test]
 fn what_is_hidden_is_behind_opaque_triangles() {
     let mut chance = Chance::new(11);
@@ -118,7 +118,7 @@ fn what_is_hidden_is_behind_opaque_triangles() {
         }
     }
     eprintln!("{hidden} of {whole} hidden, {seen} are not found");
-    // Most boxes are behind several surfaces, one behind the other's edge, or beside the map.
+    // Most boxes are behind several surfaces, behind one's edge, or outside the map.
     assert!(hidden > 1000, "{hidden} hidden of {whole} behind something");
 }
 
@@ -152,7 +152,7 @@ fn what_cannot_be_judged_is_not_hidden() {
             Bounds { min: below.min.with_y(-1e6), ..below },
             Bounds { min: one * -1e14, max: -one },
             Bounds { min: below.max, max: below.min },
-            // The ground's own, what touches it, and what stands in it.
+            // The ground's own box, one that touches it, and one that crosses it.
             Bounds { min: Vec3::new(-6.0, 0.0, -6.0), max: Vec3::new(6.0, 0.0, 6.0) },
             Bounds { max: below.max.with_y(0.0), ..below },
             Bounds { max: below.max.with_y(1e-6), ..below },
@@ -186,17 +186,17 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
     // A hair's breadth apart, texels may fall between them.
     let apart = second.map(|corner| corner + Vec3::new(-1e-6, 0.0, 1e-6));
     assert!(!hides(&[first, apart]));
-    // Folded, neither is one sheet.
+    // Folded along the diagonal, the pair is not planar.
     let folded = [first[0], first[2], second[2] + Vec3::Y];
     assert!(!hides(&[first, folded]));
     for bad in [f32::NAN, f32::INFINITY] {
         assert!(!hides(&ground(12.0).map(|t| [t[0].with_y(bad), t[1], t[2]])));
     }
     assert!(!hides(&ground(12.0).map(|t| [t[0], t[0], t[2]])));
-    // Through the near plane.
+    // A polygon through the near plane.
     let high = ground(12.0).map(|t| t.map(|c| if c.x > 0.0 { c.with_y(40.0) } else { c }));
     assert!(!hides(&high));
-    // More than are looked at, of which the largest is one.
+    // More polygons than are examined, with the largest among them.
     let mut many: Vec<[Vec3; 3]> = sheets(&mut Chance::new(3), 2000)
         .iter()
         .map(|t| t.map(|corner| corner * 0.05 + Vec3::Y * 5.0))
@@ -215,7 +215,7 @@ fn rendered(renderer: &mut Renderer, scene: &Scene, hide: bool) -> Frame {
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The number hidden; maps and picture must be those without hiding.
+/// Number of hidden casters; maps and picture must equal those without culling.
 fn hidden(renderer: &mut Renderer, scene: &Scene) -> u64 {
     renderer.forget();
     let with = rendered(renderer, scene, true);
@@ -268,7 +268,7 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// Smoke above a ground and as much below it, at the same place.
+/// Smoke above a ground and as much below it, at the same position.
 fn smoke_and_ground() -> Scene {
     let mut chance = Chance::new(5);
     let mut scene = empty(materials());
@@ -286,7 +286,7 @@ fn smoke_below_a_ground_is_hidden() {
         let mut scene = smoke_and_ground();
         // Sun, spot, and the bulb's face downwards.
         assert_eq!(hidden(&mut renderer, &scene), 3 * 150);
-        // What is hidden is decided before the tier counts.
+        // Culling does not depend on the tier.
         if !is_first {
             continue;
         }
@@ -294,18 +294,18 @@ fn smoke_below_a_ground_is_hidden() {
         scene.shadow.receiver = Receiver::Curve;
         assert_eq!(hidden(&mut renderer, &scene), 0);
         scene.shadow.receiver = Receiver::Nearest;
-        // More than a segment holds, elsewhere and above.
+        // More casters than a segment holds, elsewhere and above.
         let many = |at| cloud(&mut Chance::new(6), at, 2000, 0);
         let mut crowded = scene.clone();
         crowded.particles.extend(many(Vec3::new(4.5, 1.0, 4.5)));
-        // Some of the few share a group with what is seen.
+        // Some of the few share a group with visible particles.
         assert!(hidden(&mut renderer, &crowded) > 2 * 150);
         scene.particles.extend(many(Vec3::Y));
         assert_eq!(hidden(&mut renderer, &scene), 0);
     }
 }
 
-/// Boxes of triangles, at random.
+/// A box of triangles.
 fn crate_at(center: Vec3, edge: f32, material: u32, id: u32) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for axis in 0..3 {
@@ -319,7 +319,7 @@ fn crate_at(center: Vec3, edge: f32, material: u32, id: u32) -> Vec<Triangle> {
     triangles
 }
 
-/// Opaque and dithered boxes below the ground and beside it, near and far, and tiny ones.
+/// Opaque and dithered boxes below the ground and next to it, near and far, and tiny ones.
 #[test]
 fn opaque_casters_below_a_ground_are_hidden() {
     // Each tier makes the kernels of half of them.
@@ -349,24 +349,24 @@ fn opaque_casters_below_a_ground_are_hidden() {
     }
 }
 
-/// Its faces behind the ground say how deep the light comes.
+/// A volume's faces behind the ground end at its depth, and still count.
 #[test]
 fn a_volume_is_never_hidden() {
     let mut scene = smoke_and_ground();
     scene.triangles.extend(crate_at(Vec3::NEG_Y * 2.0, 1.0, 3, 1));
     let mut renderer = renderers().next().expect("there are tiers");
     assert_eq!(hidden(&mut renderer, &scene), 3 * 150);
-    // One face opaque, all else a volume.
+    // One face opaque, the others a volume.
     scene.particles.clear();
     assert_eq!(hidden(&mut renderer, &scene), 0);
 }
 
-/// A map stays while only what is hidden moves, and is rendered when it comes out.
+/// A map is kept while only hidden casters move, and is rendered when they come out.
 #[test]
 fn maps_stay_while_only_what_is_hidden_moves() {
     let mut renderer = renderers().next().expect("there are tiers");
     let mut scene = smoke_and_ground();
-    // Keep the bounds, whatever moves.
+    // Fixes the bounds of the scene.
     let far = Vec3::new(7.0, 5.0, 7.0);
     scene.particles.extend([far, -far].map(|center| particle(center, 0.1, Vec4::ONE)));
     let rendered_views = |renderer: &mut Renderer, scene: &Scene| {

@@ -1,4 +1,4 @@
-//! Composite shadows and the atlas: what a light's shadow is, whatever maps hold it.
+//! Composite shadows and the atlas: the shadow of a light does not depend on the maps that hold it.
 use crate::common::{
     TIERS,
     files::read,
@@ -23,7 +23,7 @@ const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Y };
 pub(crate) const STONE: u32 = 0;
 pub(crate) const GLASS: u32 = 1;
 
-/// A rectangle over the ground at a height, 100 m wide, or as wide as it is said.
+/// A rectangle over the ground at a height, of half extents `half`.
 pub(crate) fn roof(y: f32, half: Vec3, material: u32) -> [Triangle; 2] {
     let corner = |x: f32, z: f32| Vec3::new(x * half.x, y, z * half.z);
     let (a, b, c, d) = (corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0));
@@ -34,7 +34,7 @@ pub(crate) fn moved(triangles: [Triangle; 2], by: Vec3) -> [Triangle; 2] {
     triangles.map(|t| Triangle { positions: t.positions.map(|p| p + by), ..t })
 }
 
-/// A long ground below a camera that looks along it, and a sun in cascades.
+/// A long ground below a camera that looks along it, under a sun with cascades.
 pub(crate) fn ground(cascades: Cascades, direction: Vec3) -> Scene {
     let glass = Material { tint: Vec4::new(1.0, 0.5, 0.25, 1.0), ..material(Transfer::Filter) };
     let mut scene = empty(vec![material(Transfer::Opaque), glass]);
@@ -68,7 +68,7 @@ fn share_apart(a: &Picture, b: &Picture) -> f64 {
     channels.filter(|(a, b)| a.abs_diff(**b) > 4).count() as f64 / (3 * a.rgb.len()) as f64
 }
 
-/// Light of the first light that arrives at points of the ground.
+/// Light of the first light at points of the ground.
 pub(crate) fn light_at(scene: &Scene, points: &[Vec3]) -> Vec<Vec3> {
     let views = shadow_views(scene);
     let maps = render_maps(scene, &views).0;
@@ -85,13 +85,13 @@ pub(crate) fn light_at(scene: &Scene, points: &[Vec3]) -> Vec<Vec3> {
     points.iter().map(at).collect()
 }
 
-/// A spot over a pane that its own shadow is too near to see, and further shadows that do.
+/// A spot over a pane in front of its own shadow's near plane, and further shadows that contain it.
 fn composite(shadows: Vec<Shadow>) -> Scene {
     let mut scene = ground(Cascades::default(), Vec3::NEG_Y);
     let (position, direction) = (Vec3::Y * 8.0, Vec3::NEG_Y);
     let kind = LightKind::Spot { position, direction, angle: 1.2 };
     scene.lights = vec![Light { near: Some(4.0), shadows, ..light(kind) }];
-    // In front of the own shadow's near plane; behind it another.
+    // One pane in front of the own shadow's near plane; another behind it.
     scene.triangles.extend(roof(6.0, Vec3::splat(9.0), GLASS));
     scene
         .materials
@@ -170,8 +170,8 @@ fn crowd() -> Scene {
     scene
 }
 
-/// On the CPU every view has maps of its own: were a border crossed in the atlas, by the look-up or
-/// by the blur, pictures and maps would differ.
+/// On the CPU every view has maps of its own: if the look-up or the blur crossed a border in the atlas,
+/// pictures and maps would differ.
 #[test]
 fn no_filter_crosses_a_border_of_the_atlas() {
     let scene = crowd();

@@ -1,5 +1,5 @@
-//! `over` in the order in which each ray meets its casters, whatever order they come in. Truth: the
-//! renderer in 64 bits, which sorts the hits of every texel.
+//! `over` in the order of each ray's hits, for any order of the casters. Truth: the renderer in 64 bits,
+//! which sorts the hits of every texel.
 use super::brute_force::assert_agrees;
 use crate::common::{
     TIERS,
@@ -39,7 +39,7 @@ fn pane(center: Vec3, x: Vec3, y: Vec3, material: u32) -> [Triangle; 2] {
     [[a, b, c], [a, c, d]].map(|positions| triangle(positions, material))
 }
 
-/// In all that the scene lets one choose: what twin and tiers counted.
+/// Checks all modes of a scene; returns the counters of twin and tiers.
 fn assert_ordered(scene: &Scene, tolerance: Tolerance) {
     let mut curves = scene.clone();
     curves.shadow.receiver = Receiver::Curve;
@@ -57,7 +57,7 @@ fn all_counters(scene: &Scene) -> Vec<Counters> {
     all
 }
 
-/// The blue pane's nearest point is in front of the red one, and most of it behind.
+/// A slanted blue pane whose nearest point is in front of a red one, and most of it behind.
 fn slanted() -> Scene {
     let mut scene = lit_by(sun(), vec![over(RED), over(BLUE)]);
     let slope = Vec3::new(0.0, 1.0, -1.0).normalize();
@@ -119,7 +119,7 @@ fn hits_on_both_sides_of_a_segments_end_are_in_order() {
     let haze = over(Vec4::new(0.5, 0.5, 0.5, 1e-5));
     let mut scene = lit_by(sun(), vec![over(RED), over(BLUE), haze]);
     scene.lights[0].size = Some(16);
-    // All but one pair of the first segment.
+    // All pairs of the first segment except one.
     for id in 0..2047 {
         let center = Vec3::new(0.0, 8.0 + id as f32 * 1e-3, 0.0);
         scene.particles.push(Particle { id, material: 2, ..particle(center, 20.0, Vec4::ONE) });

@@ -1,4 +1,4 @@
-//! What holds for every scene.
+//! Properties of every scene.
 use crate::common::scenes::{Chance, empty, light, material, random_discs, triangle};
 use gobo::{
     glam::{Vec3, Vec4},
@@ -9,7 +9,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// How far `F` may move when the order of the casters does.
+/// Largest change of `F` when the casters are permuted.
 const PERMUTED: f32 = 1.0 / 1024.0;
 
 fn materials() -> Vec<Material> {
@@ -49,7 +49,7 @@ fn maps_of(scene: &Scene) -> Vec<ViewMaps> {
     render_maps(scene, &shadow_views(scene)).0
 }
 
-/// The largest difference of `F`; infinite where depths differ at all.
+/// Largest difference of `F`; infinite if depths differ at all.
 fn apart(a: &[ViewMaps], b: &[ViewMaps]) -> f32 {
     assert_eq!(a.len(), b.len());
     let of_view = |(a, b): (&ViewMaps, &ViewMaps)| {

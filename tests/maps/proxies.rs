@@ -1,4 +1,4 @@
-//! Casters that only cast, and casters that are only seen.
+//! Casters that are not visible, and visible casters without shadows.
 use crate::common::{
     TIERS,
     scenes::{empty, light, material, particle, triangle},
@@ -23,7 +23,7 @@ fn over_a_floor(proxies: Vec<Material>) -> Scene {
     for positions in [
         [corner(-1.0, 0.0, -1.0), corner(-1.0, 0.0, 1.0), corner(1.0, 0.0, 1.0)],
         [corner(-1.0, 0.0, -1.0), corner(1.0, 0.0, 1.0), corner(1.0, 0.0, -1.0)],
-        // Encloses what may be left out.
+        // Fixes the bounds of the scene.
         [corner(-1.0, 0.0, -1.0), corner(-1.0, 1.5, -1.0), corner(-1.0, 0.0, -0.99)],
     ] {
         scene.triangles.push(triangle(positions, 0));
@@ -54,7 +54,7 @@ fn kinds() -> Vec<Material> {
     .to_vec()
 }
 
-/// Whether the maps and the picture of `render` show what they should of some materials at once.
+/// Checks that the maps and the picture of `render` show exactly the right ones of several materials.
 fn check(kinds: &[Material], render: &dyn Fn(&Scene) -> (Vec<ViewMaps>, Picture)) {
     let of = |visible: bool, casts: bool| {
         kinds.iter().map(|kind| Material { visible, casts, ..kind.clone() }).collect()

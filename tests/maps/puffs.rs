@@ -1,4 +1,4 @@
-//! Puffs absorb along their chord: what pencil and paper say, of the twin and of both tiers.
+//! Absorption of puffs along their chord: closed forms against the twin and both tiers.
 use crate::common::{
     TIERS,
     brute_force::render as brute_force,
@@ -14,16 +14,16 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage, and of 16-bit opacities and colours.
+/// Rounding of the filter's storage, and of 16-bit opacities and colours.
 const ROUNDING: f32 = 1e-3;
-/// Of depths in 32 bits.
+/// Rounding of depths in 32 bits.
 const DEPTH_ROUNDING: f32 = 1e-5;
 const COLOR: Vec4 = Vec4::new(0.1, 0.5, 1.0, 0.8);
-/// Texels; odd, so that the middle one's ray is the axis.
+/// Edge of the map [texels], odd, so that the central ray is the axis.
 const SIZE: u32 = 33;
 const WALL: u32 = 1;
 
-/// A light at the origin that looks along -z at 20 x 20 x 20 m around it, however much is in it.
+/// A light at the origin that looks along -z at 20 x 20 x 20 m around it, for any contents.
 fn stage(kind: LightKind) -> Scene {
     let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
     let mut scene = empty(vec![puff, material(Transfer::Opaque)]);
@@ -44,7 +44,7 @@ fn kinds() -> [LightKind; 3] {
     ]
 }
 
-/// What twin and tiers say of the view along -z.
+/// Maps of twin and tiers, of the view along -z.
 fn maps_of(scene: &Scene) -> Vec<ViewMaps> {
     let along = |maps: Vec<ViewMaps>| {
         let found = maps.into_iter().find(|maps| maps.view.direction().z < -0.99);
@@ -55,7 +55,7 @@ fn maps_of(scene: &Scene) -> Vec<ViewMaps> {
     all
 }
 
-/// `F` and, where the ray enters [m before the light], `D` of the middle texel.
+/// Checks `F` and, if the ray enters at `enters` [m before the light], `D` of the central texel.
 fn assert_middle(scene: &Scene, share: f32, enters: Option<f32>) {
     let whole = Vec3::ONE - COLOR.w * (Vec3::ONE - COLOR.truncate());
     let expected = whole.powf(share);
@@ -144,8 +144,8 @@ fn puffs_multiply() {
     }
 }
 
-/// A puff below a texel is enlarged and thinned. Light is conserved where it absorbs little: the
-/// mean of its shadow is `2/3 a pi r^2`, the chord's mean being 2/3 of the diameter.
+/// A puff smaller than a texel is enlarged and thinned. Light is conserved at low absorption: the mean of
+/// its shadow is `2/3 a pi r^2`, the chord's mean being 2/3 of the diameter.
 #[test]
 fn puffs_below_a_texel_conserve_light() {
     const CELLS: u32 = 24;
@@ -162,7 +162,7 @@ fn puffs_below_a_texel_conserve_light() {
             scene.particles.push(particle((at * texel).extend(-5.0), radius * texel, black));
         }
         let area = f64::from(CELLS * CELLS) * std::f64::consts::PI * f64::from(radius * radius);
-        // Of a sphere's shadow: 1 - 2 (1 - (1 - a)(1 + k)) / k^2, k = -ln(1 - a).
+        // Mean of a sphere's shadow: 1 - 2 (1 - (1 - a)(1 + k)) / k^2, k = -ln(1 - a).
         let k = -(1.0 - f64::from(alpha)).ln();
         let mean = 1.0 - 2.0 * (1.0 - (-k).exp() * (1.0 + k)) / (k * k);
         for maps in maps_of(&scene) {
@@ -173,7 +173,7 @@ fn puffs_below_a_texel_conserve_light() {
     }
 }
 
-/// The renderer in 64 bits, which intersects spheres in world space.
+/// Clouds against the renderer in 64 bits, which intersects spheres in world space.
 #[test]
 fn clouds_of_puffs_agree_with_the_formulas() {
     let position = Vec3::new(3.0, 4.0, 2.5);

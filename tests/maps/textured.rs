@@ -1,4 +1,4 @@
-//! Textured shadows: a projector's picture and the net of light under water, against closed forms.
+//! Textured shadows: a projector's slide and caustics under water, against closed forms.
 use crate::common::{
     TIERS, brute_force,
     compare::{Tolerance, assert_maps_agree, compare_maps},
@@ -51,8 +51,8 @@ fn maps_are_the_textures_where_rays_meet_them() {
     }
 }
 
-/// A lamp one metre before a pane of one metre, four checks wide: the middle of each check's image
-/// is that check, wherever the wall is.
+/// A lamp 1 m in front of a pane of 1 m, four checks wide: the centre of each check's image has its colour,
+/// wherever the wall is.
 #[test]
 fn a_projector_throws_its_slide() {
     let colors: [[u8; 4]; 4] =
@@ -89,7 +89,7 @@ fn a_projector_throws_its_slide() {
     }
 }
 
-/// Water gathers light: brighter lines, darker cells, and about as much of it in all.
+/// Water focuses light: brighter lines, darker cells, and about the same sum.
 #[test]
 fn caustics_move_light_and_keep_it() {
     let mut scene = small("caustics");

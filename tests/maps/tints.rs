@@ -1,4 +1,4 @@
-//! Which casters tint a receiver: those before it, none, or all but its own.
+//! Which casters tint a receiver: those in front of it, none, or all except its own object's.
 use crate::common::{
     TIERS,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -16,7 +16,7 @@ const UPPER: u32 = 7;
 /// With the same lower half as `UPPER`.
 const LOWER: u32 = 7 | 5 << 16;
 
-/// What a receiver is, besides where.
+/// Form of a receiver.
 #[derive(Clone, Copy, Debug)]
 enum Form {
     Pane,
@@ -24,7 +24,7 @@ enum Form {
     Floor,
 }
 
-/// A caster that is not seen above a receiver that casts nothing, seen from above.
+/// An invisible caster above a receiver without shadow, seen from above.
 fn stack(form: Form, receives: Receives, id: u32, upper: Transfer) -> Scene {
     let tint = Vec4::new(0.8, 0.8, 0.8, 1.0);
     let transfer = if let Form::Floor = form { Transfer::Opaque } else { Transfer::Over };
@@ -58,7 +58,7 @@ fn stack(form: Form, receives: Receives, id: u32, upper: Transfer) -> Scene {
     scene
 }
 
-/// The middle pixel of each renderer.
+/// Central pixel of each renderer.
 fn middles(scene: &Scene) -> Vec<[u8; 3]> {
     let views = shadow_views(scene);
     let (maps, _) = render_maps(scene, &views);

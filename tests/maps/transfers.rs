@@ -1,4 +1,4 @@
-//! What each transfer does to light, of every form of caster, textured or not: twin and both tiers.
+//! Transfer functions of every form of caster, textured or not: twin and both tiers.
 use crate::common::{
     TIERS,
     scenes::{Chance, empty, hold_view, light, material, particle, triangle},
@@ -12,14 +12,14 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage, 11 bits, and of 16-bit opacities and colours; relative above 1.
+/// Rounding of the filter's storage, 11 bits, and of 16-bit opacities and colours; relative above 1.
 const ROUNDING: f64 = 1e-3;
-/// Software adapters decode sRGB by a polynomial; relative.
+/// Relative error of software adapters, which decode sRGB by a polynomial.
 const DECODING: f64 = 2e-3;
 /// 176 in sRGB is linear 0.4342 (IEC 61966-2-1).
 const TEXEL: Vec4 = Vec4::new(0.434_154, 1.0, 0.434_154, 0.8);
 
-/// A light from above that sees 20 x 20 m in 128 x 128 texels, however much is in it.
+/// A light from above over 20 x 20 m in 128 x 128 texels, for any contents.
 fn stage(materials: Vec<Material>) -> Scene {
     let mut scene = empty(materials);
     let wall = scene.materials.len() as u32;
@@ -32,7 +32,7 @@ fn stage(materials: Vec<Material>) -> Scene {
     scene
 }
 
-/// What twin and tiers say.
+/// Maps and counters of twin and tiers.
 fn all_maps(scene: &Scene) -> Vec<(ViewMaps, Counters)> {
     let (mut maps, counters) = render_maps(scene, &shadow_views(scene));
     let mut all = vec![(maps.remove(0), counters)];
@@ -43,7 +43,7 @@ fn all_maps(scene: &Scene) -> Vec<(ViewMaps, Counters)> {
     all
 }
 
-/// The texel under a point, and how far its centre is from the point [m].
+/// Index of the texel under a point, and the distance of its centre from the point [m].
 fn texel_at(maps: &ViewMaps, x: f32, y: f32) -> (usize, f32) {
     let p = maps.view.view_from_world.transform_point3(Vec3::new(x, y, 0.0));
     let at = Vec2::new(p.x, -p.y) * maps.view.scale + maps.view.size.as_vec2() * 0.5;
@@ -165,7 +165,7 @@ fn over(tint: Vec4) -> Material {
     Material { tint, profile: Profile::Flat, ..material(Transfer::Over) }
 }
 
-/// Light behind casters that it meets in this order.
+/// Light behind casters that it hits in this order.
 fn chain(casters: impl IntoIterator<Item = (Transfer, Vec4)>) -> DVec3 {
     casters.into_iter().fold(DVec3::ONE, |light, (transfer, look)| {
         let (a, c) = (f64::from(look.w), look.truncate().as_dvec3());
@@ -191,7 +191,7 @@ fn over_beside_what_commutes_is_a_chain_in_depth_order() {
         (Transfer::Stain, Vec4::new(0.9, 0.8, 0.9, 0.1)),
     ];
     let materials = |tint: (Transfer, Vec4)| Material { tint: tint.1, ..material(tint.0) };
-    // As uploaded, and as met: by depth, whatever the order of the upload.
+    // The order of hits is by depth, for any order of the upload.
     for order in [[0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1]] {
         let mut scene = stage(looks.map(materials).to_vec());
         for (place, look) in order.into_iter().enumerate() {
@@ -206,7 +206,7 @@ fn over_beside_what_commutes_is_a_chain_in_depth_order() {
     }
 }
 
-/// Many discs over one tile, in depth order from the light; what their chain lets through.
+/// Many discs over one tile, and their transfers in depth order from the light.
 fn stack(count: usize, radius: f32, alpha: f32) -> (Scene, Vec<(Transfer, Vec4)>) {
     let gel = Material { profile: Profile::Flat, ..material(Transfer::Filter) };
     let mut scene = stage(vec![over(Vec4::ONE), gel]);
@@ -234,7 +234,7 @@ fn stack(count: usize, radius: f32, alpha: f32) -> (Scene, Vec<(Transfer, Vec4)>
     (scene, looks)
 }
 
-/// Of 16-bit opacities that are multiplied up thousands of times.
+/// Rounding of 16-bit opacities after thousands of products.
 const LONG: f64 = 3e-3;
 
 #[test]

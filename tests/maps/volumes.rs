@@ -1,5 +1,4 @@
-//! Closed meshes absorb along the way through them: pencil and paper, and rays in 64 bits, against
-//! the twin and both tiers.
+//! Absorbing closed meshes: closed forms, and rays in 64 bits, against the twin and both tiers.
 use crate::common::{
     TIERS,
     files::read,
@@ -16,9 +15,9 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of the filter's storage.
+/// Rounding of the filter's storage.
 const ROUNDING: f64 = 1e-3;
-/// Left after [`DISTANCE`] metres.
+/// Transmittance of [`DISTANCE`] metres.
 pub(crate) const COLOR: DVec3 = DVec3::new(0.25, 0.5, 1.0);
 pub(crate) const DISTANCE: f64 = 2.0;
 pub(crate) const FOG: u32 = 0;
@@ -33,7 +32,7 @@ fn passed(metres: f64) -> DVec3 {
     COLOR.powf(metres / DISTANCE)
 }
 
-/// Looks along -z from above the origin; 20 x 20 m, however much is in it.
+/// A light that looks along -z from above the origin; 20 x 20 m, for any contents.
 pub(crate) fn stage(kind: LightKind) -> Scene {
     let mut scene = empty(vec![fog(), material(Transfer::Opaque)]);
     scene.lights.push(light(kind));
@@ -48,7 +47,7 @@ pub(crate) fn spot() -> LightKind {
     LightKind::Spot { position: Vec3::Z * 9.0, direction: Vec3::NEG_Z, angle: 1.0 }
 }
 
-/// Counterclockwise from outside.
+/// A box, counterclockwise from outside.
 pub(crate) fn cuboid(min: Vec3, max: Vec3, material: u32) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for axis in [
@@ -73,14 +72,14 @@ pub(crate) fn cuboid(min: Vec3, max: Vec3, material: u32) -> Vec<Triangle> {
     triangles
 }
 
-/// As large as the stage.
+/// A floor as large as the stage.
 pub(crate) fn floor(z: f32, material: u32) -> [Triangle; 2] {
     let corner = |x: f32, y: f32| Vec3::new(x * 9.9, y * 9.9, z);
     let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
     [[a, b, c], [a, c, d]].map(|positions| triangle(positions, material))
 }
 
-/// What twin and tiers say.
+/// Maps and counters of twin and tiers.
 pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
     let mut all = vec![render_maps(scene, &shadow_views(scene))];
     for tier in TIERS {
@@ -90,7 +89,7 @@ pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
     all
 }
 
-/// Ways in order along a texel's ray, in 64 bits: where it starts, and unit direction.
+/// Origin and unit direction of a texel's ray, in 64 bits.
 fn ray(maps: &ViewMaps, texel: usize) -> (DVec3, DVec3) {
     let view = &maps.view;
     let (x, y) = (texel as u32 % view.size.x, texel as u32 / view.size.x);
@@ -109,8 +108,8 @@ fn ray(maps: &ViewMaps, texel: usize) -> (DVec3, DVec3) {
     }
 }
 
-/// How far along the ray triangles of a material are met, and how near an edge the nearest miss is
-/// [share of a side]. Möller and Trumbore 1997.
+/// Distances along the ray of its hits with triangles of a material, and the smallest distance to an edge
+/// of a miss [share of a side]. Möller and Trumbore 1997.
 fn meet(scene: &Scene, material: u32, start: DVec3, way: DVec3) -> (Vec<f64>, f64) {
     let (mut met, mut edge) = (Vec::new(), 1.0_f64);
     for triangle in scene.triangles.iter().filter(|t| t.material == material) {
@@ -133,7 +132,7 @@ fn meet(scene: &Scene, material: u32, start: DVec3, way: DVec3) -> (Vec<f64>, f6
     (met, edge)
 }
 
-/// Every texel whose ray is clear of edges, as rays in 64 bits say.
+/// Checks every texel whose ray is clear of edges against rays in 64 bits.
 fn check(scene: &Scene) {
     let mut compared = 0;
     for (maps, _) in all_maps(scene) {
@@ -222,7 +221,7 @@ fn a_light_inside_sees_the_rest() {
     check(&cut);
 }
 
-/// `level` subdivisions of an icosahedron.
+/// A sphere of `level` subdivisions of an icosahedron.
 fn ball(level: u32, center: Vec3, radius: f32) -> Vec<Triangle> {
     let toml = format!(
         "[[material]]\nname = \"a\"\nattenuation_distance = 1\nattenuation_color = [0, 0, 0]\n\
@@ -246,7 +245,7 @@ fn balls_absorb_along_their_chord() {
     }
 }
 
-/// Slabs one behind another, half of `depth` thick together.
+/// Slabs one behind another, which fill half of `depth`.
 fn slabs(count: u32, depth: f32) -> Vec<Triangle> {
     let step = depth / count as f32;
     let slab = |i: u32| {
@@ -286,7 +285,7 @@ fn overflow_costs_volumes_nothing() {
     }
 }
 
-/// Beside panes and `over`, which are composed first.
+/// Volumes with panes and `over`, which are composed first.
 #[test]
 fn volumes_filter_beside_other_casters() {
     let gel = Material { tint: Vec4::new(0.5, 0.9, 0.3, 0.8), ..material(Transfer::Filter) };
@@ -328,7 +327,7 @@ fn bodies_that_are_mirrored_or_open() {
     assert!(read(&particles).unwrap_err().to_string().contains("no volume"));
 }
 
-/// What is thicker than the sums hold is black, not bright.
+/// A volume thicker than the sums hold is black, not bright.
 #[test]
 fn tar_is_black() {
     let mut scene = stage(SUN);

@@ -1,4 +1,4 @@
-//! Light that the air scatters: against closed forms, kernels against the twin.
+//! Light that the air scatters: closed forms, and kernels against the twin.
 use crate::common::{
     TIERS,
     files::read,
@@ -18,7 +18,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Red is scattered and not taken, of blue more is taken than scattered.
+/// Red is scattered without extinction, blue has more extinction than scattering.
 const AIR: Air = Air {
     scattering: Vec3::new(0.18, 0.14, 0.1),
     extinction: Vec3::new(0.0, 0.14, 0.3),
@@ -56,7 +56,7 @@ fn volume(scene: &Scene) -> (AirVolume, View) {
     (AirVolume::new(&view, &camera.view_from_world.inverse(), &lighting, &params), camera)
 }
 
-/// Rounding of 48 sums in 32 bits, and the columns' rays beside the pixel's.
+/// Rounding of 48 sums in 32 bits, and the offset of the columns' rays from the pixel's.
 const ROUNDED: f64 = 2e-3;
 
 /// Light that is the same everywhere: `scattering (ambient + p E) (1 - exp(-extinction s)) / extinction`.
@@ -102,7 +102,7 @@ fn the_phase_function_scatters_all_there_is() {
     }
 }
 
-/// Behind a pane the air has its colour, before it the light's.
+/// The air behind a pane has the pane's colour, the air in front of it the light's.
 #[test]
 fn air_behind_glass_is_coloured_and_before_it_is_not() {
     let tint = Vec3::new(0.9, 0.3, 0.1);
@@ -141,7 +141,7 @@ fn share_apart(a: &Picture, b: &Picture) -> f64 {
     apart as f64 / (3 * a.rgb.len()) as f64
 }
 
-/// Where a ray grazes an edge rounding decides.
+/// Share of pixels that rounding may decide, where a ray grazes an edge.
 const GRAZED: f64 = 3e-3;
 
 /// Panes, particles and additive fire in the air.
@@ -169,7 +169,7 @@ fn pictures_match_the_twin() {
     }
 }
 
-/// As the density goes to 0 the picture goes to that of clear air.
+/// As the density goes to 0 the picture goes to that without air.
 #[test]
 fn thin_air_is_clear_air() {
     let mut scene = shafts();
@@ -180,8 +180,8 @@ fn thin_air_is_clear_air() {
     assert_eq!(share_apart(&twin(&scene), &clear), 0.0);
 }
 
-/// Air that scatters and takes nothing: where no light shines through it, the picture is that of clear
-/// air to the last bit; where one does, it only gets brighter.
+/// Air that scatters without extinction: pixels without lit air are those of clear air to the last bit;
+/// others only get brighter.
 #[test]
 fn shafts_need_no_veil() {
     let mut scene = shafts();

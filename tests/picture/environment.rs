@@ -1,4 +1,4 @@
-//! What is all around: its light and its mirror images against closed forms, kernels against the twin.
+//! Environments: light and reflections against closed forms, kernels against the twin.
 use crate::common::{
     TIERS,
     files::{Folder, read},
@@ -15,7 +15,7 @@ use gobo::{
 };
 use std::sync::Arc;
 
-/// Radiance by direction, as an image of 256 x 128 texels.
+/// An environment of a radiance by direction, from an image of 256 x 128 texels.
 fn around(radiance: impl Fn(DVec3) -> Vec3) -> Environment {
     let size = UVec2::new(256, 128);
     let texel = |i: u32| {
@@ -45,7 +45,7 @@ fn directions() -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// A white surface sends back `1`, `2/3` and `1/4` of what varies with order 0, 1 and 2.
+/// The cosine lobe scales spherical harmonics of order 0, 1 and 2 by `1`, `2/3` and `1/4`.
 #[test]
 fn diffuse_light_is_that_of_the_closed_form() {
     let environment = around(|d| {
@@ -76,7 +76,7 @@ fn images_look_where_they_say() {
             "{direction} {found}"
         );
     }
-    // Turned by a quarter, what was in the middle is seen to the left.
+    // Turned by a quarter, the centre of the image is on the left.
     let size = UVec2::new(8, 4);
     let mut texels = vec![[0.0; 3]; 32];
     for row in 0..4 {
@@ -87,8 +87,8 @@ fn images_look_where_they_say() {
     assert_eq!(seen(&turned, Vec3::NEG_Z, 0.0), Vec3::ZERO);
 }
 
-/// Half vectors of GGX (Walter et al. 2007) about `n`, weighted as Karis 2013 does: `n` is `height` above
-/// the border between black below and white above.
+/// Reflection by half vectors of GGX (Walter et al. 2007) about `n`, weighted like Karis 2013: `n` is
+/// `height` above the border between black below and white above.
 fn mirrored_of_halves(height: f64, roughness: f64) -> f64 {
     const STEPS: u32 = 600;
     let square = roughness.powi(4);
@@ -126,7 +126,7 @@ fn roughness_blurs_as_ggx_does() {
     assert_eq!(seen(&scene, Vec3::new(1.0, 0.2, 0.0), 0.0), Vec3::ONE);
 }
 
-/// A white metal in light that is the same from everywhere cannot be seen, whatever its roughness.
+/// A white metal in uniform light is invisible at any roughness.
 #[test]
 fn metal_in_even_light_is_invisible() {
     let mut scene = within(around(|_| Vec3::new(0.5, 0.25, 1.0)));
@@ -161,10 +161,10 @@ fn share_apart(a: &Picture, b: &Picture) -> f64 {
     apart as f64 / (3 * a.rgb.len()) as f64
 }
 
-/// Where a ray grazes an edge, or the sun's, rounding decides.
+/// Share of pixels that rounding may decide, where a ray grazes an edge, or the sun's.
 const GRAZED: f64 = 3e-3;
 
-/// Metals and dull things, particles and panes of several roughnesses under a sky with a sun.
+/// Metallic and rough objects, particles and panes of several roughnesses under a sky with a sun.
 fn stage() -> Scene {
     let sun =
         SunDisc { direction: Vec3::new(0.3, -0.5, -1.0), color: Vec3::splat(9.0), angle: 0.1 };
@@ -208,7 +208,7 @@ fn pictures_match_the_twin() {
         let apart = share_apart(&render(tier, &scene).picture, &expected);
         assert!(apart <= GRAZED, "{tier:?}: {apart}");
     }
-    // With two colours around, metal mirrors them.
+    // Where the surroundings are two colours, metal mirrors them.
     let plain = Scene { environment: None, background: Vec3::splat(0.4), ..scene.clone() };
     let mut dull = plain.clone();
     dull.materials.iter_mut().for_each(|material| material.metallic = 0.0);
@@ -221,7 +221,7 @@ fn pictures_match_the_twin() {
     }
 }
 
-/// As bright in all as its angle says, though it is smaller than a texel or two.
+/// The sun's power follows from its angle, though it is smaller than a texel or two.
 #[test]
 fn the_sun_is_as_bright_as_it_is_large() {
     let dark = Sky { zenith: Vec3::ZERO, horizon: Vec3::ZERO, ground: Vec3::ZERO, sun: None };
@@ -302,7 +302,7 @@ fn radiance_files_are_read_and_damaged_ones_refused() {
     }
 }
 
-/// Files alone have a sky, unless two colours are said.
+/// Files alone have a sky, unless two colours are given.
 #[test]
 fn files_alone_have_a_sky() {
     let folder = Folder::new();

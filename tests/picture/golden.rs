@@ -1,4 +1,4 @@
-//! The lit picture: kernels against the twin, and both against pictures that were looked at.
+//! The lit picture: kernels against the twin, and both against reviewed pictures.
 use crate::common::{TIERS, files::read, render};
 use gobo::{
     records::Picture,
@@ -15,7 +15,7 @@ const SCENES: [&str; 5] = ["smoke", "glass", "box", "mixed", "cascades"];
 /// driver rounds a few channels differently, which stays below a tenth of it.
 const LOOKS_THE_SAME: f32 = 0.01;
 
-/// Steps of 8 bits that separate twin and kernel where both round.
+/// Largest difference between twin and kernel by rounding, in steps of 8 bits.
 const ROUNDED: u8 = 4;
 /// Share of the channels that may be further apart: pixels whose ray grazes an edge.
 const GRAZED: f64 = 1e-3;

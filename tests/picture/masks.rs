@@ -92,7 +92,7 @@ fn kernels_make_the_masks_of_the_twin() {
             let dark = twin.iter().filter(|texel| texel[0].min(texel[1]) < 100).count();
             assert!(dark > 30, "{dark}: nothing is in the shadow");
             let far = ours.iter().zip(&twin).filter(|&(&a, &b)| apart(a, b) > 3).count();
-            // Of four pixels of a wall that faces the camera rounding chooses the nearest.
+            // Rounding chooses the nearest of four pixels on a wall that faces the camera.
             let few = ours.len() / if half { 100 } else { 300 };
             assert!(far <= few, "glass {glass} half {half} taps {taps}: {far}");
         }
@@ -109,7 +109,7 @@ fn pictures_through_masks_are_those_without() {
         let mut own = scene.clone();
         own.mask = Some(MaskSettings { half, taps, ..OFF });
         let (masks, light) = masks_of(&own);
-        // Of the sun and of the lamp.
+        // Masks of the sun and of the lamp.
         let at = |x: usize, y: usize| [masks[y * 96 + x], masks[(64 + y) * 96 + x]];
         let steps = |a: [[u8; 4]; 2], b: [[u8; 4]; 2]| apart(a[0], b[0]).max(apart(a[1], b[1]));
         let mut errors = Vec::new();

@@ -3,6 +3,7 @@ mod air;
 mod environment;
 mod golden;
 mod masks;
+mod renderer;
 mod samples;
 mod shade;
 mod specks;

@@ -1,4 +1,4 @@
-//! `camera.samples`: edges against the share of each pixel that they cover.
+//! `camera.samples`: edges against the exact coverage of each pixel.
 use crate::common::{
     TIERS, gpu,
     scenes::{empty, material, triangle},
@@ -11,10 +11,10 @@ use gobo::{
 };
 
 const SIZE: u32 = 32;
-/// How far right the edge moves for each metre up.
+/// Shift of the edge to the right per metre up.
 const SLANT: f64 = 0.37;
 
-/// All that is left of a slanted edge shines.
+/// A scene that shines on the left of a slanted edge.
 fn edge(samples: u32) -> Scene {
     let mut scene = empty(vec![Material { emission: Vec3::ONE, ..material(Transfer::Opaque) }]);
     scene.camera = Camera {
@@ -32,7 +32,7 @@ fn edge(samples: u32) -> Scene {
     scene
 }
 
-/// What of a pixel the edge covers.
+/// Share of a pixel that the edge covers.
 fn covered(pixel: usize) -> f64 {
     const PLACES: usize = 64;
     let metre = f64::from(SIZE) * 0.5 / f64::from(0.2_f32.tan()) / 5.0;
@@ -67,7 +67,7 @@ fn edges_are_as_wide_as_they_cover() {
     let is_hard = |light: &[f32; 3]| light[0] == 0.0 || light[0] == 1.0;
     assert!(lights[0].iter().all(is_hard));
     assert!(!lights[2].iter().all(is_hard));
-    // The kernels see what the twin sees, but for what rounding decides.
+    // The kernels agree with the twin, up to rounding.
     for i in 0..3 {
         let pairs = lights[i].iter().zip(&lights[3 + i]);
         assert!(pairs.filter(|(a, b)| a != b).count() <= 2, "{i}");

@@ -1,4 +1,4 @@
-//! The lit picture: the kernels against the twin, and what a picture must show.
+//! The lit picture: kernels against the twin, and expected contents of pictures.
 use crate::common::{
     TIERS, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -133,7 +133,7 @@ fn a_missing_pane_is_noticed() {
     assert!(mean >= 1.0 && off >= 1e-3, "mean {mean}, {off} of the channels off");
 }
 
-/// A tile with more pairs than a segment: nearest of the solid, all of the smoke.
+/// A tile with more pairs than a segment: nearest opaque caster, all of the smoke.
 #[test]
 fn long_tiles_are_whole() {
     let mut scene = empty(materials());
@@ -155,7 +155,7 @@ fn long_tiles_are_whole() {
     assert_matches_twin(&scene);
 }
 
-/// More discs than a segment has pairs, of so little opacity that a picture does not show them.
+/// More discs than a segment has pairs, too faint to be visible.
 fn unseen_discs(center: Vec3, spread: f32) -> Vec<Particle> {
     let mut chance = Chance::new(5);
     let disc = |_| {
@@ -178,7 +178,7 @@ fn lump(low: Vec3, high: Vec3, material: u32) -> Vec<Triangle> {
     (0..3).flat_map(|axis| [side(axis, -1.0), side(axis, 1.0)]).flatten().collect()
 }
 
-/// Steps of 8 bits by which rounding of faint discs may move a channel.
+/// Largest change of a channel by the rounding of faint discs, in steps of 8 bits.
 const UNSEEN: u8 = 1;
 
 fn assert_same_beside_unseen_discs(scene: &Scene, center: Vec3) {
@@ -199,7 +199,7 @@ fn assert_same_beside_unseen_discs(scene: &Scene, center: Vec3) {
     }
 }
 
-/// What a ray entered stays entered, however many pairs come before it leaves.
+/// A volume that a ray has entered continues, however many pairs come before the ray leaves it.
 #[test]
 fn a_volume_reaches_across_segments() {
     let mut scene = empty(materials());
@@ -217,7 +217,7 @@ fn a_volume_reaches_across_segments() {
     assert_same_beside_unseen_discs(&scene, Vec3::ZERO);
 }
 
-/// A pane that reaches far back waits for what is before it, however many pairs come between.
+/// A pane that reaches far back waits for nearer casters, however many pairs come between.
 #[test]
 fn a_pane_waits_across_segments() {
     let mut scene = empty(materials());
@@ -232,7 +232,7 @@ fn a_pane_waits_across_segments() {
     assert_same_beside_unseen_discs(&scene, Vec3::new(0.0, 0.0, 1.0));
 }
 
-/// The picture is the same whatever the budget of pairs is, and says that it was too small.
+/// The picture does not depend on the pair budget, and reports that it was too small.
 #[test]
 fn nothing_is_lost_past_the_pair_budget() {
     let mut scene = stage();
@@ -254,7 +254,7 @@ fn middle(picture: &Picture) -> [u8; 3] {
     picture.rgb[(picture.size.y / 2 * picture.size.x + picture.size.x / 2) as usize]
 }
 
-/// A large pane reaches nearer to the eye than smoke that is before its middle.
+/// A large pane reaches nearer to the eye than smoke in front of its centre.
 #[test]
 fn smoke_before_a_slanted_pane_keeps_its_colour() {
     let mut scene = empty(materials());

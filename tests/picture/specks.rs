@@ -1,4 +1,4 @@
-//! Single pixels that are wrong where surfaces are seen or lit at grazing angles.
+//! Single wrong pixels on surfaces that are seen or lit at grazing angles.
 use crate::common::{
     TIERS, render,
     scenes::{empty, light, material, triangle},
@@ -25,8 +25,8 @@ fn middle(picture: &Picture) -> Vec3 {
     Vec3::from(picture.light[at as usize])
 }
 
-/// A facet at a ball's silhouette: it faces the eye, the normal of the ball that it stands for does
-/// not. Light that meets both from the front is scattered as the cosine says.
+/// A facet at a ball's silhouette faces the eye, while its interpolated normal does not. Light from the
+/// front of both is scattered by the cosine.
 #[test]
 fn a_normal_that_looks_away_from_the_eye_is_no_other_side() {
     let tint = Vec4::new(0.5, 0.5, 0.5, 1.0);
@@ -50,8 +50,8 @@ fn a_normal_that_looks_away_from_the_eye_is_no_other_side() {
     }
 }
 
-/// What a sheet mirrors of the sky: Schlick 1994 by the angle to the surface that its facets stand for;
-/// what is rough has no grazing shine.
+/// Reflection of the sky: Schlick 1994 by the angle to the surface that the facets approximate; rough
+/// surfaces have no grazing reflection.
 #[test]
 fn a_rim_shines_by_its_normal_and_its_roughness() {
     let (near, far) = (Vec3::new(-0.15, 0.0, 1.5), Vec3::new(0.15, 0.0, -1.5));
@@ -110,7 +110,7 @@ fn quad(scene: &mut Scene, middle: Vec3, x: Vec3, y: Vec3, material: u32) {
     }
 }
 
-/// Pixels of a camera above `x` that are lit by more green than a share of the red.
+/// Pixels of a camera above `x` with more green than a share of the red.
 fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
     scene.camera.eye = Vec3::new(x, 4.0, 0.0);
     scene.camera.target = Vec3::new(x, 0.0, 0.0);
@@ -122,8 +122,8 @@ fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
     pictures(scene).iter().map(|p| p.light.iter().filter(is_green).count()).collect()
 }
 
-/// Right behind a pane that stands on a floor its colour is there, nearer than the bias as well; right
-/// before it is none.
+/// The colour of a pane that stands on a floor begins right behind it, nearer than the bias, and not in
+/// front of it.
 #[test]
 fn a_pane_tints_the_floor_from_where_it_stands() {
     for receiver in [Receiver::Nearest, Receiver::Curve] {
@@ -135,8 +135,8 @@ fn a_pane_tints_the_floor_from_where_it_stands() {
     }
 }
 
-/// The floor is behind what lies on it in every texel, nearer than the bias as well, however slanted
-/// the light.
+/// The floor is behind a caster that lies on it in every texel, nearer than the bias, for any slant of the
+/// light.
 #[test]
 fn what_lies_on_a_floor_tints_all_of_it() {
     let mut scene = floor(64, 0.2);
@@ -144,8 +144,8 @@ fn what_lies_on_a_floor_tints_all_of_it() {
     assert_eq!(green_pixels(&mut scene, 0.0, 0.02), [0; 3]);
 }
 
-/// A ball of few facets that are shaded round: on the side of the light they are lit as its cosine says,
-/// up to the ball's own terminator, and a facet that looks away from the light cuts no notch in it.
+/// A ball of few smooth-shaded facets: on the light's side they are lit by the cosine, up to the ball's own
+/// terminator, and a facet that looks away from the light cuts no notch in it.
 #[test]
 fn facets_cut_no_notches_in_a_terminator() {
     let tint = Vec4::new(0.5, 0.5, 0.5, 1.0);
@@ -174,7 +174,7 @@ fn facets_cut_no_notches_in_a_terminator() {
         for (i, light) in picture.light.iter().enumerate() {
             let x = (i % 65) as f32 - 32.0;
             let ray = Vec3::new(x * slope, (32.0 - (i / 65) as f32) * slope, -1.0).normalize();
-            // Where the ray meets the ball; its rim belongs to the facets.
+            // Point where the ray meets the ball; its rim belongs to the facets.
             let (nearest, eye) = (-ray.dot(scene.camera.eye), scene.camera.eye);
             let off = eye.length_squared() - nearest * nearest;
             if off > 0.85 {

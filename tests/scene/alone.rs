@@ -1,4 +1,4 @@
-//! A model or particle file that is a scene by itself: its light, its ground, and maps that fit.
+//! A model or particle file that is a scene by itself: its light, its ground, and fitted maps.
 use crate::common::files::Folder;
 use gobo::{
     glam::{Mat4, Vec3},
@@ -31,7 +31,7 @@ fn sun(scene: &Scene) -> Vec3 {
     direction
 }
 
-/// Where a point is in the picture, -1 to 1 from left to right and from bottom to top.
+/// Position of a point in the picture, -1 to 1 from left to right and from bottom to top.
 fn seen(scene: &Scene, point: Vec3) -> (f32, f32) {
     let clip: Mat4 = View::from_camera(&scene.camera, &scene.bounds()).clip_from_world();
     let at = clip * point.extend(1.0);
@@ -50,10 +50,10 @@ fn the_shadow_falls_into_view_beside_what_casts_it() {
     assert!(x.abs() < 1.0 && y.abs() < 1.0, "the shadow's tip is at {x}, {y}");
     // The column is about a tenth of the picture's half width to either side of its middle.
     assert!((x - foot.0).abs() > 0.3, "from {} to {x}", foot.0);
-    // From the front: what is seen is lit.
+    // Light from the viewer's side: visible surfaces are lit.
     let forward = scene.camera.target - scene.camera.eye;
     assert!(direction.dot(forward) > 0.0 && direction.dot(Vec3::NEG_Y) > 0.5, "{direction}");
-    // Another direction holds where one is asked for; another size changes none.
+    // A direction given by the user stays; a new size leaves the direction.
     let set = load("dots.csv", &column(), &[("light.sun.direction", "[0, -1, 0]")], true);
     assert_eq!(sun(&set), Vec3::NEG_Y);
     let set = load("dots.csv", &column(), &[("light.sun.size", "64")], true);
@@ -89,7 +89,7 @@ fn maps_fit_what_casts() {
         assert!(at.truncate().abs().max_element() + particle.radius <= window * 0.5, "{at}");
         assert!(-at.z - particle.radius >= view.near && -at.z + particle.radius <= view.far);
     }
-    // As deep as the ground where the shadow falls, and not as the ground is wide.
+    // The far plane includes the ground where the shadow falls, but not all of the ground.
     let tip = Vec3::new(0.4, 3.75, 0.4);
     let tip = tip + sun(&scene) * ((tip.y - scene.triangles[0].positions[0].y) / -sun(&scene).y);
     let depth = -view.view_from_world.transform_point3(tip).z;
@@ -97,7 +97,7 @@ fn maps_fit_what_casts() {
     assert!(view.far - view.near < 20.0, "{} m deep", view.far);
 }
 
-/// Near and far, beside the map and at its border the ground has the same light; in the shadow less.
+/// Near and far, outside the map and at its border the ground has the same light; in the shadow less.
 #[test]
 fn the_ground_is_lit_wherever_no_shadow_falls() {
     let set = [
@@ -195,7 +195,7 @@ fn no_ground_hides_a_model_or_doubles_its_floor() {
     let floor = [Vec3::new(-3.0, -0.05, -3.0), Vec3::new(3.0, 0.0, 3.0)];
     assert!(has_ground(&[post], None));
     assert!(has_ground(&[post], Some(Vec3::new(0.0, 1.0, 6.0))));
-    // From below, the ground would be all there is to see; from inside, nobody sees it.
+    // From below, only the ground would be visible; from inside, it is not.
     assert!(!has_ground(&[post], Some(Vec3::new(0.0, -2.0, 6.0))));
     assert!(!has_ground(&[post], Some(Vec3::new(0.0, 1.0, 0.0))));
     assert!(!has_ground(&[post, floor], None), "a room has its floor");

@@ -46,7 +46,7 @@ fn values_between_keys_are_those_of_the_mode() {
     }
     assert_eq!((step.at(1.999).x, step.at(2.0).x, step.at(3.999).x), (0.0, 1.0, 1.0));
     assert_eq!((linear.at(1.25).x, linear.at(3.0).x, linear.at(4.5).x), (0.25, 2.5, 1.5));
-    // What is even stays even, however the keys are spaced.
+    // Uniform motion stays uniform for any spacing of the keys.
     let even = track(&[0.0, 1.0, 5.0, 7.0], &[0.0, 2.0, 10.0, 14.0], Mode::Smooth);
     for i in 0..70 {
         let seconds = f64::from(i) * 0.1;
@@ -58,7 +58,7 @@ fn values_between_keys_are_those_of_the_mode() {
     assert!(off.iter().all(|off| *off < 5e-3), "{off:?}");
 }
 
-/// glTF 2.0, appendix C: value, and slopes times the way between the keys.
+/// glTF 2.0, appendix C: value, and slopes times the interval between the keys.
 #[test]
 fn cubics_have_the_slopes_that_they_say() {
     let keys = track(&[0.0, 2.0], &[9.0, 1.0, 3.0, -2.0, 4.0, 9.0], Mode::Cubic);
@@ -129,7 +129,7 @@ fn every_target_follows_its_keys() {
     );
 }
 
-/// A shape that keys move is at each time where it would be if it stood there, to the last bit.
+/// A shape with keys has at each time the triangles of a static shape there, to the last bit.
 #[test]
 fn shapes_are_where_their_keys_say() {
     let keys = "[[animate]]\ntarget = 'shape.crate.translation'\ntimes = [0, 2]\nvalues = [[0, 0, 0], [4, 2, 0]]\n\
@@ -383,11 +383,12 @@ fn gltf_nodes_follow_their_keys() {
     }
 }
 
-/// A triangle of which two corners follow two joints, the third both; the second joint turns about z. Its
-/// second target lifts all corners.
+/// A triangle with two corners on two joints, and the third on both; the second joint rotates about z. Its
+/// second morph target lifts all corners.
 fn bent(weights: &str) -> String {
     let mut floats: Vec<f32> = vec![0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 1.0, 0.0];
-    // Weights of the corners, then what brings the second joint's place, (1, 0, 0), to its own.
+    // Weights of the corners, then inverse bind matrices: the second moves the joint's position, (1, 0, 0),
+    // to its origin.
     floats.extend([1.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0]);
     floats.extend(Mat4::IDENTITY.to_cols_array());
     floats.extend(Mat4::from_translation(Vec3::NEG_X).to_cols_array());

@@ -1,4 +1,4 @@
-//! What a scene file leaves out is chosen: camera, light, planes and ground.
+//! Defaults of a scene file: camera, light, planes and ground.
 use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::UVec2,
@@ -56,7 +56,7 @@ fn particles_alone_are_a_scene() {
     assert!(ground.positions.iter().all(|p| p.y < 0.9 && p.y > 0.5), "{ground:?}");
 }
 
-/// One plane given, the other chosen: the order holds even where the scene ends before `near`.
+/// One plane given, the other chosen: they are in order even if the scene ends before `near`.
 #[test]
 fn a_chosen_far_plane_is_behind_the_given_near() {
     let shape = "[[material]]\nname = \"m\"\n[[shape]]\nkind = \"box\"\nmaterial = \"m\"\n";

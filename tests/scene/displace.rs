@@ -1,4 +1,4 @@
-//! Spheres displaced by noise: closed at every time, within their amplitude, in motion.
+//! Spheres displaced by noise: closed at every time, within their amplitude, animated.
 use crate::common::files::read;
 use gobo::{
     glam::Vec3,

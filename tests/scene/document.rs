@@ -1,4 +1,4 @@
-//! Scene files: what they say, and what the command line puts in its place.
+//! Scene files, and values that the command line replaces.
 use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
@@ -136,7 +136,7 @@ fn every_key_is_heard() {
     assert_eq!(summary.views, view::shadow_views(&scene).len());
 }
 
-/// A unit shape: its bounds, that it is closed or flat, and that normals are those of its faces.
+/// Unit shapes: bounds, closed or flat, and normals equal to those of their faces.
 #[test]
 fn shapes_are_of_unit_size() {
     let half = Vec3::splat(0.5);
@@ -181,7 +181,7 @@ fn the_top_of_a_pane_is_the_top_of_its_image() {
     }
 }
 
-/// The turn about z comes first, then y, then x; normals follow a lopsided scale.
+/// Rotation about z comes first, then y, then x; normals follow a non-uniform scale.
 #[test]
 fn shapes_are_turned_and_scaled() {
     let shape = |kind: &str, keys: &str| {
@@ -279,7 +279,7 @@ fn discs_for_benches_fill_their_box() {
     assert!(discs.iter().all(|d| (0.1..0.3).contains(&d.radius) && d.color.w == 0.5));
 }
 
-/// The scenes that come with the project.
+/// Scenes of the project.
 #[test]
 fn own_scenes_load() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
@@ -289,7 +289,7 @@ fn own_scenes_load() {
         if path.extension().is_some_and(|e| e == "toml") {
             let scene = scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
             let transfers = || scene.materials.iter().map(|m| m.transfer);
-            // What only blocks light is there for how softly it does.
+            // Scenes of opaque casters only are about soft shadows.
             let is_soft = scene.lights.iter().any(|light| light.source.is_some());
             let is_soft = is_soft || scene.mask.is_some();
             let casts = is_soft || transfers().any(|t| t != Transfer::Opaque);

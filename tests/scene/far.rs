@@ -1,4 +1,4 @@
-//! Scenes far from the origin, where positions lose their last digits.
+//! Scenes far from the origin, where positions lose precision.
 use crate::common::{
     files::Folder,
     scenes::{empty, material, particle, triangle},
@@ -38,7 +38,8 @@ fn triangles_far_from_the_origin_are_warned_of() {
     assert_eq!(empty(Vec::new()).rounding_warning(), None);
 }
 
-/// A scene `away` from the origin [m]. Its numbers have few digits, so that they are exact there as well.
+/// A scene at an offset `away` from the origin [m]. Its numbers have few digits, so that they are exact
+/// there as well.
 fn load_at(away: [f32; 3]) -> Scene {
     let at =
         |x: f32, y: f32, z: f32| format!("[{}, {}, {}]", x + away[0], y + away[1], z + away[2]);
@@ -66,8 +67,8 @@ fn load_at(away: [f32; 3]) -> Scene {
     scene::load(&folder.write("scene.toml", toml)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What is moved as a whole has the same shadows. Positions have the digits that they need there, and
-/// sums of them would lose them.
+/// A translated scene has the same shadows. Its positions are exact at that offset, but sums of them are
+/// not.
 #[test]
 fn a_scene_far_away_has_the_shadows_of_one_at_the_origin() {
     let near = load_at([0.0; 3]);
@@ -82,7 +83,7 @@ fn a_scene_far_away_has_the_shadows_of_one_at_the_origin() {
         _ => unreachable!(),
     };
     assert_eq!(position(&near), position(&far));
-    // Its corners are made far away, and rounded there; those of a later time are not.
+    // Its corners are made and rounded far away at load; those of a later time are not.
     let [mut near, mut far] = [near, far];
     for (a, b) in near.triangles.iter().zip(&far.triangles) {
         let apart = (0..3).map(|i| a.positions[i].distance(b.positions[i])).fold(0.0, f32::max);

@@ -187,11 +187,11 @@ fn emissive_textures_are_read() {
     let model = load("shining.glb", glb_of(&with)).unwrap();
     let leaf = material(&model, "leaf");
     let image = &model.textures[leaf.emissive_texture.unwrap() as usize];
-    // Its alpha says nothing.
+    // Its alpha is ignored.
     assert_eq!(image.rgba, [255, 255, 255, 255, 188, 188, 188, 255]);
     assert_eq!((leaf.texture, leaf.emission), (None, Vec3::new(0.0, 3.0, 0.0)));
     assert!(!model.skipped.keys().any(|reason| reason.contains("emissive")), "{:?}", model.skipped);
-    // What shines by a factor of 0 needs no image.
+    // An emission factor of 0 needs no image.
     let dark = with.replace("\"emissiveFactor\": [0, 1, 0],", "");
     let model = load("dark.glb", glb_of(&dark)).unwrap();
     assert_eq!(material(&model, "leaf").emissive_texture, None);

@@ -1,4 +1,4 @@
-//! glTF files as they come: what leaves the folder, what is valid, what is used and not read.
+//! Real-world glTF files: paths that leave the folder, unusual valid files, ignored features.
 use crate::common::files::Folder;
 use gobo::{
     glam::{Mat4, Quat, Vec3},
@@ -215,7 +215,7 @@ fn webp_images_are_read() {
     assert_eq!(scene.textures[0].rgba, model.textures[0].rgba);
 }
 
-/// A texture whose only image is of an extension that nobody reads is white, and that is said.
+/// A texture whose only image has an unsupported extension is white, and a note says so.
 #[test]
 fn textures_without_an_image_are_white() {
     let text = document(
@@ -264,7 +264,7 @@ fn images_are_shared_by_what_looks_alike() {
     assert!(Path::new(&model.textures[0].name).is_relative());
 }
 
-/// Found by `make fuzz`: an unknown path ended the program.
+/// Regression: an unknown path ended the program (found by `make fuzz`).
 #[test]
 fn channels_that_move_no_node_are_passed_over() {
     let animated = |target: &str| {
@@ -283,6 +283,6 @@ fn channels_that_move_no_node_are_passed_over() {
         let model = animated(target).unwrap_or_else(|error| panic!("{target}: {error}"));
         assert_eq!(model.triangles.len(), 1, "{target}");
     }
-    // What moves a node is read: these times are no times.
+    // A channel that moves a node is read: these times are invalid.
     assert!(animated(r#"{"node": 0, "path": "translation"}"#).is_err());
 }

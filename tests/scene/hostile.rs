@@ -1,4 +1,4 @@
-//! Scene files that are wrong: each gets an error that names the place and the remedy; none panics.
+//! Invalid scene files: each gives an error with position and remedy; none panics.
 use crate::common::{
     files::{Folder, read, read_with},
     scenes::Chance,
@@ -51,7 +51,7 @@ fn unknown_keys_are_named_with_the_right_one() {
     assert!(help.contains('m'), "{help}");
 }
 
-/// Each value is refused at its own line and column, and a close one is not.
+/// Each invalid value is refused at its own line and column, and the nearest valid one is not.
 #[test]
 fn values_out_of_range_are_refused_where_they_stand() {
     for (head, key, wrong, right) in [
@@ -243,7 +243,7 @@ fn files_that_are_not_there_are_named() {
     assert!(text.contains("latin.toml"), "{text}");
 }
 
-/// Bytes changed, cut out, doubled: an answer comes each time, and a scene that is read is sound.
+/// Bytes changed, cut out, duplicated: each file gives an answer, and a scene that is read is valid.
 #[test]
 fn mutated_files_do_not_panic() {
     let small = format!(

@@ -1,5 +1,5 @@
-//! What users of other projects wish, as scenes of data/issues: each against what paper says, and
-//! each check against a scene that is wrong. docs/compare.md names them all.
+//! Wishes of other projects' users as scenes of data/issues: each against a closed form, and each check
+//! against a wrong scene. docs/compare.md lists them all.
 use gobo::{
     ReceiverPoint,
     glam::Vec3,
@@ -8,12 +8,12 @@ use gobo::{
 };
 use std::{collections::BTreeSet, fs, path::PathBuf};
 
-/// Light on points of the ground and above it, from the CPU twin; other tests hold kernels against it.
+/// Light at points of the ground and above it, from the CPU twin; other tests compare kernels with it.
 struct Look(Scene);
 
 impl Look {
     fn at_all(&self, points: &[Vec3]) -> Vec<[f32; 3]> {
-        // Of the ground, or in the air.
+        // Normal of the ground, or none in the air.
         let normal = |p: Vec3| if p.y == 0.0 { Vec3::Y } else { Vec3::ZERO };
         let points: Vec<_> = points
             .iter()
@@ -26,7 +26,7 @@ impl Look {
         self.at_all(&[Vec3::new(x, y, z)])[0].into()
     }
 
-    /// Light that comes to the eye half-way up the picture, at a share of its width.
+    /// Light that reaches the eye half-way up the picture, at a share of its width.
     fn pixel(&self, across: f32) -> Vec3 {
         let picture =
             Renderer::on_cpu().render(&self.0, &RenderOptions::default()).unwrap().picture;
@@ -48,14 +48,14 @@ impl Look {
     }
 }
 
-/// Of the maps' formats.
+/// Rounding of the maps' formats.
 const ROUNDED: f32 = 2e-3;
 
 fn near(light: Vec3, expected: Vec3, tolerance: f32) -> bool {
     (light - expected).abs().max_element() <= tolerance
 }
 
-/// An issue's scene, what must hold in it, and a change that makes that wrong.
+/// An issue's scene, its condition, and a change that violates it.
 struct Issue {
     name: &'static str,
     holds: fn(&Look) -> bool,

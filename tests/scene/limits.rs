@@ -1,4 +1,4 @@
-//! What a scene holds is bounded, whatever its files promise; and so is the work to find out.
+//! Limits of a scene's contents, whatever its files announce, and of the work to detect a violation.
 use crate::common::files::{Folder, read};
 use gobo::scene::{self, SceneError};
 use std::{
@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Line and message.
+/// Line and message of a refusal.
 fn refused(toml: &str) -> (usize, String) {
     match read(toml) {
         Err(SceneError::Document { line, message, help, .. }) => {
@@ -46,7 +46,7 @@ fn the_table_that_is_too_much_is_named() {
     assert_eq!(read(&LAMP.repeat(4096)).unwrap().lights.len(), 4096);
 }
 
-/// A PNG of which only the size is there.
+/// A PNG with a size and no contents.
 fn promise(width: u32, height: u32) -> Vec<u8> {
     let mut png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();
     png.extend([width, height].iter().flat_map(|n| n.to_be_bytes()));
@@ -127,7 +127,7 @@ fn meshes_that_are_named_often_are_refused_soon() {
         let error = quick("a crowd", || scene::load(&path).unwrap_err()).to_string();
         assert!(error.contains("8000000"), "{error}");
     }
-    // A few use what they name, and no more.
+    // A few nodes are counted exactly.
     let (gltf, corners) = crowd(7, 6, false);
     folder.write("crowd.bin", corners);
     // The ground adds two.
@@ -170,7 +170,7 @@ fn limits_are_documented() {
     }
 }
 
-/// 1,234,567
+/// A number with thousands separators, such as 1,234,567.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let parts: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();

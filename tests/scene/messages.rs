@@ -1,4 +1,4 @@
-//! What a refusal says: plain words, a remedy, the place; and nothing that harms a terminal.
+//! Error messages: plain words, a remedy, the position; and nothing that harms a terminal.
 use crate::common::files::{Folder, read};
 use gobo::scene::{self, SceneError};
 
@@ -14,7 +14,7 @@ fn refusal(toml: &str) -> (usize, String, String) {
     }
 }
 
-/// Words of the program instead of the file.
+/// Words of the implementation that must not appear.
 const FOREIGN: &[&str] = &[
     "f32",
     "f64",

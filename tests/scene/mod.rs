@@ -1,4 +1,4 @@
-//! Scene files, particle files, models, and what is made from them.
+//! Scene files, particle files, models, and generated contents.
 mod alone;
 mod animate;
 mod defaults;

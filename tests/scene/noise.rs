@@ -1,4 +1,4 @@
-//! Noise textures: tileable, seeded, and in time.
+//! Noise textures: tileable, seeded, animated.
 use crate::common::scenes::empty;
 use gobo::scene::{
     Scene,

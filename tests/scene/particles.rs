@@ -1,4 +1,4 @@
-//! Particle files: every PLY encoding, CSV, and files that are wrong.
+//! Particle files: every PLY encoding, CSV, and invalid files.
 use crate::common::files::TempFile;
 use gobo::{
     glam::{Vec3, Vec4},
@@ -6,7 +6,7 @@ use gobo::{
     scene::{ParticleFile, SceneError, load_particles},
 };
 
-/// A seeded stream of numbers (xorshift64*; Vigna 2016).
+/// Seeded random numbers (xorshift64*; Vigna 2016).
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {

@@ -1,4 +1,4 @@
-//! PLY: what nobody reads is said, what is no particle is refused, and headers are faulted in words.
+//! PLY: notes about ignored contents, refusal of files without particles, and errors of headers.
 use crate::common::files::Folder;
 use gobo::{
     model::Material,

@@ -1,4 +1,4 @@
-//! `source` and `filter` of a light: what is read, and what a refusal says.
+//! `source` and `filter` of a light: valid values, and errors.
 use crate::common::files::read;
 use gobo::{
     LookUp, MaskSettings, ShadowFilter, Source,

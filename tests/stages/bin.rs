@@ -1,4 +1,4 @@
-//! From depth order to tiles.
+//! The stage bin: from depth order to tiles.
 use crate::common::{gpu, scenes::flat_view};
 use gobo::{
     glam::UVec2,
@@ -58,7 +58,7 @@ fn a_scattered_caster_has_no_tiles() {
     assert!(!TileRect::EMPTY.is_scattered());
 }
 
-/// Of pairs and of what is listed, before a kernel has written them.
+/// Initial words of pairs and lists, to show what a kernel does not write.
 const POISON: u32 = 0xdead_beef;
 
 /// Footprints of up to 3x3 tiles of either view, some without a tile.
@@ -75,7 +75,7 @@ fn scattered_rects(count: u32) -> Vec<TileRect> {
         .collect()
 }
 
-/// What `count`, `scan` and `emit` leave: pairs, what overflowed, and the counters.
+/// Output of `count`, `scan` and `emit`: pairs, overflow, and the counters.
 fn emitted(
     gpu: &Gpu,
     shape: Shape,
@@ -159,7 +159,7 @@ fn both_shapes_emit_what_the_twin_emits() {
         for shape in [Shape::Serial, Shape::Wide] {
             let (pairs, mut overflow, counters) = emitted(&gpu, shape, &sorted, &rects, capacity);
             let name = format!("{count} footprints, {shape:?}");
-            // Stable by tile: what the sort that follows makes of them.
+            // A stable sort by tile, like the stage that follows.
             let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
             found.sort_by_key(|pair| pair.key);
             let twin = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });

@@ -1,4 +1,4 @@
-//! cull: what it yields holds all that is seen.
+//! Frustum culling: the result contains everything visible.
 use crate::common::scenes::{Chance, light};
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
@@ -10,14 +10,14 @@ use gobo::{
 };
 use std::{collections::BTreeSet, f32::consts::SQRT_2, time::Instant};
 
-/// Shapes that differ in how far they reach.
+/// Shapes of different extents.
 pub(super) const SHAPES: [Shape; 3] = [Shape::Disc, Shape::Quad, Shape::Puff];
 
 fn gpu_view(view: &View) -> GpuView {
     view.to_gpu(0, UVec2::ZERO, 0)
 }
 
-/// Views of all kinds, from all sides; some narrow, some almost flat, some far from the origin.
+/// Views of all kinds, in all directions; some narrow, some almost flat, some far from the origin.
 pub(super) fn views(chance: &mut Chance, count: usize) -> Vec<GpuView> {
     let all = |chance: &mut Chance| -> Vec<View> {
         let position = chance.vec3(-30.0, 30.0);
@@ -81,7 +81,7 @@ fn touches(view: &GpuView, particle: &Particle) -> bool {
     projected.rect != TileRect::EMPTY
 }
 
-/// What the pipeline puts into a group's box.
+/// Bounds of a particle in its group's box, as in the pipeline.
 pub(super) fn reach(particle: &Particle) -> Bounds {
     let reach = if particle.material == 1 { SQRT_2 } else { 1.0 };
     Bounds::EMPTY.with_sphere(particle.center, particle.radius * reach)
@@ -95,7 +95,7 @@ fn culled(tree: &GroupTree, view: &GpuView) -> BTreeSet<u32> {
     set
 }
 
-/// Groups of one caster: nothing hides a frustum that is too narrow.
+/// Groups of one caster, so that no neighbour conceals a frustum that is too narrow.
 #[test]
 fn no_visible_particle_is_culled() {
     let mut chance = Chance::new(1);
@@ -113,12 +113,12 @@ fn no_visible_particle_is_culled() {
         kept += visible.len();
         all += particles.len();
     }
-    // And what is kept is little more than what is seen.
+    // The result is hardly larger than what is visible.
     assert!(seen * 20 > all, "the views see something: {seen} of {all}");
     assert!(kept < seen + seen / 4 + all / 50, "{kept} kept, {seen} seen, {all} in all");
 }
 
-/// Small ones within two texels of the window's border or of the first and last depth.
+/// Small particles within two texels of the window's border or of the first and last depth.
 #[test]
 fn no_particle_on_the_border_is_culled() {
     let mut chance = Chance::new(8);
@@ -184,7 +184,7 @@ fn no_visible_triangle_is_culled() {
     assert!(seen > 10_000, "{seen}");
 }
 
-/// Of brute force over the same boxes.
+/// Visible boxes by brute force.
 fn linear(bounds: &[Bounds], view: &GpuView) -> BTreeSet<u32> {
     let frustum = Frustum::new(view);
     let sees = |bounds: &Bounds| {
@@ -223,7 +223,8 @@ fn the_tree_yields_what_brute_force_does() {
         let mut cut_short = count < 17;
         for (i, view) in views(&mut chance, 60).iter().enumerate() {
             let visible = culled(&tree, view);
-            // A tree tests unions of boxes too; it may only yield less by testing what it yields.
+            // A tree also tests unions of boxes; it may only find fewer boxes than a linear test by testing
+            // the boxes themselves.
             assert_eq!(visible, linear(&bounds, view), "{count} groups, {view:?}");
             cut_short |= visible.len() < count / 2;
             // Some move, a little or not at all, and some become another kind.
@@ -246,7 +247,7 @@ fn the_tree_yields_what_brute_force_does() {
     assert_eq!(seen.len(), same.len());
 }
 
-/// Sees 200 m around the origin.
+/// A view of 200 m around the origin.
 fn wide_view() -> GpuView {
     let sun = light(LightKind::Directional { direction: Vec3::NEG_Y });
     gpu_view(
@@ -342,7 +343,7 @@ fn groups_lie_together() {
     assert_eq!(order::cut(0, objects, 32, 256), []);
 }
 
-/// A scene as large as the bench's, with a bound that only a linear loop, or worse, breaks.
+/// A scene as large as the bench's, with a time bound that only a linear loop, or worse, breaks.
 #[test]
 fn the_tree_beats_a_loop() {
     let mut chance = Chance::new(7);

@@ -1,4 +1,4 @@
-//! cull: no list makes more pairs than is said on the CPU.
+//! Upper bounds of pairs: no list makes more pairs than the CPU predicts.
 use super::cull::{PARAMS, materials, particle, reach, views};
 use crate::common::scenes::{Chance, triangle};
 use gobo::{
@@ -10,10 +10,10 @@ use gobo::{
 };
 use std::collections::HashMap;
 
-/// Every caster has tiles.
+/// Parameters without the scatter path: every caster has tiles.
 const TILES: ProjectParams = ProjectParams { scatter: false, ..PARAMS };
 
-/// What the rectangles of one list make.
+/// Pairs that the rectangles of one list make.
 fn counted(rects: impl IntoIterator<Item = TileRect>) -> PairBound {
     let mut of_tile: HashMap<(u32, u32), u32> = HashMap::new();
     let (mut pairs, mut of_caster) = (0, 0);
@@ -42,7 +42,7 @@ fn assert_holds(bound: PairBound, counted: PairBound, what: impl Fn() -> String)
     assert!(holds, "{counted:?} is more than {bound:?}: {}", what());
 }
 
-/// Groups of one: nothing hides a bound that is too small.
+/// Groups of one caster, so that no neighbour conceals a bound that is too small.
 #[test]
 fn one_caster_makes_no_more_pairs_than_its_bound() {
     let mut chance = Chance::new(21);
@@ -115,7 +115,7 @@ fn a_list_makes_no_more_pairs_than_its_bound() {
     }
 }
 
-/// Where nothing is known everything may be touched.
+/// Without valid numbers all tiles may be touched.
 #[test]
 fn what_is_no_number_may_touch_all_tiles() {
     let mut chance = Chance::new(24);

@@ -1,4 +1,4 @@
-//! Dither patterns: honest, independent, and the same on every device.
+//! Dither patterns: unbiased, independent, and the same on every device.
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
     glam::{UVec2, Vec2},
@@ -7,10 +7,10 @@ use gobo::{
     reference::dither::{self, Place, threshold},
 };
 
-/// Cells along an edge of the area that is counted: a whole number of every pattern's tiles.
+/// Edge of the area that is counted [cells]: a multiple of every pattern's period.
 const EDGE: u32 = 64;
 
-/// The cells of an area, seen by a caster whose own space moves by `step` a texel.
+/// Cells of an area for a caster whose own space moves by `step` per texel.
 fn places(first: UVec2, edge: u32, step: Vec2) -> impl Iterator<Item = Place> {
     (0..edge * edge).map(move |i| {
         let cell = first + UVec2::new(i % edge, i / edge);
@@ -51,7 +51,7 @@ fn the_covered_share_is_the_opacity() {
                 count += 1;
             }
         }
-        // Of a normal distribution 0.27% are further than 3 sigma.
+        // 0.27 % of a normal distribution lie beyond 3 sigma.
         assert!(far as f32 <= 0.01 * count as f32, "{pattern:?}: {far} of {count}");
         assert!((sum / count as f32).abs() < 0.01, "{pattern:?}: {}", sum / count as f32);
     }
@@ -67,7 +67,7 @@ fn nothing_and_everything_are_exact() {
     }
 }
 
-/// Over many casters, because one of `checkerboard` picks a level.
+/// A mean over many casters, because a single one of `checkerboard` picks a level.
 #[test]
 fn a_fading_caster_vanishes_without_a_step() {
     for pattern in Pattern::ALL {
@@ -80,7 +80,7 @@ fn a_fading_caster_vanishes_without_a_step() {
     }
 }
 
-/// Share that two layers let through.
+/// Share of light that two layers let through.
 fn through(pattern: Pattern, a: [f32; 2], ids: [u32; 2], edge: u32) -> f32 {
     let step = Vec2::new(0.031, 0.017);
     let open = |place: &Place| (0..2).all(|i| a[i] <= threshold(pattern, 1, place, ids[i]));
@@ -115,7 +115,7 @@ fn blue_noise_has_each_rank_once_and_no_clusters() {
     let mut sorted = ranks.to_vec();
     sorted.sort_unstable();
     assert!(sorted.iter().copied().eq(0..(BLUE_SIZE * BLUE_SIZE) as u16));
-    // At 10% no two neighbours are both set; by chance a third of them would be.
+    // At 10% no two neighbours are both set; with independent ones a third of them would be.
     let set = |x: u32, y: u32| {
         ranks[(y % BLUE_SIZE * BLUE_SIZE + x % BLUE_SIZE) as usize] < ranks.len() as u16 / 10
     };

@@ -1,4 +1,4 @@
-//! Softening of dithered shadows: kernels against the twin, and the twin against exact grey.
+//! Softening of dithered shadows: kernels against the twin, and the twin against the exact grey.
 use crate::common::{
     TIERS, render,
     scenes::{empty, flat_view, light, material, pane, particle},
@@ -18,7 +18,7 @@ fn dithered(pattern: Pattern) -> Material {
     Material { pattern, profile: Profile::Flat, ..material(Transfer::Dither) }
 }
 
-/// Three panes of 37% in a row, or what they filter exactly.
+/// Three panes of 37% in a row, dithered or exact.
 fn panes(material: Material, count: u32) -> Scene {
     let mut scene = empty(vec![Material { tint: PLAIN, ..material }]);
     for id in 0..count {
@@ -60,7 +60,7 @@ fn softened_shadows_approach_the_exact_filter() {
     }
 }
 
-/// One window of an ordered pattern shows its level exactly.
+/// Over one window, an ordered pattern has exactly the coverage of its level.
 #[test]
 fn ordered_patterns_become_exact() {
     for pattern in Pattern::ALL {
@@ -94,7 +94,7 @@ fn whole_surfaces_keep_their_depths_and_edges() {
     assert!((soft.opaque[middle] - 0.6).abs() < 1e-6, "{}", soft.opaque[middle]);
     assert!((soft.nearest[middle] - 0.2).abs() < 1e-6);
     assert_eq!(soft.opaque[0], 1.0);
-    // Where nothing is dithered nothing changes.
+    // Without dithered casters nothing changes.
     scene.triangles.retain(|face| face.material == 1);
     scene.shadow.soften = false;
     let plain = maps(&scene);

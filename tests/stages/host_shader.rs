@@ -1,10 +1,10 @@
-//! The look-up of light in a shader of the host's.
+//! Light look-up in a shader of the host.
 use super::light_points::{BLUE, RED, prepared, through};
 use crate::common::{TIERS, gpu};
 use gobo::{Error, PointBuffers, Receiver, glam::Vec3, wgpu};
 use wgpu::BufferUsages;
 
-/// Names that the library has, too.
+/// A host shader with names that the library has, too.
 const HOST: &str = r#"
 struct Light { light: f32 }
 struct GpuView { size: f32 }

@@ -1,4 +1,4 @@
-//! Light on points: the look-up against pencil and paper and against its twin.
+//! Light at points: the look-up against closed forms and against its twin.
 use crate::common::{
     TIERS, gpu, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -17,7 +17,7 @@ use gobo::{
     wgpu::BufferUsages,
 };
 
-/// Of a map's storage: 12 bits of a curve's light, f16 of a filter.
+/// Rounding of a map's storage: 12 bits of a curve's light, f16 of a filter.
 const ROUNDING: f32 = 1e-3;
 pub(super) const RED: Vec4 = Vec4::new(1.0, 0.2, 0.4, 0.5);
 pub(super) const BLUE: Vec4 = Vec4::new(0.1, 0.3, 0.9, 0.6);
@@ -38,7 +38,7 @@ fn layers(receiver: Receiver) -> Scene {
     scene.triangles = vec![triangle([a, b, c], 1), triangle([a, c, d], 1)];
     scene.shadow.receiver = receiver;
     scene.lights = vec![
-        // Its length is nobody's business.
+        // Its length does not matter.
         Light::directional(Vec3::NEG_Y * 1e-3),
         Light::point(Vec3::new(0.0, 4.0, 0.0)),
     ];
@@ -62,7 +62,7 @@ fn layers_are_as_paper_says() {
         at(0.5, Vec3::ZERO),
         at(0.0, Vec3::Y),
         at(-0.5, Vec3::ZERO),
-        // Far below all that the scene holds.
+        // A point far below everything in the scene.
         at(-40.0, Vec3::ZERO),
     ];
     for (receiver, between) in [(Receiver::Nearest, both), (Receiver::Curve, through(BLUE))] {
@@ -80,7 +80,7 @@ fn layers_are_as_paper_says() {
     }
 }
 
-/// A probe is a receiver: it is within the planes of the views however far it is.
+/// A probe is a receiver: the views' planes enclose it, however far it is.
 #[test]
 fn nothing_between_is_light() {
     let mut scene = layers(Receiver::Curve);
@@ -97,7 +97,7 @@ fn nothing_between_is_light() {
     }
 }
 
-/// Points in the open and on surfaces, some of them turned away from the lights.
+/// Points in the open and on surfaces, some of them facing away from the lights.
 fn random_points(count: usize, chance: &mut Chance) -> Vec<ReceiverPoint> {
     let point = |i| {
         let normal = chance.vec3(-1.0, 1.0).normalize_or(Vec3::Y);
@@ -129,7 +129,7 @@ fn crowd(receiver: Receiver) -> Scene {
     scene
 }
 
-/// On the same maps, so that the look-up alone is compared.
+/// Kernel and twin read the same maps, so that only the look-up is compared.
 #[test]
 fn kernel_equals_twin() {
     let mut chance = Chance::new(5);
@@ -156,7 +156,7 @@ fn kernel_equals_twin() {
     }
 }
 
-/// Maps of the [`layers`], on a device of the host's.
+/// Maps of the [`layers`], on a device of the host.
 pub(super) fn prepared(gpu: &Gpu, receiver: Receiver) -> (Prepared, Vec<Light>) {
     let scene = layers(receiver);
     let bounds = Bounds { min: Vec3::splat(-3.0), max: Vec3::splat(3.0) };

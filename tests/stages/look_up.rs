@@ -1,4 +1,4 @@
-//! Filters and biases of look-ups: against pencil and paper and against the twin.
+//! Filters and biases of look-ups: against closed forms and against the twin.
 use crate::common::{
     TIERS, gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
@@ -13,7 +13,7 @@ use gobo::{
 use std::f64::consts::PI;
 
 const GLASS: Vec3 = Vec3::new(0.9, 0.25, 0.5);
-/// Of a map's storage.
+/// Rounding of a map's storage.
 const ROUNDING: f64 = 1e-3;
 
 const DISC: ShadowFilter = ShadowFilter::Vogel { taps: 64, radius: 4.0 };
@@ -26,17 +26,17 @@ const FILTERS: [ShadowFilter; 6] = [
     DISC,
 ];
 
-/// Two triangles with a corner and two edges.
+/// A parallelogram of two triangles, by a corner and two edges.
 fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [gobo::Triangle; 2] {
     let far = corner + right + up;
     [[corner, corner + right, far], [corner, far, corner + up]].map(|p| triangle(p, material))
 }
 
-/// A sheet at y = 1 that ends at x = 0, under a sun: opaque, or of glass.
+/// A pane at y = 1 that ends at x = 0, under a sun: opaque, or of glass.
 fn edge(transfer: Transfer, filter: ShadowFilter, receiver: Receiver) -> Scene {
     let mut scene = empty(vec![Material { tint: GLASS.extend(1.0), ..material(transfer) }]);
     scene.triangles = sheet(Vec3::new(-2.0, 1.0, -2.0), Vec3::X * 2.0, Vec3::Z * 4.0, 0).to_vec();
-    // What keeps the map's place.
+    // Fixes the extent of the map.
     scene.triangles.push(triangle([Vec3::new(2.0, 1.0, 2.0); 3], 0));
     let down = LightKind::Directional { direction: Vec3::NEG_Y };
     scene.lights = vec![Light { size: Some(64), ..light(down) }];
@@ -48,13 +48,13 @@ fn renderers() -> [Renderer; 2] {
     [Renderer::on(gpu(TIERS[0])).unwrap(), Renderer::on_cpu()]
 }
 
-/// Places in the map [texels] of points across the edge, and where it ends there.
+/// Points across the edge, their positions in the map [texels], and the position of the edge.
 fn across(scene: &Scene) -> (Vec<ReceiverPoint>, Vec<f64>, f64) {
     let view = &shadow_views(scene)[0];
     let place = |point: Vec3| {
         let p = view.view_from_world.transform_point3(point);
         let middle = view.size.as_dvec2() * 0.5;
-        // Along whichever axis of the map the edge is crossed.
+        // The map's axis across the edge.
         let axis = view.view_from_world.transform_vector3(Vec3::X);
         let along = p.dot(axis);
         f64::from(along) * f64::from(view.scale) + middle.x
@@ -63,7 +63,7 @@ fn across(scene: &Scene) -> (Vec<ReceiverPoint>, Vec<f64>, f64) {
     let points: Vec<_> =
         xs.map(|x| ReceiverPoint { position: Vec3::X * x, normal: Vec3::ZERO }).collect();
     let places = points.iter().map(|point| place(point.position)).collect();
-    // Texels with their centre under the sheet are dark.
+    // Texels with their centre under the pane are dark.
     let end = (place(Vec3::ZERO) - 0.5).ceil();
     (points, places, end)
 }
@@ -83,7 +83,7 @@ fn expected(filter: ShadowFilter, off: f64) -> f64 {
             let tap = |i: i32| ramp(off + (f64::from(i) + 0.5) / 256.0 - 0.5);
             (0..256).map(tap).sum::<f64>() / 256.0
         }
-        // What of the disc is beyond the edge.
+        // Share of the disc beyond the edge.
         ShadowFilter::Vogel { radius, .. } => {
             let t = (off / f64::from(radius)).clamp(-1.0, 1.0);
             1.0 - (t.acos() - t * (1.0 - t * t).sqrt()) / PI
@@ -174,7 +174,7 @@ fn kernels_ask_the_texels_of_the_twin() {
             let mean = (0..points.len()).map(apart).sum::<f32>() / points.len() as f32;
             assert!(far <= 8 && mean < 5e-4, "{filter:?} {receiver:?}: {far} {mean}");
         }
-        // One that is not filtered has the bits that it has alone.
+        // A light with the default filter has the same bits as without the others.
         let mut alone = scene.clone();
         alone.lights.iter_mut().for_each(|light| light.look_up = LookUp::default());
         let plain = renderers()[0].light_points(&alone, &points).unwrap();
@@ -205,7 +205,7 @@ fn pictures_turn_discs_as_the_twin_does() {
     assert!(far <= twin.rgb.len() / 200, "{far}");
 }
 
-/// A slope of 60 degrees does not shade itself once one of the biases covers what is asked.
+/// A slope of 60 degrees does not shadow itself once one of the biases covers the filter.
 #[test]
 fn biases_cover_what_the_slope_hides() {
     let down = LightKind::Directional { direction: Vec3::NEG_Y };

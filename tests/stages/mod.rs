@@ -1,5 +1,6 @@
-//! One stage at a time.
+//! Tests of single stages.
 mod bin;
+mod blur;
 mod cluster;
 mod cull;
 mod cull_bound;
@@ -9,6 +10,7 @@ mod host_shader;
 mod light_points;
 mod look_up;
 mod occlude;
+mod project;
 mod soft;
 mod soften_curves;
 mod sort;

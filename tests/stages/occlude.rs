@@ -15,7 +15,7 @@ use gobo::{
 
 /// Light depths are `f32`; a few operations separate twin and kernel.
 const DEPTH: f32 = 2e-6;
-/// Where a ray grazes an edge, rounding decides.
+/// Share of texels that rounding may decide, where a ray grazes an edge.
 const GRAZED: f64 = 2e-4;
 
 fn lit(triangles: Vec<Triangle>) -> Scene {
@@ -41,7 +41,7 @@ fn shards(count: u32, size: f32, materials: u32, seed: u64) -> Vec<Triangle> {
     (0..count).map(one).collect()
 }
 
-/// Share of the texels whose opaque depth is another.
+/// Share of the texels whose opaque depths differ.
 fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     let depths = |maps: &[ViewMaps]| -> Vec<f32> {
         maps.iter().flat_map(|view| view.opaque.iter().copied()).collect()

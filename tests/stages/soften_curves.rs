@@ -12,7 +12,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Of a light and its merges: three roundings of a channel.
+/// Rounding of a light and its merges: three roundings of a channel.
 const ROUNDING: f32 = 1e-3;
 
 fn curved(mut scene: Scene, nodes: u32) -> Scene {
@@ -43,8 +43,8 @@ fn stack(pattern: Pattern) -> Scene {
     scene
 }
 
-/// In front of the dithered surface, behind it, and behind what lies behind it: a texel that the
-/// pattern blocks has no light of its own there.
+/// Light in front of the dithered surface, behind it, and behind a further caster: a texel that the pattern
+/// blocks has no light of its own there.
 #[test]
 fn light_is_exact_at_every_depth() {
     const SIZE: usize = 96;
@@ -70,12 +70,12 @@ fn light_is_exact_at_every_depth() {
                 }
             }
         }
-        // Nothing dithered is left that would block what is behind.
+        // No dithered depth is left that would block a receiver.
         assert!(maps.opaque.iter().all(|&depth| depth == 1.0));
     }
 }
 
-/// A slanted surface takes its share where it is, not at its nearest point.
+/// A slanted surface absorbs at its depth in each texel, not at its nearest point.
 #[test]
 fn a_slope_is_a_ramp_around_its_own_depth() {
     const SIZE: usize = 64;

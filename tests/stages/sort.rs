@@ -45,7 +45,7 @@ fn sorted(pairs: &[Pair], bits: Range<u32>) -> Vec<Pair> {
     pairs
 }
 
-/// Two textures full of poison, but for `pairs` at the start of the first.
+/// Two textures full of poison, except for `pairs` at the start of the first.
 fn pair_textures(gpu: &Gpu, pairs: &[Pair], capacity: u32) -> [wgpu::Texture; 2] {
     let size = pair_texture_size(capacity);
     ["pairs", "sorted_pairs"].map(|label| {
@@ -186,7 +186,7 @@ fn partitions_of_the_capacity_hold_those_of_any_count() {
         let limit = Shape::Serial.partition_limit(count);
         assert!(limit >= last.max(count.div_ceil(run_length(count))), "{count}");
         assert!(limit <= 8192);
-        // No wider than a texture that has that many rows of pairs is high.
+        // At most as wide as a texture with that many rows of pairs is high.
         assert!(Shape::Wide.partition_limit(count) <= count.div_ceil(PAIR_ROW));
         last = limit;
     }

@@ -23,7 +23,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     let end = min(first + bin_params.run_length, bin_params.footprint_count);
     var offset = run_offsets[run];
     var run_pairs = 0u;
-    var overflowed = 0u; // of all runs, when this one added its last
+    var overflowed = 0u; // running total of all runs after this one's last addition
     for (var i = first; i < end; i += 1u) {
         let footprint = textureLoad(sorted, record_texel(i)).g;
         let rect = textureLoad(rects, record_texel(footprint)).rg;

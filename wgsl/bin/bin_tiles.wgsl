@@ -1,5 +1,5 @@
-// bin, tiles: where each tile's pairs begin and end in the pairs sorted by tile; cuts those of long
-// tiles into segments. One invocation per tile. CPU twin: src/reference/bin.rs. Host: src/stage/bin.rs.
+// bin, tiles: first and last pair of each tile in the pairs sorted by tile; cuts long tiles into segments.
+// One invocation per tile. CPU twin: src/reference/bin.rs. Host: src/stage/bin.rs.
 
 import package::bin::raise_dispatch::raise_dispatch;
 import package::bind::changed::{counters, merged_tiles, scattered_tiles, segments};
@@ -12,7 +12,7 @@ import package::records::tile::{Segment, Tile, tile_record};
 
 override WORKGROUP_SIZE: u32;
 
-// The first pairs of a tile and of the one after it, halving what they may be.
+// First pairs of a tile and of the one after it, by bisection.
 fn pair_range(tile: u32) -> vec2<u32> {
     var low = vec2(0u);
     var high = vec2(atomicLoad(&counters.pair_count));

@@ -1,5 +1,5 @@
-// Workgroup counts of what only the GPU knows: zero before each batch, then they only grow, so that
-// the largest of many invocations stays, in whatever order they come.
+// Workgroup counts that only the GPU knows: zero before each batch, then raised by atomicMax, so that the
+// largest of many invocations stays, in whatever order they come.
 
 import package::bind::changed::dispatches;
 

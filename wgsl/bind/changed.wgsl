@@ -1,4 +1,4 @@
-// Storage buffers that are written. A name has one number in the whole project.
+// Storage buffers that kernels write. A name has one number in the whole project.
 
 import package::records::bin::BatchCounters;
 import package::records::chunk::Chunk;

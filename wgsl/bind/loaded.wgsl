@@ -1,4 +1,5 @@
-// Storage textures that are read: on software adapters far cheaper than buffers. A name has one number in the whole project.
+// Storage textures that kernels read: on software adapters far cheaper than buffers. A name has one number
+// in the whole project.
 
 @group(0) @binding(39) var footprints: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(46) var pairs: texture_storage_2d<rg32uint, read>;

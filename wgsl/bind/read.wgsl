@@ -1,4 +1,4 @@
-// Storage buffers that are read. A name has one number in the whole project.
+// Storage buffers that kernels read. A name has one number in the whole project.
 
 import package::records::chunk::Chunk;
 import package::records::host::{Caster, HostGroup};

@@ -1,4 +1,5 @@
-// Textures that are read by `textureLoad`, without a sampler. A name has one number in the whole project.
+// Textures that kernels read by `textureLoad`, without a sampler. A name has one number in the whole
+// project.
 
 @group(0) @binding(32) var air: texture_2d_array<f32>;
 @group(0) @binding(33) var casters: texture_2d<u32>;
@@ -26,6 +27,9 @@
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;
 @group(0) @binding(83) var host_depths: texture_2d<f32>;
 @group(0) @binding(70) var raw_curves: texture_2d_array<u32>;
+@group(0) @binding(107) var near_rows: texture_2d_array<f32>;
+@group(0) @binding(108) var near_around: texture_2d_array<f32>;
+@group(0) @binding(109) var row_curves: texture_2d_array<u32>;
 @group(0) @binding(89) var levels: texture_2d<u32>;
 @group(0) @binding(100) var mask_surfaces: texture_2d<u32>;
 @group(0) @binding(101) var half_surfaces: texture_2d<u32>;

@@ -1,4 +1,4 @@
-// Storage textures that are written. A name has one number in the whole project.
+// Storage textures that kernels write. A name has one number in the whole project.
 
 @group(0) @binding(32) var air: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, write>;
@@ -22,6 +22,10 @@
 @group(0) @binding(58) var soft_filters: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(59) var soft_nearests: texture_storage_2d_array<r32float, write>;
 @group(0) @binding(60) var soft_opaques: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(107) var near_rows: texture_storage_2d_array<rgba32float, write>;
+@group(0) @binding(108) var near_around: texture_storage_2d_array<rgba32float, write>;
+@group(0) @binding(109) var row_curves: texture_storage_2d_array<rgba32uint, write>;
+@group(0) @binding(111) var filter_mip: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(61) var sorted_pairs: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(65) var layers: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(66) var points: texture_storage_2d<rgba32uint, write>;

@@ -1,5 +1,6 @@
 // Uniform buffers. A name has one number in the whole project.
 
+import package::blur::window::BlurParams;
 import package::levels::level_blocks::LevelParams;
 import package::records::air_params::AirParams;
 import package::records::bin::BinParams;
@@ -36,4 +37,5 @@ import package::sort::sort::SortPass;
 @group(0) @binding(88) var<uniform> level_params: LevelParams;
 @group(0) @binding(104) var<uniform> mask_params: MaskParams;
 @group(0) @binding(86) var<uniform> convert_params: ConvertParams;
+@group(0) @binding(110) var<uniform> blur_params: BlurParams;
 @group(0) @binding(98) var<uniform> emitter_params: EmitterParams;

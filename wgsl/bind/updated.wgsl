@@ -1,4 +1,5 @@
-// Storage textures that are read and written, or take atomics. A name has one number in the whole project.
+// Storage textures that kernels read and write, or update with atomics. A name has one number in the whole
+// project.
 
 @group(0) @binding(20) var nearness: texture_storage_2d<r32uint, atomic>;
 @group(0) @binding(24) var sum_blue: texture_storage_2d<r32uint, atomic>;

@@ -1,5 +1,5 @@
-// cluster, count: which lights reach each cluster, as bits, and how many. One invocation per
-// cluster. CPU twin: src/reference/cluster.rs. Host: src/stage/cluster.rs.
+// cluster, count: lights that reach each cluster, as bits, and their number. One invocation per cluster.
+// CPU twin: src/reference/cluster.rs. Host: src/stage/cluster.rs.
 
 import package::bind::changed::offsets;
 import package::bind::sampled::{cells, reaches};
@@ -10,14 +10,14 @@ import package::records::record::{bounded, record_texel};
 
 override WORKGROUP_SIZE: u32;
 
-const UNIT: f32 = 8192.0; // integers of a radius, and of a normal
+const UNIT: f32 = 8192.0; // fixed-point scale of offsets (in radii) and of normals
 
-// Low and high end: a slope, or a depth.
+// Low and high end of a cell: slopes, or depths.
 fn cell(index: u32) -> vec2<f32> {
     return textureLoad(cells, record_texel(index), 0).rg;
 }
 
-// The least product of the normal with a point of the box from `low` to `high`, beyond the plane.
+// Whether all of the box from `low` to `high` is beyond the plane: even its least product with the normal.
 fn is_beyond(xy: u32, zw: u32, low: vec3<i32>, high: vec3<i32>) -> bool {
     let plane = (vec4<i32>(vec4(xy << 16u, xy, zw << 16u, zw))) >> vec4(16u);
     let nearest = select(high, low, plane.xyz >= vec3(0));
@@ -25,7 +25,7 @@ fn is_beyond(xy: u32, zw: u32, low: vec3<i32>, high: vec3<i32>) -> bool {
     return product.x + product.y + product.z > plane.w * i32(UNIT);
 }
 
-// Errs towards true. What decides is integer: a device that fuses operations decides alike.
+// Conservative test. The decision is in integers: a device that fuses operations decides alike.
 fn reaches_box(light: u32, low: vec3<f32>, high: vec3<f32>) -> bool {
     let sphere = bitcast<vec4<f32>>(textureLoad(reaches, record_texel(light * REACH_TEXELS), 0));
     if sphere.w == 0.0 {

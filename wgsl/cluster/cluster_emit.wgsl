@@ -1,6 +1,6 @@
-// cluster, emit: `clusters`, first two texels per cluster, where its list begins and how long it
-// is, then the lists: indices of lights, ascending. One invocation per cluster. CPU twin:
-// src/reference/cluster.rs. Host: src/stage/cluster.rs.
+// cluster, emit: `clusters`, first two texels per cluster with start and length of its list, then the
+// lists: indices of lights, ascending. One invocation per cluster. CPU twin: src/reference/cluster.rs.
+// Host: src/stage/cluster.rs.
 
 import package::bind::changed::offsets;
 import package::bind::sampled::masks;

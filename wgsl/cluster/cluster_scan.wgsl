@@ -1,5 +1,5 @@
-// cluster, scan: lights of the clusters before each cluster, in place; ALL_LIGHTS for those whose
-// list does not fit. One workgroup: every invocation adds up a stretch, the stretches' sums are
+// cluster, scan: number of lights of all clusters before each cluster, in place; ALL_LIGHTS for those whose
+// list does not fit. One workgroup: every invocation adds up some consecutive clusters, their sums are
 // scanned in workgroup memory. CPU twin: src/reference/cluster.rs. Host: src/stage/cluster.rs.
 
 import package::bind::changed::{cluster_counters, offsets};

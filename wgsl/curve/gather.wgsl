@@ -1,4 +1,4 @@
-// Four texels in a column while their casters' hits become curves. CPU twin: src/reference/curve/tile.rs.
+// State: curves of four texels in a column. CPU twin: src/reference/curve/tile.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::light4::{Light4, black4, fixed, plus, scaled, selected, white4};
@@ -17,33 +17,33 @@ import choice::visit::{blocked, slabbed};
 const ROWS: u32 = 4u; // texels that an invocation holds, in a column
 
 const SLAB_PAIRS: u32 = 128u;
-const TRACE: f32 = 0.0000152587890625; // opacity below it has no place of its own: 2^-16
+const TRACE: f32 = 0.0000152587890625; // opacity below which a hit sets no start or end: 2^-16
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> opaque_depth: vec4<f32>;
 var<private> nearest: vec4<f32>;
 var<private> passed: Light4;
-var<private> hit_count: vec4<u32>; // of the segment, as far as it was counted
-var<private> few: vec4<bool>;      // of hits that go in one by one until the curve is full
-// Hits that have not gone into the curve; start 2 where there is none.
+var<private> hit_count: vec4<u32>; // hits of the segment, as far as they were counted
+var<private> few: vec4<bool>;      // texels with few hits, inserted one by one until the curve is full
+// Hits that have not been inserted into the curve; start 2 if there are none.
 var<private> open_start: vec4<f32>;
 var<private> open_end: vec4<f32>;
 var<private> open_light: Light4;
-var<private> open_added: Light4; // by `over`
-// Scale of the affine transfer of all hits, for what comes behind a segment.
+var<private> open_added: Light4; // added by `over`
+// Scale of the affine transfer of all hits, for light from behind a segment.
 var<private> scale: Light4;
 
-// A slab's pairs lie within this share of the depths of their segment: 1 over it.
+// Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
 fn slab_count() -> u32 {
     return NODES + NODES / 2u;
 }
 
-// Most hits of a texel that go into its curve one by one.
+// Most hits of a texel that are inserted into its curve one by one.
 fn max_exact_hits() -> vec4<u32> {
     return vec4(2u * NODES);
 }
 
-// The next hit goes in alone, without a merge.
+// Whether the next hit is inserted alone, without a merge.
 fn is_single() -> vec4<bool> {
     return few & has_free_node();
 }
@@ -77,11 +77,11 @@ fn start(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-// A hit joins those that wait.
+// Adds a hit to the open ones.
 fn join(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
     open_light = scaled(open_light, light);
     let placed = opacity >= vec4(TRACE);
-    // Faster than min and max, which have NaNs to think of.
+    // Faster than min and max, which must handle NaNs.
     open_start = select(open_start, depth, placed & (depth < open_start));
     open_end = select(open_end, depth, placed & (depth > open_end));
     return placed;
@@ -100,17 +100,17 @@ fn join_ramp(ramp: Ramp4) -> vec4<bool> {
     return ramp.is;
 }
 
-// A hit that may be the nearest.
+// Updates the nearest depth by a hit.
 fn see(depth: vec4<f32>, opacity: vec4<f32>) {
     nearest = select(nearest, depth, (opacity >= vec4(VISIBLE_OPACITY)) & (depth < nearest));
 }
 
-// Whether a texel's hits must go in before the next caster.
+// Whether open hits must be inserted before the next caster.
 fn must_flush(placed: vec4<bool>) -> bool {
     return any(placed & (is_single() | vec4(!slabbed())));
 }
 
-// What waits goes into the curves; before the end of a slab only where the next hit must not join.
+// Inserts open hits into the curves; before the end of a slab only where the next hit must not join them.
 fn flush(whole: bool) {
     let goes = (open_start <= vec4(1.0)) & (vec4(whole) | is_single() | vec4(!slabbed()));
     let all = total_light();
@@ -121,7 +121,7 @@ fn flush(whole: bool) {
     close_open(all, goes);
 }
 
-// A hit that fits without a merge goes in alone: the same, and far less work.
+// Inserts a single hit that fits without a merge: the same result, with far less work.
 fn append_single() {
     let goes = (open_start <= vec4(1.0)) & is_single();
     let all = total_light();
@@ -162,7 +162,8 @@ fn nearest_seen() -> vec4<f32> {
     return nearest;
 }
 
-// Nothing at or behind light depth `front` can change these texels. At the end of a slab only.
+// Whether nothing at or behind light depth `front` can change these texels. Valid at the end of a slab
+// only.
 fn settled(front: f32) -> bool {
     if HAS_VOLUMES {
         return false;

@@ -6,9 +6,9 @@ import package::features::NODES;
 import package::records::view::GpuView;
 
 var<private> seek_z: f32; // in fixed point
-var<private> seek_behind: vec3<f32>; // the last node that starts before it
+var<private> seek_behind: vec3<f32>; // behind the last node that starts before it
 var<private> seek_here: vec3<f32>;   // at seek_z, by that node
-var<private> seek_rest: vec3<f32>;   // that earlier nodes still let pass, where ramps overlap
+var<private> seek_rest: vec3<f32>;   // transmittance of earlier nodes from there on, where ramps overlap
 
 fn seek_node(node: vec2<u32>) {
     let start = node_start(node);

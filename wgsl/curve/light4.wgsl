@@ -18,12 +18,12 @@ fn encode(v: vec4<f32>) -> vec4<u32> {
             pack2x16float(vec2(v.w, 0.0)),
         );
     }
-    // Only what comes late may brighten what lies behind it past white.
+    // Only a late hit may brighten what is behind it past white.
     let most = select(3.4e38, 1.0, HAS_OVER || HAS_VOLUMES);
     return vec4<u32>(round(min(v, vec4(most)) * 65535.0));
 }
 
-// As `decode`, in steps.
+// Like `decode`, in fixed-point steps.
 fn level(bits: vec4<u32>) -> vec4<f32> {
     if HAS_GAIN {
         return vec4(

@@ -1,6 +1,5 @@
-// The curves of four texels in a column while their hits come in: one node more than a curve has,
-// each texel's in a component. CPU twin: src/reference/curve/mod.rs, `Streaming`, which says what merges
-// and why.
+// Curves of four texels in a column during insertion: one node more than a curve has, each texel's in a
+// component. CPU twin, with the merge rule and its reasons: src/reference/curve/mod.rs, `Streaming`.
 //
 // Indices are literals, so that the arrays become registers: software drivers read arrays with an
 // unknown index one lane at a time.
@@ -13,12 +12,12 @@ import choice::visit::ordered;
 
 const DARK: u32 = 64u; // 1/1024 of 65535
 
-var<private> spans: array<vec4<u32>, 17>;  // start << 16 | end, in fixed point; 0 for none
+var<private> spans: array<vec4<u32>, 17>;  // start << 16 | end, in fixed point; 0 for an unused node
 var<private> node_lights: array<vec4<u32>, 17>; // behind: green << 16 | red
 var<private> node_means: array<vec4<u32>, 17>;  // mean of the channels << 16 | blue
-var<private> disordered: u32;              // hits whose place in a merged ramp is lost
-var<private> latest: vec4<u32>;            // the largest start of a hit so far
-var<private> adding: Light4;               // what the hit that goes in adds, of `over`
+var<private> disordered: u32;              // hits out of order, inside a merged ramp
+var<private> latest: vec4<u32>;            // largest start of a hit so far
+var<private> adding: Light4;               // light that the inserted hit adds, by `over`
 
 fn clear_node(i: u32) {
     let white = white4();
@@ -53,7 +52,7 @@ fn clear_list() {
     }
 }
 
-// The next hit fits without a merge.
+// Whether the next hit fits without a merge.
 fn has_free_node() -> vec4<bool> {
     return spans[0] == vec4(0u);
 }
@@ -62,15 +61,15 @@ fn last_end() -> vec4<u32> {
     return spans[NODES - 1u] & vec4(0xffffu);
 }
 
-// Nothing that is seen passes the last node.
+// Whether the light behind the last node is invisible.
 fn is_saturated() -> vec4<bool> {
     let last = node_lights[NODES - 1u];
     let most = max(max(last & vec4(0xffffu), last >> vec4(16u)), node_means[NODES - 1u] & vec4(0xffffu));
     return select(most < vec4(DARK), vec4(false), vec4(HAS_GAIN || HAS_OVER));
 }
 
-// One hit, or several from `start` to `end`, in each texel where `is` holds. `light`: that passes
-// them; `passed`: all so far.
+// Inserts one hit, or several from `start` to `end`, in each texel where `is` holds. `light`: their
+// transmittance; `passed`: that of all hits so far.
 fn insert(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) {
     let counts = add_node(start, end, light, passed, is);
     best_cost = vec4(1e38);
@@ -96,7 +95,7 @@ fn insert(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: v
         weigh(15u);
     }
     let merged = merged_span();
-    // Without a hit the new node is the one that goes.
+    // Without a hit, the new node is dropped.
     let at = select(vec4(NODES), best, counts);
     close_up(0u, at, merged);
     close_up(1u, at, merged);
@@ -120,11 +119,11 @@ fn insert(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: v
     }
 }
 
-// One node more, behind or between the others; returns where there is one.
+// Adds one node, behind or between the others; returns where one was added.
 fn add_node(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) -> vec4<bool> {
     let span = (start << vec4(16u)) | end;
     let last = spans[NODES - 1u] <= span;
-    // What is behind black does nothing, so that a walk may stop there.
+    // Nothing behind black is visible, so that a walk may stop there.
     let counts = is & !(last & is_saturated());
     if ordered() {
         spans[NODES] = span;
@@ -136,7 +135,7 @@ fn add_node(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is:
     return counts;
 }
 
-// As `insert`, for texels whose first node is none.
+// Like `insert`, for texels whose first node is unused.
 fn append(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: vec4<bool>) {
     let counts = add_node(start, end, light, passed, is);
     drop_first(0u, counts);

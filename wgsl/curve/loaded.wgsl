@@ -5,7 +5,7 @@ import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
 import package::features::HAS_GAIN;
 
 struct LoadedNode {
-    start: vec4<u32>, // in fixed point; 0 for none
+    start: vec4<u32>, // in fixed point; 0 for an unused node
     end: vec4<u32>,
     light: Light4,    // behind
 }

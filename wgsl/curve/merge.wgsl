@@ -17,8 +17,8 @@ fn mean_level(i: u32) -> vec4<f32> {
     return level(node_means[i] >> vec4(16u));
 }
 
-// Weighs the merge of nodes i and i + 1: how far the light between falls from the straight line
-// over both, as an area; nothing where one of them takes nothing.
+// Cost of merging nodes i and i + 1: the area between the curve and the straight line over both; 0 if one
+// of them absorbs nothing.
 fn weigh(i: u32) {
     let a = spans[i];
     let b = spans[i + 1u];
@@ -46,7 +46,7 @@ fn weigh(i: u32) {
     before = first_mean;
 }
 
-// The ramp with the mean and the variance of both, inside what they span.
+// Span of the ramp with the mean and variance of both, clamped to what they span.
 fn merged_span() -> vec4<u32> {
     let start_a = vec4<f32>(best_first >> vec4(16u));
     let end_a = vec4<f32>(best_first & vec4(0xffffu));
@@ -58,7 +58,7 @@ fn merged_span() -> vec4<u32> {
     let per_both = 1.0 / select(drop_a + drop_b, vec4(1.0), nothing);
     let first = drop_a * per_both;
     let second = drop_b * per_both;
-    // Twice the middle, and twelve times the variance.
+    // Twice the mean, and twelve times the variance.
     let middle_a = start_a + end_a;
     let middle_b = start_b + end_b;
     let length_a = end_a - start_a;
@@ -75,7 +75,7 @@ fn merged_span() -> vec4<u32> {
     return select((start << vec4(16u)) | end, best_second, nothing);
 }
 
-// Puts what follows a merge in its place.
+// Moves the nodes behind a merge up by one.
 fn close_up(i: u32, at: vec4<u32>, merged: vec4<u32>) {
     let stays = vec4(i) < at;
     spans[i] = select(select(spans[i + 1u], spans[i], stays), merged, vec4(i) == at);

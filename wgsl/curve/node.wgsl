@@ -1,12 +1,12 @@
-// How a map stores a curve: nodes of 8 bytes, nearest first. CPU twin: src/reference/curve/mod.rs. Start
-// (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts
-// at 0 is none.
+// Format of a curve in a map: nodes of 8 bytes, nearest first. CPU twin: src/reference/curve/mod.rs. Start
+// (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts at 0 is
+// unused.
 
 import package::features::{HAS_GAIN, NODES};
 
 const DEPTHS: f32 = 65535.0;
 const LEVELS: f32 = 4095.0;
-// Octaves of a curve that may brighten.
+// Octaves of a curve with `gain`.
 const OCTAVES: f32 = 20.0;
 const DARKEST_LOG: f32 = -10.0;
 

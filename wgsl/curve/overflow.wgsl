@@ -1,5 +1,5 @@
-// Casters whose pairs did not fit, as one hit behind what did: pairs are given room front to back.
-// Leaves the sums zero. CPU twin: src/reference/curve/tile.rs.
+// Casters whose pairs did not fit, as one hit behind those that did: pairs get capacity front to back.
+// Resets the sums to zero. CPU twin: src/reference/curve/tile.rs.
 
 import package::curve::light4::{Light4, light4, white4};
 import package::curve::volumes::rest_of_volumes;
@@ -11,7 +11,7 @@ import choice::sums::{clear_sums, load_nearness, load_sums};
 struct Overflowed {
     sums: array<vec3<i32>, 4>,
     light: Light4,
-    depth: vec4<f32>, // of the nearest that is seen, 1 for none
+    depth: vec4<f32>, // of the nearest visible one, 1 for none
 }
 
 fn nothing_overflowed() -> Overflowed {
@@ -45,7 +45,7 @@ fn row_light(row: OverflowedRow) -> vec3<f32> {
     return light(bitcast<vec3<u32>>(row.sums));
 }
 
-// What must come behind the curves of rays that let `is` pass.
+// Transmittance to insert behind curves of transmittance `is`.
 fn rest_light(rest: Overflowed, is: Light4) -> Light4 {
     if HAS_VOLUMES {
         return rest_of_volumes(is, rest.sums);
@@ -53,7 +53,7 @@ fn rest_light(rest: Overflowed, is: Light4) -> Light4 {
     return rest.light;
 }
 
-// Whether casters change the light at all.
+// Where the light differs from white.
 fn is_light(light: Light4) -> vec4<bool> {
     return (light.red != vec4(1.0)) | (light.green != vec4(1.0)) | (light.blue != vec4(1.0));
 }

@@ -1,4 +1,4 @@
-// Pairs of a tile, front to back. On the native tier.
+// Pairs of a tile, front to back, on the native tier.
 
 import package::bind::loaded::pairs;
 import package::records::record::record_texel;

@@ -1,4 +1,4 @@
-// Pairs of a tile, front to back. On the core tier.
+// Pairs of a tile, front to back, on the core tier.
 
 import package::bind::sampled::pairs;
 import package::records::record::record_texel;

@@ -1,6 +1,6 @@
-// What a segment of a long tile leaves in `partials`, texel by texel: its filter and nearest depth,
-// where hits add light or volumes absorb what `CHANGE_WORDS` hold, then its nodes, two at a time.
-// Rust: src/stage/curve.rs, `partial_bytes`.
+// Record of a long tile's segment in `partials`, texel by texel: its filter and nearest depth, then
+// `CHANGE_WORDS` if hits add light or volumes absorb, then its nodes, two at a time. Rust:
+// src/stage/curve.rs, `partial_bytes`.
 
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 

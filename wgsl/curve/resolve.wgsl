@@ -1,5 +1,5 @@
-// Store: curves, filter and nearest depth of the tiles that have several segments: their curves
-// after each other. CPU twin: src/reference/curve/tile.rs.
+// Store: curves, filter and nearest depth of tiles with several segments, whose curves are appended to each
+// other. CPU twin: src/reference/curve/tile.rs.
 
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
@@ -28,8 +28,8 @@ fn ordered() -> bool {
 }
 
 // Four rows of a segment.
-var<private> next: Light4;       // all that it lets pass of white
-var<private> next_scale: Light4; // without what it adds
+var<private> next: Light4;       // its light from white
+var<private> next_scale: Light4; // its scale
 var<private> next_density: Light4;
 var<private> next_last: vec4<f32>;
 
@@ -70,7 +70,7 @@ fn load_segment(first: u32) -> vec4<f32> {
     return rows_last(whole);
 }
 
-// Light behind what leaves `scale` of it, and `own` of white.
+// Light behind a segment of scale `scale` and transfer `own` of white.
 fn behind(light: Light4, own: Light4, scale: Light4) -> Light4 {
     if HAS_OVER {
         return plus(scaled(light, scale), minus(own, scale));
@@ -82,11 +82,11 @@ fn minus(a: Light4, b: Light4) -> Light4 {
     return Light4(a.red - b.red, a.green - b.green, a.blue - b.blue);
 }
 
-// Least rest of 1 minus a colour that is added: below it, light from white does not tell the scale.
+// Least rest of 1 minus an added colour from which the scale can be recovered from light through white.
 const LEAST_REST: f32 = 0.0625;
 
-// The scale up to a place behind which `light` is left of white, of a segment with `scale` and
-// `all` behind it. CPU twin: src/reference/curve/mod.rs, `Affine`.
+// Scale up to a depth behind which white light has become `light`, for a segment with `scale` and `all`
+// behind it. CPU twin: src/reference/curve/mod.rs, `Affine`.
 fn scale_share(light: vec4<f32>, scale: vec4<f32>, all: vec4<f32>, part: f32) -> vec4<f32> {
     let lost = 1.0 - scale;
     let rest = 1.0 - (all - scale) / max(lost, vec4(1e-3));
@@ -108,13 +108,13 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
     let count = (tile.end - tile.first + CURVE_SEGMENT - 1u) / CURVE_SEGMENT;
     clear_list();
     clear_volumes();
-    var passed = white4(); // of the curve, whose nodes are rounded
-    var reached = white4(); // where the segment starts
-    var before = white4(); // of the segment's last node
-    var whole = white4();  // the filter
+    var passed = white4(); // light behind the curve so far, whose nodes are rounded
+    var reached = white4(); // light at the start of the segment
+    var before = white4(); // light behind the segment's last node
+    var whole = white4();  // filter of all segments
     var nearest = vec4(1.0);
-    // Steps of a segment: what goes on through it, where there are volumes, then its nodes; behind all of
-    // them the rest.
+    // Steps of a segment: the volumes that continue through it, if there are any, then its nodes; behind
+    // all segments the rest.
     let ramps = rest_steps() - 1u;
     let steps = ramps + NODES;
     for (var i = 0u; i < count * steps + rest_steps(); i += 1u) {

@@ -1,4 +1,4 @@
-// Makes room in a texel's nodes for a hit between them. CPU twin: src/reference/curve/mod.rs.
+// Insertion of a hit between a texel's nodes. CPU twin: src/reference/curve/mod.rs.
 
 import package::curve::light4::{
     Light4, decode_light, encode_lights, encode_means, plus, quotient, scaled, white4,
@@ -19,7 +19,7 @@ fn seek(i: u32) {
     new_means = select(new_means, node_means[i], in_front);
 }
 
-// Nodes behind the new one move back, and get less light. Without a hit the new node goes last.
+// Moves nodes behind the new one back, and dims them. Without a hit the new node goes last.
 fn make_room(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, counts: vec4<bool>) {
     new_span = select(vec4(0xffffffffu), span, counts);
     old_span = vec4(0u);

@@ -1,5 +1,5 @@
-// Store: the curves of one segment of a long tile; `resolve` puts a tile's segments together in
-// order. CPU twin: src/reference/curve/tile.rs.
+// Store: the curves of one segment of a long tile; `resolve` combines a tile's segments in order. CPU twin:
+// src/reference/curve/tile.rs.
 
 import package::bind::changed::{counters, partials};
 import package::curve::gather::{ROWS, light_texel, nearest, scale, total_light};

@@ -1,4 +1,4 @@
-// Nodes as a map stores them. CPU twin: src/reference/curve/mod.rs.
+// Nodes in the format of a map. CPU twin: src/reference/curve/mod.rs.
 
 import package::curve::light4::decode;
 import package::curve::list::{node_lights, node_means, spans};
@@ -14,7 +14,7 @@ fn stored_channel(v: vec4<f32>) -> vec4<u32> {
     return vec4<u32>(round(select(v, vec4(0.0), v < vec4(BLACK)) * LEVELS));
 }
 
-// Node i of the four texels as a map stores it: the first words, then the second.
+// Node i of the four texels in the format of a map: the first words, then the second.
 fn packed_first(i: u32) -> vec4<u32> {
     let start = spans[i] >> vec4(16u);
     let end = max(spans[i] & vec4(0xffffu), start);

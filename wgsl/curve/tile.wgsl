@@ -27,7 +27,8 @@ fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) 
     first_sum = sum_index(tile_id, place);
 }
 
-// What comes behind all pairs: volumes that hold the light, then what had no room, of few tiles.
+// Adds what is behind all pairs: volumes that contain the light, then overflowing casters, of which few
+// tiles have any.
 fn open_rest(view: GpuView, step: u32) {
     if step + 1u < rest_steps() {
         let ramps = join_ramp(begin_inside());

@@ -1,5 +1,5 @@
-// A soft disc of the `filter` transfer meets the four texels; hits wait for the end of their slab.
-// CPU twin: src/reference/curve/tile.rs.
+// Visits the four texels with a soft disc of the `filter` transfer; hits stay open until the end of their
+// slab. CPU twin: src/reference/curve/tile.rs.
 
 import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
 import package::curve::light4::Light4;
@@ -8,7 +8,7 @@ import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_d
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
-// Seen from afar a disc's depth is the same everywhere.
+// A disc of an orthographic view has one depth, so hits come in order.
 fn ordered() -> bool {
     return !PERSPECTIVE;
 }
@@ -44,7 +44,7 @@ fn disc_light(disc: Disc, profile: vec4<f32>) -> Light4 {
     );
 }
 
-// Counts towards `few`, and seeks the nearest.
+// Counts a hit for `few`, and updates the nearest depth.
 fn count_disc(view: GpuView, disc: Disc) {
     let met = texels_profile(view, disc);
     let opacity = met.profile * disc.slope;
@@ -61,7 +61,7 @@ fn count_hits(view: GpuView, footprint: Footprint) {
     count_disc(view, prepare_disc(view, footprint));
 }
 
-// True where the hits cannot wait.
+// Returns true if the hits must be inserted at once.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
     return must_flush(visit_disc(view, prepare_disc(view, footprint)));
 }

@@ -1,5 +1,5 @@
-// A caster of any kind meets the four texels; every hit goes into its curve at once, or
-// where the order counts when those before it have.
+// Visits the four texels with a caster of any kind; every hit is inserted into its curve at once, or, with
+// order-dependent blending, after those in front of it.
 
 import package::curve::gather::{
     corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
@@ -51,13 +51,13 @@ fn cross_faces(view: GpuView, footprint: Footprint) -> vec4<bool> {
     let c = face_texel(view, footprint, 2u);
     let d = face_texel(view, footprint, 3u);
     let meets = vec4(a.leaves, b.leaves, c.leaves, d.leaves) != vec4(0);
-    // Nothing changes at the last face.
+    // A texel without a face gets a zero change at its last face.
     let depth = select(last_face, vec4(a.depth, b.depth, c.depth, d.depth), meets);
     let change = light4(density_change(a), density_change(b), density_change(c), density_change(d));
     return join_ramp(change_density(depth, selected(black4(), change, meets)));
 }
 
-// True where the hits cannot wait.
+// Returns true if the hits must be inserted at once.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
     var ramps = vec4(false);
     if HAS_VOLUMES {
@@ -98,7 +98,7 @@ fn join_hits(hits: Hit4) -> vec4<bool> {
     return placed;
 }
 
-// Hits that wait for their place are joined behind all pairs, one of each texel at a time.
+// Hits that wait in order are joined behind all pairs, one of each texel at a time.
 fn waiting_steps() -> u32 {
     return select(0u, WAITING, HAS_OVER);
 }

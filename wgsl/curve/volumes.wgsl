@@ -5,17 +5,17 @@ import package::curve::list::disordered;
 import package::features::{HAS_GAIN, HAS_VOLUMES};
 import package::sums::sums::{MAX_TAU, light};
 
-const LEAST_TAU: f32 = 0.0000152587890625; // of a stretch that makes a ramp: 2^-16
-// Rounding of light between sums in fixed point and products: what differs less is the same.
+const LEAST_TAU: f32 = 0.0000152587890625; // least optical depth of a ramp: 2^-16
+// Rounding between light as fixed-point sums and as products: smaller differences are ignored.
 const ROUNDING: f32 = 0.00048828125;
 
-// Optical depth per light depth of what the rays are inside of, behind `last_face`. Negative where
-// a body was left that was not entered: the light is inside, or the entry comes late.
+// Optical depth per light depth inside the volumes, behind `last_face`. Negative if a body was left that
+// was not entered: the light is inside, or the entry comes late.
 var<private> density: Light4;
 var<private> last_face: vec4<f32>;
-// All faces, as nearest-depth mode adds them up.
+// Sums over all faces, as in nearest-depth mode.
 var<private> crossed: array<vec4<i32>, 4>;
-// Light that passes all hits but volumes, and the scale of their affine transfer.
+// Light that passes all hits except volumes, and the scale of their affine transfer.
 var<private> surface_light: Light4;
 var<private> surface_scale: Light4;
 
@@ -42,8 +42,8 @@ fn stretch_light(tau: vec4<f32>) -> vec4<f32> {
     return exp(-max(tau, vec4(-MAX_TAU)));
 }
 
-// The densities change at light depth `depth`. The ramps end there; where that is before the last
-// face, they are what the change does up to it.
+// Changes the densities at light depth `depth`. The ramps end there; for late faces they are the effect of
+// the change up to the last face.
 fn change_density(depth: vec4<f32>, change: Light4) -> Ramp4 {
     let late = depth < last_face;
     let start = min(last_face, depth);
@@ -60,7 +60,7 @@ fn change_density(depth: vec4<f32>, change: Light4) -> Ramp4 {
     );
 }
 
-// Bodies that were left and never entered hold the light: they begin at light depth 0.
+// Adds the volumes that were left but never entered: they contain the light, and begin at light depth 0.
 fn begin_inside() -> Ramp4 {
     return change_density(
         vec4(0.0),
@@ -68,18 +68,18 @@ fn begin_inside() -> Ramp4 {
     );
 }
 
-// The first bodies go on through a segment that follows; before its curve.
+// Continues the volumes through the next segment; call it before appending that segment's curve.
 fn follow_inside(next: Light4, next_last: vec4<f32>) -> Ramp4 {
     return change_density(max(last_face, next_last), next);
 }
 
-// Behind faces that come late the curve was too dark.
+// Counts ramps that brighten: behind late faces the curve was too dark.
 fn count_late(ramp: Ramp4) {
     let light = max(max(ramp.light.red, ramp.light.green), ramp.light.blue);
     disordered += dot(vec4<u32>(ramp.is & (light > vec4(1.0))), vec4(1u));
 }
 
-// What comes behind all pairs: volumes that hold the light, and what had no room.
+// Steps behind all pairs: volumes that contain the light, and overflowing casters.
 fn rest_steps() -> u32 {
     return select(1u, 2u, HAS_VOLUMES);
 }
@@ -89,7 +89,8 @@ fn volumes_light(i: u32, rest: vec3<i32>) -> vec3<f32> {
     return light(bitcast<vec3<u32>>(select(max(tau, vec3(0)), tau, vec3(HAS_GAIN))));
 }
 
-// What must come behind the curves: `is`, all that went in, and `rest`, sums of what had no room.
+// Transmittance to insert behind the curves: `is` is that of all insertions, `rest` the sums of overflowing
+// casters.
 fn rest_of_volumes(is: Light4, rest: array<vec3<i32>, 4>) -> Light4 {
     let sums = light4(
         volumes_light(0u, rest[0]),
@@ -102,7 +103,7 @@ fn rest_of_volumes(is: Light4, rest: array<vec3<i32>, 4>) -> Light4 {
     return selected(white4(), own, apart >= vec4(ROUNDING));
 }
 
-// 0 where the light is inside.
+// 0 if the light is inside a volume.
 fn nearest_inside(nearest: vec4<f32>) -> vec4<f32> {
     let leaves = vec4(crossed[0].w, crossed[1].w, crossed[2].w, crossed[3].w);
     return select(nearest, vec4(0.0), leaves > vec4(0));

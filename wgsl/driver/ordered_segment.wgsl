@@ -1,6 +1,6 @@
-// Driver: one segment of a long tile where the order counts. As driver/segment.wgsl, but a segment
-// takes the hits behind its front from the last pairs of the one before, and leaves those behind the
-// next one's. CPU twin: src/reference/accumulate.rs, `ordered_segment`.
+// Driver: one segment of a long tile with order-dependent blending. Like wgsl/driver/segment.wgsl, but a
+// segment takes the hits behind its front from the last pairs of the previous segment, and leaves its own
+// behind the next one's front to that. CPU twin: src/reference/accumulate.rs, `ordered_segment`.
 
 import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};
@@ -18,7 +18,7 @@ import package::walk::lane::{LANES, lane_texel, tile_texel};
 import choice::store::store_segment;
 import choice::walk::walk;
 
-// Pairs at the end of a segment whose hits go to the next one where they lie behind its front.
+// Pairs at the end of a segment whose hits go to the next one if they are behind its front.
 const OVERLAP: u32 = 256u;
 
 fn pair_front(pair: u32) -> f32 {
@@ -40,7 +40,7 @@ fn walk_ordered_segment(
     let place = lane_texel(lane);
     let tile = tile_of(textureLoad(tiles, record_texel(segment.tile), 0));
     start(view, tile_texel(view, segment.tile) + place);
-    // The last pairs of the segment before, this one's own, and its last.
+    // Parts: the last pairs of the previous segment, this one's own, and its last ones.
     let overlapped = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);
     let last = select(segment.end, segment.end - OVERLAP, segment.end < tile.end);
     for (var part = select(1u, 0u, HAS_OVER); part < select(2u, 3u, HAS_OVER); part += 1u) {
@@ -49,7 +49,7 @@ fn walk_ordered_segment(
         if HAS_OVER {
             first = select(select(overlapped, first, part == 1u), last, part == 2u);
             end = select(select(end, last, part == 1u), segment.first, part == 0u);
-            // Where there is no such segment, neither are there such pairs.
+            // Without a next segment, the part has no pairs either.
             let front = front_depths(pair_front(min(end, tile.end - 1u)));
             own_from = select(vec4(-1.0), front, part == 0u);
             own_before = select(vec4(2.0), front, part == 2u);

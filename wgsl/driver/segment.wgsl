@@ -1,6 +1,6 @@
-// Driver: one segment of a long tile. One workgroup per segment, a column of texels per invocation.
-// A state says what a texel gathers, a store where it goes: to the tile's sums by atomics, because
-// segments of a tile run side by side, or to a place of the segment's own. Host: src/stage/mod.rs.
+// Driver: one segment of a long tile. One workgroup per segment, a column of texels per invocation. A state
+// defines what is gathered per texel, a store where it goes: to the tile's sums by atomics, because
+// segments of a tile run in parallel, or to the segment's own record. Host: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;

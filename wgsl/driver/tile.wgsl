@@ -1,5 +1,5 @@
 // Driver: every tile that one workgroup finishes. One workgroup per tile, a column of texels per
-// invocation, no atomics. A state says what a texel gathers, a store where it goes. Host:
+// invocation, no atomics. A state defines what is gathered per texel, a store where it goes. Host:
 // src/stage/mod.rs.
 
 import package::bind::sampled::tiles;

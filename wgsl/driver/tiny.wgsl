@@ -1,5 +1,5 @@
-// accumulate, tiny: particles of at most 2x2 texels, straight into the sums. One invocation per
-// footprint; workgroups stride over the chunks, few enough that what is in flight on one texel
+// accumulate, tiny: particles of at most 2x2 texels, added straight to the sums. One invocation per
+// footprint; workgroups stride over the chunks, few enough that the invocations in flight on one texel
 // cannot wrap its sum. CPU twin: src/reference/accumulate.rs. Host: src/stage/accumulate.rs.
 
 import package::bind::changed::counters;

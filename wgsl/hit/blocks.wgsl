@@ -21,7 +21,7 @@ fn blocks(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> bo
     return is_solid(hit);
 }
 
-// Opacity that a `dither` hit must exceed, of the pattern that belongs to `id`.
+// Dither threshold: a `dither` hit blocks if its opacity exceeds it. `id` chooses the pattern.
 fn threshold(
     view: GpuView,
     footprint: Footprint,
@@ -47,7 +47,7 @@ fn threshold(
     return hashed_threshold(own.xy, own.zw, material.pattern_scale, id);
 }
 
-// Weights of two corners, and their derivatives from a texel to the next.
+// Barycentric weights of two corners, and their derivatives from one texel to the next.
 fn triangle_own(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let weights = bitcast<vec3<f32>>(setup_texel(setup, 3u).xyz);
     let a = edge(setup, 0u, texel) * weights.x;
@@ -62,13 +62,13 @@ fn triangle_own(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     return vec4(own, max(along_a.x, along_a.y), max(along_b.x, along_b.y));
 }
 
-// How an edge function changes along x and y.
+// Derivatives of an edge function along x and y.
 fn edge_step(setup: u32, i: u32) -> vec2<f32> {
     let line = bitcast<vec4<f32>>(setup_texel(setup, i));
     return vec2(-line.w, line.z);
 }
 
-// As a map stores it.
+// Opaque depth in the format of a map.
 fn stored_depth(hit: Hit) -> f32 {
     let dithered = HAS_DITHER && materials[hit.material].transfer == TRANSFER_DITHER;
     return bitcast<f32>(opaque_bits(hit.depth, dithered));

@@ -1,5 +1,5 @@
-// Which channels of the light an opaque material's hit blocks at a texel: those of a `dither`
-// caster have thresholds of their own. CPU twin: src/reference/colored.rs.
+// Channels of the light that an opaque material's hit blocks at a texel; a `dither` caster has a threshold
+// per channel. CPU twin: src/reference/colored.rs.
 
 import package::bind::uniform::materials;
 import package::hit::blocks::threshold;
@@ -24,7 +24,7 @@ fn blocked_channels(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: 
     return vec3(is_solid(hit));
 }
 
-// Behind it no light is left.
+// Depth behind which all channels are blocked.
 fn last_depth(depths: vec3<f32>) -> f32 {
     return max(max(depths.r, depths.g), depths.b);
 }

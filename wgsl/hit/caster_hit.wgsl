@@ -1,5 +1,4 @@
-// What a ray meets of any caster: opacity, light that passes, depth. CPU twin:
-// src/reference/caster_hit.rs.
+// Hit of a ray with any caster: opacity, transmittance, depth. CPU twin: src/reference/caster_hit.rs.
 
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
@@ -16,13 +15,13 @@ import package::records::view::{GpuView, is_beside};
 import package::sums::faint::{tau_absorbed, whole_tau};
 
 struct Hit {
-    light: vec3<f32>, // that passes
+    light: vec3<f32>, // transmittance
     color: vec3<f32>,
     opacity: f32,
     depth: f32,       // light depth; -1 for a miss
-    end: f32,         // from which on the whole hit counts: where the ray leaves a puff
+    end: f32,         // light depth from which the whole hit is in front: where the ray leaves a puff
     material: u32,
-    absorbed: vec3<f32>, // 1 - light, to the last digits where that is next to 1
+    absorbed: vec3<f32>, // 1 - light, with full precision where light is next to 1
 }
 
 const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
@@ -70,8 +69,8 @@ fn particle_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_de
     return Hit(light, color, opacity, depth, depth, material_id, absorbed);
 }
 
-// Absorbs along the chord that the ray takes through the sphere before the opaque surface: what the
-// transfer does along a whole diameter, to the power of the chord's share of it.
+// Hit of a puff, which absorbs along the chord of the ray through the sphere in front of the opaque
+// surface: the transfer along a whole diameter, to the power of the chord's share of it.
 fn puff_hit(
     view: GpuView,
     place: vec4<f32>,
@@ -85,7 +84,7 @@ fn puff_hit(
     let center = view.near + place.w * range; // along the axis [m]
     let w = vec3((texel - view.size * 0.5) / view.scale, 1.0);
     let middle = (place.xy - view.size * 0.5) / view.scale;
-    // In radii: how far the ray passes from the centre, and metres along the axis per radius.
+    // Squared distance of the ray from the centre [radii²], and metres along the axis per radius.
     var miss2: f32;
     var radius_axis: f32;
     var closest: f32;
@@ -129,7 +128,7 @@ fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
     return line.z * (texel.y - line.y) - line.w * (texel.x - line.x);
 }
 
-// Weights of the corners, and light depth; depth -1 outside.
+// Barycentric weights of the corners, and light depth; depth -1 outside.
 fn triangle_weights(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let weights_ties = setup_texel(setup, 3u);
     let a = edge(setup, 0u, texel);

@@ -1,4 +1,4 @@
-// What `over` adds, and what the faces of volumes do. CPU twin: src/reference/caster_hit.rs.
+// Light that `over` adds, and sums of the faces of volumes. CPU twin: src/reference/caster_hit.rs.
 
 import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;
@@ -9,27 +9,28 @@ import package::records::setup::{BACK_BIT, setup_texel};
 import package::records::view::GpuView;
 import package::sums::sums::FIXED_ONE;
 
-// `over` makes light an affine chain: light L behind a hit becomes L * light + added.
+// Light added by `over`, which makes light an affine chain: light L from the light's side becomes L * light
+// + added.
 fn added_light(hit: Hit) -> vec3<f32> {
     return select(vec3(0.0), hit.color * hit.opacity, materials[hit.material].transfer == TRANSFER_OVER);
 }
 
-// The nearest integers, modulo 2^32. Exact: the wraps are powers of two.
+// Nearest integers, modulo 2^32. Exact: the wraps are powers of two.
 fn modular(v: vec3<f32>) -> vec3<i32> {
     let rounded = round(v);
     let rest = rounded - floor(rounded / 4294967296.0) * 4294967296.0;
     return bitcast<vec3<i32>>(vec3<u32>(rest));
 }
 
-// Where a ray enters or leaves a volume.
+// Crossing of a ray with the surface of a volume.
 struct Face {
     depth: f32,            // at most that of the ray's end
-    metres: f32,           // way of the ray from light depth 0 to 1
+    metres: f32,           // length of the ray from light depth 0 to 1
     absorption: vec3<f32>, // [1/m]
-    leaves: i32,           // 1 where the ray leaves, -1 where it enters, 0 where it does neither
+    leaves: i32,           // 1 if the ray leaves the volume, -1 if it enters, 0 for no face
 }
 
-// Faces behind the ray's end count as at its end.
+// Faces behind the ray's end are moved to its end.
 fn volume_face(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Face {
     if !HAS_TRIANGLES || !is_triangle(footprint) {
         return Face(0.0, 0.0, vec3(0.0), 0);
@@ -46,8 +47,8 @@ fn volume_face(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_dep
     return Face(ends, (view.far - view.near) * stretch, absorption, leaves);
 }
 
-// What a face adds to a ray's sums: optical depth from the near plane to the face, in fixed point
-// and modulo 2^32, negative where the ray enters; w: `leaves`.
+// Contribution of a face to a ray's sums: optical depth from the near plane to the face, in fixed point and
+// modulo 2^32, negative where the ray enters; w: `leaves`.
 fn face_crossing(face: Face) -> vec4<i32> {
     let tau = modular(face.depth * face.metres * face.absorption * FIXED_ONE);
     return vec4(tau * face.leaves, face.leaves);

@@ -1,4 +1,4 @@
-// A soft disc of the `filter` transfer, made ready for texels. CPU twin: src/reference/hit.rs.
+// A soft disc of the `filter` transfer, set up for texels. CPU twin: src/reference/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::records::footprint::{Footprint, footprint_color, opacity_slope};
@@ -6,12 +6,12 @@ import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
 
 struct Disc {
-    center: vec2<f32>,   // [texels]; of a disc beside the view the map's middle
+    center: vec2<f32>,   // [texels]; for a disc beside the view the map's centre
     bend: f32,           // 1 / radius^2 [1 / texels^2]
-    tilt: vec2<f32>,     // how the plane's distance changes [1 / texels]
+    tilt: vec2<f32>,     // gradient of the plane's distance [1 / texels]
     tilt_bend: f32,
-    start: vec2<f32>,    // (0, 1); of a disc beside the view the cosine of the axis, 0
-    depth: f32,          // light depth; of a perspective view distance along the axis [m]
+    start: vec2<f32>,    // (0, 1); for a disc beside the view the cosine of the axis, 0
+    depth: f32,          // light depth; in a perspective view distance along the axis [m]
     slope: f32,          // opacity at the centre
     absorbed: vec3<f32>, // slope (1 - c)
 }
@@ -22,7 +22,7 @@ fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
     let radius = place.z;
     disc.center = place.xy;
     disc.depth = place.w;
-    // Nothing is hit at the end of the ray.
+    // A hit at the end of the ray does nothing.
     disc.slope = select(opacity_slope(footprint), 0.0, !PERSPECTIVE && disc.depth >= 1.0);
     let color = footprint_color(footprint);
     disc.absorbed = disc.slope * (1.0 - color);
@@ -38,7 +38,7 @@ fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
         disc.start = vec2(0.0, 1.0);
         disc.depth = view.near + disc.depth * (view.far - view.near);
         if is_beside(place) {
-            // Delta from the map's middle: q^2 = (|ray|^2 - t^2) / (radius t)^2, t = n . ray.
+            // Delta from the map's centre: q^2 = (|ray|^2 - t^2) / (radius t)^2, t = n . ray.
             let center = place.xyw;
             let distance = max(length(center), LEAST_DISTANCE);
             let n = center / distance;
@@ -64,7 +64,7 @@ fn touches(view: GpuView, place: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> boo
     let outside = center - clamp(center, lo, hi);
     var reach = radius + SLACK;
     if PERSPECTIVE {
-        // tan(axis + cone) - tan(axis), outwards from the view's middle.
+        // tan(axis + cone) - tan(axis), outwards from the view's centre.
         let slope = length((center - view.size * 0.5) / view.scale);
         let rest = 1.0 - slope * radius;
         reach = view.scale * radius * (1.0 + slope * slope) / rest + SLACK;
@@ -94,7 +94,7 @@ fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<
     return Profile4(select(vec4(0.0), rest * rest, hits), depth);
 }
 
-// 1 - q^2 of four texels in a column, by differences: it is of second degree in y. `dx` and `dy`:
+// 1 - q^2 of four texels in a column, by differences: it is of second degree in y. `dx` and `dy`: offset of
 // the first from the centre.
 fn column_rest(disc: Disc, dx: f32, dy: f32) -> vec4<f32> {
     let turn = -2.0 * disc.bend;
@@ -106,7 +106,7 @@ fn column_rest(disc: Disc, dx: f32, dy: f32) -> vec4<f32> {
     return vec4(a, b, c, c + (step_b + turn));
 }
 
-// Profile of a disc that is as deep everywhere; `rest`: 1 - q^2.
+// Profile of a disc of constant depth; `rest`: 1 - q^2.
 fn rest_profile(disc: Disc, rest: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
     let depth = vec4(disc.depth);
     let inside = max(rest, vec4(0.0));

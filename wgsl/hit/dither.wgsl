@@ -1,5 +1,5 @@
-// Dither patterns: what opacity a caster must exceed at a texel to block its light. CPU twin:
-// src/reference/dither.rs, which says why.
+// Dither patterns: the threshold that a caster's opacity must exceed at a texel to block its light. CPU
+// twin, with the reasons: src/reference/dither.rs.
 
 import package::bind::sampled::casters;
 import package::hit::hash::pcg;
@@ -32,7 +32,7 @@ fn pcg_cell(cell: vec2<u32>, id: u32) -> u32 {
     return pcg(cell.x + pcg(cell.y + pcg(id)));
 }
 
-// Threshold of every pattern but `hashed`, over 65536.
+// Threshold of every pattern except `hashed`, over 65536.
 fn cell_threshold(pattern: u32, blue_first: u32, cell: vec2<u32>, id: u32) -> f32 {
     var bits: u32;
     switch pattern {
@@ -68,8 +68,8 @@ fn digit(cell: vec2<u32>, i: u32, walsh: u32) -> vec2<u32> {
     return vec2((high << 1u) | low, next_walsh(second));
 }
 
-// All four digits, whatever the order, and no loop: with one per texel a segment's walk would
-// exceed the iterations that llvmpipe allows an invocation.
+// All four digits for every order, without a loop: with a loop per texel a segment's walk would exceed the
+// iterations that llvmpipe allows an invocation.
 fn ordered(cell: vec2<u32>, order: u32, id: u32, chance: u32) -> u32 {
     let first = digit(cell, 0u, id & 63u);
     let second = digit(cell, 1u, first.y);
@@ -119,7 +119,7 @@ fn power(e: i32) -> f32 {
     return bitcast<f32>(u32(e + 127) << 23u);
 }
 
-// `own`: in the caster's own space; `one_step`: how far it moves from a texel to the next.
+// `own`: coordinates in the caster's own space; `one_step`: their change from one texel to the next.
 fn hashed_threshold(own: vec2<f32>, one_step: vec2<f32>, scale: u32, id: u32) -> f32 {
     let step = max(one_step * f32(scale), vec2(1e-9));
     let per_unit = 0.70710678 / step.x;

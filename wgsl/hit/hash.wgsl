@@ -1,4 +1,4 @@
-// Integer hash (Jarzynski and Olano 2020, pcg). Rust: src/reference/accumulate.rs.
+// Integer hash (Jarzynski and Olano 2020, pcg). Rust: src/model/hash.rs.
 
 fn pcg(value: u32) -> u32 {
     let state = value * 747796405u + 2891336453u;

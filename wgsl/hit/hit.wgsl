@@ -1,4 +1,4 @@
-// What one ray through one texel meets. CPU twin: src/reference/hit.rs.
+// Geometry and optics of one ray's hit. CPU twin: src/reference/hit.rs.
 
 import package::records::material::{
     MAX_GAIN, PROFILE_SOFT, SHAPE_DISC, SHAPE_QUAD, TRANSFER_DITHER, TRANSFER_FILTER,
@@ -6,9 +6,9 @@ import package::records::material::{
 };
 import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
 
-// A particle made ready for texels: q = (frame * delta + offset) / (start + tilt . delta), where
-// delta is the way from the reference to the texel's centre [texels]. The reference is the particle's
-// centre, where q is 0 and start 1; of a particle beside the view the map's middle.
+// A particle set up for texels: q = (frame * delta + offset) / (start + tilt . delta), where delta is the
+// vector from the reference to the texel's centre [texels]. The reference is the particle's centre, where q
+// is 0 and start 1; for a particle beside the view the map's centre.
 struct Facing {
     reference: vec2<f32>,
     frame_x: vec2<f32>,
@@ -23,7 +23,7 @@ fn to_world(view: GpuView, v: vec3<f32>) -> vec3<f32> {
     return v * mat3x3(view.view_from_world[0].xyz, view.view_from_world[1].xyz, view.view_from_world[2].xyz);
 }
 
-// To the right, down and along the axis.
+// Components to the right, down and along the axis.
 fn to_map(view: GpuView, axis: vec3<f32>) -> vec3<f32> {
     return (view.view_from_world * vec4(axis, 0.0)).xyz * vec3(1.0, -1.0, -1.0);
 }
@@ -70,7 +70,7 @@ fn facing(view: GpuView, place: vec4<f32>, rotation: f32) -> Facing {
     );
 }
 
-// q.xy and light depth; depth -1 where the ray runs away from the plane.
+// q.xy and light depth; depth -1 if the ray does not meet the plane in front of the light.
 fn facing_hit(f: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
     let delta = texel - f.reference;
     let denominator = f.start + dot(f.tilt, delta);
@@ -79,7 +79,7 @@ fn facing_hit(f: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
     return select(vec3(2.0, 2.0, -1.0), vec3(q, depth), denominator > 0.0);
 }
 
-// The share of a particle's alpha at q, 0 outside its shape.
+// Share of a particle's alpha at q, 0 outside its shape.
 fn coverage(shape: u32, profile: u32, q: vec2<f32>) -> f32 {
     let square = dot(q, q);
     if shape == SHAPE_QUAD {
@@ -90,10 +90,10 @@ fn coverage(shape: u32, profile: u32, q: vec2<f32>) -> f32 {
     return select(0.0, select(1.0, rest * rest, soft), square <= 1.0);
 }
 
-// Light that passes a hit of opacity a and colour c (of `gain`: over 16).
+// Transmittance of a hit of opacity a and colour c (divided by 16 for `gain`).
 fn transmittance(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
     switch transfer {
-        // In the picture; shadows are dithered.
+        // For the picture only: shadows are dithered.
         case TRANSFER_FILTER, TRANSFER_DITHER: { return 1.0 - a * (1.0 - c); }
         case TRANSFER_STAIN: { return c * (1.0 - a); }
         case TRANSFER_SMOKE: { return (1.0 - a) * (1.0 - a * (1.0 - c)); }
@@ -103,7 +103,7 @@ fn transmittance(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
     }
 }
 
-// 1 - `transmittance`, to the last digits where that is next to 1.
+// 1 - `transmittance`, with full precision where that is next to 1.
 fn absorption(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
     let filtered = a * (1.0 - c);
     switch transfer {

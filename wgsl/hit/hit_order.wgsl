@@ -1,5 +1,5 @@
-// The hits of four rays, in order of their depths: casters come in order of their nearest points,
-// their hits nearly so. The last few wait, in order; one that comes late finds its place among them.
+// Sorting of four rays' hits by depth: casters come sorted by their nearest points, so their hits are
+// nearly sorted. The last few wait in a sorted buffer; a late one is inserted among them.
 // CPU twin: src/reference/order.rs.
 //
 // Indices are literals, so that the arrays become registers.
@@ -8,10 +8,10 @@ import package::curve::light4::{Light4, black4, light4, selected, white4};
 import package::hit::caster_hit::Hit;
 import package::hit::crossing::added_light;
 
-const WAITING: u32 = 8u; // hits that wait
+const WAITING: u32 = 8u; // capacity of the buffer [hits]
 
 struct Hit4 {
-    depth: vec4<f32>, // light depth; negative where there is none
+    depth: vec4<f32>, // light depth; negative for an empty slot
     light: Light4,
     added: Light4,
     opacity: vec4<f32>,
@@ -19,8 +19,8 @@ struct Hit4 {
 }
 
 var<private> waiting: array<Hit4, 8>; // the nearest first
-var<private> last_left: vec4<f32>;    // light depth of the last that left
-var<private> late_hits: u32;          // that came when one behind them had left
+var<private> last_left: vec4<f32>;    // light depth of the last hit that left
+var<private> late_hits: u32;          // hits that came after one behind them had left
 
 fn no_hits() -> Hit4 {
     return Hit4(vec4(-1.0), white4(), black4(), vec4(0.0), vec4(-1.0));
@@ -53,13 +53,13 @@ fn selected_hits(a: Hit4, b: Hit4, is: vec4<bool>) -> Hit4 {
     );
 }
 
-// What waits at `place` when `came` has found its own and the nearest has left.
+// Content of slot `place` after `came` was inserted and the nearest has left.
 fn move_up(place: u32, came: Hit4) {
     let here = selected_hits(came, waiting[place], came.depth < waiting[place].depth);
     waiting[place] = selected_hits(waiting[place + 1u], here, came.depth < waiting[place + 1u].depth);
 }
 
-// Hits come; returns those that make room for them.
+// Adds hits; returns those that leave in exchange.
 fn pass_on(came: Hit4) -> Hit4 {
     let left = selected_hits(waiting[0], came, came.depth < waiting[0].depth);
     move_up(0u, came);
@@ -76,7 +76,7 @@ fn pass_on(came: Hit4) -> Hit4 {
     return left;
 }
 
-// The nearest leaves, nothing comes.
+// The nearest hits leave, none are added.
 fn next_waiting() -> Hit4 {
     let left = waiting[0];
     waiting = array(

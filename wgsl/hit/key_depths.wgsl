@@ -1,5 +1,5 @@
-// Light depths of depth keys along the rays of four texels in a column. Keys go by distance where the
-// order counts.
+// Light depths of depth keys along the rays of four texels in a column. With order-dependent blending, keys
+// are by distance.
 
 import package::features::HAS_OVER;
 import package::records::tile_rect::depth_of_key;
@@ -22,7 +22,7 @@ fn keyed_depths(view: GpuView, texel: vec2<f32>, key: f32) -> vec4<f32> {
     );
 }
 
-// Light depths that no hit of a caster whose key is `front` of the largest is in front of.
+// Least light depths of the hits of a caster whose key is `front` of the largest.
 fn front_depths(front: f32) -> vec4<f32> {
     return select(vec4(front), key_start + front * (key_end - key_start), HAS_OVER);
 }

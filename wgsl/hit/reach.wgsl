@@ -1,4 +1,4 @@
-// How far a footprint reaches in the map.
+// Extent of a footprint in the map.
 
 import package::features::{HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
 import package::records::footprint::{Footprint, is_triangle};
@@ -22,7 +22,7 @@ fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>
             // A sphere's cone has its radius over distance as sine, not as tangent.
             reach = select(1e30, reach / sqrt(1.0 - reach * reach), reach < 1.0);
         }
-        // tan(axis + cone) - tan(axis), outwards from the view's middle.
+        // tan(axis + cone) - tan(axis), outwards from the view's centre.
         let slope = length(center - view.size * 0.5) / view.scale;
         let rest = 1.0 - slope * reach;
         reach = select(1e30, view.scale * reach * (1.0 + slope * slope) / rest, rest > 0.0);

@@ -1,10 +1,10 @@
-// Depths of the opaque triangles that are too small for tiles.
+// Depths of opaque triangles that are too small for tiles.
 
 import package::bind::read::small_depths;
 import package::features::HAS_SMALL;
 import package::records::view::{GpuView, TILE_SIZE};
 
-// The nearest of them at a texel of the view's map, 1 where there is none.
+// Least of these depths at a texel of the view's map, 1 if there is none.
 fn small_depth(view: GpuView, texel: vec2<u32>) -> f32 {
     if !HAS_SMALL {
         return 1.0;

@@ -1,4 +1,4 @@
-// Whether an opaque material's hit is there at all; the picture has no dithered ones. CPU twin:
+// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones. CPU twin:
 // src/reference/occlude.rs.
 
 import package::bind::uniform::materials;

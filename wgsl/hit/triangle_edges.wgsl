@@ -4,9 +4,9 @@ fn precedes(a: vec2<f32>, b: vec2<f32>) -> bool {
     return a.x < b.x || (a.x == b.x && a.y < b.y);
 }
 
-// From `a` to `b`: a point of the line and its direction. Both triangles of a shared edge must
-// start from the same corner, so that their edge functions are each other's negative to the last
-// bit. `area`: its sign says which way round the triangle goes.
+// Line of the edge from `a` to `b`: a point and its direction. Both triangles of a shared edge must start
+// from the same corner, so that their edge functions are each other's negative to the last bit. `area`: its
+// sign is the triangle's orientation.
 fn edge_line(a: vec2<f32>, b: vec2<f32>, area: f32) -> vec4<f32> {
     let forward = precedes(a, b);
     let start = select(b, a, forward);

@@ -1,13 +1,12 @@
-// A ray through a texel of ours in clip space of a camera of the host's that sees along it: clip
-// coordinates are `slope * distance + start`, `distance` along our axis [m]. Rust:
-// src/reference/import.rs.
+// Ray of a texel of ours in the clip space of a host's camera with the same rays: clip coordinates are
+// `slope * distance + start`, `distance` along our axis [m]. Rust: src/reference/import.rs.
 
 struct ClipRay {
     slope: vec4<f32>,
     start: vec4<f32>,
 }
 
-// `across`: from the axis, of a perspective view at 1 m along it [m].
+// `across`: offset from the axis, in a perspective view at 1 m along it [m].
 fn clip_ray(clip: mat4x4<f32>, across: vec2<f32>, perspective: f32) -> ClipRay {
     let spreads = perspective > 0.0;
     let slope = select(-clip[2], clip * vec4(across, -1.0, 0.0), spreads);

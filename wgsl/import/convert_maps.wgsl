@@ -1,5 +1,5 @@
-// convert: filters and nearest depths of a view -> texels in a format of the host's, packed into words
-// of a buffer, which every device can copy to a texture. One invocation per texel. Host:
+// convert: filters and nearest depths of a view -> texels in a format of the host, packed into words of a
+// buffer, which every device can copy to a texture. One invocation per texel. Host:
 // src/shadows/converted.rs.
 
 import package::bind::changed::converted;
@@ -11,7 +11,7 @@ import package::records::convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_R
 override WORKGROUP_EDGE: u32;
 override FORMAT: u32 = 0u;
 
-// What the host's rasterizer would have left.
+// Depth that the host's rasterizer would have written.
 fn host_depth(params: ConvertParams, texel: vec2<f32>, nearest: f32) -> f32 {
     let across = across_axis(texel, params.size, params.scale);
     let ray = clip_ray(params.clip_from_view, across, params.perspective);
@@ -19,7 +19,7 @@ fn host_depth(params: ConvertParams, texel: vec2<f32>, nearest: f32) -> f32 {
     return select(params.empty, clip.z / clip.w, nearest < 1.0);
 }
 
-// The first bits of a half that is not negative, to the nearest, at most the largest that is finite.
+// Leading bits of a non-negative half, rounded to nearest, at most the largest finite value.
 fn short_float(x: f32, bits: u32) -> u32 {
     let half = pack2x16float(vec2(x, 0.0)) & 0xffffu;
     let lost = 15u - bits;

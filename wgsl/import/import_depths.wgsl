@@ -1,4 +1,4 @@
-// import: a depth map of the host's -> opaque depths of a view. One invocation per texel. CPU twin:
+// import: the host's depth map -> opaque depths of a view. One invocation per texel. CPU twin:
 // src/reference/import.rs. Host: src/stage/import.rs.
 
 import package::bind::sampled::host_depths;
@@ -13,7 +13,7 @@ override WORKGROUP_EDGE: u32;
 fn light_depth(params: ImportParams, ray: ClipRay, depth: f32) -> f32 {
     let distance = (depth * ray.start.w - ray.start.z) / (ray.slope.z - depth * ray.slope.w);
     let own = (distance - params.near) / (params.far - params.near);
-    // What is before the near plane blocks all the same. A NaN is none.
+    // A surface in front of the near plane blocks all the same. A NaN is no surface.
     return select(1.0, clamp(own, 0.0, 1.0), depth != params.empty && own <= 1.0);
 }
 

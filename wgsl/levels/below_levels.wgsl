@@ -1,7 +1,7 @@
-// What is below a block: the blocks of the level before.
+// Children of a block: blocks of the level below.
 
 import package::curve::node::{node_length, node_light, node_start};
-import package::levels::merge::Ramp;
+import package::curve::mean::Ramp;
 import package::records::area::{LevelMap, block_nodes, block_number, level_map, leveled_view};
 import package::records::light::shadow_view;
 
@@ -19,6 +19,10 @@ fn start_child(i: u32) {
     let at = first_child + vec2<i32>(vec2(i % 2u, i / 2u));
     child_block = block_number(child_map, min(at, child_map.size - 1));
     child_light = vec3(1.0);
+}
+
+fn child_share() -> f32 {
+    return 0.25;
 }
 
 fn ramp_count() -> u32 {

@@ -1,18 +1,18 @@
-// What is below a block of the first level: texels of the maps.
+// Children of a block of the first level: texels of the maps.
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
 import package::features::NODES;
-import package::levels::merge::Ramp;
+import package::curve::mean::Ramp;
 import package::records::area::leveled_view;
 import package::records::light::shadow_view;
 import package::records::view::GpuView;
 
 var<private> child_view: GpuView;
-var<private> first_child: vec2<u32>; // in the view
+var<private> first_child: vec2<u32>; // in the view's map
 var<private> child_at: vec2<u32>;    // in the atlas
-var<private> child_light: vec3<f32>; // behind what was met so far
+var<private> child_light: vec3<f32>; // behind the ramps so far
 
 fn open_child(leveled: u32, level: u32, at: vec2<i32>) {
     child_view = shadow_view(leveled_view(leveled).x);
@@ -25,7 +25,11 @@ fn start_child(i: u32) {
     child_light = vec3(1.0);
 }
 
-// What is translucent, then what is opaque, a channel each.
+fn child_share() -> f32 {
+    return 0.25;
+}
+
+// Ramps of translucent casters, then of the opaque surface, one per channel.
 fn ramp_count() -> u32 {
     return max(NODES, 1u) + 3u;
 }

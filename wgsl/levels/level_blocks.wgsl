@@ -6,7 +6,7 @@ import choice::below::{open_child, ramp_count};
 import package::bind::stored::new_levels;
 import package::bind::uniform::level_params;
 import package::curve::node::DEPTHS;
-import package::levels::merge::{find_parts, part_node, ramp_shift};
+import package::curve::mean::{find_parts, part_node, ramp_shift};
 import package::records::area::{
     BLOCK_TEXELS, LevelMap, SKIRT, block_number, level_map, leveled_view,
 };
@@ -17,13 +17,13 @@ import package::shade::receive::cube_face;
 
 struct LevelParams {
     level: u32,
-    first_block: u32, // of the level, in all views
+    first_block: u32, // first of the level, counted over all views
     pad_0: u32,
     pad_1: u32,
 }
 
-// What a block stands for: beside a cube's face a block of its neighbour's, else the nearest.
-// Its depths are those of the block by `shift`: times x, plus y, in fixed point.
+// Source of a block's values: beyond the edge of a cube's face a block of the neighbour, else the nearest
+// block. Its depths become this face's by `shift`: times x, plus y, in fixed point.
 struct BlockOwner {
     leveled: u32,
     at: vec2<i32>,
@@ -40,7 +40,7 @@ fn block_owner(view: GpuView, leveled: u32, first_face: u32, map: LevelMap, at: 
     let other = first_face + cube_face(away);
     let of_other = shadow_view(leveled_view(other).x);
     let p = (of_other.view_from_world * vec4(away, 0.0)).xyz;
-    // Of a depth of 1 along the own axis, that along the other's.
+    // Depth along the neighbour's axis per unit of depth along this face's.
     let along = max(-p.z, 1e-6);
     let place = vec2(p.x, -p.y) * (of_other.scale / along) + of_other.size * 0.5;
     let range = view.far - view.near;
@@ -63,11 +63,11 @@ fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
     let owner = block_owner(view, id.z, own.z, map, at);
     open_child(owner.leveled, level_params.level, owner.at);
     ramp_shift = owner.shift;
-    // No constant ends the loops: compilers would write them out.
+    // Loop counts are not constant, so that compilers don't unroll.
     let some = map.first < 0xffffffffu;
     let children = select(0u, 4u, some);
     let ramps = select(0u, ramp_count(), some);
-    find_parts(children, ramps);
+    find_parts(children, ramps, 2u * BLOCK_TEXELS);
     let number = block_number(map, at) - level_params.first_block;
     for (var pair = 0u; pair < children / 2u; pair += 1u) {
         let first = part_node(2u * pair, children, ramps);

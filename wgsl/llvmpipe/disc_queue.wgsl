@@ -1,7 +1,7 @@
-// As walk_discs.wgsl, for subgroups of eight lanes on a software adapter, where branches,
-// reductions and writes within loops are dear and lanes are neighbours in a row. Of crowded tiles
-// the discs that touch the subgroup's block wait in a queue; when there are eight they are
-// multiplied in, with no branch between them. CPU twin: src/reference/accumulate.rs.
+// Like wgsl/walk/discs_subgroup.wgsl, for subgroups of eight lanes on a software adapter, where branches,
+// reductions and writes within loops are expensive and lanes are neighbours in a row. In crowded tiles the
+// discs that touch the subgroup's block are collected in a queue; eight at a time are multiplied in, with
+// no branch in between. CPU twin: src/reference/accumulate.rs.
 
 import package::bind::loaded::{footprints, pairs};
 import package::hit::disc::{Disc, prepare_disc, touches};
@@ -20,30 +20,30 @@ const QUEUE: u32 = 8u; // lanes of the subgroup
 
 struct Block {
     lane: u32,
-    lo: vec2<f32>, // of its texels, centre to centre
+    lo: vec2<f32>, // of its texel centres
     hi: vec2<f32>,
 }
 
 struct Queue {
-    footprints: vec3<u32>, // of the lane: of the discs that are next, of those behind them, and so on
+    footprints: vec3<u32>, // per lane: of the next discs, of those behind them, and so on
     count: u32,            // of all lanes' discs
-    base: u32,             // first pair that no lane has seen
+    base: u32,             // first pair that no lane has fetched
 }
 
-// What a lane of the queue has to show.
+// Disc of a lane of the queue.
 struct Prepared {
     disc: Disc,
-    front: f32, // no later disc is nearer than the last lane's
+    front: f32, // no later disc is nearer than that of the last lane
 }
 
-// The bits of all lanes.
+// Bitwise or of all lanes.
 fn join_lanes(bits: u32, lane: u32) -> u32 {
     let two = bits | subgroupShuffle(bits, lane ^ 1u);
     let four = two | subgroupShuffle(two, lane ^ 2u);
     return four | subgroupShuffle(four, lane ^ 4u);
 }
 
-// Ranks of lanes that are marked by the first bits of digits of four bits: how many there are up to each.
+// Ranks of lanes marked by the first bits of 4-bit digits: marked lanes up to each.
 fn ranks(marked: u32) -> u32 {
     return marked * 0x11111111u;
 }
@@ -73,8 +73,8 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
         let ranks_a = ranks(marked & 0x11111111u);
         let ranks_b = ranks((marked >> 1u) & 0x11111111u);
         let count_a = queue.count + (ranks_a >> 28u);
-        // Lanes before `count` have a disc; the others take the next ones, and what is left over
-        // begins anew at the first lane.
+        // Lanes before `count` have a disc; the others take the next ones, and the rest starts again at the
+        // first lane.
         let next_a = subgroupShuffle(a, nth_lane(ranks_a, (block.lane - queue.count) & 7u));
         let next_b = subgroupShuffle(b, nth_lane(ranks_b, (block.lane - count_a) & 7u));
         let first = select(next_b, next_a, block.lane < count_a);
@@ -100,8 +100,8 @@ fn without_eight(old: Queue) -> Queue {
     return Queue(old.footprints.yzz, max(old.count, QUEUE) - QUEUE, old.base);
 }
 
-const CHANGES: u32 = 1u; // a texel that something behind can change
-const SEEKS: u32 = 2u;   // one whose nearest depth may be behind
+const CHANGES: u32 = 1u; // some texel can still change
+const SEEKS: u32 = 2u;   // some nearest depth may still change
 
 fn wants(front: f32, lane: u32) -> u32 {
     return join_lanes(select(CHANGES, 0u, settled(front)) | select(0u, SEEKS, seeks(front)), lane);
@@ -124,7 +124,7 @@ fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
         queue = without_eight(queue);
         wanted = wants(eight.front, block.lane);
     }
-    // All texels know what is nearest.
+    // All texels have their nearest depth.
     while (wanted & CHANGES) != 0u && (queue.base < end || queue.count > 0u) {
         queue = fill(view, queue, end, block);
         let eight = prepare(view, queue.footprints.x, block.lane < queue.count);

@@ -1,6 +1,5 @@
-// Which tile a workgroup takes, where a driver gives each of two cores one half of the dispatch: runs
-// of neighbours go to them in turns. (Runs, because stores that follow each other in memory are many
-// times faster.)
+// Order of tiles for drivers that give each of two cores one half of the dispatch: runs of neighbours
+// alternate between the cores. (Runs, because consecutive stores in memory are many times faster.)
 
 const RUN: u32 = 64u; // tiles
 

@@ -1,11 +1,10 @@
-// Where a tile is written that is finished, on a software adapter: what is there is read before the
-// tile is walked, so that its memory is near when it is written. The stores, eight and more for
-// each lane, would wait for one line after the other. Lanes are neighbours in a row, eight to a
-// block of eight rows.
+// Stores a finished tile to the maps, on a software adapter: reads the texels before the tile is walked, so
+// that their cache lines are present when they are written. The stores, eight and more per lane, would wait
+// for one line after the other. Lanes are neighbours in a row, eight to a block of eight rows.
 
 import package::bind::updated::{filters, nearests};
 
-// Alpha of texels without an owner tag. `texel`: the lane's first in the map; each fetches a row.
+// Alpha of texels without an owner tag. `texel`: the lane's first in the map; each lane fetches a row.
 fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
     let lane = texel.x & 7u;
     let row = texel - vec2(lane, 0u) + vec2(0u, lane);

@@ -1,6 +1,6 @@
-// cull: the host's groups that each view of a batch may see -> chunks for `project`, view by view, in
-// order. One workgroup: every invocation takes a stretch of (view, group). CPU twin: `Frustum` in
-// src/shadows/cull/frustum.rs. Host: src/stage/load.rs.
+// cull: groups of host casters that each view of a batch may see -> chunks for `project`, view by view, in
+// order. One workgroup: every invocation takes consecutive (view, group) combinations. CPU twin: `Frustum`
+// in src/shadows/cull/frustum.rs. Host: src/stage/load.rs.
 
 import package::bind::changed::{chunks, listed, listed_counts};
 import package::bind::read::host_groups;
@@ -9,14 +9,14 @@ import package::records::chunk::Chunk;
 import package::records::host::CHUNK_SIZE;
 
 const CULL_LANES: u32 = 256u;
-// What rounding may move a box by, of its largest coordinate, and of its size where a view's axes are
-// not quite unit. Rust: `widened` in src/shadows/cull/frustum.rs.
+// Rounding of a box as a share of its largest coordinate, and enlargement as a share of its size for axes
+// of a view that are not quite unit. Rust: `widened` in src/shadows/cull/frustum.rs.
 const BOX_ROUNDING: f32 = 3.8146973e-6;
 const BOX_SKEW: f32 = 2e-5;
 
 var<workgroup> sums: array<vec2<u32>, CULL_LANES>;
 
-// Casters of the group, or 0 where its box is outside a plane of the view.
+// Number of casters of the group, or 0 if its box is outside a plane of the view.
 fn seen_count(view: u32, group: u32) -> u32 {
     let own = host_groups[cull_params.first_group + group];
     let largest = max(abs(own.low), abs(own.high));
@@ -41,7 +41,7 @@ fn cull_groups(@builtin(local_invocation_index) lane: u32) {
     var sum = vec2(0u); // chunks, footprints
     for (var entry = first; entry < end; entry += 1u) {
         let count = seen_count(entry / cull_params.group_count, entry % cull_params.group_count);
-        // Kept, so that what is listed is what was counted.
+        // Stored, so that the same counts are listed below.
         listed_counts[entry] = count;
         sum += vec2(min(count, 1u), count);
     }

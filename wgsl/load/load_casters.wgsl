@@ -1,7 +1,6 @@
-// load: casters in buffers of the host's -> records as if they had been uploaded, and a box around
-// each group. One invocation per caster, a workgroup per group. Casters that cannot be used are
-// counted; those that can close up, in order. CPU twin: `Caster::new` in src/records/caster.rs. Host:
-// src/stage/load.rs.
+// load: casters in the host's buffers -> records as if they had been uploaded, and a box around each group.
+// One invocation per caster, a workgroup per group. Invalid casters are counted; valid ones are compacted,
+// in order. CPU twin: `Caster::new` in src/records/caster.rs. Host: src/stage/load.rs.
 
 import package::bind::changed::{host_counters, host_groups};
 import package::bind::read::host_counts;
@@ -13,15 +12,15 @@ import package::records::material::{MAX_GAIN, SHAPE_QUAD, TRANSFER_GAIN};
 import package::records::record::record_texel;
 import choice::loader::load_caster;
 
-const STRETCH: u32 = 16u; // spheres that an invocation puts a box around
-const DIAGONAL: f32 = 1.4143; // half a quad's, of its radius, rounded up
+const STRETCH: u32 = 16u; // spheres whose box an invocation computes
+const DIAGONAL: f32 = 1.4143; // half a quad's, in radii, rounded up
 
 var<workgroup> spheres: array<vec4<f32>, CHUNK_SIZE>;
 var<workgroup> taken_bits: array<atomic<u32>, CHUNK_SIZE / 32u>;
 var<workgroup> lows: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
 var<workgroup> highs: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
 
-// Compilers may take for granted that numbers are finite; not so of bits.
+// Compilers may assume that floats are finite, but not so of bits.
 fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7fffffffu) < 0x7f800000u;
 }

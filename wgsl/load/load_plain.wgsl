@@ -1,4 +1,4 @@
-// Casters in a buffer that is laid out as `Caster` is. A host's own text takes the place of this file.
+// Casters in a buffer with the layout of `Caster`. A host's own text replaces this file.
 
 import package::bind::read::host_casters;
 import package::records::host::Caster;

@@ -1,5 +1,5 @@
-// A caster of the host's as the record that an upload of it would be: bit for bit where the device
-// divides as IEEE 754 says. Rust: `Caster::new` in src/records/caster.rs.
+// Packs a host caster into the record that its upload would make: bit for bit if the device divides as in
+// IEEE 754. Rust: `Caster::new` in src/records/caster.rs.
 
 import package::bind::uniform::materials;
 import package::records::host::Caster;
@@ -18,7 +18,7 @@ fn packed_look(caster: Caster) -> vec4<u32> {
     let levels = vec3<u32>(floor(0.5 + 65535.0 * color));
     let turns = caster.rotation / TURN;
     let part = turns - floor(turns);
-    // Halves go up, as the twin rounds them.
+    // Halves are rounded up, as in the twin.
     let angle = u32(floor(part * 65536.0 + 0.5)) & 0xffffu;
     return vec4(
         levels.r | (levels.g << 16u),
@@ -28,7 +28,7 @@ fn packed_look(caster: Caster) -> vec4<u32> {
     );
 }
 
-// f16, 0 to 32768, to the nearest, of two to the even one: `pack2x16float` may round otherwise.
+// f16 of a number in 0..32768, rounded to nearest even: `pack2x16float` may round otherwise.
 fn half_bits(x: f32) -> u32 {
     const LEAST_NORMAL: f32 = 6.1035156e-5;
     if x < LEAST_NORMAL {

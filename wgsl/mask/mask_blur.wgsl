@@ -7,7 +7,7 @@ import package::bind::uniform::mask_params;
 import package::mask::mask_pixel::{mask_plane, surface_weight, view_point};
 import package::records::mask::unpack_surface;
 
-// Of the width at its last tap, which counts e^-2 of the middle.
+// Distance of the last tap in standard deviations: it counts e^-2 of the middle.
 const WIDTHS: f32 = 2.0;
 
 @compute @workgroup_size(8, 8)

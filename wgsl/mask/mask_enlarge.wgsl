@@ -7,7 +7,7 @@ import package::bind::uniform::mask_params;
 import package::mask::mask_pixel::{mask_plane, plane_error, surface_weight, view_point};
 import package::records::mask::unpack_surface;
 
-// Of all four, below which the best of them is taken.
+// Sum of four weights below which the best neighbour alone is taken.
 const LEAST_WEIGHT: f32 = 1e-3;
 // What a right angle between two surfaces counts as, in what the blur tolerates of depth.
 const TURNED: f32 = 8.0;

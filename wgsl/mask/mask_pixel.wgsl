@@ -3,7 +3,7 @@
 import package::bind::uniform::{mask_params, views};
 import package::records::mask::MaskSurface;
 
-// Of the picture.
+// Centre of the picture's pixel that a mask's pixel stands for.
 fn shown_pixel(at: vec2<u32>, step: u32, surface: MaskSurface) -> vec2<f32> {
     return vec2<f32>(at * step + surface.offset) + 0.5;
 }

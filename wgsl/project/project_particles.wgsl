@@ -15,8 +15,8 @@ override WORKGROUP_SIZE: u32;
 
 // Projected radius below which a particle is enlarged and thinned [texels].
 const MIN_RADIUS: f32 = 0.70710678;
-// A particle nearer along the axis than this share of its distance from the light is beside the
-// view: its centre has no place in the map.
+// A particle is beside the view if its depth along the axis is below this share of its distance from the
+// light: its centre has no position in the map.
 const MIN_COSINE: f32 = 0.05;
 const SQRT_2: f32 = 1.41421356;
 
@@ -26,8 +26,8 @@ fn put(index: u32, key: u32, rect: vec2<u32>) {
     textureStore(rects, texel, vec4(rect, 0u, 0u));
 }
 
-// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; endless where the
-// eye is inside.
+// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
+// inside.
 fn tangents(x: f32, distance: f32, sphere: f32) -> vec2<f32> {
     const ENDLESS: f32 = 1e6;
     let t2 = x * x + distance * distance - sphere * sphere;
@@ -124,7 +124,7 @@ fn project_particles(
         return;
     }
     let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
-    // Opaque depths know tiles only.
+    // Only tiles can write opaque depths.
     let scatter = (project_params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE) & !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
     // The nearest point of a plane that faces the light is its centre.

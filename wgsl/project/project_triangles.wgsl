@@ -80,7 +80,7 @@ fn project_triangles(
     let depths = (distances - view.near) / (view.far - view.near);
     let nearest = min(depths.x, min(depths.y, depths.z));
     let farthest = max(depths.x, max(depths.y, depths.z));
-    // The back of a volume counts beyond the far plane.
+    // The back face of a volume also matters beyond the far plane.
     if farthest < 0.0 {
         put(index, INVISIBLE, vec2(0u));
         return;
@@ -93,8 +93,8 @@ fn project_triangles(
     var hi = vec2(-1e30);
     var degenerate = false;
     if crosses {
-        // Behind the near plane a corner has no place in the map: edges become planes through
-        // the eye (Olano and Greer 1997, section 3).
+        // A corner behind the near plane has no position in the map: edges become planes through the eye
+        // (Olano and Greer 1997, section 3).
         var h: array<vec3<f32>, 3>;
         for (var i = 0u; i < 3u; i += 1u) {
             h[i] = vec3(flat[i] + distances[i] * half_size, distances[i]);
@@ -114,7 +114,7 @@ fn project_triangles(
             let straight = forward == (volume > 0.0);
             edges[i] = vec4(foot, along * select(-1.0, 1.0, straight));
             ties |= select(0u, 1u << i, straight);
-            // The box of what lies beyond the near plane.
+            // Bounding box of the part beyond the near plane.
             let crossing = clamp((view.near - distances[i]) / (distances[j] - distances[i]), 0.0, 1.0);
             let cut = (flat[i] + (flat[j] - flat[i]) * crossing) / view.near + half_size;
             let corner = flat[i] / distances[i] + half_size;

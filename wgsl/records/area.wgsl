@@ -1,5 +1,5 @@
-// Lights that have a size, and where the levels of their shadow views are: records of `lights`, behind
-// the views. Rust: src/records/area.rs.
+// Area lights and the levels of their shadow views: records of `lights`, behind the views. Rust:
+// src/records/area.rs.
 
 import package::bind::sampled::{levels, lights};
 import package::bind::uniform::picture_params;
@@ -8,10 +8,10 @@ import package::records::record::record_texel;
 import package::records::view::GpuView;
 
 struct GpuArea {
-    right: vec3<f32>,   // half axes, world space [m]; of a sun the x is a slope
+    right: vec3<f32>,   // half axes, world space [m]; for a sun the x is a slope
     kind: u32,
     up: vec3<f32>,
-    first_leveled: u32, // among the leveled views: that of the light's first
+    first_leveled: u32, // index of the light's first view among the leveled views
 }
 
 const AREA_SPHERE: u32 = 0u;
@@ -39,16 +39,16 @@ fn leveled_texel(leveled: u32, texel: u32) -> vec4<u32> {
     return textureLoad(lights, record_texel(first + leveled * LEVELED_TEXELS + texel), 0);
 }
 
-// View, number of levels, first face.
+// Index of the view, number of levels, index of the first cube face.
 fn leveled_view(leveled: u32) -> vec3<u32> {
     return leveled_texel(leveled, 3u).xyz;
 }
 
 // One level of a leveled view.
 struct LevelMap {
-    first: u32,      // block, its border's corner
+    first: u32,      // first block, at the corner of the border
     size: vec2<i32>, // [blocks], without the border
-    edge: f32,       // of a block [texels]
+    edge: f32,       // edge of a block [texels]
 }
 
 fn level_map(view: GpuView, leveled: u32, number: u32) -> LevelMap {
@@ -58,8 +58,7 @@ fn level_map(view: GpuView, leveled: u32, number: u32) -> LevelMap {
     return LevelMap(first, vec2<i32>(size >> vec2(number)), f32(1u << number));
 }
 
-// Number of a block among all; `at` counts from the map's first one, and what is beyond the border is
-// on it.
+// Index of a block among all; `at` counts from the map's first block and is clamped to the border.
 fn block_number(map: LevelMap, at: vec2<i32>) -> u32 {
     let skirt = i32(SKIRT);
     let own = clamp(at, vec2(-skirt), map.size + (skirt - 1)) + skirt;

@@ -1,4 +1,4 @@
-// What the steps of `bin` share. Rust: src/stage/bin.rs.
+// Records that the steps of `bin` share. Rust: src/stage/bin.rs.
 
 struct BinParams {
     footprint_count: u32,
@@ -14,20 +14,20 @@ struct BinParams {
 // Keeps counting past every capacity; reset before each batch. Rust: `BatchCounters`.
 struct BatchCounters {
     pairs_needed: atomic<u32>,
-    pair_count: atomic<u32>,   // that were written
+    pair_count: atomic<u32>,   // pairs that were written
     visible: atomic<u32>,
     scattered: atomic<u32>,    // tiny and overflowed footprints
     overflowed: atomic<u32>,
     segment_count: atomic<u32>,
     merged_count: atomic<u32>, // tiles that several workgroups add to
-    disordered: atomic<u32>,   // hits whose place in a curve was lost
+    disordered: atomic<u32>,   // hits out of order in a curve
 }
 
 // llvmpipe lets all loops of one invocation run 65,535 times in total; a run's footprints and
 // pairs must stay below it. Footprints past it overflow.
 const RUN_PAIRS: u32 = 49152u;
 
-// How many tiles the rectangle covers.
+// Number of tiles that the rectangle covers.
 fn rect_count(rect: vec2<u32>) -> u32 {
     let width = ((rect.x >> 16u) & 255u) - (rect.x & 255u) + 1u;
     let height = (rect.x >> 24u) - ((rect.x >> 8u) & 255u) + 1u;

@@ -1,16 +1,16 @@
-// A particle as it was uploaded: two texels of `casters`. Rust: `Caster` in src/records/caster.rs.
+// A particle as uploaded: two texels of `casters`. Rust: `Caster` in src/records/caster.rs.
 
 import package::bind::sampled::casters;
 import package::records::record::record_texel;
 
 const CASTER_TEXELS: u32 = 2u;
 
-// Colour, material and rotation, and the object that it belongs to.
+// Colour, material and rotation, and id of the object.
 fn caster_look(caster: u32) -> vec4<u32> {
     return textureLoad(casters, record_texel(CASTER_TEXELS * caster + 1u), 0);
 }
 
-// About the ray [radians].
+// Rotation about the ray [radians].
 fn look_rotation(look: vec4<u32>) -> f32 {
     return f32(look.z >> 16u) * (6.2831853 / 65536.0);
 }

@@ -14,8 +14,8 @@ struct ProjectParams {
     scatter: u32,
     // Footprint of the first triangle, whose setup is number 0.
     first_setup: u32,
-    // 1: the camera sees what casts nothing.
+    // 1: the camera's list includes casters without shadows.
     include_non_casters: u32,
-    // 1: depth keys of perspective views go by the distance from the light.
+    // 1: depth keys of perspective views are by distance from the light.
     by_distance: u32,
 }

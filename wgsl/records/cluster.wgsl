@@ -1,11 +1,11 @@
-// What the steps of `cluster` share. Rust: src/stage/cluster.rs.
+// Records that the steps of `cluster` share. Rust: src/records/cluster.rs.
 
 struct ClusterParams {
-    cells: vec3<u32>,  // in x, y and depth
+    cells: vec3<u32>,  // number in x, y and depth
     cluster_count: u32,
     light_count: u32,
-    word_count: u32,   // words of bits of a cluster
-    capacity: u32,     // lights that all lists together have room for
+    word_count: u32,   // words of light bits per cluster
+    capacity: u32,     // of all lists together [lights]
     pad: u32,
 }
 

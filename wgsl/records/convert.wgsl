@@ -1,7 +1,7 @@
-// A view's maps in a layout of the host's. Rust: `ConvertParams` in src/records/convert.rs.
+// Conversion of a view's maps to a layout of the host. Rust: `ConvertParams` in src/records/convert.rs.
 
 struct ConvertParams {
-    clip_from_view: mat4x4<f32>, // of the host's camera, from ours
+    clip_from_view: mat4x4<f32>, // the host's clip space from our view space
     size: vec2<f32>,       // of the map [texels]
     scale: f32,            // as in `GpuView`
     perspective: f32,      // 1 or 0
@@ -10,8 +10,8 @@ struct ConvertParams {
     origin: vec2<u32>,     // in the atlas [texels]
     layer: u32,
     width: u32,            // of the atlas [texels]
-    has_depth: u32,        // 1: alpha is the host's depth of what filters first
-    empty: f32,            // alpha where nothing filters
+    has_depth: u32,        // 1: alpha is the host's depth of the nearest translucent hit
+    empty: f32,            // alpha without a translucent hit
 }
 
 const FORMAT_RGBA16FLOAT: u32 = 0u;

@@ -1,4 +1,4 @@
-// Places in `dispatches`: workgroup counts in x, y, z and their sum in w. Rust: src/stage/bin.rs.
+// Entries of `dispatches`: workgroup counts in x, y, z and their sum in w. Rust: src/stage/bin.rs.
 
 const OVERFLOW_DISPATCH: u32 = 0u;
 const SEGMENT_DISPATCH: u32 = 1u;

@@ -1,15 +1,15 @@
-// Particles that an emitter sends out. Rust: the same names in src/records/emitter.rs.
+// Emitters and their particles. Rust: the same names in src/records/emitter.rs.
 
 struct EmitterParams {
     position: vec3<f32>,  // [m]
     seed: u32,
-    extent: vec3<f32>,    // whole [m]
+    extent: vec3<f32>,    // full size [m]
     source: u32,          // SOURCE_*
-    velocity: vec3<f32>,  // at the start [m/s]
+    velocity: vec3<f32>,  // mean initial velocity [m/s]
     spread: f32,          // [m/s]
     wind: vec3<f32>,      // [m/s]
     drag: f32,            // [1/s]
-    origin: vec3<f32>,    // of the scene, in the world [m]
+    origin: vec3<f32>,    // world position of the scene's origin [m]
     turbulence: f32,      // [m/s]
     frequency: f32,       // [1/m]
     evolve: f32,          // [m/s]
@@ -22,20 +22,20 @@ struct EmitterParams {
     ground: f32,          // [m]
     has_ground: u32,      // 1 or 0
     box_count: u32,
-    capacity: u32,        // particles that fly at a time, at most
-    step: u32,            // of time, the first that is made
+    capacity: u32,        // largest number of particles that are alive at once
+    step: u32,            // first time step of the dispatch
     step_count: u32,      // at most STEPS_AT_ONCE
     pad_0: u32,
     pad_1: u32,
-    started: array<vec4<u32>, 3>,    // particles before each of the steps, and behind the last
+    started: array<vec4<u32>, 3>,    // particles started before each of the steps, and after the last
     boxes: array<vec4<f32>, 16>,     // lower and upper corners [m]
 }
 
 struct GpuFlying {
     position: vec3<f32>, // [m]
-    number: u32,         // of the emitter's
+    number: u32,         // index among the emitter's particles
     velocity: vec3<f32>, // [m/s]
-    age_life: u32,       // steps so far, and above 16 bits in all
+    age_life: u32,       // age in the low, lifetime in the high 16 bits [steps]
 }
 
 const SOURCE_POINT: u32 = 0u;

@@ -1,11 +1,11 @@
-// What `project` leaves of a caster in a view: two texels of `footprints`. Rust: `Footprint` in
+// Footprint of a caster in a view, written by `project`: two texels of `footprints`. Rust: `Footprint` in
 // src/records/footprint.rs.
 
 import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::tile_rect::INVISIBLE;
 
 struct Footprint {
-    // Centre and radius [texels], light depth; what `is_beside` a view has its centre in metres.
+    // Centre and radius [texels], light depth; in metres for a particle beside the view (`is_beside`).
     place: vec4<f32>,
     // Colour, opacity, depth key and caster, packed: read by the functions below.
     look: vec4<u32>,
@@ -19,12 +19,12 @@ fn is_triangle(footprint: Footprint) -> bool {
     return (footprint.look.w & TRIANGLE_BIT) != 0u;
 }
 
-// The particle's place among `casters`, or the triangle's among `triangles` with TRIANGLE_BIT.
+// Index of the particle in `casters`, or with TRIANGLE_BIT of the triangle in `triangles`.
 fn caster_of(footprint: Footprint) -> u32 {
     return footprint.look.w;
 }
 
-// A triangle's place among `setups`.
+// Index of a triangle in `setups`.
 fn setup_of(footprint: Footprint) -> u32 {
     return footprint.look.x;
 }
@@ -43,12 +43,12 @@ fn opacity_slope(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.y).y / OPACITY_SCALE;
 }
 
-// No later footprint of the same tile has a smaller one.
+// Depth key; no later footprint of the same tile has a smaller one.
 fn footprint_key(footprint: Footprint) -> u32 {
     return footprint.look.z >> 16u;
 }
 
-// The depth that no footprint of a larger key is in front of.
+// Least depth of the footprints of key `key` or larger.
 fn key_depth(key: u32) -> f32 {
     return f32(key) / f32(INVISIBLE - 1u);
 }

@@ -12,7 +12,7 @@ fn load_footprint(id: u32) -> Footprint {
     );
 }
 
-// Where it is, without the rest.
+// Its first texel: centre, radius and depth.
 fn load_place(id: u32) -> vec4<f32> {
     return bitcast<vec4<f32>>(textureLoad(footprints, record_texel(id * FOOTPRINT_TEXELS)));
 }

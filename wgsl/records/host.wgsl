@@ -1,31 +1,31 @@
-// Casters in buffers of the host's. Rust: src/records/host.rs.
+// Host casters in the host's buffers. Rust: src/records/host.rs.
 
-// What the host's `load_caster` returns.
+// Return value of the host's `load_caster`.
 struct Caster {
     center: vec3<f32>, // world space [m]
     radius: f32,       // [m]
     color: vec4<f32>,  // linear rgba; multiplies the material's tint
-    rotation: f32,     // of a quad about the ray from the light [radians]
+    rotation: f32,     // rotation of a quad about the ray from the light [radians]
     material: u32,     // index
-    id: u32,           // decorrelates dither patterns
+    id: u32,           // seed of dither patterns
 }
 
 struct LoadParams {
-    capacity: u32,      // casters of the set at most
-    is_counted: u32,    // 1: how many there are is in `host_counts`
+    capacity: u32,      // capacity of the set [casters]
+    is_counted: u32,    // 1: the number of casters is in `host_counts`
     count_index: u32,
     group_count: u32,   // of the set
     first_group: u32,
     first_caster: u32,  // record of the first group's first caster
     pad_0: u32,
     pad_1: u32,
-    materials: array<vec4<u32>, 4>, // that the set may have, a bit each
+    materials: array<vec4<u32>, 4>, // that the set may use, a bit each
 }
 
-// Casters of a set side by side: one workgroup of `load`.
+// A run of casters of a set: one workgroup of `load`.
 struct HostGroup {
-    low: vec3<f32>, // of the box around their spheres [m]
-    count: u32,     // usable casters, the group's first records
+    low: vec3<f32>, // corner of the box around their spheres [m]
+    count: u32,     // number of valid casters, the group's first records
     high: vec3<f32>,
     pad_0: u32,
 }
@@ -33,7 +33,7 @@ struct HostGroup {
 // Reset before each frame.
 struct LoadCounters {
     taken: atomic<u32>,
-    skipped: atomic<u32>, // that have a number that is not finite or out of range
+    skipped: atomic<u32>, // casters with a number that is not finite or out of range
 }
 
 struct CullParams {
@@ -47,10 +47,10 @@ struct CullParams {
     pad_2: u32,
 }
 
-// What a list holds of them.
+// Number of host casters in a list.
 struct Listed {
     chunk_count: u32,
-    footprint_end: u32, // with all that the list has before them
+    footprint_end: u32, // end of the list's footprints, including those before the host casters
 }
 
 const CHUNK_SIZE: u32 = 256u; // casters of a group

@@ -1,5 +1,5 @@
 // Lights of the picture, records of the texture `lights`: all lights, then all shadow views. Rust:
-// `GpuLight` and `PictureParams` in src/stage/shade.rs.
+// `GpuLight` in src/records/light.rs, `PictureParams` in src/stage/shade.rs.
 
 import package::bind::sampled::{clusters, lights};
 import package::bind::uniform::picture_params;
@@ -10,14 +10,14 @@ import package::records::view::GpuView;
 struct GpuLight {
     position: vec3<f32>,  // world space [m]
     kind: u32,
-    direction: vec3<f32>, // of travel, unit, world space
+    direction: vec3<f32>, // in which light travels, unit, world space
     first_view: u32,
     color: vec3<f32>,     // times intensity
     view_count: u32,      // 0: casts no shadow
     cone_outer: f32,      // cosines of half the angle of a spot
     cone_inner: f32,
     per_range2: f32,      // [1/m^2]; 0: no end
-    traits: u32,          // SHAFTS_BIT where the air scatters its light; above it its area's number, and 1
+    traits: u32,          // SHAFTS_BIT if the air scatters its light; above it the index of its area plus 1, 0 for none
     taps: u32,            // FILTER_*, from bit 8 on its taps, from bit 16 on a disc's radius
     bias: f32,            // [m]
     slope_bias: f32,      // [texels]
@@ -36,20 +36,20 @@ struct PictureParams {
     ambient: vec3<f32>,
     light_count: u32,
     background: vec3<f32>,
-    first_setup: u32,  // footprint of the first pane
-    exposure: f32,    // light is shown so much brighter
+    first_setup: u32,  // footprint of the first triangle with a setup
+    exposure: f32,    // factor of the light before the tone curve
     first_area: u32,  // texel of `lights` where areas begin
     near: f32,        // of the camera [m]
     depth_range: f32, // far - near [m]
     cells: vec3<u32>, // of the clusters, in x, y and depth
     tile: u32,        // edge of a cluster [pixels]
-    first_slice: f32, // where the first slice ends [m]
+    first_slice: f32, // end of the first slice [m]
     slices_per_doubling: f32,
-    colored: u32,     // 1 where opaque depths are by channel
-    air_slices: u32,  // 0: the air is clear
+    colored: u32,     // 1: opaque depths are per channel
+    air_slices: u32,  // 0: no air
     extinction: vec3<f32>, // of the air [1/m]
     environment_size: u32,            // edge of its sharp level [texels]
-    irradiance: array<vec4<f32>, 9>,  // of the light from everywhere (rgb)
+    irradiance: array<vec4<f32>, 9>,  // of the environment, spherical harmonics (rgb)
 }
 
 fn light_record(index: u32) -> GpuLight {
@@ -84,7 +84,7 @@ fn view_texel(index: u32, texel: u32) -> vec4<u32> {
     return textureLoad(lights, record_texel(at), 0);
 }
 
-// PART_* of a view.
+// PART_* number of a view.
 fn shadow_part(index: u32) -> u32 {
     return view_texel(index, 7u).x;
 }
@@ -118,14 +118,14 @@ fn shadow_view(index: u32) -> GpuView {
     );
 }
 
-// The lights that may reach a point, in order of their index: a list of `clusters`, or all.
+// Lights that may reach a point, in order of their index: a list of `clusters`, or all.
 struct LightList {
     first: u32, // texel of `clusters`, or ALL_LIGHTS
     count: u32,
 }
 
-// The cluster of a pixel of the camera at light depth `depth`. What is outside of every cluster, such
-// as the middle of a particle beside the picture, gets all lights.
+// Cluster of a pixel of the camera at light depth `depth`. Points outside of every cluster, such as the
+// centre of a particle beside the picture, get all lights.
 fn cluster_of(pixel: vec2<f32>, depth: f32) -> u32 {
     let distance = picture_params.near + depth * picture_params.depth_range;
     let doublings = log2(max(distance / picture_params.first_slice, 1.0));

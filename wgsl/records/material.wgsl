@@ -15,8 +15,8 @@ struct GpuMaterial {
     roughness: f32,
     pattern: u32,
     pattern_scale: u32, // [texels of a cell]
-    blue_first: u32,    // texel of `casters` where the blue noise starts
-    absorption: vec3<f32>, // of the way through a closed mesh [1/m]
+    blue_first: u32,    // first texel of the blue noise in `casters`
+    absorption: vec3<f32>, // coefficient inside a closed mesh [1/m]
     receives: u32,
     emissive_size: vec2<f32>, // of the emissive texture [texels]
     emissive_texture: u32,    // layer, NO_TEXTURE for none

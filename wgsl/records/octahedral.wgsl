@@ -1,4 +1,4 @@
-// A unit vector in two snorm16 (Cigolle et al. 2014, section 3). Rust: src/records/footprint.rs.
+// Unit vectors packed in two snorm16 (Cigolle et al. 2014, section 3). Rust: src/records/pack.rs.
 
 fn octahedral(v: vec3<f32>) -> u32 {
     let n = v / max(abs(v.x) + abs(v.y) + abs(v.z), 1e-20);

@@ -1,5 +1,5 @@
-// Opaque depths as maps store them: the last bit tells a dithered surface from a whole one, because
-// softening fills holes of the former only. CPU twin: src/reference/occlude.rs.
+// Opaque depths in the format of maps: the last bit marks a dithered surface, because softening fills holes
+// of dithered surfaces only. CPU twin: src/reference/occlude.rs.
 
 const DITHERED_BIT: u32 = 1u;
 
@@ -12,7 +12,7 @@ fn opaque_bits(depth: f32, dithered: bool) -> u32 {
     return select(bits, bits | DITHERED_BIT, dithered);
 }
 
-// Stored depths of whole surfaces.
+// Stored depths of surfaces that are not dithered.
 fn whole_depths(depths: vec4<f32>) -> vec4<f32> {
     return bitcast<vec4<f32>>(bitcast<vec4<u32>>(depths) & vec4(~DITHERED_BIT));
 }

@@ -1,12 +1,12 @@
-// Whose the nearest translucent depth is: 16 bits of the object's id, for receivers that all but
-// their own casters tint. Eleven bits are the alpha of the filter, five the last bits of the depth,
-// for want of storage textures. Rust: src/records/owner.rs.
+// Owner tag of the nearest translucent depth: 16 bits of the object's id, for receivers that ignore their
+// own object's casters. Eleven bits are in the alpha of the filter, five in the last bits of the depth, for
+// lack of storage textures. Rust: src/records/owner.rs.
 
 const NO_OWNER: u32 = 0u;
 const DEPTH_TAG_BITS: u32 = 5u;
 const DEPTH_TAG_MASK: u32 = 31u;
 
-// Never 0.
+// Tag of an object, never 0.
 fn owner_tag(id: u32) -> u32 {
     return max((id ^ (id >> 16u)) & 0xffffu, 1u);
 }
@@ -16,12 +16,12 @@ fn tagged_alpha(tag: u32) -> f32 {
 }
 
 fn tagged_depth(depth: f32, tag: u32) -> f32 {
-    // Not so small that an adapter takes it for 0.
+    // Kept large enough that no adapter flushes it to 0.
     let bits = bitcast<u32>(max(depth, 1e-6)) & ~DEPTH_TAG_MASK;
     return select(depth, bitcast<f32>(bits | (tag & DEPTH_TAG_MASK)), tag != NO_OWNER);
 }
 
-// Tag in a texel's filter and nearest depth.
+// Owner tag stored in a texel's filter and nearest depth.
 fn stored_tag(alpha: f32, depth: f32) -> u32 {
     return (u32(alpha) << DEPTH_TAG_BITS) | (bitcast<u32>(depth) & DEPTH_TAG_MASK);
 }

@@ -1,5 +1,5 @@
-// A receiver as data: records of the texture `points`. What is seen writes them, `light_points` looks
-// up the light that they send to the eye. Rust: src/stage/shade.rs.
+// A receiver as data: records of the texture `points`. Kernels for visible surfaces write them,
+// `light_points` evaluates the light that they send to the eye. Rust: src/stage/shade.rs.
 
 import package::bind::loaded::points;
 import package::records::octahedral::{from_octahedral, octahedral};
@@ -8,9 +8,9 @@ import package::records::record::record_texel;
 const POINT_TEXELS: u32 = 4u;
 
 const POINT_NONE: u32 = 0u;
-const POINT_SOLID: u32 = 1u;    // scatters what comes from its face's side
-const POINT_SHEET: u32 = 2u;    // scatters what comes from both sides
-const POINT_PARTICLE: u32 = 3u; // has no normal
+const POINT_SOLID: u32 = 1u;    // scatters light from its face's side
+const POINT_PANE: u32 = 2u;    // scatters light from both sides
+const POINT_PARTICLE: u32 = 3u; // scatters without a normal
 
 const POLISH_STEPS: f32 = 2047.0;
 const METAL_STEPS: f32 = 255.0;
@@ -20,24 +20,24 @@ struct Point {
     position: vec3<f32>,  // world space [m]
     face: vec3<f32>,      // normal of the plane, unit, on the eye's side; zero for none
     normal: vec3<f32>,    // interpolated, unit, on the eye's side
-    reach: f32,           // how far what is in the maps may lie off the point [m]
-    cluster: u32,         // whose lights may reach it; ALL_LIGHTS for all
+    reach: f32,           // distance that a caster in the maps may be off the point [m]
+    cluster: u32,         // cluster of its lights; ALL_LIGHTS for all
     receives: u32,        // RECEIVES_*
-    tag: u32,             // of its object
-    albedo: vec3<f32>,    // what it scatters of the light
+    tag: u32,             // owner tag of its object
+    albedo: vec3<f32>,    // share of the light that it scatters
     roughness: f32,
     reflectivity: f32,
-    polish: f32,          // 1 of what shines like glass
-    emission: vec3<f32>,  // light that it sends by itself, and mirrors from all around
+    polish: f32,          // 1: shines like glass
+    emission: vec3<f32>,  // light that it emits, and mirrors from the environment
     metallic: f32,        // 1: mirrors in its own colour and scatters nothing
-    pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 of a particle
+    pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 for a particle
 }
 
-// Some points that are made and looked up together. Rust: src/stage/shade.rs.
+// A batch of points that are evaluated together. Rust: src/stage/shade.rs.
 struct PointBatch {
-    first: u32,       // of `lit`, or the first caster
+    first: u32,       // first point of `lit`, or the first caster
     count: u32,       // of answers
-    has_normals: u32, // 1 or 0, of a host's points
+    has_normals: u32, // 1 if the host's points have normals, else 0
 }
 
 fn pixel_number(pixel: vec2<f32>) -> u32 {
@@ -45,7 +45,7 @@ fn pixel_number(pixel: vec2<f32>) -> u32 {
     return own.x | (own.y << 16u);
 }
 
-// With how metallic it is in the last eight bits.
+// Pixel with the metalness in the last eight bits.
 fn packed_pixel(p: Point) -> u32 {
     let metal = u32(saturate(p.metallic) * METAL_STEPS + 0.5);
     return (p.pixel & 0xfffu) | ((p.pixel >> 16u) << 12u) | (metal << 24u);
@@ -70,7 +70,7 @@ fn load_point(index: u32) -> Point {
     let own = textureLoad(points, record_texel(first + 3u));
     let kind = place.w & 3u;
     let shine = unpack2x16unorm(look.w);
-    let has_face = kind == POINT_SOLID || kind == POINT_SHEET;
+    let has_face = kind == POINT_SOLID || kind == POINT_PANE;
     return Point(
         kind,
         bitcast<vec3<f32>>(place.xyz),

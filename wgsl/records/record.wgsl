@@ -1,5 +1,5 @@
 // Records in textures: element i starts at linear texel i * (texels of an element). Rust:
-// src/records/footprint.rs.
+// src/records/mod.rs.
 
 const ROW: u32 = 4096u; // texels
 
@@ -12,11 +12,11 @@ const FOOTPRINT_TEXELS: u32 = 2u;
 
 const TRIANGLE_TEXELS: u32 = 5u;
 
-// Opacities are kept as halves of this scale: those down to 2e-9 have eleven bits. Rust:
+// Scale of opacities, which are stored as halves: down to 2e-9 they have eleven bits. Rust:
 // src/records/pack.rs.
 const OPACITY_SCALE: f32 = 32768.0;
 
-// A count of a uniform buffer, at most a texture's texels. lavapipe compiles a kernel anew for every
+// A count from a uniform buffer, bounded by a texture's texels. lavapipe compiles a kernel anew for every
 // uniform buffer that alone decides how often a loop runs (tests/contract/uniform_branches.rs).
 fn bounded(count: u32, size: vec2<u32>) -> u32 {
     return min(count, size.x * size.y);

@@ -3,7 +3,7 @@
 struct Tile {
     first: u32, // of its pairs
     end: u32,
-    merged: u32, // not 0: several workgroups share it; 1 + its first segment
+    merged: u32, // 0, or, if several workgroups share the tile, 1 + its first segment
     view: u32,
     place: vec2<u32>, // in the view's map [tiles]
 }

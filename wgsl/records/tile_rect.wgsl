@@ -1,10 +1,10 @@
-// The tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU twin: src/reference/project.rs.
+// Tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU twin: src/reference/project.rs.
 
 import package::records::view::{GpuView, TILE_SIZE};
 
 const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
-const INVISIBLE: u32 = 0xffffu; // key of what touches no texel
-// Corners of a footprint that takes the scatter path; it has no tiles.
+const INVISIBLE: u32 = 0xffffu; // key of a caster that touches no texel
+// Corners of a footprint on the scatter path; it has no tiles.
 const SCATTERED: u32 = 0xffffffffu;
 
 // The first of the 2x2 texels around `center` that a scattered caster may touch.
@@ -63,13 +63,13 @@ fn tile_rect(
     return vec2(corners, mask | (view_index << 16u));
 }
 
-// Quantised so that a smaller depth never has a larger key.
+// Depth key: quantised monotonically, so that a smaller depth never has a larger key.
 fn depth_key(depth: f32) -> u32 {
     return u32(clamp(depth, 0.0, 1.0) * f32(INVISIBLE - 1u));
 }
 
-// Depth keys by distance, of which all faces of a cube say the same: 0 at the near plane's middle, 1
-// at the far plane's corner. `distance` from the light [m]. Rust: `GpuView` in src/records/view.rs.
+// Depth key by distance, the same on all faces of a cube: 0 at the near plane's centre, 1 at the far
+// plane's corner. `distance` from the light [m]. Rust: `GpuView` in src/records/view.rs.
 fn distance_key(view: GpuView, distance: f32) -> f32 {
     return (distance - view.near) / distance_span(view);
 }
@@ -79,7 +79,7 @@ fn distance_span(view: GpuView) -> f32 {
     return view.far * sqrt(1.0 + dot(corner, corner)) - view.near;
 }
 
-// Light depth along the ray through `texel`, where a key by distance is `key`.
+// Light depth along the ray through `texel` at the distance key `key`.
 fn depth_of_key(view: GpuView, texel: vec2<f32>, key: f32) -> f32 {
     if view.perspective == 0.0 {
         return key;

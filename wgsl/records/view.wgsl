@@ -3,7 +3,7 @@
 struct GpuView {
     view_from_world: mat4x4<f32>,
     size: vec2<f32>,      // [texels]
-    scale: f32,           // texels per metre, of a perspective view at 1 m along the axis
+    scale: f32,           // texels per metre; in a perspective view at 1 m along the axis
     perspective: f32,     // 1 or 0
     near: f32,            // [m]
     far: f32,             // [m]
@@ -13,20 +13,21 @@ struct GpuView {
     layer: u32,
     light: u32,
     part: u32,            // PART_*
-    part_index: u32,      // in its shadow: the cascade, the face
+    part_index: u32,      // index in its shadow: the cascade, the face
     part_count: u32,      // views of its shadow
-    fade: f32,            // of a window: how wide its border fades [texels]
+    fade: f32,            // width of a window's fading border [texels]
 }
 
 const PART_WHOLE: u32 = 0u;  // a cone, or a window on the whole scene
 const PART_FACE: u32 = 1u;   // of a cube
-const PART_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the next, or light
+const PART_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the next window, or light
 
 const TILE_SIZE: u32 = 16u; // edge [texels]
 const MAX_VIEWS: u32 = 64u; // of a batch
 
-// Whether a particle's centre has no place in the map, by its footprint's first texel. Then xy, w is its
-// centre to the right, down and along the axis [m], and z is minus its radius [m].
+// Whether a particle is beside the view, so that its centre has no position in the map, by its footprint's
+// first texel. Then xy, w is its centre to the right, down and along the axis [m], and z is minus its
+// radius [m].
 fn is_beside(place: vec4<f32>) -> bool {
     return place.z < 0.0;
 }

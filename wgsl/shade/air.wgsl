@@ -1,6 +1,6 @@
-// Light that the air scatters to the eye, as a volume: layer k of a column of pixels holds what is
-// scattered between the eye and the end of slice k. What is left of the light from there follows from
-// the way. CPU twin: src/reference/air.rs. Rust: `AirParams` in src/stage/air.rs.
+// Light that the air scatters to the eye, as a volume: layer k of a column of pixels holds the light
+// scattered between the eye and the end of slice k. The transmittance follows from the length. CPU twin:
+// src/reference/air.rs. Rust: `AirParams` in src/records/air.rs.
 
 import package::bind::sampled::air;
 import package::bind::uniform::picture_params;
@@ -8,11 +8,11 @@ import package::records::air_params::AIR_CELL;
 import package::records::view::GpuView;
 
 struct AirBefore {
-    light: vec3<f32>, // that the air scatters to the eye
-    left: vec3<f32>,  // of the light from behind it
+    light: vec3<f32>, // scattered to the eye
+    left: vec3<f32>,  // transmittance for the light from behind it
 }
 
-// Before light depth `depth` of the camera's view.
+// Air in front of light depth `depth` in the camera's view.
 fn air_at(view: GpuView, pixel: vec2<f32>, depth: f32) -> AirBefore {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let length = clamp(depth, 0.0, 1.0) * picture_params.depth_range * sqrt(1.0 + dot(slope, slope));
@@ -26,7 +26,7 @@ fn air_light(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     let low = vec2<i32>(floor(at));
     let high = min(low + 1, size - 1);
     let part = at - floor(at);
-    // Before the first slice there is none.
+    // In front of the first slice there is none.
     let along = clamp(depth, 0.0, 1.0) * f32(slices) - 1.0;
     let slice = i32(floor(along));
     let near = air_layer(low, high, part, slice);

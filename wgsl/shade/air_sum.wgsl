@@ -1,4 +1,4 @@
-// air, sum: from the eye through the slices of a column of pixels. One invocation per column. CPU
+// air, sum: sums from the eye through the slices of a column of pixels. One invocation per column. CPU
 // twin: src/reference/air.rs. Host: src/stage/air.rs.
 
 import package::bind::sampled::sources;
@@ -18,13 +18,13 @@ fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
     let length = (view.far - view.near) / f32(air_params.slices) * sqrt(1.0 + dot(slope, slope));
     let tau = air_params.extinction * length;
     let passed = exp(-tau);
-    // The mean of what is left within a slice; of a thin one by its series, which has no 0/0.
+    // Mean transmittance within a slice; for a thin one by its series, which has no 0/0.
     let thin = tau < vec3(THIN);
     let thick = (1.0 - passed) / select(tau, vec3(1.0), thin);
     let share = air_params.scattering * length * select(thick, 1.0 - 0.5 * tau, thin);
     var light = vec3(0.0);
     var left = vec3(1.0);
-    // Slices of what is read: naga asks a storage texture for its layers in a way that SPIR-V forbids.
+    // Layers of the sampled texture: naga's query of a storage texture's layers is invalid SPIR-V.
     let slices = min(air_params.slices, textureNumLayers(sources));
     for (var k = 0u; k < slices; k += 1u) {
         light += textureLoad(sources, id.xy, k, 0).rgb * (left * share);

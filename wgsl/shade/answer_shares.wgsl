@@ -1,5 +1,5 @@
-// Answer of `light_points` to a host: the share of a light that reaches a point. Point by point, light
-// by light.
+// Answer of `light_points` to a host: the share of a light that reaches a point. Point by point, light by
+// light.
 
 import package::bind::changed::point_shares;
 import package::bind::read::{point_normals, point_positions};

@@ -1,5 +1,5 @@
-// A part of the picture that is shaded at a time: a rectangle of tiles. Its pixels are records of
-// `seen`, `layers`, `points` and `lit`. Rust: `Band` in src/stage/shade.rs.
+// Band: a rectangle of tiles of the picture that are shaded at a time. Its pixels are records of `seen`,
+// `layers`, `points` and `lit`. Rust: `Band` in src/stage/shade.rs.
 
 import package::bind::uniform::band;
 import choice::order::tile_number;
@@ -9,8 +9,8 @@ import package::walk::lane::lane_texel;
 struct Band {
     origin: vec2<u32>, // in the picture [tiles]
     size: vec2<u32>,   // [tiles]
-    round: u32,        // how often its tiles were walked before
-    pixel_count: u32,  // that all bands have room for
+    round: u32,        // rounds in which its tiles were walked before
+    pixel_count: u32,  // pixel capacity of a band
 }
 
 const ROUND_LENGTH: u32 = 16384u; // pairs of a tile that one round walks; Rust: src/stage/shade.rs

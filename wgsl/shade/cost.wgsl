@@ -1,4 +1,4 @@
-// What a pixel costs, for --debug cost: its colour is then replaced by these counts.
+// Cost counters of a pixel, for --debug cost: its colour is then replaced by them.
 
 import package::features::COUNT_COST;
 

@@ -1,5 +1,5 @@
-// What comes from a direction where there is nothing, and what is mirrored of it. CPU twin: `from_around`
-// in src/reference/shading/mod.rs; how it is made: src/model/environment.rs.
+// Radiance of the background or environment from a direction, prefiltered for reflections. CPU twin:
+// `from_around` in src/reference/shading/mod.rs; the maps are made in src/model/environment.rs.
 
 import package::bind::sampled::environment;
 import package::bind::uniform::picture_params;
@@ -9,7 +9,7 @@ import package::records::record::record_texel;
 const LEVELS_AROUND: u32 = 6u; // of roughness
 const ROUGH_SIZE: u32 = 64u;   // edge of all but the first, without its border [texels]
 
-// `direction`: unit; `roughness`: 0 for what is seen or mirrored sharply.
+// `direction`: unit; `roughness`: 0 for the visible background and sharp reflections.
 fn from_around(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     if !HAS_ENVIRONMENT {
         // Brighter above.
@@ -21,21 +21,21 @@ fn from_around(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     let level = saturate(roughness) * f32(LEVELS_AROUND - 1u);
     let low = u32(level);
     let sharp = level_around(low, place);
-    // What is as rough as a level asks no other.
+    // A roughness of exactly one level needs no other.
     if level == f32(low) {
         return sharp;
     }
     return mix(sharp, level_around(low + 1u, place), level - f32(low));
 }
 
-// `place`: in the octahedral square, 0..1.
+// `place`: point of the octahedral square, 0..1.
 fn level_around(level: u32, place: vec2<f32>) -> vec3<f32> {
     let fine = picture_params.environment_size;
     let size = select(ROUGH_SIZE, fine, level == 0u);
     let row = size + 2u;
     let rough_texels = (ROUGH_SIZE + 2u) * (ROUGH_SIZE + 2u);
     let first = select((fine + 2u) * (fine + 2u) + (max(level, 1u) - 1u) * rough_texels, 0u, level == 0u);
-    // The border is half a texel before the first middle.
+    // The centre of the border's texel is half a texel outside the square.
     let at = place * f32(size) + 0.5;
     let low = vec2<u32>(at);
     let part = at - vec2<f32>(low);

@@ -1,14 +1,14 @@
-// What is laid over a pixel, as records of `layers`: colour and pairs, what passes, two panes.
+// Layers of a pixel, as records of `layers`: colour and pairs, transmittance, two panes.
 
 const LAYER_TEXELS: u32 = 4u;
 
-const NOWHERE: f32 = 4.0; // depth of a place where there is no pane
+const NOWHERE: f32 = 4.0; // depth of an empty slot
 
-// A pane whose light is looked up.
+// A pane whose scattered and mirrored light is evaluated.
 struct Pane {
     depth: f32,        // NOWHERE for none
     setup: u32,
-    passed: vec3<f32>, // by what is before it
+    passed: vec3<f32>, // transmittance in front of it
 }
 
 const NO_PANE: Pane = Pane(NOWHERE, 0u, vec3(0.0));

@@ -1,6 +1,6 @@
-// shade, light points: the light of points, which surfaces, panes and particles of the picture are, and
-// points of the host. One invocation per answer; what is answered is the kernel's choice.
-// CPU twin: src/reference/shading/mod.rs. Host: src/stage/shade.rs.
+// shade, light points: evaluates the light at points, which are surfaces, panes and particles of the
+// picture, or points of a host. One invocation per answer; the kernel chooses what is answered. CPU twin:
+// src/reference/shading/mod.rs. Host: src/stage/shade.rs.
 
 import choice::answer::store_answer;
 import package::bind::uniform::point_batch;

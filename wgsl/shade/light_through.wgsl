@@ -1,4 +1,4 @@
-// What of a light reaches a point, for shaders of the host's and for `light_points`: 1 where nothing is
+// Share of a light that reaches a point, for shaders of the host and for `light_points`: 1 if nothing is in
 // between, without falloff and cosine. CPU twin: `share` of src/reference/shading/mod.rs. Host:
 // src/shadows/host_shader.rs.
 
@@ -8,8 +8,8 @@ import package::records::owner::NO_OWNER;
 import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
 
-// `light`: among those that were bound; `position` [m] and unit `normal` in world space. The normal
-// lifts the point off its own surface's shadow, to the light's side; zero of what is no surface.
+// `light`: index among the bound lights; `position` [m] and unit `normal` in world space. The normal
+// offsets the point towards the light, off its own surface's shadow; zero for a point on no surface.
 fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let source = light_record(light);
     let toward = incoming(source, position).toward;
@@ -18,7 +18,7 @@ fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
     return shadow(source, position, face, toward, 0.0);
 }
 
-// Of a point without a normal: smoke, fog.
+// For a point without a normal: smoke, fog.
 fn light_at(light: u32, position: vec3<f32>) -> vec3<f32> {
     return light_through(light, position, vec3(0.0));
 }

@@ -1,8 +1,8 @@
-// Without masks.
+// Look-up of shadow masks for pictures without masks.
 
 import package::records::point::Point;
 
-// What a mask says of a light, and whether one does.
+// Share of a light from its mask, and whether it has one.
 struct Masked {
     share: vec3<f32>,
     is_masked: bool,

@@ -1,10 +1,10 @@
-// Lights that have a mask: what it says of solid points. CPU twin: src/reference/shading/mod.rs.
+// Look-up of shadow masks, at opaque points. CPU twin: src/reference/shading/mod.rs.
 
 import package::bind::sampled::light_masks;
 import package::records::mask::{mask_slot, slot_channels, slot_mask};
 import package::records::point::{POINT_SOLID, Point};
 
-// What a mask says of a light, and whether one does.
+// Share of a light from its mask, and whether it has one.
 struct Masked {
     share: vec3<f32>,
     is_masked: bool,

@@ -1,17 +1,17 @@
-// Panes: thin sheets that filter what is behind them, scatter some light and mirror some. CPU twin:
+// Panes: thin surfaces that filter what is behind them, scatter some light and mirror some. CPU twin:
 // src/reference/shade/mod.rs.
 
 import package::hit::caster_hit::Hit;
 import package::records::material::{GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER};
 import package::shade::shading::{Gloss, mirrored_sky};
 
-// Premultiplied: glass keeps its highlights where it is clear.
-fn sheet_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
+// Gloss of a pane, premultiplied: glass keeps its highlights where it is clear.
+fn pane_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
     return Gloss(material.reflectivity, max(hit.opacity, material.transmission));
 }
 
-// A sheet that is not clear scatters half of what it covers and filters the rest. What covers
-// scatters all of that, and its transfer has taken it from what is behind.
+// Share of light that a pane scatters: half of what it covers if it is not clear, filtering the rest.
+// `over` scatters all that it covers, and its transfer has already attenuated the light behind.
 fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
     let covers = material.transfer == TRANSFER_OVER;
     return hit.opacity * select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_own), covers);
@@ -19,10 +19,10 @@ fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
 
 // Mirrored share of the sky; `normal` is on the eye's side.
 fn mirrored_share(hit: Hit, material: GpuMaterial, normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
-    return mirrored_sky(sheet_gloss(hit, material), dot(normal, to_eye), material.roughness);
+    return mirrored_sky(pane_gloss(hit, material), dot(normal, to_eye), material.roughness);
 }
 
-// What gathers light scatters all of it.
+// Albedo of a pane; `gain` scatters everything.
 fn seen_color(hit: Hit, transfer: u32) -> vec3<f32> {
     return select(hit.color, min(hit.color * MAX_GAIN, vec3(1.0)), transfer == TRANSFER_GAIN);
 }

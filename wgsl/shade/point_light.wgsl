@@ -1,10 +1,10 @@
-// What a point scatters, mirrors and emits to the eye. CPU twin: src/reference/shading/mod.rs.
+// Light that a point scatters, mirrors and emits to the eye. CPU twin: src/reference/shading/mod.rs.
 
 import choice::mask::masked;
 import package::bind::uniform::picture_params;
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_NONE, POINT_SHEET, POINT_SOLID, Point,
+    POINT_NONE, POINT_PANE, POINT_SOLID, Point,
 };
 import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
@@ -18,15 +18,15 @@ const PER_TWO_PI: f32 = 0.15915494;
 fn scattered(point: Point, cosine: f32) -> f32 {
     switch point.kind {
         case POINT_SOLID: { return max(cosine, 0.0) * PER_PI; }
-        case POINT_SHEET: { return abs(cosine) * PER_PI; }
-        // Alike in all directions; smoke is thick enough to scatter more than once, so that it is
-        // half as bright as paper that faces the light.
+        case POINT_PANE: { return abs(cosine) * PER_PI; }
+        // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
+        // that faces the light.
         default: { return PER_TWO_PI; }
     }
 }
 
-// What a white surface sends back of the light from everywhere: spherical harmonics up to order 2
-// (Ramamoorthi and Hanrahan 2001).
+// Irradiance of a surface of normal `n`, divided by pi: spherical harmonics up to order 2 (Ramamoorthi and
+// Hanrahan 2001).
 fn irradiance(n: vec3<f32>) -> vec3<f32> {
     let linear = coefficient(0u) + coefficient(1u) * n.y + coefficient(2u) * n.z + coefficient(3u) * n.x;
     let mixed = coefficient(4u) * (n.x * n.y) + coefficient(5u) * (n.y * n.z) + coefficient(7u) * (n.x * n.z);
@@ -39,13 +39,13 @@ fn coefficient(i: u32) -> vec3<f32> {
 }
 
 fn ambient(point: Point) -> vec3<f32> {
-    let upright = point.kind == POINT_SOLID || point.kind == POINT_SHEET;
+    let upright = point.kind == POINT_SOLID || point.kind == POINT_PANE;
     return select(picture_params.ambient, irradiance(point.normal), upright);
 }
 
 fn point_light(point: Point) -> vec3<f32> {
     let is_solid = point.kind == POINT_SOLID;
-    let shines = is_solid || point.kind == POINT_SHEET;
+    let shines = is_solid || point.kind == POINT_PANE;
     let gloss = Gloss(point.reflectivity, point.polish);
     let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
     let to_eye = normalize(eye() - point.position);
@@ -63,11 +63,11 @@ fn point_light(point: Point) -> vec3<f32> {
         let side = dot(point.face, arriving.toward);
         let is_behind = is_solid && cosine <= 0.0;
         if !is_behind && any(arriving.color > vec3(0.0)) {
-            // Off itself, on the light's side. A facet that looks away while its normal does not is
+            // Normal on the light's side. A facet that looks away while its interpolated normal does not is
             // part of a round surface.
             let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
             let mask = masked(index, point);
-            // A light without views asks no map.
+            // A light without views reads no map.
             light.view_count = select(light.view_count, 0u, mask.is_masked);
             let passed = arriving.color * mask.share * shadow(light, point.position, face, arriving.toward, point.reach);
             diffuse += passed * scattered(point, cosine);

@@ -1,4 +1,4 @@
-// The light that arrives at a point through the shadow maps. CPU twin: src/reference/shading/receive.rs.
+// Light that arrives at a point through the shadow maps. CPU twin: src/reference/shading/receive.rs.
 
 import choice::source::receive_light;
 import package::bind::sampled::{filters, nearests, opaques};
@@ -14,18 +14,18 @@ import package::shade::taps::{
 };
 import package::shade::tint::{set_plane, tint_depth};
 
-// Slopes are no steeper: 86 degrees.
+// Least cosine of a slope: 86 degrees.
 const LEAST_COSINE: f32 = 0.0625;
 
-// What one texel lets through to light depth z: the rules of the receiver. Texels beside the
-// view's map are those on its border.
+// Light through one texel to light depth z, by the rules of the receiver. Texels outside the view's map are
+// clamped to its border.
 fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
     let own = clamp(texel, vec2(0.0), view.size - 1.0);
     let tint_z = tint_depth(view, own + 0.5, z, bias);
     let at = view.origin + vec2<u32>(own);
     let depths = textureLoad(opaques, at, view.layer, 0).rgb;
     let solid = select(depths.rrr, depths, picture_params.colored != 0u);
-    // A curve knows no owners.
+    // Curves have no owner tags.
     if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
         return select(curve_light(view, at, tint_z), vec3(0.0), vec3(z) > solid + bias);
     }
@@ -37,13 +37,13 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
     return select(passed, vec3(0.0), vec3(z) > solid + bias);
 }
 
-// `point`: lifted off what set_plane knows.
+// `point`: that of set_plane, offset along the normal.
 fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
     let taps = map_taps(view, point);
     let own = filter_of(light);
     var sum = vec3(0.0);
     var way = turn;
-    // No constant ends the loop: compilers would write it out, with all the path to a texel's light.
+    // The loop count is not constant: compilers would unroll it, with the whole look-up of a texel.
     let count = select(0u, own.count, taps.reaches);
     for (var i = 0u; i < count; i += 1u) {
         let tap = filter_tap(own, taps, i, way);
@@ -53,7 +53,7 @@ fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<
     return select(vec3(1.0), sum, taps.reaches);
 }
 
-// The face of a cube that looks towards `away` from its middle.
+// Face of a cube that contains the direction `away` from its centre.
 fn cube_face(away: vec3<f32>) -> u32 {
     let size = abs(away);
     if size.x >= size.y && size.x >= size.z {
@@ -66,8 +66,8 @@ fn cube_face(away: vec3<f32>) -> u32 {
 }
 
 struct Incoming {
-    toward: vec3<f32>, // the light, unit
-    color: vec3<f32>,  // irradiance of what faces the light, before shadows
+    toward: vec3<f32>, // direction to the light, unit
+    color: vec3<f32>,  // irradiance at normal incidence, before shadows
 }
 
 fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
@@ -87,26 +87,26 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     return Incoming(-ray, color);
 }
 
-// Of a view's texel, where the point is [m].
+// Edge of a texel of the view at the point's depth [m].
 fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
     let along = -(view.view_from_world * vec4(point, 1.0)).z;
     return select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale;
 }
 
-// `normal` lifts the point off its own shadow by what the slope of the surface hides within the texels
-// that are asked; `sine` of the angle between the normal and the way to the light.
+// The point offset along `normal` by the depth that the slope spans within the filter; `sine` of the angle
+// between the normal and the direction to the light.
 fn lifted(light: GpuLight, texel: f32, point: vec3<f32>, normal: vec3<f32>, sine: f32) -> vec3<f32> {
     let reach = light.normal_bias + 0.5 + beyond_spline(light); // [texels]
     return point + normal * (reach * sine * texel);
 }
 
-// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+// Weight of a window at a point: it falls towards the border, and is 0 outside.
 fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let spread = view.scale / select(1.0, max(-p.z, 1e-6), view.perspective > 0.0);
     let place = vec2(p.x, -p.y) * spread + view.size * 0.5;
     let inner = min(place, view.size - place);
-    // All texels that are asked are the window's own.
+    // All texels of the filter are the window's own.
     let border = min(inner.x, inner.y) - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && -p.z >= view.near && -p.z <= view.far) {
         return 0.0;
@@ -114,18 +114,18 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     return min(border / max(view.fade, 1e-3), 1.0);
 }
 
-// Of all shadows of a light the least light, per channel. `normal` is on the light's side, zero
-// where there is none; `reach`: how far what is in the maps may lie off the point [m].
-// Where branches cost what they skip, one loop asks fewer maps than a branch for each kind.
+// Least light that any shadow of the light lets through, per channel. `normal` is on the light's side, zero
+// without a surface; `reach`: distance that a caster in the maps may be off the point [m]. Where branches
+// cost what they skip, one loop reads fewer maps than a branch for each kind.
 fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    // What has no normal has no slope.
+    // Without a normal there is no slope.
     let slope = light.slope_bias * dot(normal, normal) * sine / max(cosine, LEAST_COSINE);
     let face = cube_face(point - light.position);
     let end = light.first_view + light.view_count;
     var is_own = true;     // a further shadow can only take light
-    var least = vec3(1.0); // of the shadows before
+    var least = vec3(1.0); // of the shadows so far
     var sum = vec3(0.0);   // of the windows of this shadow
     var rest = 1.0;
     var index = light.first_view;
@@ -134,7 +134,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
         var at: vec3<f32>;
         var share: f32;
         var bias = light.bias + reach;
-        var last: u32; // view of this shadow
+        var last: u32; // last view of this shadow
         loop {
             index += select(0u, face, shadow_part(index) == PART_FACE);
             view = shadow_view(index);

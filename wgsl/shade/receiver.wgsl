@@ -1,11 +1,11 @@
-// Who receives: set before light is asked for.
+// Properties of the receiver that decide which casters tint it: set before light is evaluated.
 
 import package::records::material::{RECEIVES_OPAQUE, RECEIVES_OTHERS};
 import package::records::owner::stored_tag;
 
 var<private> receives: u32;     // RECEIVES_*
-var<private> receiver_tag: u32; // of its object
-var<private> is_solid: bool;    // it is in no filter, so that none of what is translucent is its own
+var<private> receiver_tag: u32; // owner tag of its object
+var<private> is_solid: bool;    // it is opaque: in no filter map, so no translucent caster is its own
 
 fn set_receiver(accepts: u32, tag: u32, solid: bool) {
     receives = accepts;
@@ -13,8 +13,8 @@ fn set_receiver(accepts: u32, tag: u32, solid: bool) {
     is_solid = solid;
 }
 
-// Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest` as the
-// maps store them.
+// Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest` in the format of
+// the maps.
 fn is_tinted(filtered: vec4<f32>, nearest: f32) -> bool {
     let own = receives == RECEIVES_OTHERS && stored_tag(filtered.a, nearest) == receiver_tag;
     return receives != RECEIVES_OPAQUE && !own;

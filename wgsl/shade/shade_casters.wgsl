@@ -1,6 +1,5 @@
-// shade, casters: the middle of each particle that is seen and not solid, as a point. One invocation
-// per footprint of the camera's view.
-// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, casters: centre of each visible translucent particle, as a point. One invocation per footprint of
+// the camera's view. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::loaded::rects;
 import package::bind::sampled::casters;
@@ -35,7 +34,7 @@ fn shade_casters(
     var point: Point;
     point.kind = select(POINT_NONE, POINT_PARTICLE, is_particle && is_seen);
     point.position = place.xyz;
-    // Not behind itself: the bias is its radius.
+    // Not shadowed by itself: the bias is its radius.
     point.reach = place.w;
     point.cluster = cluster_of(footprint.place.xy, footprint.place.w);
     point.receives = materials[look_material(look)].receives;

@@ -1,5 +1,5 @@
-// shade, clip: the tiles of each footprint that are in a band, where the picture has too many pairs
-// to be binned at a time. One invocation per footprint. Host: src/stage/shade.rs.
+// shade, clip: tiles of each footprint that are in a band, if the picture has too many pairs to bin at
+// once. One invocation per footprint. Host: src/stage/shade.rs.
 
 import package::bind::loaded::rects;
 import package::bind::stored::clipped_rects;

@@ -1,6 +1,5 @@
-// shade, composite: what is not solid over what is, and the whole to the screen. One invocation per
-// pixel of a band.
-// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, composite: translucent layers over the opaque surface, and the tone curve. One invocation per
+// pixel of a band. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{layers, lit, seen_pixels};

@@ -1,7 +1,6 @@
-// shade, layers: what is laid over each pixel of a band; one workgroup per tile, one invocation per
-// pixel. Light L behind it becomes colour + passed * L. A long tile takes several rounds, each of
-// which goes on where the one before ended.
-// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, layers: translucent layers of each pixel of a band; one workgroup per tile, one invocation per
+// pixel. Light L behind them becomes colour + passed * L. A long tile takes several rounds, each of which
+// continues where the one before ended. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::carried;
 import package::bind::sampled::{seen_pixels, tiles};
@@ -21,7 +20,7 @@ import package::state::layers::{
 import package::walk::lane::LANES;
 import choice::walk::walk;
 
-const CARRIED: u32 = 6u; // of a pixel
+const CARRIED: u32 = 6u; // records of a pixel
 
 fn go_on(index: u32) {
     let at = index * CARRIED;

@@ -6,14 +6,14 @@ import package::bind::uniform::{band, materials, views};
 import package::hit::caster_hit::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_SHEET, Point, pixel_number};
+import package::records::point::{POINT_PANE, Point, pixel_number};
 import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::band::band_pixel;
 import package::shade::environment::from_around;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, pane_of};
-import package::shade::pane::{mirrored_share, scattered_share, seen_color, sheet_gloss};
+import package::shade::pane::{mirrored_share, scattered_share, seen_color, pane_gloss};
 import package::shade::store_point::store_point;
 import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 import package::walk::lane::LANES;
@@ -25,11 +25,11 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
     let to_eye = normalize(eye() - position);
     let weights = triangle_weights(pane.setup, pixel).xyz;
     let normals = normals_at(pane_caster(pane.setup), pane.setup, weights, to_eye);
-    let gloss = sheet_gloss(hit, material);
+    let gloss = pane_gloss(hit, material);
     let mirror = mirrored_share(hit, material, normals.normal, to_eye);
     let scattered = scattered_share(hit, material, true) * (1.0 - mirror);
     return Point(
-        POINT_SHEET,
+        POINT_PANE,
         position,
         normals.face,
         normals.normal,

@@ -1,7 +1,6 @@
-// shade, seen: the nearest solid caster of each pixel of a band; one workgroup per tile, one
-// invocation per pixel. A long tile takes several rounds, each of which goes on where the one
-// before ended: some drivers bound the iterations of an invocation.
-// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, seen: nearest opaque caster of each pixel of a band; one workgroup per tile, one invocation per
+// pixel. A long tile takes several rounds, each of which continues where the one before ended: some drivers
+// bound the iterations of an invocation. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::carried;
 import package::bind::sampled::tiles;

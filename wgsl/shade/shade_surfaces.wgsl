@@ -1,6 +1,5 @@
-// shade, surfaces: what the camera sees that is solid, or the sky, as points. One invocation per
-// pixel of a band.
-// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, surfaces: visible opaque surfaces, or the sky, as points. One invocation per pixel of a band. CPU
+// twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::uniform::{materials, views};
@@ -31,7 +30,7 @@ fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
     return point;
 }
 
-// Of two colours that are all there is around only metal mirrors any.
+// Where the surroundings are two colours, only metal mirrors them.
 fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
     if !HAS_ENVIRONMENT && material.metallic == 0.0 {
         return vec3(0.0);

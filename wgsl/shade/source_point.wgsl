@@ -1,4 +1,4 @@
-// Lights of one place.
+// Look-up for point lights only: area lights give no penumbrae.
 
 import package::records::light::GpuLight;
 import package::records::view::GpuView;

@@ -1,4 +1,4 @@
-// Points and normals of what the camera sees. CPU twin: src/reference/shading/mod.rs.
+// Positions and normals of visible surfaces. CPU twin: src/reference/shading/mod.rs.
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::picture_params;
@@ -9,7 +9,7 @@ import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
-// World space, from the camera's light depth.
+// World-space position from the camera's light depth.
 fn world_point(view: GpuView, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let distance = view.near + depth * (view.far - view.near);
@@ -20,8 +20,8 @@ fn eye() -> vec3<f32> {
     return picture_params.world_from_view[3].xyz;
 }
 
-// Normals of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
-// the interpolated one may look away from the eye, and still is the face's.
+// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette the
+// interpolated one may look away from the eye, and still is the face's.
 struct Normals {
     face: vec3<f32>,
     normal: vec3<f32>,
@@ -33,8 +33,8 @@ fn normals_at(id: u32, setup: u32, barycentric: vec3<f32>, to_eye: vec3<f32>) ->
     return Normals(face, toward(face, triangle_normal(id & ~TRIANGLE_BIT, barycentric)));
 }
 
-// A point of a facet, moved out to the round surface that the facet's normals stand for, so that no facet
-// shades itself where that surface still faces the light (Hanika 2021, "Hacking the shadow terminator",
+// A point of a facet, moved out to the round surface that the facet's normals approximate, so that no facet
+// shadows itself where that surface still faces the light (Hanika 2021, "Hacking the shadow terminator",
 // section 4.2). `face`: of the facet, on the eye's side.
 fn rounded(id: u32, barycentric: vec3<f32>, face: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
     let first = (id & ~TRIANGLE_BIT) * TRIANGLE_TEXELS;
@@ -48,7 +48,7 @@ fn rounded(id: u32, barycentric: vec3<f32>, face: vec3<f32>, point: vec3<f32>) -
     return point + out;
 }
 
-// The caster of a pane.
+// Caster of a pane.
 fn pane_caster(setup: u32) -> u32 {
     return caster_of(load_footprint(picture_params.first_setup + setup));
 }

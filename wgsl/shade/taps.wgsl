@@ -1,4 +1,4 @@
-// Which texels of a map a look-up asks, and how much each counts. CPU twin: src/reference/shading/taps.rs.
+// Texels of a look-up, and their weights. CPU twin: src/reference/shading/taps.rs.
 
 import package::features::HAS_FILTERS;
 import package::records::light::GpuLight;
@@ -7,18 +7,18 @@ import package::records::view::GpuView;
 const FILTER_BOX: u32 = 1u;    // of bilinear taps
 const FILTER_SPLINE: u32 = 2u;
 const FILTER_DISC: u32 = 3u;
-const RADIUS_STEPS: f32 = 256.0; // of a disc, in a texel
+const RADIUS_STEPS: f32 = 256.0; // fixed-point steps of a disc's radius, per texel
 const SPLINE_REACH: f32 = 1.5;   // [texels]
 
-// From each texel of a disc to the next (Vogel 1979): cosine and sine of the golden angle.
+// Rotation from each texel of a disc to the next (Vogel 1979): cosine and sine of the golden angle.
 const GOLDEN_COSINE: f32 = -0.73736888;
 const GOLDEN_SINE: f32 = 0.6754903;
 
-// The way to the first texel of a disc, unit.
+// Direction to the first texel of a disc, unit.
 var<private> turn: vec2<f32> = vec2(1.0, 0.0);
 
-// Discs are turned by the pixel: evenly (Roberts 2018, the R2 sequence), alike in every frame. `pixel`: x
-// and, from bit 16 on, y.
+// Rotates discs evenly by the pixel (Roberts 2018, the R2 sequence), alike in every frame. `pixel`: x and,
+// from bit 16 on, y.
 fn set_turn(pixel: u32) {
     let part = ((pixel & 0xffffu) * 12664745u + (pixel >> 16u) * 9560333u) & 0xffffffu;
     let angle = f32(part) * (6.2831853 / 16777216.0);
@@ -35,7 +35,7 @@ struct Taps {
     place: vec2<f32>,  // of the point [texels]
     middle: vec2<f32>, // [texels]
     z: f32,            // light depth of the point
-    reaches: bool,     // the map reaches it
+    reaches: bool,     // the point is inside the map
     x: vec3<f32>,
     y: vec3<f32>,
 }
@@ -58,12 +58,12 @@ fn tap_weight(taps: Taps, i: u32) -> f32 {
     return taps.x[i % 3u] * taps.y[i / 3u];
 }
 
-// Of a light: what it asks instead.
+// The filter of a light.
 struct Filter {
     kind: u32,   // FILTER_*
     count: u32,  // texels
     edge: f32,   // texels a side
-    radius: f32, // of a disc; of a square half its edge [texels]
+    radius: f32, // of a disc; half the edge of a square [texels]
 }
 
 fn filter_of(light: GpuLight) -> Filter {
@@ -79,7 +79,7 @@ fn filter_of(light: GpuLight) -> Filter {
     return Filter(kind, select(edge * edge, taps, is_disc), f32(edge), radius);
 }
 
-// How far beyond the spline's its texels may be [texels].
+// Reach of its texels beyond the spline's [texels].
 fn beyond_spline(light: GpuLight) -> f32 {
     return max(filter_of(light).radius - SPLINE_REACH, 0.0);
 }
@@ -89,7 +89,7 @@ struct Tap {
     weight: f32,
 }
 
-// `way`: to a disc's texel, unit.
+// `way`: direction to a disc's texel, unit.
 fn filter_tap(own: Filter, taps: Taps, i: u32, way: vec2<f32>) -> Tap {
     let nine = Tap(taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0, tap_weight(taps, i % 9u));
     if !HAS_FILTERS {

@@ -1,14 +1,15 @@
-// How deep a receiver lies for what is translucent. CPU twin: src/reference/shading/receive.rs, `Plane`.
+// Depth of a receiver with respect to translucent casters. CPU twin: src/reference/shading/receive.rs,
+// `Plane`.
 
 import package::records::view::GpuView;
 import package::shade::receiver::is_solid;
 
-// Of the bias: how much deeper a solid receiver lies than it is, so that it is behind what lies on it.
+// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
 const TOUCH: f32 = 0.0625;
 // Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
 
-// Of the receiver, in view space.
+// Tangent plane of the receiver, view space.
 var<private> plane_point: vec3<f32>;
 var<private> plane_normal: vec3<f32>;
 
@@ -17,13 +18,13 @@ fn set_plane(view: GpuView, point: vec3<f32>, normal: vec3<f32>) {
     plane_normal = (view.view_from_world * vec4(normal, 0.0)).xyz;
 }
 
-// Light depth along the ray through `texel` (view's map) from which on what is translucent tints the
-// receiver, which is at `z`. What is solid cannot tint itself, and counts where its plane meets the ray:
-// up to what touches it.
+// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the receiver,
+// which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets the ray, and
+// slightly beyond, so that a caster that touches it counts.
 fn tint_depth(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> f32 {
     let slope = (texel - view.size * 0.5) / view.scale;
     let perspective = view.perspective > 0.0;
-    // From the eye, or from the eye's plane.
+    // Rays start at the eye, or in the eye's plane.
     let way = select(vec3(0.0, 0.0, -1.0), vec3(slope.x, -slope.y, -1.0), perspective);
     let start = select(vec3(slope.x, -slope.y, 0.0), vec3(0.0), perspective);
     let meets = dot(plane_normal, way);

@@ -1,4 +1,4 @@
-// Linear light to what a screen shows. CPU twin: src/reference/shading/tone.rs.
+// Tone curve from linear light to the screen. CPU twin: src/reference/shading/tone.rs.
 
 // Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
@@ -15,7 +15,7 @@ fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
     return select(color, bright, peak >= START);
 }
 
-// IEC 61966-2-1.
+// sRGB (IEC 61966-2-1) of linear light.
 fn to_srgb(linear: vec3<f32>) -> vec3<f32> {
     let c = clamp(linear, vec3(0.0), vec3(1.0));
     let curve = 1.055 * pow(max(c, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;

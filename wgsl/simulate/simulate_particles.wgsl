@@ -1,6 +1,6 @@
-// simulate, particles: some steps of time of what an emitter sends out. Particle n is in place n modulo
-// `capacity`, which is free again when it has ended. One invocation per place.
-// CPU twin: src/model/emitter.rs. Host: src/stage/simulate.rs.
+// simulate, particles: some time steps of an emitter's particles. Particle n is in slot n modulo
+// `capacity`, which is free again when it has ended. One invocation per slot. CPU twin:
+// src/model/emitter.rs. Host: src/stage/simulate.rs.
 
 import package::bind::changed::flying;
 import package::bind::uniform::emitter_params;
@@ -10,13 +10,14 @@ import package::records::emitter::{
 };
 import package::simulate::whirl::whirl;
 
-const TRIES: u32 = 8u; // of places in a box for one in a ball
+const TRIES: u32 = 8u; // of points in a cube for one in the ball
 
 fn draw(number: u32, index: u32) -> f32 {
     return unit_float(pcg(number ^ pcg(index ^ pcg(emitter_params.seed))));
 }
 
-// In a ball of radius 1, or where `axes` has 0 in its section: the first place that is inside.
+// A random point in the unit ball, or in its section where `axes` has zeros: the first of several that is
+// inside.
 fn in_ball(number: u32, index: u32, axes: vec3<f32>) -> vec3<f32> {
     for (var i = 0u; i < TRIES; i += 1u) {
         let first = index + 3u * i;
@@ -29,7 +30,7 @@ fn in_ball(number: u32, index: u32, axes: vec3<f32>) -> vec3<f32> {
     return vec3(0.0);
 }
 
-// Here as below no uniform alone decides a branch: llvmpipe would compile the kernel again for its value.
+// Here and below no uniform alone decides a branch: llvmpipe would recompile the kernel for its value.
 fn aside(number: u32) -> vec3<f32> {
     switch select(0u, emitter_params.source, number < 0xffffffffu) {
         case SOURCE_BOX: { return vec3(draw(number, 1u), draw(number, 2u), draw(number, 3u)) - 0.5; }
@@ -48,7 +49,7 @@ fn started_particle(number: u32) -> GpuFlying {
     return GpuFlying(position, number, velocity, life << 16u);
 }
 
-// Against what faces `out`.
+// Velocity after a collision with a surface of normal `out`.
 fn struck(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
     let into = dot(velocity, out);
     let along = velocity - out * into;
@@ -56,7 +57,8 @@ fn struck(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
     return select(velocity, kept, into < 0.0);
 }
 
-// Out of a box through the nearest side, the first of several; xyz faces out there, w is how far it is.
+// Way out of a box through the nearest side, the first of several; xyz is that side's normal, w its
+// distance.
 fn way_out(place: vec3<f32>, low: vec3<f32>, high: vec3<f32>) -> vec4<f32> {
     var nearest = vec4(0.0, 0.0, 0.0, 1e30);
     for (var axis = 0u; axis < 3u; axis += 1u) {
@@ -80,7 +82,7 @@ fn advanced(particle: GpuFlying, step: u32) -> GpuFlying {
         let at = (particle.position + emitter_params.origin - rise) * emitter_params.frequency;
         air += whirl(at, emitter_params.seed) * whirls;
     }
-    // The drag by its end: it never overshoots.
+    // Implicit drag: it never overshoots.
     let pushed = particle.velocity + (vec3(0.0, lift, 0.0) + air * emitter_params.drag) * STEP_SECONDS;
     var velocity = pushed / (1.0 + emitter_params.drag * STEP_SECONDS);
     var position = particle.position + velocity * STEP_SECONDS;
@@ -117,7 +119,7 @@ fn simulate_particles(
     for (var i = 0u; i < steps; i += 1u) {
         let before = emitter_params.started[i / 4u][i % 4u];
         let behind = emitter_params.started[(i + 1u) / 4u][(i + 1u) % 4u];
-        // The next one that belongs here.
+        // The next particle that belongs in this slot.
         let number = before + (place + capacity - before % capacity) % capacity;
         if number < behind {
             particle = started_particle(number);

@@ -1,8 +1,9 @@
-// Air that whirls. CPU twin: src/model/emitter.rs.
+// Velocity of whirling air (curl noise). CPU twin: src/model/emitter.rs.
 
 import package::hit::hash::pcg;
 
-// Velocity of air that is nowhere dense: the cross product of two gradients (DeWolf 2005), about 1 in size.
+// Velocity of divergence-free whirls: the cross product of two noise gradients (DeWolf 2005), of magnitude
+// about 1.
 fn whirl(at: vec3<f32>, seed: u32) -> vec3<f32> {
     return cross(noise_gradient(at, seed), noise_gradient(at, seed ^ 0x9e3779b9u)) * 0.875;
 }
@@ -12,14 +13,14 @@ fn corner_value(cell: vec3<i32>, seed: u32) -> f32 {
     return f32(pcg(place.x ^ pcg(place.y ^ pcg(place.z ^ seed))) >> 8u) / 8388608.0 - 1.0;
 }
 
-// Gradient of noise that is -1..1 at the corners of a lattice (value noise, Perlin's fade of 2002).
+// Gradient of value noise with values -1..1 at the lattice points (Perlin's fade of 2002).
 fn noise_gradient(at: vec3<f32>, seed: u32) -> vec3<f32> {
     let low = floor(at);
     let t = at - low;
     let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let slope = t * t * (t * (t * 30.0 - 60.0) + 30.0);
     let cell = vec3<i32>(low);
-    // Of the four edges along x: values at their ends.
+    // Values at both ends of the four edges along x.
     let starts = vec4(
         corner_value(cell, seed),
         corner_value(cell + vec3(0, 1, 0), seed),

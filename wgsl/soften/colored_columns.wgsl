@@ -1,4 +1,4 @@
-// colored, columns: the rest of the blur, and the maps with a coloured filter instead of holes. CPU
+// colored, columns: second pass of the blur, and the maps with a coloured filter instead of holes. CPU
 // twin: src/reference/colored.rs. Host: src/stage/colored.rs.
 
 import package::bind::sampled::{filters, nearests, opaques, rows};
@@ -16,7 +16,7 @@ fn colored_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(texel >= size) {
         return;
     }
-    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
     let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
     var sum = EMPTY_COLORED;
     for (var i = -radius; i <= radius; i += 1) {

@@ -1,5 +1,5 @@
-// colored, rows: how much of each row's window dithered surfaces block by channel, and what is
-// behind them. CPU twin: src/reference/colored.rs. Host: src/stage/colored.rs.
+// colored, rows: share of each row's window that dithered surfaces block per channel, and the depth behind
+// them. CPU twin: src/reference/colored.rs. Host: src/stage/colored.rs.
 
 import package::bind::sampled::colored;
 import package::bind::stored::rows;
@@ -15,7 +15,7 @@ fn colored_rows(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(texel >= size) {
         return;
     }
-    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
     let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
     var sum = EMPTY_COLORED;
     for (var i = -radius; i <= radius; i += 1) {

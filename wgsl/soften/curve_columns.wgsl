@@ -1,5 +1,6 @@
-// soften, curve columns: the curves of four texels in a column to an invocation, less what dithered
-// surfaces block over a window. CPU twin: src/reference/curve/soften.rs. Host: src/stage/filter.rs.
+// soften, curve columns: curves of four texels in a column per invocation, multiplied by the visibility
+// through dithered surfaces over a window. CPU twin: src/reference/curve/soften.rs. Host:
+// src/stage/filter.rs.
 
 import package::bind::sampled::{raw_curves, rows};
 import package::bind::stored::curves;
@@ -18,7 +19,7 @@ import package::soften::window::window_weight;
 
 const ROWS: u32 = 4u;
 
-// Hits are no longer in order.
+// Hits are not in order.
 fn ordered() -> bool {
     return false;
 }
@@ -38,7 +39,7 @@ fn column_run(view: GpuView, size: vec2<i32>, texel: vec2<i32>, radius: i32) -> 
     return sum;
 }
 
-// Where the surfaces start to take light and where they end.
+// Depths at which the ramp starts and ends.
 fn ramp(run: CurveRun) -> vec2<f32> {
     let mean = run.moments.y / run.moments.x;
     let variance = max(run.moments.z / run.moments.x - mean * mean, 0.0);
@@ -47,7 +48,7 @@ fn ramp(run: CurveRun) -> vec2<f32> {
     return vec2(mean - reach, mean + reach);
 }
 
-var<private> places: array<vec2<u32>, ROWS>; // whose curves are softened, in the atlas
+var<private> places: array<vec2<u32>, ROWS>; // atlas texels of the curves that are softened
 
 fn load_node(i: u32, firsts: vec4<u32>, seconds: vec4<u32>) {
     let node = loaded_node(firsts, seconds);
@@ -68,7 +69,7 @@ fn load_pair(view: GpuView, pair: u32) {
     load_node(2u * pair + 1u, vec4(a.z, b.z, c.z, d.z), vec4(a.w, b.w, c.w, d.w));
 }
 
-// Where nothing is blocked a curve keeps its bits.
+// A curve without blocked texels keeps its bits.
 fn store_pair(view: GpuView, at: vec2<u32>, pair: u32, softened: vec4<bool>) {
     let nodes = packed_pair(pair);
     let layer = curve_layer(view.layer, pair);
@@ -86,7 +87,7 @@ fn curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(first >= size) {
         return;
     }
-    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
     let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
     var passing = white4();
     var start = vec4(0.0);

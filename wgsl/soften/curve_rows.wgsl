@@ -1,4 +1,4 @@
-// soften, curve rows: what each row's window says of dithered surfaces. CPU twin:
+// soften, curve rows: summary of the dithered surfaces in each row's window. CPU twin:
 // src/reference/curve/soften.rs. Host: src/stage/filter.rs.
 
 import package::bind::sampled::colored;
@@ -8,7 +8,7 @@ import package::records::opaque_depth::is_dithered;
 import package::soften::curve_run::{CURVE_RUN_LAYERS, CurveRun, EMPTY_CURVE_RUN, add_curve_run};
 import package::soften::window::window_weight;
 
-// Run of one texel with opaque depths by channel.
+// Run of one texel with opaque depths per channel.
 fn curve_run(depths: vec3<f32>, at: vec2<i32>) -> CurveRun {
     let dithered = vec3(is_dithered(depths.r), is_dithered(depths.g), is_dithered(depths.b));
     let blocked = select(vec3(0.0), vec3(1.0), dithered);
@@ -33,7 +33,7 @@ fn curve_rows(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(texel >= size) {
         return;
     }
-    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
     let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
     var sum = EMPTY_CURVE_RUN;
     for (var i = -radius; i <= radius; i += 1) {

@@ -1,5 +1,5 @@
-// filter, columns: the rest of the blur, and the maps with a grey filter instead of holes. CPU
-// twin: src/reference/filter.rs. Host: src/stage/filter.rs.
+// filter, columns: second pass of the blur, and the maps with a grey filter instead of holes. CPU twin:
+// src/reference/filter.rs. Host: src/stage/filter.rs.
 
 import package::bind::sampled::{filters, nearests, opaques, rows};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};
@@ -15,7 +15,7 @@ fn filter_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(texel >= size) {
         return;
     }
-    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
     let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
     var sum = EMPTY_RUN;
     for (var i = -radius; i <= radius; i += 1) {

@@ -1,4 +1,4 @@
-// filter, rows: how much of each row's window dithered surfaces block, and what is behind them. CPU
+// filter, rows: share of each row's window that dithered surfaces block, and the depth behind them. CPU
 // twin: src/reference/filter.rs. Host: src/stage/filter.rs.
 
 import package::bind::sampled::opaques;
@@ -15,7 +15,7 @@ fn filter_rows(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(texel >= size) {
         return;
     }
-    // Not by the uniform alone: lavapipe compiles such a loop anew for every buffer.
+    // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
     let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
     var sum = EMPTY_RUN;
     for (var i = -radius; i <= radius; i += 1) {

@@ -1,8 +1,8 @@
-// What a run of texels says of dithered surfaces. CPU twin: src/reference/filter.rs, `Run`.
+// Summary of the dithered surfaces in a run of texels. CPU twin: src/reference/filter.rs, `Run`.
 
 struct FilterParams {
     radius: i32, // half the window [texels]
-    colored: u32, // depths are by channel
+    colored: u32, // 1: opaque depths are per channel
     pad_0: u32,
     pad_1: u32,
 }
@@ -21,7 +21,7 @@ fn add_run(sum: vec4<f32>, other: vec4<f32>, weight: f32, away: i32) -> vec4<f32
     );
 }
 
-// A window of 2 * radius texels, whose ends are halves.
+// Weight in a window of 2 * radius texels, with half weights at its ends.
 fn window_weight(i: i32, radius: i32) -> f32 {
     let whole = 0.5 / f32(radius);
     return select(whole, 0.5 * whole, abs(i) == radius);

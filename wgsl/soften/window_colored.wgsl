@@ -1,4 +1,5 @@
-// What a run of texels says of dithered surfaces by channel. CPU twin: src/reference/colored.rs, `Run`.
+// Summary of the dithered surfaces in a run of texels, per channel. CPU twin: src/reference/colored.rs,
+// `Run`.
 
 import package::records::opaque_depth::is_dithered;
 
@@ -22,7 +23,8 @@ fn add_colored(sum: ColoredRun, other: ColoredRun, weight: f32, away: i32) -> Co
     );
 }
 
-// What is not dithered is whole: the same in every channel, and behind those that are.
+// Run of one texel. An opaque surface that is not dithered has the same depth in every channel, behind the
+// dithered ones.
 fn colored_run(depths: vec3<f32>) -> ColoredRun {
     let dithered = vec3(is_dithered(depths.r), is_dithered(depths.g), is_dithered(depths.b));
     let near = select(vec3(1.0), depths, dithered);

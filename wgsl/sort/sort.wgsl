@@ -1,4 +1,4 @@
-// What every sort kernel shares. Rust: `SortPass` in src/stage/sort.rs.
+// Code that all sort kernels share. Rust: `SortPass` in src/stage/sort/mod.rs.
 
 import package::bind::read::counts;
 import package::bind::uniform::sort_pass;

@@ -1,5 +1,5 @@
-// sort_serial_count: how often each digit occurs in each run. One invocation per run. Host:
-// src/stage/sort.rs.
+// sort_serial_count: histogram of the digits of each run. One invocation per run. Host:
+// src/stage/sort/mod.rs.
 
 import package::bind::loaded::pairs;
 import package::bind::stored::histograms;

@@ -1,5 +1,5 @@
-// sort_serial_scatter: each pair to its place by digit. One invocation per run. Host:
-// src/stage/sort.rs.
+// sort_serial_scatter: moves each pair to its position by digit. One invocation per run. Host:
+// src/stage/sort/mod.rs.
 
 import package::bind::loaded::{histograms, pairs};
 import package::bind::stored::sorted_pairs;
@@ -8,7 +8,7 @@ import package::sort::serial::{STEP, WORKGROUP_SIZE, run_length};
 import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
 import choice::digits::DIGITS;
 
-// Where the next pair of this run with that digit goes.
+// Position of this run's next pair with that digit.
 var<private> places: array<u32, DIGITS>;
 
 fn store(pair: vec4<u32>, digit: u32) {

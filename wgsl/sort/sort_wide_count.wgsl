@@ -1,5 +1,5 @@
-// sort_wide_count: how often each digit occurs in each block. One workgroup per block. Host:
-// src/stage/sort.rs.
+// sort_wide_count: histogram of the digits of each block. One workgroup per block. Host:
+// src/stage/sort/mod.rs.
 
 import package::bind::loaded::pairs;
 import package::bind::stored::histograms;
@@ -22,7 +22,7 @@ fn sort_wide_count(
     let end = min(begin + BLOCK, count);
     let shift = sort_pass.shift;
     let mask = sort_pass.digit_count - 1u;
-    // Counting is blind to order, so whole rows are read side by side.
+    // Counting does not depend on order, so consecutive lanes read consecutive pairs.
     for (var i = begin + lane; i < end; i += WORKGROUP_SIZE) {
         let key = textureLoad(pairs, texel_from_pair(i)).x;
         atomicAdd(&counters[(key >> shift) & mask], 1u);

@@ -1,5 +1,5 @@
-// sort_wide_scatter: each pair to its place by digit. One workgroup per block. Host:
-// src/stage/sort.rs.
+// sort_wide_scatter: moves each pair to its position by digit. One workgroup per block. Host:
+// src/stage/sort/mod.rs.
 
 import package::bind::loaded::{histograms, pairs};
 import package::bind::stored::sorted_pairs;
@@ -7,12 +7,12 @@ import package::bind::uniform::sort_pass;
 import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
 import package::sort::wide::{BLOCK, ROUNDS, WARP_COUNT, WARP_SIZE, WORKGROUP_SIZE, exclusive_sum};
 
-// Per warp and digit: which lanes hold the digit in this round.
+// Per warp and digit: lanes that hold the digit in this round.
 var<workgroup> holders: array<atomic<u32>, WARP_COUNT * 256u>;
 // Per warp and digit, a warp in each half word: pairs in earlier rounds, later in earlier warps.
-// A block is shorter than 2^16, so no half runs over.
+// A block is shorter than 2^16, so no half overflows.
 var<workgroup> ranked: array<atomic<u32>, WARP_COUNT / 2u * 256u>;
-// Where the first pair of the block with that digit goes.
+// Position of the block's first pair with that digit.
 var<workgroup> places: array<u32, 256>;
 
 fn ranked_in(warp: u32, digit: u32) -> u32 {

@@ -10,7 +10,7 @@ const BLOCK: u32 = WORKGROUP_SIZE * ROUNDS; // [pairs]
 
 var<workgroup> sums: array<u32, WORKGROUP_SIZE>;
 
-// The sum over earlier invocations (Hillis, Steele 1986); `sums[last]` is the total.
+// Sum over earlier invocations (Hillis, Steele 1986); `sums[last]` is the total.
 fn exclusive_sum(lane: u32, value: u32) -> u32 {
     workgroupBarrier(); // an earlier call may still be read
     sums[lane] = value;

@@ -1,5 +1,4 @@
-// The state of four texels while the nearest opaque surface of each channel is sought. CPU twin:
-// src/reference/colored.rs.
+// State: nearest opaque depth per channel of four texels. CPU twin: src/reference/colored.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::{colored, opaques};
@@ -47,7 +46,7 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
     }
 }
 
-// Nothing at or behind `front` can change these texels.
+// Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     let last = max(max(nearest[0], nearest[1]), max(nearest[2], nearest[3]));
     return all(last <= vec3(front));

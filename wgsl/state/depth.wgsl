@@ -1,5 +1,4 @@
-// The state of four texels while the nearest opaque surface is sought. CPU twin:
-// src/reference/occlude.rs.
+// State: nearest opaque depth of four texels. CPU twin: src/reference/occlude.rs.
 
 import package::features::ROLLED;
 import package::hit::blocks::{blocks, stored_depth};
@@ -41,7 +40,7 @@ fn nearest_texel(i: u32) -> f32 {
     return nearest[i];
 }
 
-// Nothing at or behind `front` can change these texels.
+// Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     return all(nearest <= vec4(front));
 }

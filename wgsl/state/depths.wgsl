@@ -1,5 +1,5 @@
-// Store: opaque depth. Of a tile straight to the map, of segments and of what did not fit to sums,
-// which become the map later. CPU twin: src/reference/occlude.rs, src/reference/resolve.rs.
+// Store: opaque depth. Tiles go straight to the map, segments and scattered casters to sums, from which the
+// map is resolved. CPU twin: src/reference/occlude.rs, src/reference/resolve.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::opaques;

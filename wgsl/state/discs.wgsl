@@ -1,5 +1,5 @@
-// Eight texels in a column of an invocation, and soft discs of the `filter` transfer that multiply
-// them. CPU twin: src/reference/accumulate.rs.
+// State: transmittance and nearest depth of eight texels in a column, for soft discs of the `filter`
+// transfer. CPU twin: src/reference/accumulate.rs.
 
 import package::bind::sampled::opaques;
 import package::features::{FAINT, HAS_OPAQUE, PERSPECTIVE};
@@ -18,7 +18,7 @@ var<private> ys: array<vec4<f32>, 2>;
 var<private> red: array<vec4<f32>, 2>; // transmittance so far
 var<private> green: array<vec4<f32>, 2>;
 var<private> blue: array<vec4<f32>, 2>;
-var<private> lost: array<array<vec4<f32>, 3>, 2>; // of faint discs, not yet taken from what passes
+var<private> lost: array<array<vec4<f32>, 3>, 2>; // absorbed by faint discs, not yet multiplied into the above
 var<private> nearest: array<vec4<f32>, 2>;
 var<private> opaque_depth: array<vec4<f32>, 2>;
 
@@ -97,14 +97,14 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
     visit_disc(view, prepare_disc(view, footprint));
 }
 
-// As `visit_disc`, of a disc behind what is nearest.
+// Like `visit_disc`, for a disc behind the nearest depths.
 fn visit_behind(view: GpuView, disc: Disc) {
     let met = column_profile(view, disc);
     multiply(disc, met[0].profile, 0u);
     multiply(disc, met[1].profile, 1u);
 }
 
-// Something at or behind `front` may be the nearest.
+// Whether a disc at or behind `front` may be the nearest.
 fn seeks(front: f32) -> bool {
     return any(nearest[0] > vec4(front)) || any(nearest[1] > vec4(front));
 }
@@ -130,7 +130,7 @@ fn finish_rows(i: u32) {
     blue[i] *= 1.0 - lost[i][2];
 }
 
-// Nothing at or behind `front` can change these texels.
+// Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     return settled_rows(front, 0u) && settled_rows(front, 1u);
 }
@@ -140,7 +140,7 @@ fn settled_rows(front: f32, i: u32) -> bool {
     return !any((lit | (nearest[i] > vec4(front))) & (opaque_depth[i] > vec4(front)));
 }
 
-// Batches of plain discs are not asked for it.
+// Batches of plain discs have no owner tags.
 fn owner_texel(i: u32) -> u32 {
     return NO_OWNER;
 }

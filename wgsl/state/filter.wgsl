@@ -1,5 +1,5 @@
-// The state of four texels while their casters are multiplied up, front to back, in registers. CPU
-// twin: src/reference/accumulate.rs.
+// State: transmittance and nearest depth of four texels, front to back, in registers. CPU twin:
+// src/reference/accumulate.rs.
 
 import package::bind::changed::counters;
 import package::bind::sampled::opaques;
@@ -22,15 +22,15 @@ const ROWS: u32 = 4u; // texels that an invocation holds, in a column
 
 var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
 var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
-var<private> lost: array<vec3<f32>, 4>;     // to faint casters, not yet taken from what passes
-var<private> passed_in_order: Light4;       // where the order counts: scale, and what is added
+var<private> lost: array<vec3<f32>, 4>;     // absorbed by faint casters, not yet multiplied into `passed`
+var<private> passed_in_order: Light4;       // order-dependent blending: scale, and added light
 var<private> added_in_order: Light4;
-var<private> own_from: vec4<f32>;           // light depths between which hits are the walk's own
+var<private> own_from: vec4<f32>;           // light depths between which hits belong to this part of the walk
 var<private> own_before: vec4<f32>;
 var<private> own_faces: bool;
-var<private> crossed: array<vec4<i32>, 4>;  // of volumes: optical depth and what is left
+var<private> crossed: array<vec4<i32>, 4>;  // volumes: optical depth, and faces left minus entered
 var<private> nearest: vec4<f32>;
-var<private> owner: vec4<u32>;              // whose the nearest is
+var<private> owner: vec4<u32>;              // owner tag of the nearest
 var<private> opaque_depth: vec4<f32>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
@@ -52,7 +52,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-// A hit at or behind the opaque surface does nothing.
+// Hit in front of the opaque surface.
 fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
     let hit = caster_hit(view, footprint, texel, opaque_depth[i]);
@@ -104,7 +104,7 @@ fn compose(hits: Hit4) {
     added_in_order = plus(scaled(added_in_order, hits.light), hits.added);
 }
 
-// What still waits, behind all that was visited.
+// Composes the hits that still wait, behind all that were visited.
 fn finish() {
     for (var i = 0u; FAINT && i < 4u; i += 1u) {
         passed[i] *= 1.0 - lost[i];
@@ -148,20 +148,20 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
 }
 
 fn nearest_texel(i: u32) -> f32 {
-    // 0 where the light is inside a volume.
+    // 0 if the light is inside a volume.
     return select(nearest[i], 0.0, HAS_VOLUMES && crossed[i].w > 0);
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {
     if HAS_OVER || HAS_VOLUMES {
-        // A body that is not closed would brighten.
+        // A mesh that is not closed would brighten.
         let tau = max(crossed[i].xyz, vec3(0));
         return (passed[i] + added_texel(i)) * light(bitcast<vec3<u32>>(tau));
     }
     return passed[i];
 }
 
-// Nothing at or behind `front` can change these texels.
+// Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     if HAS_VOLUMES {
         return false;

@@ -1,8 +1,9 @@
-// A pixel while what is not solid is laid over it, front to back. CPU twin: src/reference/shade/layers.rs.
+// State: layers of translucent casters over a pixel, blended front to back. CPU twin:
+// src/reference/shade/layers.rs.
 //
-// Casters come in order of their nearest corner. A pane reaches from there far back, so it waits
-// until what comes next is behind it; the order is exact while at most two panes wait. What the two
-// nearest panes scatter and mirror is looked up after the walk; those behind only filter.
+// Casters come in order of their nearest corner. A pane reaches from there far back, so it waits until the
+// next caster is behind it; the order is exact while at most two panes wait. The light that the two nearest
+// panes scatter and mirror is evaluated after the walk; those behind only filter.
 
 import package::bind::sampled::lit;
 import package::bind::uniform::materials;
@@ -22,7 +23,7 @@ import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 
-const FAINT: f32 = 0.0009765625; // what is behind less than this is not seen: 1/1024
+const FAINT: f32 = 0.0009765625; // transmittance below which nothing behind is visible: 1/1024
 
 // A pane that waits.
 struct Waiting {
@@ -32,9 +33,9 @@ struct Waiting {
 
 const NONE_WAITS: Waiting = Waiting(NOWHERE, 0u);
 
-var<private> corner: vec2<f32>; // of the pixel
+var<private> corner: vec2<f32>; // position of the pixel
 var<private> opaque_depth: f32;
-var<private> passed: vec3<f32>; // of what is behind
+var<private> passed: vec3<f32>; // transmittance for what is behind
 var<private> color: vec3<f32>;
 var<private> near: Waiting;
 var<private> far: Waiting;
@@ -57,15 +58,15 @@ fn start(view: GpuView, pixel: vec2<u32>, opaque: f32) {
     }
 }
 
-// What volumes let pass up to light depth `depth`.
+// Absorbs in volumes up to light depth `depth`.
 fn lay_fog(depth: f32) {
     if HAS_VOLUMES {
         passed *= fog_to(depth);
     }
 }
 
-// Seen through the air before light depth `depth`; what is behind is laid over what the air scatters
-// before it as well, so that here only what the layer takes of that counts.
+// Blends a layer, attenuated by the air in front of light depth `depth`. The background will be blended
+// with the whole air, so only the part of it that the layer covers is added here.
 fn lay(view: GpuView, depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
     if HAS_AIR {
         let before = air_at(view, corner + 0.5, depth);
@@ -102,7 +103,7 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     }
 }
 
-// The panes before light depth `depth`, nearest first; of three, the nearest waits no longer.
+// Blends the panes in front of light depth `depth`, nearest first; of three, the nearest waits no longer.
 fn lay_waiting(view: GpuView, depth: f32) {
     while near.depth < depth || third.depth < NOWHERE {
         lay_pane(view, near);
@@ -112,7 +113,7 @@ fn lay_waiting(view: GpuView, depth: f32) {
     }
 }
 
-// Sorts a pane in, before those at the same depth.
+// Inserts a pane in front of those at the same depth.
 fn wait(pane: Waiting) {
     let before_near = pane.depth <= near.depth;
     let before_far = pane.depth <= far.depth;
@@ -157,7 +158,7 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
     }
 }
 
-// All that still waits, up to the surface behind.
+// Blends all waiting layers, up to the surface behind.
 fn finish(view: GpuView) {
     if HAS_TRIANGLES {
         lay_waiting(view, 2.0);

@@ -1,6 +1,5 @@
-// Store: filter and nearest depth. Of a tile straight to the maps, of segments and of what did not
-// fit to sums, which become maps later. CPU twin: src/reference/accumulate.rs,
-// src/reference/resolve.rs.
+// Store: filter and nearest depth. Tiles go straight to the maps, segments and scattered casters to sums,
+// from which the maps are resolved. CPU twin: src/reference/accumulate.rs, src/reference/resolve.rs.
 
 import package::bind::stored::{filters, nearests};
 import package::features::HAS_OWNERS;
@@ -40,7 +39,7 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     finish();
-    // A copy: what a loop indexes is memory, and what the walk changes should be registers.
+    // A copy: an array indexed by a loop is memory, and the walk's state should stay in registers.
     var own: array<vec4<f32>, 8>;
     own[0] = own_texel(0u);
     own[1] = own_texel(1u);
@@ -61,7 +60,7 @@ fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     }
 }
 
-// Light that passed, and the nearest depth.
+// Transmittance, and nearest depth.
 fn own_texel(i: u32) -> vec4<f32> {
     return vec4(passed_texel(i), nearest_texel(i));
 }

@@ -1,4 +1,4 @@
-// Where a tile is written that is finished.
+// Stores a finished tile to the maps.
 
 import package::bind::stored::{filters, nearests};
 

@@ -1,7 +1,7 @@
-// Store: filter and nearest depth where the order counts. A segment of a long tile leaves what it
-// does to the light of its texels; a tile's segments are composed front to back, then what was
-// scattered. A tile's only segment is a plain factor of what was scattered there, and goes to the
-// sums; so does what `partials` has no room for, which takes more scattered tiles than the pair
+// Store: filter and nearest depth with order-dependent blending. A segment of a long tile stores its
+// transfer to the light of its texels; a tile's segments are composed front to back, then the scattered
+// casters. The only segment of a tile is a plain factor of the casters scattered there, and is added to the
+// sums; so are segments past the capacity of `partials`, which takes more scattered tiles than the pair
 // budget has segments. CPU twin: src/reference/accumulate.rs, src/reference/resolve.rs.
 
 import package::bind::changed::partials;
@@ -92,7 +92,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
         }
         tau += bitcast<vec3<i32>>(load_sums(sum));
         if !HAS_GAIN {
-            tau = max(tau, vec3(0)); // a body that is not closed would brighten
+            tau = max(tau, vec3(0)); // a mesh that is not closed would brighten
         }
         passed *= light(bitcast<vec3<u32>>(tau));
         let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);

@@ -1,4 +1,4 @@
-// The nearest solid caster of a pixel. CPU twin: src/reference/shade/mod.rs.
+// State: the nearest opaque caster of a pixel. CPU twin: src/reference/shade/mod.rs.
 
 import package::hit::caster_hit::caster_hit;
 import package::hit::solid::is_solid;
@@ -8,7 +8,7 @@ import package::shade::cost::count_pair;
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 
-var<private> corner: vec2<f32>; // of the pixel
+var<private> corner: vec2<f32>; // position of the pixel
 var<private> nearest: f32;
 var<private> seen: u32;         // caster
 var<private> seen_setup: u32;

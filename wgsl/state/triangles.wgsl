@@ -1,5 +1,5 @@
-// Eight texels in a column of an invocation, and opaque triangles that lower their depth: what most
-// ground and walls are made of, with all else compiled away. CPU twin: src/reference/occlude.rs.
+// State: nearest opaque depth of eight texels in a column, for opaque triangles, the usual casters of
+// ground and walls. CPU twin: src/reference/occlude.rs.
 
 import package::records::footprint::{Footprint, setup_of};
 import package::records::opaque_depth::whole_depths;
@@ -68,7 +68,7 @@ fn nearest_texel(i: u32) -> f32 {
     return nearest[i / 4u][i % 4u];
 }
 
-// Nothing at or behind `front` can change these texels.
+// Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
     return all(nearest[0] <= vec4(front)) && all(nearest[1] <= vec4(front));
 }
@@ -88,7 +88,7 @@ fn candidate(id: u32, footprint: Footprint) -> Candidate {
 
 const EDGE_SLACK: f32 = 0.001; // [texels], for rounding
 
-// Whether an edge has some of the block lo..hi on its inner side.
+// Whether some of the block lo..hi is on the inner side of an edge.
 fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let far = select(lo, hi, vec2((edge.w < 0.0), (edge.z > 0.0)));
     let slack = EDGE_SLACK * (abs(edge.z) + abs(edge.w));
@@ -102,7 +102,7 @@ fn touches(view: GpuView, own: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool 
         && edge_touches(own.triangle.edges[1], lo, hi) && edge_touches(own.triangle.edges[2], lo, hi);
 }
 
-// What another lane holds.
+// Visits another lane's triangle.
 fn visit_lane(view: GpuView, own: Candidate, lane: u32) {
     visit_triangle(broadcast_triangle(own.triangle, lane));
 }

@@ -1,5 +1,5 @@
-// Sums over the casters of a texel, in storage buffers: the core tier. Texel = tile * 256 + place
-// in the tile. Optical depth per channel in fixed point, and how near the nearest hit is.
+// Sums over the casters of a texel, in storage buffers: the core tier. Texel = tile * 256 + index in the
+// tile. Optical depth per channel in fixed point, and nearness of the nearest hit.
 
 import package::bind::changed::{nearness, sum_blue, sum_green, sum_red};
 
@@ -21,7 +21,7 @@ fn load_nearness(texel: u32) -> u32 {
     return atomicLoad(&nearness[texel]);
 }
 
-// For the next batch.
+// Resets a texel for the next batch.
 fn clear_sums(texel: u32) {
     atomicStore(&sum_red[texel], 0u);
     atomicStore(&sum_green[texel], 0u);
@@ -33,7 +33,7 @@ fn raise_nearness(texel: u32, value: u32) {
     atomicMax(&nearness[texel], value);
 }
 
-// Nearnesses by channel: the sums of coloured dithering.
+// Nearness per channel: the sums of coloured dithering.
 fn raise_channels(texel: u32, values: vec3<u32>) {
     atomicMax(&sum_red[texel], values.r);
     atomicMax(&sum_green[texel], values.g);

@@ -1,12 +1,12 @@
-// Light of casters so faint that 1 - a (1 - c) loses what they absorb. CPU twin:
+// Light of casters so faint that 1 - a (1 - c) loses their absorption to rounding. CPU twin:
 // src/reference/hit.rs.
 
 import package::sums::sums::to_tau;
 
-// What is lost is kept apart from what passes until it is this much: a product of transmittances next
-// to 1 would lose it to rounding.
+// Absorption is kept apart from the transmittance up to this value: a product of transmittances next to 1
+// would lose it to rounding.
 const FULL: f32 = 0.015625;
-// Below it a few terms of a series are exact.
+// Value below which a few terms of a series are exact.
 const SMALL: f32 = 0.015625;
 
 struct Kept3 {
@@ -31,13 +31,13 @@ fn keep4(passed: vec4<f32>, lost: vec4<f32>, absorbed: vec4<f32>) -> Kept4 {
     return Kept4(select(passed, passed * (1.0 - all), full), select(all, vec4(0.0), full));
 }
 
-// Optical depth of what is absorbed: -ln(1 - x).
+// Optical depth of an absorbed share: -ln(1 - x).
 fn absorbed_tau(x: vec3<f32>) -> vec3<f32> {
     let series = x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * 0.25)));
     return select(to_tau(1.0 - x), series, abs(x) < vec3(SMALL));
 }
 
-// As `absorbed_tau`, but for what lets nothing pass.
+// Like `absorbed_tau`, with a limit for hits that absorb everything.
 fn whole_tau(x: vec3<f32>) -> vec3<f32> {
     let series = x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * 0.25)));
     return select(-log(max(1.0 - x, vec3(1e-9))), series, abs(x) < vec3(SMALL));

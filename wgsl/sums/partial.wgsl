@@ -1,5 +1,5 @@
-// What a segment does to the light of one texel, for resolve to compose in order: L becomes L *
-// scale + added. CPU twin: src/reference/accumulate.rs, `Passed`.
+// Transfer of a segment to the light of one texel, for resolve to compose in order: L becomes L * scale +
+// added. CPU twin: src/reference/accumulate.rs, `Passed`.
 
 import package::features::HAS_GAIN;
 import package::walk::lane::sum_index;
@@ -9,13 +9,13 @@ struct Partial {
     added: vec3<f32>,
     nearest: f32,
     tau: vec3<i32>, // of volumes, modulo 2^32
-    leaves: i32,    // volumes that the ray leaves more than it enters
+    leaves: i32,    // volumes that the ray leaves, minus those that it enters
     owner: u32,
 }
 
-const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/shadows/list.rs
+const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/shadows/scratch.rs
 
-// Half a float holds what `gain` brightens, but only 11 bits.
+// A half holds the range of `gain`, but only 11 bits.
 fn pack_pair(v: vec2<f32>) -> u32 {
     if HAS_GAIN {
         return pack2x16float(min(v, vec2(65504.0)));
@@ -39,7 +39,7 @@ fn pack_partial(p: Partial) -> vec4<u32> {
     );
 }
 
-// Segments that `length` texels of `partials` have room for.
+// Number of segments that fit in `length` texels of `partials`.
 fn partial_room(length: u32) -> u32 {
     return length / (PARTIAL_TEXELS * sum_index(1u, vec2(0u)));
 }

@@ -1,5 +1,5 @@
-// One caster's light at one texel straight into the sums: the scatter path. CPU twin:
-// src/reference/accumulate.rs.
+// Adds one caster's light at one texel straight to the sums: the scatter path. CPU twin:
+// src/reference/scatter.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::opaques;
@@ -17,8 +17,8 @@ import package::sums::sums::{FIXED_ONE, VISIBLE_OPACITY, depth_to_nearness};
 import package::walk::lane::sum_index;
 import choice::sums::{add_to_sums, raise_nearness};
 
-// What is added before rounding down, of channels a third apart: multiples of the golden ratio, whose
-// sums over runs of casters stray less than those of chance.
+// Dither added before rounding down, with channels a third apart: multiples of the golden ratio, whose sums
+// over runs of casters deviate less than random ones.
 fn spread(id: u32) -> vec3<f32> {
     let turn = id * 2654435769u;
     return vec3(unit_float(turn), unit_float(turn + 0x55555555u), unit_float(turn + 0xaaaaaaaau));
@@ -40,7 +40,7 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
     if !(hit.depth >= 0.0 && hit.depth < opaque_depth) {
         return;
     }
-    // Rounded up or down in turns, so that a million equal casters don't add up their rounding.
+    // Dithered rounding, so that a million equal casters don't add up their rounding errors.
     let own = particle_object(caster_of(footprint) & ~TRIANGLE_BIT);
     let chance = spread(select(own, caster_of(footprint), is_triangle(footprint)));
     var own_tau = absorbed_tau(hit.absorbed);

@@ -1,6 +1,5 @@
-// Sums over the casters of a texel, in storage textures: the native tier (TEXTURE_ATOMIC). Texel =
-// tile * 256 + place in the tile. Optical depth per channel in fixed point, and how near the
-// nearest hit is.
+// Sums over the casters of a texel, in storage textures: the native tier (TEXTURE_ATOMIC). Texel = tile *
+// 256 + index in the tile. Optical depth per channel in fixed point, and nearness of the nearest hit.
 
 import package::bind::updated::{nearness, sum_blue, sum_green, sum_red};
 import package::records::record::record_texel;
@@ -21,7 +20,7 @@ fn load_nearness(texel: u32) -> u32 {
     return textureLoad(nearness, record_texel(texel)).r;
 }
 
-// For the next batch.
+// Resets a texel for the next batch.
 fn clear_sums(texel: u32) {
     let at = record_texel(texel);
     textureStore(sum_red, at, vec4(0u));
@@ -34,7 +33,7 @@ fn raise_nearness(texel: u32, value: u32) {
     textureAtomicMax(nearness, record_texel(texel), value);
 }
 
-// Nearnesses by channel: the sums of coloured dithering.
+// Nearness per channel: the sums of coloured dithering.
 fn raise_channels(texel: u32, values: vec3<u32>) {
     let at = record_texel(texel);
     textureAtomicMax(sum_red, at, values.r);

@@ -1,5 +1,4 @@
-// A pair of a lane that a subgroup may visit: any caster. Lanes tell each other which it is, and all
-// read its footprint.
+// Any caster as a lane's candidate for a visit. Lanes broadcast its id, and all load its footprint.
 
 import package::hit::reach::touches_box;
 import package::records::footprint::Footprint;
@@ -21,7 +20,7 @@ fn touches(view: GpuView, own: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool 
     return touches_box(view, own.footprint, lo, hi);
 }
 
-// What another lane holds.
+// Visits another lane's candidate.
 fn visit_lane(view: GpuView, own: Candidate, lane: u32) {
     let visited = subgroupShuffle(own.id, lane);
     visit(view, visited, load_footprint(visited));

@@ -1,4 +1,4 @@
-// What a subgroup's lanes share.
+// Lane operations on discs in a subgroup.
 
 import package::features::{PERSPECTIVE, WIDE};
 import package::hit::disc::Disc;
@@ -18,7 +18,7 @@ fn broadcast_disc(disc: Disc, j: u32) -> Disc {
     return other;
 }
 
-// Lanes of a ballot.
+// First lane of a ballot.
 fn first_lane(mask: vec2<u32>) -> u32 {
     if !WIDE {
         return firstTrailingBit(mask.x);

@@ -1,7 +1,6 @@
-// Walks a tile's soft discs front to back, a subgroup at a time: what most smoke is made of, with
-// all else compiled away. Every lane prepares one disc and tests it against the subgroup's block of
-// texels; the discs that touch it are broadcast and multiplied into every lane's texels. CPU twin:
-// src/reference/accumulate.rs.
+// Walks a tile's soft discs, the usual casters of smoke, front to back, a subgroup at a time. Every lane
+// prepares one disc and tests it against the subgroup's block of texels; the discs that touch it are
+// broadcast and multiplied into every lane's texels. CPU twin: src/reference/accumulate.rs.
 
 import package::bind::loaded::pairs;
 import package::hit::disc::{Disc, prepare_disc, touches};
@@ -30,14 +29,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let all_lanes = subgroupBallot(true);
     let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
-    // The block of texels that the subgroup holds, centre to centre: lanes follow each other in
-    // rows of blocks, so that the first and the last are its corners. (As integers: LLVM 15 cannot
-    // broadcast a float.)
+    // The subgroup's block of texels, centre to centre: lanes follow each other in rows of blocks, so the
+    // first and the last lane hold its corners. (As integers: LLVM 15 cannot broadcast a float.)
     let texel = vec2<u32>(corner);
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
     let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5);
     var base = first;
-    // Until all texels know what is nearest.
+    // Until all texels have their nearest depth.
     for (var sought = true; sought && base < end;) {
         let stretch = fetch(view, base + lane, end, size, lo, hi);
         for (var mask = stretch.ballot; has_lanes(mask); mask = without_first(mask)) {

@@ -27,12 +27,12 @@ struct Stretch {
     disc: Disc,
     ballot: vec2<u32>, // lanes whose disc touches the block
     count: u32,        // pairs within the slab
-    key: u32,          // of the lane's pair
+    key: u32,          // key of the lane's pair
 }
 
 fn fetch(view: GpuView, lane: u32, end: u32, lo: vec2<f32>, hi: vec2<f32>) -> Stretch {
     let index = base + lane;
-    // An empty tile has none, but something must be read.
+    // An empty tile has no pair, but the load needs a valid index.
     let pair = min(index, max(end, 1u) - 1u);
     let footprint = load_footprint(pair_footprint(pair));
     let key = footprint_key(footprint);
@@ -47,7 +47,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let all_lanes = subgroupBallot(true);
     let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
-    // As in common/walk_subgroup.wgsl.
+    // The block of texels, as in wgsl/walk/subgroup.wgsl.
     let texel = vec2<u32>(corner);
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
     let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
@@ -72,7 +72,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         slab_key = pair_key(first);
         slab_reach = (pair_key(end - 1u) - slab_key) / slab_count();
     }
-    // Drivers run each loop once and skip no branch: what is rare is in no loop with what is not.
+    // Drivers execute a loop once at least and take both sides of branches: rare work has loops of its own.
     while base < end && subgroupAny(any(is_single())) {
         for (var whole = false; !whole;) {
             let stretch = fetch(view, lane, end, lo, hi);
@@ -85,7 +85,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         flush(true);
         slab_first = base;
     }
-    // The last time round with what comes behind all pairs.
+    // The last round adds scattered casters behind all pairs.
     loop {
         let rests = base >= end;
         for (var whole = rests; !whole;) {
@@ -107,7 +107,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     }
 }
 
-// True at the end of the slab; where it ends, the next begins.
+// Returns true at the end of the slab, where the next begins.
 fn next_stretch(stretch: Stretch, size: u32) -> bool {
     let key = subgroupShuffle(stretch.key, min(stretch.count, size - 1u));
     base += stretch.count;

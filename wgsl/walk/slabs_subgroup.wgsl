@@ -17,7 +17,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let all_lanes = subgroupBallot(true);
     let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
-    // As in common/walk_subgroup.wgsl.
+    // The block of texels, as in wgsl/walk/subgroup.wgsl.
     let texel = vec2<u32>(corner);
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
     let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
@@ -30,7 +30,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         reach = (pair_key(end - 1u) - slab_key) / slab_count();
     }
     var rests = 0u;
-    // Drivers skip no branch, but they leave loops: what goes into the curves does so outside of
+    // Drivers take both sides of a branch, but they leave loops: insertion into the curves is outside of
     // the loop that visits.
     loop {
         var whole = false;
@@ -38,7 +38,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         var key = 0u;
         while !whole && !forced {
             let index = base + lane;
-            // An empty tile has none, but something must be read.
+            // An empty tile has no pair, but the load needs a valid index.
             let pair = min(index, max(end, 1u) - 1u);
             let id = pair_footprint(pair);
             let footprint = load_footprint(id);
@@ -64,7 +64,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             }
             whole = !forced && count < size;
             base += select(count, j + 1u, forced);
-            // Where the slab ends, the next begins.
+            // The next slab begins where this one ends.
             key = subgroupShuffle(key, min(count, size - 1u));
         }
         flush(whole);

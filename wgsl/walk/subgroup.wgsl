@@ -1,7 +1,6 @@
-// Walks a tile's pairs front to back, a subgroup at a time: every lane fetches one footprint and
-// tests it against the subgroup's block of texels; those that touch it are visited by all lanes. A
-// candidate says how a lane tests and shares its own, the state what to do in `visit` and when to
-// stop in `settled`.
+// Walks a tile's pairs front to back, a subgroup at a time: every lane fetches one footprint and tests it
+// against the subgroup's block of texels; those that touch it are visited by all lanes. A candidate defines
+// how a lane tests and broadcasts its own; the state defines `visit`, and when to stop in `settled`.
 
 import package::bind::loaded::pairs;
 import package::records::footprint::front_depth;
@@ -15,9 +14,8 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let lane = subgroupExclusiveAdd(1u);
     let all_lanes = subgroupBallot(true);
     let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
-    // The block of texels that the subgroup holds, centre to centre: lanes follow each other in
-    // rows of blocks, so that the first and the last are its corners. (As integers: LLVM 15 cannot
-    // broadcast a float.)
+    // The subgroup's block of texels, centre to centre: lanes follow each other in rows of blocks, so the
+    // first and the last lane hold its corners. (As integers: LLVM 15 cannot broadcast a float.)
     let texel = vec2<u32>(corner);
     let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
     let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5);
@@ -40,7 +38,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
             }
             visit_lane(view, own, j);
         }
-        // What follows is no nearer than this stretch's first pair.
+        // Later pairs are no nearer than this stretch's first one.
         if subgroupAll(settled(subgroupShuffle(front_depth(footprint), 0u))) {
             break;
         }

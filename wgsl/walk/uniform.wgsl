@@ -1,5 +1,5 @@
-// Walks a tile's pairs front to back; every invocation visits every pair. The core tier, without
-// subgroups. The kernel says what to do in `visit` and when to stop in `settled`.
+// Walks a tile's pairs front to back; every invocation visits every pair. The core tier, without subgroups.
+// The state defines `visit`, and when to stop in `settled`.
 
 import package::bind::loaded::pairs;
 import package::records::footprint::front_depth;

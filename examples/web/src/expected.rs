@@ -1,4 +1,4 @@
-//! The scene as a native device draws it, for the test in the browser: `expected WIDTH HEIGHT` prints
+//! Picture of the scene from a native device, for the test in the browser: `expected WIDTH HEIGHT` prints
 //! `const expected = [...]`.
 #[cfg(not(target_arch = "wasm32"))]
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,4 +1,4 @@
-//! A host: its own device, shader and pass, around gobo's maps.
+//! A host with its own device, shader and pass, around gobo's maps.
 use gobo::{
     Bounds, Casters, Error, Light, LightBindings, Material, Particle, Receiver, ShadowSettings,
     Shadows, Shape,
@@ -10,14 +10,14 @@ use gobo::{
 /// Puffs of the ring.
 const COUNT: usize = 9;
 
-/// What the sliders turn.
+/// Parameters that the sliders set.
 #[derive(Clone, Copy, Debug)]
 pub struct Knobs {
-    /// Of the lamp about the middle [turns].
+    /// Angle of the lamp about the middle [turns].
     pub turn: f32,
-    /// Of the puffs, 0..=1.
+    /// Opacity of the puffs, 0..=1.
     pub opacity: f32,
-    /// Of the puffs [m].
+    /// Radius of the puffs [m].
     pub radius: f32,
 }
 
@@ -27,7 +27,7 @@ impl Default for Knobs {
     }
 }
 
-/// What `show.wgsl` reads.
+/// Uniforms of `show.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Params {
@@ -55,7 +55,7 @@ fn settings() -> ShadowSettings {
 }
 
 impl Show {
-    /// `format`: of what is drawn to.
+    /// `format`: of the render target.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -101,12 +101,12 @@ impl Show {
         })
     }
 
-    /// Of its device.
+    /// The queue of its device.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
 
-    /// Renders the maps that the knobs change, and draws.
+    /// Renders the maps that the knobs change, and draws the scene.
     pub fn draw(&mut self, target: &wgpu::TextureView, knobs: &Knobs) -> Result<(), Error> {
         let materials = [Material { shape: Shape::Puff, ..Material::default() }];
         let particles: Vec<Particle> = (0..COUNT as u32).map(|i| puff(i, knobs)).collect();
@@ -185,7 +185,7 @@ impl Show {
         })
     }
 
-    /// The scene at rest, `size` pixels: rgba, row by row, once the device has drawn it.
+    /// Picture of the scene at rest, `size` pixels: rgba, row by row, once the device has drawn it.
     pub async fn picture(&mut self, size: [u32; 2], knobs: &Knobs) -> Result<Vec<u8>, Error> {
         let [width, height] = size;
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
@@ -217,7 +217,7 @@ impl Show {
         self.queue.submit([encoder.finish()]);
         let (done, mapped) = futures_channel::oneshot::channel();
         staging.map_async(wgpu::MapMode::Read, .., |result| {
-            // Who does not wait any more need not know.
+            // A receiver that has gone away is ignored.
             let _ = done.send(result);
         });
         // A browser answers by itself.

@@ -47,7 +47,7 @@ impl Canvas {
         Ok(())
     }
 
-    /// What the test compares with the native picture.
+    /// Picture that the test compares with the native one.
     pub async fn picture(&mut self, width: u32, height: u32) -> Result<Vec<u8>, JsError> {
         Ok(self.still.picture([width, height], &Knobs::default()).await?)
     }

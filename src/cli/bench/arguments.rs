@@ -1,4 +1,4 @@
-//! What `gobo bench` can be asked for.
+//! Command line arguments of `gobo bench`.
 use crate::cli::arguments::BackendName;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -69,7 +69,7 @@ pub(crate) struct BenchArguments {
     pub(super) html: Option<PathBuf>,
 }
 
-/// A case as `--case` names it.
+/// A case given by `--case`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OneCase {
     pub(super) casters: u32,
@@ -114,7 +114,7 @@ impl Layout {
     }
 }
 
-/// `500`, `10k`, `1.5m`
+/// Parses `500`, `10k`, `1.5m`.
 fn count(text: &str) -> Result<u32, String> {
     let expected = || format!("{text:?} is not a count such as 500, 10k or 1.5m");
     let lower = text.trim().to_ascii_lowercase();
@@ -123,7 +123,7 @@ fn count(text: &str) -> Result<u32, String> {
         None => lower.strip_suffix('m').map_or((&lower[..], 1.0), |digits| (digits, 1e6)),
     };
     let value = digits.parse::<f64>().map_err(|_| expected())? * factor;
-    // The most casters that a list holds.
+    // The largest number of casters in a list.
     if !(1.0..=f64::from(1 << 24)).contains(&value) {
         return Err(format!("{text} is not in 1..=16m"));
     }
@@ -149,7 +149,7 @@ fn opacity(text: &str) -> Result<f32, String> {
     within(text, 0.005, 1.0)
 }
 
-/// `1mx16`, `1mx16@0.5`
+/// Parses `1mx16`, `1mx16@0.5`.
 fn one_case(text: &str) -> Result<OneCase, String> {
     let (size, of) = text.split_once('@').map_or((text, None), |(size, of)| (size, Some(of)));
     let (casters, footprint_of) = size

@@ -5,7 +5,7 @@ use gobo::{
     model::{Material, Part, Particle, Projection, TILE_SIZE, Triangle, View},
 };
 
-/// One row of the results.
+/// A case: one row of the results.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Case {
     pub(super) casters: u32,
@@ -18,7 +18,7 @@ pub(super) struct Case {
     pub(super) size: u32,
 }
 
-/// Every combination of what was asked for.
+/// Every combination of the arguments.
 pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     let usual: &[f32] = if arguments.occlude { &[1.5, 4.0, 12.0] } else { &[6.0, 16.0] };
     let footprints = if arguments.footprint.is_empty() { usual } else { &arguments.footprint };
@@ -47,7 +47,7 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     cases
 }
 
-/// Seeded numbers (Steele et al. 2014, `SplitMix64`).
+/// Seeded random numbers (Steele et al. 2014, `SplitMix64`).
 pub(super) struct Chance(u64);
 
 impl Chance {
@@ -62,7 +62,7 @@ impl Chance {
         z ^ z >> 31
     }
 
-    /// In 0..1.
+    /// A random number in 0..1.
     pub(super) fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
@@ -77,7 +77,7 @@ impl Chance {
 }
 
 impl Case {
-    /// All share the default material: soft discs under the `filter` transfer.
+    /// Particles of the default material: soft discs with the `filter` transfer.
     pub(super) fn particles(&self) -> Vec<Particle> {
         let mut chance = Chance::new(7);
         let texel = 2.0 / self.size as f32; // [m]
@@ -100,8 +100,8 @@ impl Case {
         (0..self.casters).map(one).collect()
     }
 
-    /// About equilateral, turned and tilted at random; `footprint` is the side of the bounding
-    /// square, evenly over the map. Of material 0.
+    /// Random nearly equilateral triangles of material 0, spread evenly over the map; `footprint` is the
+    /// side of the bounding square.
     pub(super) fn triangles(&self) -> Vec<Triangle> {
         let mut chance = Chance::new(7);
         // The bounding square of an equilateral triangle has 1.5 to 1.93 times its circumradius.
@@ -123,8 +123,8 @@ impl Case {
         Material::default()
     }
 
-    /// Along the axes of the cube in turn; along the first one only where the casters are in one
-    /// tile, which is one in no other view.
+    /// Views along the axes of the cube in turn; along the first one only if the casters are in one tile,
+    /// which they are not in other views.
     pub(super) fn views(&self) -> Vec<View> {
         const DIRECTIONS: [Vec3; 6] =
             [Vec3::NEG_Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::Z, Vec3::X, Vec3::Y];

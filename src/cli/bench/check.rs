@@ -1,17 +1,17 @@
-//! Holds a sample of texels against all casters in 64-bit arithmetic, before a time is printed.
+//! Compares a sample of texels with all casters in 64-bit arithmetic, before a time is printed.
 use super::{case::Chance, raster::agree::Map};
 use gobo::{
     glam::DVec2,
     model::{Particle, View},
 };
 
-/// Texels of each kind: anywhere in the map, and under a caster's centre.
+/// Samples of each kind: texels anywhere in the map, and under a caster's centre.
 const SAMPLES: usize = 100;
-/// fp16 in F, fp16 opacities, and the dark end that is written as 0.
+/// Rounding of fp16 in F, fp16 opacities, and the dark end that is written as 0.
 const FILTER_TOLERANCE: f64 = 2e-3;
 const DEPTH_TOLERANCE: f64 = 1e-5;
 const DARK: f64 = 1.0 / 1024.0;
-/// A hit counts for D from here; rounding decides this close to it.
+/// Least opacity of a hit that sets D, and the margin within which rounding decides.
 const SEEN: f64 = 1.0 / 255.0;
 const SEEN_MARGIN: f64 = 1e-5;
 
@@ -23,7 +23,7 @@ struct Sample {
     nearest: [f64; 2],
 }
 
-/// The first texel that is wrong.
+/// Error of the first wrong texel.
 pub(super) fn check(map: &Map, particles: &[Particle], view: &View) -> Result<(), String> {
     let center = |particle: &Particle| {
         let p = view.view_from_world.as_dmat4().transform_point3(particle.center.as_dvec3());

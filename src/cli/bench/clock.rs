@@ -1,4 +1,4 @@
-//! Milliseconds of one frame: GPU timestamps, or the wall clock where these mean nothing.
+//! Time of one frame [ms]: by GPU timestamps, or by the wall clock where these mean nothing.
 use crate::cli::failure::Failure;
 use gobo::{error::Error, gpu::Gpu, wgpu};
 use std::time::Instant;
@@ -13,7 +13,7 @@ struct Stamps {
 }
 
 impl Clock {
-    /// A software adapter's timestamps are taken when commands are read, not when work is done.
+    /// A software adapter takes timestamps when commands are read, not when work is done.
     pub(super) fn new(gpu: &Gpu) -> Self {
         let features =
             wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
@@ -42,8 +42,8 @@ impl Clock {
         if self.has_stamps() { "timestamps" } else { "wall" }
     }
 
-    /// Runs what `record` records. Recording itself is not timed: a host does it while the GPU is
-    /// busy with the frame before.
+    /// Time of the commands that `record` records. Recording itself is not timed: a host does it while the
+    /// GPU is busy with the previous frame.
     pub(super) fn time(
         &self,
         gpu: &Gpu,

@@ -1,4 +1,4 @@
-//! One case: both paths, the maps first, then the times, taken in turns.
+//! Measurement of one case: compute and raster, the maps first, then the times in turns.
 use super::{
     case::Case,
     check::check,
@@ -39,7 +39,7 @@ impl Times {
     }
 }
 
-/// What a case gave.
+/// Results of a case.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
     #[serde(flatten)]
@@ -63,36 +63,36 @@ pub(super) struct Row {
     pub(super) overflowed: u32,
 }
 
-/// The baseline's part.
+/// Results of the raster baseline.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct RasterRow {
-    /// Median of the faster recipe.
+    /// Median time of the faster recipe [ms].
     pub(super) raster_ms: f64,
     pub(super) raster_min: f64,
     pub(super) raster_max: f64,
-    /// `raster_ms / compute_ms`: above 1 where compute is faster.
+    /// `raster_ms / compute_ms`: above 1 if compute is faster.
     pub(super) ratio: f64,
-    /// Colour and nearest depth in one pass.
+    /// Time of colour and nearest depth in one pass [ms].
     pub(super) raster_one_pass_ms: f64,
-    /// First depth, then colour.
+    /// Time of a depth pass followed by a colour pass [ms].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) raster_two_pass_ms: Option<f64>,
-    /// The faster way to feed the quads.
+    /// The faster vertex input of the quads.
     pub(super) raster_geometry: &'static str,
     #[serde(flatten)]
     pub(super) held: Held,
 }
 
-/// How far the maps are apart: the largest of all views.
+/// Largest difference between the maps over all views.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Held {
-    /// From both recipes.
+    /// Difference from both recipes.
     pub(super) difference: Difference,
-    /// From a raster pass whose product is 32-bit, where the device blends it.
+    /// Difference from a raster pass whose product is 32-bit, if the device can blend it.
     pub(super) difference_float: Option<Difference>,
 }
 
-/// What both paths draw.
+/// Inputs of both paths.
 struct Scene<'a> {
     case: Case,
     particles: &'a [Particle],
@@ -107,7 +107,7 @@ pub(super) struct Bench {
 }
 
 const WARM_UP: usize = 2;
-/// Frames of each geometry, of which the quickest counts.
+/// Frames of each geometry, of which the fastest counts.
 const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
@@ -119,7 +119,7 @@ impl Bench {
         Ok(Self { clock: Clock::new(&gpu), gpu, pipeline, runs })
     }
 
-    /// K of the curves that the maps hold besides.
+    /// Sets K of the curves; 0 for maps without curves.
     pub(super) fn set_nodes(&mut self, nodes: u32) {
         self.pipeline.config.nodes = nodes;
     }
@@ -170,7 +170,7 @@ impl Bench {
         self.row(case, &prepared, times[0], Some(row))
     }
 
-    /// Frame times of compute first, then of the baselines, taken in turns.
+    /// Frame times of compute first, then of the baselines, measured in turns.
     pub(super) fn times(
         &mut self,
         prepared: &PreparedMaps,
@@ -222,7 +222,7 @@ impl Bench {
         Ok(CasterSet::new(&self.gpu.device, &self.gpu.queue, casters)?)
     }
 
-    /// With room for all pairs, as far as the budget allows. Has run once.
+    /// Prepares maps with capacity for all pairs, within the budget, and runs them once.
     pub(super) fn prepare(
         &mut self,
         casters: &CasterSet,
@@ -241,7 +241,7 @@ impl Bench {
         })
     }
 
-    /// The whole translucent pass, from casters to maps [ms].
+    /// Time of the whole translucent pass, from casters to maps [ms].
     fn compute(&mut self, prepared: &PreparedMaps) -> Result<f64, Failure> {
         let kernels = self.pipeline.kernels();
         let mut untimed = Timeline::untimed();
@@ -269,7 +269,7 @@ impl Bench {
         Ok(views.collect())
     }
 
-    /// The faster geometry.
+    /// Baseline with the faster geometry.
     fn raster(&self, particles: &[Particle], views: &[View]) -> Result<Raster, Failure> {
         let mut best: Option<(f64, Raster)> = None;
         for geometry in [Geometry::Instances, Geometry::Indexed] {
@@ -286,8 +286,8 @@ impl Bench {
         Ok(best.expect("there is a geometry").1)
     }
 
-    /// Holds our maps against those of both recipes, and closely against a product of full
-    /// precision where the device blends one.
+    /// Compares our maps with those of both recipes, and within a smaller tolerance with a product of full
+    /// precision if the device can blend one.
     fn hold(&self, scene: &Scene<'_>, raster: &Raster, maps: &[Map]) -> Result<Held, Failure> {
         let differs = |light: usize, path: &str, wrong: &str| {
             let case = scene.case;
@@ -323,7 +323,7 @@ impl Bench {
         Ok(held)
     }
 
-    /// Stages of the second of two frames.
+    /// Times of the stages in the second of two frames.
     fn stages(&mut self, prepared: &PreparedMaps) -> Result<Vec<(&'static str, f64)>, Failure> {
         let Gpu { device, queue, .. } = &self.gpu;
         let mut timeline = if self.clock.has_stamps() {

@@ -1,4 +1,4 @@
-//! `gobo bench`: what shadow maps cost, beside the raster pipeline.
+//! `gobo bench`: cost of shadow maps, compared with the raster pipeline.
 mod arguments;
 mod case;
 mod check;

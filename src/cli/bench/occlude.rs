@@ -1,7 +1,7 @@
-//! Opaque triangles beside a depth-only raster pass.
+//! Benchmark of opaque triangles against a depth-only raster pass.
 //!
-//! The compute frame is a whole one: it also fills the (empty) filter map, which the raster pass
-//! does not have.
+//! The compute frame is complete: it also fills the (empty) filter map, which the raster pass does not
+//! have.
 use super::{
     case::Case,
     measure::{Bench, Held, RasterRow, Row},
@@ -13,9 +13,9 @@ use super::{
 use crate::cli::failure::Failure;
 use gobo::model::{Casters, Material, Transfer};
 
-/// Share of the texels whose depth may differ: a rasterizer snaps corners to 1/256 texel, so that
-/// texels so near an edge may go either way. Of an equilateral triangle of bounding side `side`,
-/// perimeter over area is about 8 / side.
+/// Share of the texels whose depth may differ: a rasterizer snaps corners to 1/256 texel, so texels this
+/// close to an edge may fall on either side. For an equilateral triangle of bounding side `side`, perimeter
+/// over area is about 8 / side.
 fn limit(side: f32) -> f64 {
     0.002 + 8.0 / f64::from(side) / 256.0
 }

@@ -11,7 +11,7 @@ const COLORS: [&str; 10] = [
     "#7f7f7f", "#bcbd22",
 ];
 const WIDTH: f64 = 900.0;
-/// Width of a character of the labels, about [px].
+/// Approximate width of a character of the labels [px].
 const CHARACTER: f64 = 6.5;
 
 pub(super) fn page(report: &Report) -> String {
@@ -42,7 +42,7 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// What is the same along a line of the first plot.
+/// Name of a line of the first plot: the parameters that are constant along it.
 fn series(row: &Row) -> String {
     let case = &row.case;
     let Case { footprint, opacity, layout, .. } = case;
@@ -80,7 +80,7 @@ fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
     (low, (high.ceil() as i32).max(low + 1))
 }
 
-/// Parts of a decade that have a line of their own.
+/// Grid lines per decade.
 const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
 
 /// Milliseconds over casters, both logarithmic: compute as full lines and discs, raster as dashed
@@ -104,7 +104,7 @@ fn times(rows: &[Row]) -> String {
         let marks: Vec<f64> = (low..high).flat_map(decade).chain([10f64.powi(high)]).collect();
         marks
     };
-    // Between the decades there is room for few labels.
+    // Labels between the decades only if these are few.
     let is_labelled = |mark: f64, low, high| high - low < 4 || mark.log10().fract() == 0.0;
     for mark in marks(x_low, x_high) {
         let x = x_of(mark);
@@ -116,7 +116,7 @@ fn times(rows: &[Row]) -> String {
     for mark in marks(y_low, y_high) {
         let y = y_of(mark);
         line(&mut svg, (left, y), (right, y), "#ddd");
-        // 10^-3 and its like print without a trace of rounding.
+        // 10^-3 and its like are printed without rounding errors.
         text(&mut svg, left - 5.0, y + 4.0, "end", &format!("{}", (mark * 1e9).round() / 1e9));
     }
     text(&mut svg, left + width / 2.0, bottom + 35.0, "middle", "casters");
@@ -163,10 +163,10 @@ fn times(rows: &[Row]) -> String {
     svg + "</svg>\n"
 }
 
-/// Parts that have a colour of their own.
+/// Parts with a colour of their own.
 const PARTS: usize = COLORS.len() - 1;
 
-/// One bar per row, in parts. `relative`: each bar is a whole.
+/// One stacked bar per row. `relative`: bars are normalised to the same length.
 fn bars(
     rows: &[Row],
     parts: impl Fn(&Row) -> Vec<(&'static str, f64)>,

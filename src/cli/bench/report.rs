@@ -16,7 +16,7 @@ pub(super) struct Report {
     reason: String,
     /// `wall` [submit to done] or `timestamps`.
     pub(super) clock: &'static str,
-    /// What the casters are: `particles`, or opaque `triangles`.
+    /// Kind of the casters: `particles`, or opaque `triangles`.
     casters: &'static str,
     pub(super) rows: Vec<Row>,
 }
@@ -43,7 +43,7 @@ impl Report {
         serde_json::to_string_pretty(self).expect("plain data is JSON") + "\n"
     }
 
-    /// What ran, and the names of the columns.
+    /// Adapter and clock, and the names of the columns.
     pub(super) fn heading(&self) -> String {
         let Self { adapter, driver, reason, clock, .. } = self;
         format!(
@@ -96,7 +96,7 @@ pub(super) fn line(row: &Row) -> String {
     line
 }
 
-/// `10k`, `1.5m`
+/// A count as `10k`, `1.5m`.
 pub(super) fn short(count: u32) -> String {
     match count {
         0..1_000 => count.to_string(),

@@ -1,4 +1,4 @@
-//! The shadow atlas as it is packed.
+//! Debug picture of the shadow atlas.
 use crate::{
     error::Error,
     gpu::Gpu,
@@ -14,8 +14,8 @@ const EDGE: u32 = 1024;
 const FREE: [u8; 3] = [24, 24, 30];
 const BORDER: [u8; 3] = [255, 120, 40];
 
-/// The layers beside each other: every map's filter, darker the nearer its opaque depth, within a
-/// border; what no map has is dark. Blocks.
+/// The layers beside each other: every map's filter, darker the nearer its opaque depth, within a border;
+/// free texels are dark. Blocks.
 pub(crate) fn atlas(gpu: &Gpu, maps: &Maps, views: &[View]) -> Result<Picture, Error> {
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;

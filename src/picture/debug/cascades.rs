@@ -1,4 +1,4 @@
-//! Which cascade each pixel's surface is in.
+//! Debug picture of the cascades.
 use crate::{
     error::Error,
     gpu::Gpu,
@@ -9,7 +9,7 @@ use crate::{
 };
 use glam::{Vec2, Vec3};
 
-/// From near to far.
+/// Colours of the cascades, near to far.
 const COLORS: [[f32; 3]; 6] = [
     [1.0, 0.35, 0.3],
     [0.4, 0.9, 0.35],
@@ -19,8 +19,8 @@ const COLORS: [[f32; 3]; 6] = [
     [0.35, 0.95, 0.95],
 ];
 
-/// The cascades of the first light that has some: each in its colour, grey beyond the last. What
-/// fades from one into the next has the nearer one's colour. Blocks.
+/// Surfaces tinted by the colour of their cascade, for the first light with cascades; grey beyond the last.
+/// A surface between two cascades has the nearer one's colour. Blocks.
 pub(crate) fn cascades(
     gpu: &Gpu,
     prepared: &PreparedPicture,
@@ -55,7 +55,7 @@ pub(crate) fn cascades(
     Ok(Picture { size: picture.size, rgb: rgb.collect(), light: Vec::new() })
 }
 
-/// Whether the view's map has what surrounds a point.
+/// Whether the view's map contains a point with its filter.
 fn holds(view: &View, point: Vec3) -> bool {
     let p = view.view_from_world.transform_point3(point);
     let place = Vec2::new(p.x, -p.y) * view.scale + view.size.as_vec2() * 0.5;

@@ -3,13 +3,13 @@ use super::letters;
 use crate::records::Picture;
 use glam::{UVec2, Vec3};
 
-/// What a pixel has.
+/// Value of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heat {
-    /// Nothing to show: grey.
+    /// No value: grey.
     None,
     Value(u32),
-    /// What did not fit: magenta.
+    /// A value past a capacity: magenta.
     Overflow(u32),
 }
 
@@ -19,7 +19,7 @@ const RAMP: [[u8; 3]; 6] =
 const OVERFLOW: [u8; 3] = [255, 0, 255];
 const WHITE: [u8; 3] = [255; 3];
 
-/// Where a value is on the ramp, 0 to 1.
+/// Colour of the ramp at 0 to 1.
 fn ramp(share: f32) -> [u8; 3] {
     let place = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
     let i = (place as usize).min(RAMP.len() - 2);
@@ -27,14 +27,14 @@ fn ramp(share: f32) -> [u8; 3] {
     from.lerp(to, place - i as f32).to_array().map(|v| v.round() as u8)
 }
 
-/// 1, 2 or 5 times a power of ten, at least `value` and 10.
+/// Rounds up to 1, 2 or 5 times a power of ten, at least 10.
 fn round_up(value: u32) -> u32 {
     let decades = (1..9).map(|power| 10_u32.pow(power));
     let mut ends = decades.flat_map(|decade| [decade, 2 * decade, 5 * decade]);
     ends.find(|&end| end >= value).unwrap_or(value)
 }
 
-/// `values` of every pixel of `picture`, and below them what they are.
+/// Draws `values` over `picture`, with a legend below.
 pub(super) fn draw(picture: &Picture, values: &[Heat], title: &str) -> Picture {
     let most = values.iter().map(|value| match value {
         Heat::Value(value) => *value,
@@ -62,7 +62,7 @@ pub(super) fn draw(picture: &Picture, values: &[Heat], title: &str) -> Picture {
 }
 
 fn legend(image: &mut Picture, title: &str, end: u32, overflow: Option<u32>) {
-    // Pixels of a dot.
+    // Pixels of a letter's dot.
     let dot = if image.size.x >= 480 { 2 } else { 1 };
     let advance = (letters::SIZE[0] + 1) * dot;
     let line = (letters::SIZE[1] + 2) * dot;
@@ -89,7 +89,7 @@ fn legend(image: &mut Picture, title: &str, end: u32, overflow: Option<u32>) {
     }
 }
 
-/// A box; its colour by column. What is beside the image is left out.
+/// Fills a box with colours by column, clipped to the image.
 fn fill(image: &mut Picture, corner: UVec2, size: UVec2, color: impl Fn(u32) -> [u8; 3]) {
     let end = (corner + size).min(image.size);
     for y in corner.y..end.y {

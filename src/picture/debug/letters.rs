@@ -3,7 +3,7 @@
 /// Dots of a letter: across and down.
 pub(super) const SIZE: [u32; 2] = [3, 5];
 
-/// Rows from the top, three dots each, the left one highest.
+/// Rows from the top, three dots each, the left one in the highest bit.
 const LETTERS: &[(char, u16)] = &[
     ('0', 0o75557),
     ('1', 0o26227),
@@ -46,7 +46,7 @@ const LETTERS: &[(char, u16)] = &[
     (':', 0o02020),
 ];
 
-/// Whether a letter has a dot there; what is not in the list has none.
+/// Whether a letter has a dot at a position; unknown letters have none.
 pub(super) fn has_dot(letter: char, x: u32, y: u32) -> bool {
     let known = LETTERS.iter().find(|(known, _)| *known == letter.to_ascii_uppercase());
     known.is_some_and(|(_, dots)| dots >> (3 * (4 - y) + (2 - x)) & 1 == 1)

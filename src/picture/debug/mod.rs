@@ -1,4 +1,4 @@
-//! Pictures for people who tune a scene: what is where, and what it costs.
+//! Debug pictures for tuning a scene.
 mod atlas;
 mod cascades;
 mod heat;
@@ -11,23 +11,23 @@ use heat::Heat;
 
 pub(crate) use {atlas::atlas, cascades::cascades, masks::masks};
 
-/// What to show beside the picture.
+/// Debug picture beside the rendered one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DebugMode {
-    /// Lights of the cluster of each pixel.
+    /// Number of lights in each pixel's cluster.
     Clusters,
-    /// Pairs that each pixel walked, and below them the lights that it asked.
+    /// Pairs that each pixel walked, and below them the lights that it evaluated.
     Cost,
     /// The cascade that each pixel's surface is in.
     Cascades,
-    /// The maps of all views as they are packed.
+    /// The maps of all views in the atlas.
     Atlas,
     /// The shadow masks of the picture, beside each other.
     Masks,
 }
 
 impl DebugMode {
-    /// Unique; part of a file's name.
+    /// Unique name, part of a file's name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Clusters => "clusters",
@@ -39,7 +39,7 @@ impl DebugMode {
     }
 }
 
-/// The lights of the cluster that each pixel's surface is in; the sky is in none. Blocks.
+/// Heat map of the lights in each pixel's cluster; the sky is in none. Blocks.
 pub(crate) fn clusters(
     gpu: &Gpu,
     prepared: &PreparedPicture,
@@ -60,7 +60,7 @@ pub(crate) fn clusters(
     Ok(heat::draw(picture, &values.collect::<Vec<_>>(), "LIGHTS PER CLUSTER"))
 }
 
-/// `costs` of each pixel: pairs, lights.
+/// Heat maps of `costs`: pairs and lights per pixel.
 pub(crate) fn cost(picture: &Picture, costs: &[[u16; 2]]) -> Picture {
     let titles = ["PAIRS PER PIXEL", "LIGHTS PER PIXEL"];
     let panels = [0, 1].map(|i| {

@@ -1,22 +1,23 @@
-//! Twin of `wgsl/curve/node.wgsl`, `curve_list.wgsl` and `curve_light.wgsl`: light as a function
-//! of depth, along the ray of one texel.
+//! Twin of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance as a
+//! function of depth, along the ray of one texel.
 //!
-//! A curve is a list of *ramps*, nearest first: light falls linearly from what the ramp before
-//! left to the ramp's own, between its start and its end. A pane is a ramp of no length, a *step*.
-//! While a texel has at most K hits, each keeps a step of its own. A further one goes in too, and
-//! then the two neighbours merge that cost least: those between which the curve strays least, as
-//! an area of light times depth, from the straight line that spans both.
+//! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from
+//! the value behind the previous ramp to its own. A pane is a ramp of length 0, a *step*. While a texel has
+//! at most K hits, each has a step of its own. A further hit is inserted too, and then the two neighbours
+//! with the lowest cost merge: those between which the curve deviates least, as an area of light times
+//! depth, from the straight line over both.
 //!
-//! The light of neighbours is spent, in the merged ramp, around the same mean depth and as far
-//! apart: the ramp has the first two moments of both, and lies inside what they span. So a merge
-//! keeps the mean of the light over all depths unless it was cut to fit.
+//! A merged ramp has the first two moments, mean depth and variance, of the light lost in both neighbours,
+//! and stays within their span. So a merge keeps the mean of the light over all depths unless the ramp was
+//! clamped to the span.
 //!
-//! **Bound.** The hits that one ramp stands for are neighbours, and the ramp lies inside what they
-//! span. So at every depth the error is at most what the light loses in one node, apart from the
-//! rounding of the format: half of 1/65535 of the view's range, and half of 1/4095 of the light.
+//! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span. So at every depth
+//! the error is at most the light lost in one node, plus the rounding of the format: half of 1/65535 of the
+//! view's range, and half of 1/4095 of the light.
 //!
-//! Streaming with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps).
-//! Unlike theirs: in colour, with ramps, and with depths that move.
+//! Streaming insertion with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps). Unlike
+//! theirs: in colour, with ramps, and with depths that move.
+pub mod mean;
 pub mod soften;
 pub mod tile;
 pub mod volumes;
@@ -26,22 +27,22 @@ use crate::records::{CurveMap, PackedNode};
 use glam::Vec3;
 use half::f16;
 
-/// The most nodes that a curve may have.
+/// Most nodes of a curve.
 pub const MAX_NODES: usize = 16;
-/// Depths are in fixed point: how many steps there are from the near plane to the far one.
+/// Fixed-point steps of depths from the near plane to the far one.
 pub const DEPTHS: f32 = 65535.0;
-/// [`BLACK`] as a kernel keeps it.
+/// [`BLACK`] in a kernel's fixed point.
 pub const DARK: u16 = 64;
 /// Steps of a stored channel, and of the square root of a ramp's length.
 pub const LEVELS: f32 = 4095.0;
-/// Of a curve that may brighten: octaves from the darkest to the brightest, and the darkest.
+/// Range of a curve with `gain`: octaves from its darkest to its brightest value, and the darkest.
 const OCTAVES: f32 = 20.0;
 pub const DARKEST_LOG: f32 = -10.0;
 
-/// What a kernel keeps of a node while it walks.
+/// Node of a curve in registers, while hits are inserted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Node {
-    /// Start in the upper 16 bits, end in the lower; 0 for none.
+    /// Start in the upper 16 bits, end in the lower; 0 for an unused node.
     span: u32,
     /// Light behind: red, green, blue and their mean.
     light: [u16; 4],
@@ -57,12 +58,12 @@ impl Node {
     }
 }
 
-/// A light depth in fixed point; 0 stands for no node.
+/// A light depth in fixed point; 0 marks an unused node.
 fn fixed(depth: f32) -> u32 {
     ((depth * DEPTHS).round_ties_even() as u32).clamp(1, 65535)
 }
 
-/// What a stretch of a ray does to light: `L` becomes `L * scale + added`.
+/// Affine transfer of a segment of a ray: `L` becomes `L * scale + added`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {
     pub scale: Vec3,
@@ -72,15 +73,14 @@ pub struct Affine {
 impl Affine {
     pub const NONE: Self = Self { scale: Vec3::ONE, added: Vec3::ZERO };
 
-    /// This, and then `next`.
+    /// This transfer followed by `next`.
     #[must_use]
     pub fn then(self, next: Self) -> Self {
         Self { scale: self.scale * next.scale, added: self.added * next.scale + next.added }
     }
 
-    /// The scale up to a place behind which `light` is left of white. Exact while all that adds
-    /// light adds the same colour; next to white, where `light` says little, as `part` of the
-    /// stretch.
+    /// Scale up to a depth behind which white light has become `light`. Exact while all added light has the
+    /// same colour; next to white, where `light` is imprecise, `part` of the segment's.
     fn share(self, light: Vec3, part: f32) -> Vec3 {
         let lost = Vec3::ONE - self.scale;
         let rest = Vec3::ONE - self.added / lost.max(Vec3::splat(1e-3));
@@ -91,27 +91,27 @@ impl Affine {
     }
 }
 
-/// Of 1 minus a colour that is added: below it, light from white does not tell the scale.
+/// Least `1 - added colour` from which the scale can be recovered from light through white.
 pub const LEAST_REST: f32 = 1.0 / 16.0;
 
-/// The curve of one texel while its hits come in.
+/// Curve of one texel during insertion.
 #[derive(Clone, Debug)]
 pub struct Streaming {
     nodes: [Node; MAX_NODES],
     count: usize,
     gain: bool,
-    /// Light may grow from black.
+    /// Whether light may grow from black.
     over: bool,
-    /// Behind all hits.
+    /// Light behind all hits.
     passed: Vec3,
     /// The largest start of a hit so far.
     latest: u32,
-    /// Hits that came late, inside a ramp that had been merged: their place in it is lost.
+    /// Hits out of order, inside a merged ramp.
     pub disordered: u32,
 }
 
 impl Streaming {
-    /// `count`: K. `gain`: light may grow.
+    /// An empty curve. `count`: K; `gain`: whether light may grow.
     pub fn new(count: u32, gain: bool) -> Self {
         let mut new = Self {
             nodes: [Node::default(); MAX_NODES],
@@ -127,23 +127,23 @@ impl Streaming {
         new
     }
 
-    /// Of hits that may add light: see [`Self::insert_affine`].
+    /// Whether hits may add light (`over`): see [`Self::insert_affine`].
     #[must_use]
     pub fn with_over(self, over: bool) -> Self {
         Self { over, ..self }
     }
 
-    /// Whether the next hit will fit without a merge.
+    /// Whether the next hit fits without a merge.
     pub fn has_free_node(&self) -> bool {
         self.nodes[0].span == 0
     }
 
-    /// Light depth behind which no node ends.
+    /// Largest light depth at which a node ends.
     pub fn last_end(&self) -> f32 {
         self.nodes[self.count - 1].end() / DEPTHS
     }
 
-    /// What all hits so far let pass.
+    /// Transmittance of all hits so far.
     pub fn passed(&self) -> Vec3 {
         self.passed
     }
@@ -156,7 +156,7 @@ impl Streaming {
         }
     }
 
-    /// As [`Self::decode`], in steps.
+    /// Like [`Self::decode`], in fixed-point steps.
     fn level(&self, bits: u16) -> f32 {
         if self.gain { f16::from_bits(bits).to_f32() } else { f32::from(bits) }
     }
@@ -174,19 +174,19 @@ impl Streaming {
         Vec3::from_array([0, 1, 2].map(|i| self.decode(node.light[i])))
     }
 
-    /// One hit, or several that spread from light depth `start` to `end`.
+    /// Inserts one hit, or several that spread from light depth `start` to `end`.
     pub fn insert(&mut self, start: f32, end: f32, light: Vec3) {
         self.insert_affine(start, end, light, Vec3::ZERO);
     }
 
-    /// As [`Self::insert`]: light `L` becomes `L * light + added`. What is added by a hit that comes
-    /// late changes what lies behind it as a filter of the same effect would, and is counted.
+    /// Like [`Self::insert`], with the transfer `L * light + added`. The light added by a late hit scales
+    /// what is behind it like a filter of the same effect, and is counted.
     pub fn insert_affine(&mut self, start: f32, end: f32, light: Vec3, added: Vec3) {
         self.insert_span(fixed(start) << 16 | fixed(end), light, added);
     }
 
-    /// The nodes of the curve of what follows, in order. `whole`: all that it does to light, where
-    /// it may add some.
+    /// Appends the nodes of the following segment's curve, in order. `whole`: the segment's transfer, if it
+    /// may add light.
     pub fn append(&mut self, nodes: &[PackedNode], whole: Option<Affine>) {
         let (mut before, reached) = (Vec3::ONE, self.passed);
         let count = nodes.len() as f32;
@@ -206,7 +206,7 @@ impl Streaming {
         }
     }
 
-    /// Whether nothing that is seen passes the last node.
+    /// Whether the light behind the last node is invisible.
     fn is_dark(&self) -> bool {
         let last = &self.nodes[self.count - 1];
         !self.gain && !self.over && last.light[..3].iter().all(|&light| light < DARK)
@@ -216,7 +216,7 @@ impl Streaming {
         let (count, start) = (self.count, span >> 16);
         let place = self.nodes[..count].partition_point(|node| node.span <= span);
         self.passed = self.passed * light + added;
-        // What is behind black does nothing, so that a walk may stop there.
+        // Nothing behind black is visible, so that a walk may stop there.
         if place == count && self.is_dark() {
             return;
         }
@@ -241,7 +241,7 @@ impl Streaming {
         self.merge_cheapest(&all[..=count]);
     }
 
-    /// Of one node more than fits.
+    /// Merges the cheapest pair of `all`, which holds one node more than fits.
     fn merge_cheapest(&mut self, all: &[Node]) {
         let mean = |i: usize| self.level(all[i].light[3]);
         let full = if self.gain { 1.0 } else { 65535.0 };
@@ -265,7 +265,7 @@ impl Streaming {
         }
     }
 
-    /// As a map stores it.
+    /// Nodes in the format of a map.
     pub fn pack(&self) -> impl Iterator<Item = PackedNode> {
         let stored = |node: &Node| {
             let length = (node.end() - node.start()).max(0.0);
@@ -284,8 +284,8 @@ fn stored_channel(light: f32, gain: bool) -> u32 {
     (light * LEVELS).round_ties_even() as u32
 }
 
-/// How far the light, `before` both, falls from the straight line over two neighbours, as an area;
-/// 0 where one of them takes nothing.
+/// Merge cost: the area between the curve and the straight line over two neighbours, with light `before` in
+/// front of both; 0 if one of them absorbs nothing.
 fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
     let (first, second) = (before - behind[0], behind[0] - behind[1]);
     if first * second == 0.0 {
@@ -296,7 +296,7 @@ fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
     (own - both * (a.end() - a.start())).abs() + (own - both * (b.start() - a.start())).abs()
 }
 
-/// The ramp with the mean and the variance of both, inside what they span.
+/// Span of the ramp with the mean and variance of both, clamped to what they span.
 fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     let (first, second) = ((before - behind[0]).abs(), (behind[0] - behind[1]).abs());
     if first + second == 0.0 {
@@ -304,7 +304,7 @@ fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     }
     let per_both = 1.0 / (first + second);
     let (first, second) = (first * per_both, second * per_both);
-    // Twice the middle, and twelve times the variance.
+    // Twice the mean, and twelve times the variance.
     let (middle_a, middle_b) = (a.start() + a.end(), b.start() + b.end());
     let (length_a, length_b) = (a.end() - a.start(), b.end() - b.start());
     let middle = first * middle_a + second * middle_b;
@@ -318,7 +318,7 @@ fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     start << 16 | end
 }
 
-/// `start` and `length` in fixed point, and the light behind.
+/// Packs `start` and `length` in fixed point, and the light behind.
 pub(super) fn packed(start: u32, length: f32, light: Vec3, gain: bool) -> PackedNode {
     let root = ((length.max(0.0) / DEPTHS).sqrt() * LEVELS).round_ties_even() as u32;
     let [r, g, b] = light.to_array().map(|v| stored_channel(v, gain));
@@ -334,11 +334,11 @@ pub(super) fn unpack([first, second]: PackedNode, gain: bool) -> (f32, f32, Vec3
     ((first >> 16) as f32, root * root * DEPTHS, light)
 }
 
-/// Light at light depth `z` of a curve; `gain` as it was packed. Ramps that overlap each take their
-/// share.
+/// Light at light depth `z` of a curve; `gain` as it was packed. Overlapping ramps multiply.
 pub fn light_at(nodes: &[PackedNode], z: f32, gain: bool) -> Vec3 {
     let z = z * DEPTHS;
-    // Behind the last node that starts before z, and at z; what earlier nodes still let pass.
+    // Light behind the last node that starts before z, light at z, and transmittance of earlier nodes from
+    // z on.
     let (mut behind, mut here, mut rest) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
     for &node in nodes {
         let (start, length, light) = unpack(node, gain);
@@ -375,8 +375,7 @@ impl CurveMap {
         light_at(self.nodes_of(texel), z, self.gain)
     }
 
-    /// The ramps of a texel, nearest first: where each starts and ends [light depth], and the light
-    /// behind it.
+    /// Ramps of a texel, nearest first: start and end [light depth], and the light behind.
     pub fn ramps(&self, texel: usize) -> impl Iterator<Item = (f32, f32, Vec3)> {
         let ramps = self.nodes_of(texel).iter().map(|&node| unpack(node, self.gain));
         let used = ramps.filter(|&(start, ..)| start > 0.0);

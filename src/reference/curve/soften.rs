@@ -1,9 +1,9 @@
-//! Twin of `wgsl/soften/curve_*.wgsl`: curves where dithered shadows become grey ones.
+//! Twin of `wgsl/soften/curve_*.wgsl`: softening of curves under dithered shadows.
 //!
-//! The light of a texel becomes `C(z) V(z)`. `V` is what dithered surfaces let pass over one window of
-//! their pattern, as one ramp with the mean and the spread of their depths. `C` is the texel's own
-//! curve; of a texel that a dithered surface blocks, whose curve ends there, that of the closest hole.
-//! Windows end with the map.
+//! The light of a texel becomes `C(z) V(z)`. `V` is the visibility through dithered surfaces over one
+//! window of their pattern, as one ramp with the mean and variance of their depths. `C` is the texel's own
+//! curve; if a dithered surface blocks the texel, so that its curve ends there, the curve of the closest
+//! hole. Windows are clipped to the map.
 use super::{Node, Streaming, unpack};
 use crate::{
     records::{PackedNode, ViewMaps},
@@ -14,18 +14,17 @@ use crate::{
 };
 use glam::{BVec3, Vec3};
 
-/// What a run of texels says of dithered surfaces.
+/// Summary of the dithered surfaces in a run of texels.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Share of the window that is blocked, by channel.
+    /// Share of the window that is blocked, per channel.
     blocked: Vec3,
-    /// Depths of the nearest and of the farthest, 1 and -1 for none.
+    /// Depths of the nearest and the farthest surface, 1 and -1 for none.
     nearest: f32,
     farthest: f32,
-    /// Means over the window and the channels: how much is blocked, by the depth and by its square.
+    /// Means over the window and the channels: the blocked share, times the depth, and times its square.
     moments: Vec3,
-    /// Place along the row of the closest texel with a hole, negative for none, its row, and its
-    /// distance [texels].
+    /// Column of the closest texel with a hole, negative for none; its row, and its distance [texels].
     hole: f32,
     row: u32,
     distance: f32,
@@ -42,7 +41,7 @@ impl Run {
         distance: 1e6,
     };
 
-    /// Run of one texel with opaque depths by channel.
+    /// Run of one texel with opaque depths per channel.
     fn of(depths: [f32; 3], x: u32) -> Self {
         let dithered = BVec3::from_array(depths.map(is_dithered));
         let depths = Vec3::from_array(depths);
@@ -77,7 +76,7 @@ impl Run {
         })
     }
 
-    /// Where the surfaces start to take light and where they end [light depth].
+    /// Depths at which the ramp starts and ends [light depth].
     fn ramp(&self) -> (f32, f32) {
         let mean = self.moments.y / self.moments.x;
         let variance = (self.moments.z / self.moments.x - mean * mean).max(0.0);
@@ -88,7 +87,7 @@ impl Run {
 }
 
 impl Streaming {
-    /// As it was packed.
+    /// Curve of packed nodes.
     fn of(nodes: &[PackedNode], gain: bool, over: bool) -> Self {
         let mut curve = Self::new(nodes.len() as u32, gain).with_over(over);
         for (i, &node) in nodes.iter().enumerate() {
@@ -104,8 +103,8 @@ impl Streaming {
     }
 }
 
-/// Before [`crate::reference::filter::filter`], which changes the opaque depths. `over`: hits may
-/// add light.
+/// Softens curves before [`crate::reference::filter::filter`], which changes the opaque depths. `over`:
+/// hits may add light.
 pub fn soften_curves(maps: &mut ViewMaps, window: u32, over: bool) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     let Some(curve) = maps.curve.as_ref().filter(|_| radius > 0) else { return };

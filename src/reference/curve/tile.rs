@@ -1,9 +1,10 @@
-//! Twin of `wgsl/driver/accumulate_curve_*.wgsl`: the curves of a tile.
+//! Twin of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
+//! it: the curves of a tile.
 //!
-//! In general every hit goes into its texel's curve as it comes. A tile of soft discs may have
-//! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels:
-//! what hits a texel in one slab goes in as one ramp from the first of the hits to the last. Only of
-//! a texel with few hits does one that fits without a merge go in at once; so few hits stay exact.
+//! In general every hit is inserted into its texel's curve as it comes. A tile of soft discs may have
+//! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels: the hits of
+//! a texel in one slab are inserted as one ramp from the first to the last. Only a texel with few hits
+//! inserts each at once if it fits without a merge; so few hits stay exact.
 use super::{
     Affine, PackedNode, Streaming,
     volumes::{Inside, Ramp},
@@ -21,37 +22,38 @@ use crate::{
 };
 use glam::{IVec3, Vec3};
 
-/// Pairs of a slab, at most.
+/// Most pairs of a slab.
 pub const SLAB_PAIRS: usize = 128;
 
-/// Hits of a segment with which a texel still takes them one by one until its curve is full.
+/// Hits of a segment up to which a texel still inserts them one by one until its curve is full.
 pub const fn max_exact_hits(nodes: u32) -> u32 {
     2 * nodes
 }
 
-/// A slab's pairs lie within this share of the depths of their segment: 1 over it. `nodes`: K.
+/// Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
+/// `nodes`: K.
 pub const fn slab_count(nodes: u32) -> u32 {
     nodes + nodes / 2
 }
 
-/// Opacity below which a hit has no place of its own.
+/// Opacity below which a hit sets no start or end.
 pub const TRACE: f32 = 1.0 / 65536.0;
 
-/// Rounding of light between sums in fixed point and products: what differs less is the same.
+/// Rounding between light as fixed-point sums and as products: smaller differences are ignored.
 pub const ROUNDING: f32 = 1.0 / 2048.0;
 
-/// How a batch's curves are made.
+/// Properties of a batch's curves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CurveModes {
-    /// K
+    /// Nodes of a curve (K).
     pub nodes: u32,
-    /// Light may grow.
+    /// Whether light may grow.
     pub gain: bool,
     /// All casters are soft discs of the `filter` transfer.
     pub slabs: bool,
     /// An `over` caster may add light.
     pub over: bool,
-    /// Closed meshes absorb along the way through them.
+    /// Closed meshes absorb along the ray.
     pub volumes: bool,
     /// Pairs of a segment.
     pub segment: usize,
@@ -61,14 +63,14 @@ pub struct CurveModes {
 #[derive(Clone, Debug)]
 pub struct CurveTexel {
     pub nodes: Vec<PackedNode>,
-    /// Product of the hits.
+    /// Transmittance of all hits.
     pub passed: Vec3,
     /// `D`
     pub nearest: f32,
     pub disordered: u32,
 }
 
-/// Hits that have not gone into the curve.
+/// Hits that have not been inserted into the curve.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     start: f32,
@@ -89,16 +91,16 @@ struct Texel {
     curve: Streaming,
     open: Open,
     passed: Affine,
-    /// `passed` but for volumes.
+    /// `passed` without volumes.
     surfaces: Affine,
     nearest: f32,
     inside: Inside,
-    /// Where the order counts.
+    /// Order of hits, for order-dependent blending.
     order: HitOrder<Hit>,
 }
 
 impl Texel {
-    /// A hit in its place; whether it has one of its own.
+    /// Adds a hit; returns whether it has a depth of its own.
     fn meet(&mut self, hit: &Hit) -> bool {
         let light = Affine { scale: hit.light, added: hit.added };
         self.open.light = self.open.light.then(light);
@@ -123,12 +125,12 @@ impl Texel {
         self.passed = self.passed.then(light);
         self.open.light = self.open.light.then(light);
         self.open.place(ramp.start, ramp.end);
-        // Behind a face that comes late the curve was too dark.
+        // A ramp that brightens: the curve was too dark behind a late face.
         self.curve.disordered += u32::from(ramp.light.max_element() > 1.0);
     }
 }
 
-/// `footprints` with their depth keys: the pairs of tile number `index` of the view, front to back.
+/// Curves of tile number `index` of the view; `footprints`: its pairs with their depth keys, front to back.
 pub fn curves(
     records: Records<'_>,
     index: u32,
@@ -178,7 +180,7 @@ pub fn curves(
     done
 }
 
-/// A segment behind those before it.
+/// Composes a segment behind those before it.
 fn follow(texel: &mut Texel, segment: &Texel, modes: CurveModes) {
     if modes.volumes
         && let Some(ramp) = texel.inside.follow(&segment.inside)
@@ -194,7 +196,7 @@ fn follow(texel: &mut Texel, segment: &Texel, modes: CurveModes) {
     texel.nearest = texel.nearest.min(segment.nearest);
 }
 
-/// What comes behind all pairs: `rest`, optical depth and nearest depth of what had no room.
+/// Adds `rest`, optical depth and nearest depth of scattered casters, behind all pairs.
 fn finish(texel: &mut Texel, rest: Option<(IVec3, f32)>, modes: CurveModes) {
     if modes.volumes
         && let Some(ramp) = texel.inside.begin()
@@ -205,7 +207,7 @@ fn finish(texel: &mut Texel, rest: Option<(IVec3, f32)>, modes: CurveModes) {
     let (tau, nearest) = rest.unwrap_or((IVec3::ZERO, 1.0));
     let mut light = resolve::passed(tau);
     if modes.volumes {
-        // The sums of the faces are what nearest-depth mode has.
+        // The sums of the faces are those of nearest-depth mode.
         let tau = texel.inside.tau.wrapping_add(tau);
         let tau = if modes.gain { tau } else { tau.max(IVec3::ZERO) };
         let is = texel.passed.scale + texel.passed.added;
@@ -216,7 +218,7 @@ fn finish(texel: &mut Texel, rest: Option<(IVec3, f32)>, modes: CurveModes) {
         }
     }
     if light != Vec3::ONE {
-        // Pairs are given room front to back: what has none is behind.
+        // Pairs get capacity front to back: overflowing casters are behind.
         let depth = if nearest < 1.0 { nearest } else { texel.nearest };
         let depth = depth.max(texel.curve.last_end());
         texel.curve.insert(depth, depth, light);
@@ -224,7 +226,7 @@ fn finish(texel: &mut Texel, rest: Option<(IVec3, f32)>, modes: CurveModes) {
     }
     texel.nearest = texel.nearest.min(nearest);
     if texel.inside.leaves > 0 {
-        // The light is inside.
+        // The light is inside a volume.
         texel.nearest = 0.0;
     }
 }

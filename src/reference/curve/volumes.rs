@@ -2,10 +2,10 @@
 use crate::reference::{accumulate::MAX_TAU, caster_hit::Face};
 use glam::{IVec3, Vec3};
 
-/// Optical depth below which a stretch of a ray makes no ramp.
+/// Optical depth below which a segment of a ray makes no ramp.
 const TRACE: f32 = 1.0 / 65536.0;
 
-/// Light falls from `start` to `end` to a share of itself.
+/// A ramp: light falls from `start` to `end` by the factor `light`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     pub start: f32,
@@ -13,21 +13,22 @@ pub struct Ramp {
     pub light: Vec3,
 }
 
-/// What a ray is inside of while its faces come in.
+/// State of a ray with respect to volumes while its faces come in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inside {
-    /// Optical depth per light depth, behind `last`. Negative where a body was left that was not
-    /// entered: the light is inside, or the entry comes late.
+    /// Optical depth per light depth, behind `last`. Negative if a body was left that was not entered: the
+    /// light is inside, or the entry comes late.
     pub density: Vec3,
     /// Light depth of the last face.
     pub last: f32,
-    /// All faces, as nearest-depth mode adds them up: modulo 2^32, and how many more were left.
+    /// Sums over all faces, as in nearest-depth mode: optical depth modulo 2^32, and volumes left minus
+    /// entered.
     pub tau: IVec3,
     pub leaves: i32,
 }
 
 impl Inside {
-    /// The ramp that ends at a face; of a face that comes late, what it does up to the last one.
+    /// Adds a face; returns the ramp that ends at it, or for a late face its effect up to the last one.
     pub fn cross(&mut self, face: &Face) -> Option<Ramp> {
         let crossing = face.crossing();
         self.tau = self.tau.wrapping_add(crossing.tau);
@@ -36,7 +37,7 @@ impl Inside {
         self.change(face.depth, change)
     }
 
-    /// The density changes at light depth `depth`.
+    /// Changes the density at light depth `depth`.
     pub fn change(&mut self, depth: f32, change: Vec3) -> Option<Ramp> {
         let is_late = depth < self.last;
         let (start, end) = (self.last.min(depth), self.last.max(depth));
@@ -47,14 +48,15 @@ impl Inside {
         counts.then(|| Ramp { start, end, light: (-tau.max(Vec3::splat(-MAX_TAU))).map(f32::exp) })
     }
 
-    /// What was there before goes on through `next`, which follows; before the curve of `next`.
+    /// Continues through the next segment, `next`; call it before appending that segment's curve.
     pub fn follow(&mut self, next: &Self) -> Option<Ramp> {
         self.tau = self.tau.wrapping_add(next.tau);
         self.leaves += next.leaves;
         self.change(self.last.max(next.last), next.density)
     }
 
-    /// Bodies that were left and never entered hold the light: they begin at light depth 0.
+    /// Adds the volumes that were left but never entered: they contain the light, and begin at light depth
+    /// 0.
     pub fn begin(&mut self) -> Option<Ramp> {
         self.change(0.0, (-self.density).max(Vec3::ZERO))
     }

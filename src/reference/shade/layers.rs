@@ -1,13 +1,13 @@
-//! What is blended at a pixel, laid over each other front to back, and the volumes between.
+//! Layers of a pixel, blended front to back, and the volumes in between.
 use glam::Vec3;
 
-/// Panes that wait for what may lie before them.
+/// Panes that wait for nearer ones.
 const MAX_WAITING: usize = 2;
 
-/// Panes whose scattered and mirrored light is seen; those behind only filter.
+/// Panes whose scattered and mirrored light is evaluated; those behind only filter.
 const MAX_LIT: usize = 2;
 
-/// What a pane does to a pixel. `P`: what its light is looked up with.
+/// A pane's effect on a pixel. `P`: the point at which its light is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer<P> {
     pub depth: f32,
@@ -15,17 +15,17 @@ pub(super) struct Layer<P> {
     pub own: Vec3,
     pub passed: Vec3,
     pub face: Option<Face>,
-    /// `None` for what only emits.
+    /// `None` for a layer that only emits.
     pub pane: Option<P>,
 }
 
-/// A pixel while layers are laid over it: light `L` behind becomes `color + passed * L`.
+/// A pixel during blending: light `L` from behind becomes `color + passed * L`.
 #[derive(Clone, Debug)]
 pub(super) struct Pixel<P> {
     pub color: Vec3,
     pub passed: Vec3,
     pub waiting: Vec<Layer<P>>,
-    /// The nearest panes, and what is before them lets pass.
+    /// The nearest panes, each with the transmittance in front of it.
     pub lit: Vec<(P, Vec3)>,
     pub fog: Fog,
 }
@@ -33,18 +33,18 @@ pub(super) struct Pixel<P> {
 /// Volumes along the eye's ray, between the layers of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fog {
-    /// Absorption where the ray is [1/m].
+    /// Absorption coefficient at the ray's present depth [1/m].
     inside: Vec3,
-    /// Light depth so far.
+    /// Light depth reached so far.
     reached: f32,
-    /// Of the ray, per light depth.
+    /// Length of the ray per unit of light depth [m].
     metres: f32,
 }
 
 /// A face of a volume.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
-    /// [1/m]
+    /// Absorption coefficient of the volume [1/m].
     pub absorption: Vec3,
     pub leaves: bool,
 }
@@ -54,14 +54,14 @@ impl Fog {
         Self { inside: Vec3::ZERO, reached: 0.0, metres }
     }
 
-    /// What passes from where the ray was to light depth `depth`.
+    /// Advances to light depth `depth`; returns the transmittance on the way.
     pub(super) fn to(&mut self, depth: f32) -> Vec3 {
         let length = (depth - self.reached).max(0.0) * self.metres;
         self.reached = self.reached.max(depth);
         (-self.inside * length).map(f32::exp)
     }
 
-    /// Past a face: what it takes from what is behind.
+    /// Crosses a face; returns its transmittance for the light behind.
     fn cross(&mut self, face: &Face, depth: f32) -> Vec3 {
         if !face.leaves {
             self.inside += face.absorption;
@@ -71,13 +71,13 @@ impl Fog {
             self.inside = (self.inside - face.absorption).max(Vec3::ZERO);
             return Vec3::ONE;
         }
-        // The eye is inside what was not entered.
+        // The eye is inside a volume that was not entered.
         (-face.absorption * depth * self.metres).map(f32::exp)
     }
 }
 
 impl<P: Copy> Pixel<P> {
-    /// `metres`: of the ray, per light depth.
+    /// An empty pixel; `metres`: length of the ray per unit of light depth [m].
     pub(super) fn clear(metres: f32) -> Self {
         let (color, passed) = (Vec3::ZERO, Vec3::ONE);
         Self { color, passed, waiting: Vec::new(), lit: Vec::new(), fog: Fog::new(metres) }
@@ -99,7 +99,7 @@ impl<P: Copy> Pixel<P> {
         }
     }
 
-    /// The panes before `depth`, nearest first.
+    /// Blends the panes in front of `depth`, nearest first.
     pub(super) fn lay_waiting(&mut self, depth: f32) {
         while self.waiting.first().is_some_and(|layer| layer.depth < depth) {
             let layer = self.waiting.remove(0);

@@ -1,11 +1,12 @@
 //! Twin of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
 //! shaded instead of summed.
+mod composite;
 mod layers;
 mod seen;
 
 use super::{
     air::{AirBefore, AirVolume},
-    caster_hit::{Hit, Target, metres_per_depth},
+    caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
     shading::{Gloss, Lighting, Point, PointKind, Receiver, to_screen, world_point},
@@ -13,18 +14,17 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::{Class, MAX_GAIN, Material, Scene, Transfer, View},
+    model::{Class, Material, Scene, View},
     records::{
-        AirParams, BACK_BIT, Footprint, FormerSlots, GpuView, MaskSlots, Picture, TRIANGLE_BIT,
-        ViewMaps,
+        AirParams, Footprint, FormerSlots, GpuView, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps,
     },
 };
+use composite::seen_color;
 use glam::{Mat4, UVec2, Vec2, Vec3};
-use layers::{Face, Layer, Pixel};
 use seen::Seen;
 use std::ops::RangeInclusive;
 
-/// What is behind less than this is not seen.
+/// Transmittance below which nothing behind is visible.
 pub const FAINT: f32 = 1.0 / 1024.0;
 /// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
@@ -37,7 +37,7 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
     mean_picture(scene, &samples)
 }
 
-/// The mean of pictures through several places of each pixel: of their light, not of what is shown.
+/// Mean of pictures at several samples per pixel: of linear light, before the tone curve.
 pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
     let exposure = scene.exposure.exp2();
     let count = scene.camera.size.element_product() as usize;
@@ -51,7 +51,7 @@ pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
     }
 }
 
-/// The masks of the picture, as they are stored; none where the scene asks for none.
+/// Shadow masks of the picture in their stored format; `None` if the scene has no mask settings.
 pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option<Masks> {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let lighting = Lighting::new(scene, views, maps);
@@ -62,7 +62,7 @@ pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option
     eye.picture_masks(scene, &camera, &Seen::new(&solid_scene, &view))
 }
 
-/// Linear light, row by row.
+/// Linear light of one sample per pixel, row by row.
 fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<Vec3> {
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let world_from_view = camera.view_from_world.inverse();
@@ -95,7 +95,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     light
 }
 
-/// Only casters of `classes`, in that order.
+/// A scene with the casters of `classes` only, in that order.
 fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
     let class = |material: u32| Class::of(&scene.materials[material as usize]);
     let mut part = scene.clone();
@@ -106,7 +106,7 @@ fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
     part
 }
 
-/// The camera and its light.
+/// The camera and the lighting of its scene.
 struct Eye<'a> {
     view: GpuView,
     world_from_view: Mat4,
@@ -116,7 +116,7 @@ struct Eye<'a> {
 }
 
 impl Eye<'_> {
-    /// `None` where the scene asks for none.
+    /// Shadow masks; `None` if the scene has no mask settings.
     fn picture_masks(&self, scene: &Scene, camera: &View, solid: &Seen<'_>) -> Option<Masks> {
         let settings = scene.mask.as_ref()?;
         let tiles = camera.tiles().element_product() as usize;
@@ -163,7 +163,7 @@ impl Eye<'_> {
             face: Vec3::ZERO,
             normal: Vec3::ZERO,
             to_eye: Vec3::ZERO,
-            // Not behind itself: the bias is its radius.
+            // Not shadowed by itself: the bias is its radius.
             reach: caster.radius,
             receiver: Receiver::new(material, caster.id),
             albedo: Vec3::ONE,
@@ -175,7 +175,7 @@ impl Eye<'_> {
         self.lighting.light(&point, None)
     }
 
-    /// The nearest of the solid casters.
+    /// Nearest opaque caster of each texel.
     fn solid_points(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<SeenSurface> {
         let mut nearest = TileTexels::filled((1.0_f32, None));
         for pair in solid.bins.tile(index) {
@@ -201,7 +201,7 @@ impl Eye<'_> {
         points
     }
 
-    /// Colour and light depth of the solid casters, or of the sky.
+    /// Colour and light depth of the opaque casters, or of the sky.
     fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<(Vec3, f32)> {
         let points = self.solid_points(solid, index, tile);
         let mut surfaces = TileTexels::filled((Vec3::ZERO, 1.0));
@@ -268,7 +268,7 @@ impl Eye<'_> {
         }
     }
 
-    /// As a solid one that mirrors nothing.
+    /// Point of an opaque triangle that mirrors nothing.
     fn triangle(
         &self,
         seen: &Seen<'_>,
@@ -298,148 +298,5 @@ impl Eye<'_> {
             emission: seen.emission(material, met),
             metallic: 0.0,
         }
-    }
-
-    /// What is not solid over what is.
-    fn composite(
-        &self,
-        clear: &Seen<'_>,
-        lit: &[Vec3],
-        index: usize,
-        tile: &Tile,
-        surfaces: &TileTexels<(Vec3, f32)>,
-    ) -> TileTexels<Vec3> {
-        let mut pixels = TileTexels::filled(Pixel::clear(0.0));
-        for (place, at) in tile.texels() {
-            pixels[place] = Pixel::clear(metres_per_depth(&self.view, at));
-        }
-        for pair in clear.bins.tile(index) {
-            let footprint = &clear.casters.footprints[pair.footprint as usize];
-            let target = Target::new(clear.records(), footprint);
-            let material = target.material;
-            for (place, at) in tile.texels() {
-                let (_, opaque) = surfaces[place];
-                let pixel = &mut pixels[place];
-                if pixel.passed.max_element() < FAINT {
-                    continue;
-                }
-                let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {
-                    continue;
-                };
-                if footprint.caster & TRIANGLE_BIT != 0 {
-                    pixel.wait(self.layer(clear, footprint, material, &hit, at));
-                    continue;
-                }
-                pixel.lay_waiting(hit.depth);
-                pixel.passed *= pixel.fog.to(hit.depth);
-                let adds = material.transfer == Transfer::None;
-                let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
-                let own = seen_color(&hit, material) * light + material.emission;
-                let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
-                // What is behind is laid over what the air scatters before it as well.
-                let before = self.air_before(at, hit.depth);
-                let veil = before.light * (1.0 - passed);
-                pixel.lay(hit.opacity * own * before.left + veil, passed);
-            }
-        }
-        let mut colors = TileTexels::filled(Vec3::ZERO);
-        for (place, at) in tile.texels() {
-            let (behind, opaque) = surfaces[place];
-            let pixel = &mut pixels[place];
-            pixel.lay_waiting(f32::INFINITY);
-            pixel.passed *= pixel.fog.to(opaque);
-            let mut color = pixel.color;
-            for ((footprint, material, hit), passed) in &pixel.lit {
-                let point = self.pane(clear, footprint, material, hit, at);
-                let before = self.air_before(at, hit.depth);
-                color += passed * self.lighting.light(&point, None) * before.left;
-            }
-            colors[place] = color + pixel.passed * behind;
-        }
-        colors
-    }
-
-    /// What a pane does to a pixel but for the light that it scatters and mirrors.
-    fn layer<'s>(
-        &self,
-        clear: &'s Seen<'_>,
-        footprint: &'s Footprint,
-        material: &'s Material,
-        hit: &Hit,
-        pixel: Vec2,
-    ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
-        let (depth, opacity) = (hit.depth, hit.opacity);
-        let before = self.air_before(pixel, depth);
-        let setup = clear.setup(footprint);
-        let met = setup.hit(pixel);
-        let emitted = opacity * clear.emission(material, met) * before.left;
-        if material.transfer == Transfer::None {
-            let own = emitted + opacity * seen_color(hit, material) * before.left;
-            return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
-        }
-        let to_eye = (self.position() - self.point(pixel, depth)).normalize();
-        let [_, normal] = clear.normals(footprint, met, to_eye);
-        let mirrored = mirrored_share(material, hit, normal, to_eye);
-        // What covers has taken its share by its transfer.
-        let covers = material.transfer == Transfer::Over;
-        let scattered = if covers { 0.0 } else { scattered_share(material, opacity) };
-        // `gain` amplifies light sources, not the background.
-        let gathers = material.transfer == Transfer::Gain;
-        let light = if gathers { Vec3::ONE } else { hit.light };
-        let passed = light * ((1.0 - mirrored) * (1.0 - scattered));
-        let face = Face {
-            absorption: clear.records.absorptions[setup.material as usize],
-            leaves: setup.ties & BACK_BIT != 0,
-        };
-        let own = emitted + before.light * (1.0 - passed);
-        Layer { depth, own, passed, face: Some(face), pane: Some((footprint, material, *hit)) }
-    }
-
-    /// What a pane scatters and mirrors.
-    fn pane(
-        &self,
-        clear: &Seen<'_>,
-        footprint: &Footprint,
-        material: &Material,
-        hit: &Hit,
-        pixel: Vec2,
-    ) -> Point {
-        let surface = self.triangle(clear, footprint, material, hit, pixel);
-        let mirrored = mirrored_share(material, hit, surface.normal, surface.to_eye);
-        let reflected = (-surface.to_eye).reflect(surface.normal);
-        let share = scattered_share(material, hit.opacity) * (1.0 - mirrored);
-        Point {
-            kind: PointKind::Sheet,
-            albedo: share * seen_color(hit, material),
-            gloss: sheet_gloss(material, hit),
-            emission: mirrored * self.lighting.from_around(reflected, material.roughness),
-            ..surface
-        }
-    }
-}
-
-/// Premultiplied: glass keeps its highlights where it is clear.
-fn sheet_gloss(material: &Material, hit: &Hit) -> Gloss {
-    let polish = hit.opacity.max(material.transmission);
-    Gloss { reflectivity: material.reflectivity, polish }
-}
-
-/// Of the sky; `normal` is on the eye's side.
-fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) -> f32 {
-    sheet_gloss(material, hit).mirrored_sky(normal.dot(to_eye), material.roughness)
-}
-
-/// A sheet that is not clear scatters half of what it covers and filters the rest.
-fn scattered_share(material: &Material, opacity: f32) -> f32 {
-    let covers = material.transfer == Transfer::Over;
-    opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) }
-}
-
-/// Colour that scatters; what gathers light scatters all of it.
-fn seen_color(hit: &Hit, material: &Material) -> Vec3 {
-    if material.transfer == Transfer::Gain {
-        (hit.color * MAX_GAIN).min(Vec3::ONE)
-    } else {
-        hit.color
     }
 }

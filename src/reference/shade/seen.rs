@@ -1,4 +1,4 @@
-//! Casters as the camera sees them, and what their triangles are like where a ray meets them.
+//! Casters visible to the camera, and the surfaces of their triangles at a hit.
 use crate::{
     model::{Material, Scene, TILE_SIZE},
     records::{Footprint, GpuView, TRIANGLE_BIT, TriangleRecord, TriangleSetup, from_octahedral},
@@ -12,7 +12,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Casters as the camera sees them.
+/// Casters visible to the camera.
 pub(super) struct Seen<'a> {
     pub(super) records: SceneRecords<'a>,
     pub(super) casters: ViewCasters,
@@ -44,7 +44,7 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// Of a triangle that a ray meets.
+    /// Emission of the surface where the ray meets it.
     pub(super) fn emission(&self, material: &Material, met: Option<TriangleHit>) -> Vec3 {
         let texture = material.emissive_texture.zip(met);
         texture.map_or(material.emission, |(texture, met)| {
@@ -52,7 +52,7 @@ impl<'a> Seen<'a> {
         })
     }
 
-    /// Of the plane and interpolated: both on the side of the face that the eye sees. Near a silhouette
+    /// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette
     /// the interpolated one may look away from the eye, and still is the face's.
     pub(super) fn normals(
         &self,
@@ -68,9 +68,9 @@ impl<'a> Seen<'a> {
         [face, toward(face, normal)]
     }
 
-    /// A point of a facet, moved out to the round surface that the facet's normals stand for, so that
-    /// no facet shades itself where that surface still faces the light (Hanika 2021, "Hacking the
-    /// shadow terminator", section 4.2). `face`: of the facet, on the eye's side.
+    /// A point of a facet, moved out to the round surface that the facet's normals approximate, so that no
+    /// facet shadows itself where that surface still faces the light (Hanika 2021, "Hacking the shadow
+    /// terminator", section 4.2). `face`: of the facet, on the eye's side.
     pub(super) fn rounded(
         &self,
         footprint: &Footprint,

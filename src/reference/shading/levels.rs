@@ -1,41 +1,26 @@
-//! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels
-//! as a function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike
-//! theirs: four nodes whatever is below, which a block shares out by the longest gaps in depth.
+//! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels as a
+//! function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike theirs: four
+//! nodes at every level, whose depth ranges a block cuts at the longest gaps.
 use super::receive::cube_face;
 use crate::{
     records::{BLOCK_NODES, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size},
     reference::{
-        curve::{DEPTHS, packed, unpack},
+        curve::{
+            DEPTHS,
+            mean::{Ramp, add_nodes, merge},
+        },
         threads::each,
     },
 };
 use glam::{IVec2, UVec2, Vec2, Vec3};
 
+/// Share of a block or texel in the block above.
+const SHARE: f32 = 0.25;
+
 /// Light as a function of depth, nearest node first.
 pub(super) type Block = [PackedNode; BLOCK_NODES];
 
-/// A stretch of depth over which light falls, evenly.
-#[derive(Clone, Copy, Debug)]
-struct Ramp {
-    /// In fixed point, from 1 on.
-    start: u32,
-    /// In fixed point.
-    length: f32,
-    drop: Vec3,
-}
-
-impl Ramp {
-    /// Twice its middle.
-    fn middle(&self) -> u32 {
-        2 * self.start + self.length.round_ties_even() as u32
-    }
-
-    fn weight(&self) -> f32 {
-        self.drop.abs().element_sum()
-    }
-}
-
-/// From one view's depths to another's, in fixed point.
+/// Affine map from one view's depths to another's, in fixed point.
 #[derive(Clone, Copy, Debug)]
 struct Shift {
     scale: f32,
@@ -51,9 +36,6 @@ impl Shift {
     }
 }
 
-/// Parts of a block's depths that are told apart.
-pub const BINS: u32 = 32;
-
 /// One level of a view, its border included.
 #[derive(Clone, Debug)]
 pub(super) struct Level {
@@ -62,7 +44,7 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// `at` counts from the map's first block; what is beyond the border is on it.
+    /// Block at `at`, counted from the map's first block, clamped to the border.
     pub(super) fn block(&self, at: IVec2) -> &Block {
         let last = self.size.as_ivec2() - 1;
         let at = (at + SKIRT as i32).clamp(IVec2::ZERO, last).as_uvec2();
@@ -70,7 +52,7 @@ impl Level {
     }
 }
 
-/// Of all leveled views, all levels, finest first.
+/// Levels of every leveled view, finest first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels(Vec<Vec<Level>>);
 
@@ -90,7 +72,9 @@ impl Levels {
                     let (whose, at, shift) = owner(records, i, level, own, at);
                     let ramps = levels.children(records, maps, whose, level, at);
                     let ramps: Vec<_> = ramps.into_iter().map(|ramp| shift.of(ramp)).collect();
-                    merged(&ramps, gain(maps))
+                    let mut block = Block::default();
+                    merge(&ramps, &mut block, gain(maps));
+                    block
                 };
                 let blocks = each(size.element_product() as usize, block);
                 levels.0[i].push(Level { size, blocks });
@@ -104,7 +88,7 @@ impl Levels {
         &self.0[leveled][level as usize - 1]
     }
 
-    /// What the four texels or blocks below a block do to light.
+    /// Ramps of the four texels or blocks below a block.
     fn children(
         &self,
         records: &LightRecords,
@@ -123,7 +107,7 @@ impl Levels {
                 of_texel(map, (at.y * size.x + at.x) as usize, &mut ramps);
             } else {
                 let block = self.level(leveled, level - 1).block(at.as_ivec2());
-                of_nodes(block, gain(maps), &mut ramps);
+                add_nodes(block, SHARE, gain(maps), &mut ramps);
             }
         }
         ramps
@@ -134,8 +118,8 @@ fn gain(maps: &[ViewMaps]) -> bool {
     maps.iter().any(|map| map.curve.as_ref().is_some_and(|curve| curve.gain))
 }
 
-/// The leveled view and block that a block stands for: beside a cube's face one of its neighbour's,
-/// else the nearest. And how depths of the one are depths of the other.
+/// Source of a block's values: leveled view, block, and map from its depths to this face's. Beyond the edge
+/// of a cube's face it is a block of the neighbour, else the nearest block.
 fn owner(
     records: &LightRecords,
     leveled: usize,
@@ -156,7 +140,7 @@ fn owner(
     let other = records.leveled[leveled].first_face as usize + cube_face(away);
     let face = records.view_of(other);
     let p = face.view_from_world.transform_vector3(away);
-    // Of a depth of 1 along the own axis, that along the other's.
+    // Depth along the neighbour's axis per unit of depth along this face's.
     let along = (-p.z).max(1e-6);
     let place = Vec2::new(p.x, -p.y) * (face.scale / along) + face.size * 0.5;
     let range = view.far - view.near;
@@ -175,15 +159,19 @@ fn fixed(depth: f32) -> u32 {
 fn of_texel(map: &ViewMaps, i: usize, ramps: &mut Vec<Ramp>) {
     let mut left = Vec3::ONE;
     if let Some(curve) = &map.curve {
-        left = of_nodes(curve.nodes_of(i), curve.gain, ramps);
+        left = add_nodes(curve.nodes_of(i), SHARE, curve.gain, ramps);
     } else if map.nearest[i] < 1.0 {
         let light = Vec3::from_array(map.filter[i]);
-        ramps.push(Ramp { start: fixed(map.nearest[i]), length: 0.0, drop: left - light });
+        ramps.push(Ramp {
+            start: fixed(map.nearest[i]),
+            length: 0.0,
+            drop: (left - light) * SHARE,
+        });
         left = light;
     }
     let mut block = |depth: f32, channels: Vec3| {
         if depth < 1.0 {
-            ramps.push(Ramp { start: fixed(depth), length: 0.0, drop: left * channels });
+            ramps.push(Ramp { start: fixed(depth), length: 0.0, drop: left * channels * SHARE });
         }
     };
     match map.colored.get(i) {
@@ -194,71 +182,4 @@ fn of_texel(map: &ViewMaps, i: usize, ramps: &mut Vec<Ramp>) {
             block(blue, Vec3::Z);
         }
     }
-}
-
-/// And the light that they leave.
-fn of_nodes(nodes: &[PackedNode], gain: bool, ramps: &mut Vec<Ramp>) -> Vec3 {
-    let mut left = Vec3::ONE;
-    for &node in nodes {
-        let (start, length, light) = unpack(node, gain);
-        if start > 0.0 {
-            ramps.push(Ramp { start: start as u32, length, drop: left - light });
-            left = light;
-        }
-    }
-    left
-}
-
-/// The mean of four, of which `ramps` are all.
-fn merged(ramps: &[Ramp], gain: bool) -> Block {
-    let counted = || ramps.iter().filter(|ramp| ramp.weight() > 0.0);
-    let low = counted().map(Ramp::middle).min().unwrap_or(0);
-    let high = counted().map(Ramp::middle).max().unwrap_or(0);
-    let bin = |ramp: &Ramp| (ramp.middle() - low) * BINS / (high - low + 1);
-    let cuts = cuts(counted().fold(0, |mask, ramp| mask | 1 << bin(ramp)));
-    // Of the four parts the one that a ramp is in.
-    let part = |ramp: &Ramp| (cuts & (2u32 << bin(ramp)).wrapping_sub(1)).count_ones() as usize;
-    let mut light = Vec3::ONE;
-    let mut block = [[0, 0]; BLOCK_NODES];
-    for (number, node) in block.iter_mut().enumerate() {
-        let (mut weight, mut sum, mut square) = (0.0, 0.0, 0.0);
-        let (mut first, mut end, mut middle) = (DEPTHS, 0.0_f32, None);
-        for ramp in counted().filter(|ramp| part(ramp) == number) {
-            let (start, own) = (ramp.start as f32, ramp.weight());
-            let middle = *middle.get_or_insert(start + 0.5 * ramp.length);
-            let off = start + 0.5 * ramp.length - middle;
-            weight += own;
-            sum += own * off;
-            square += own * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
-            first = first.min(start);
-            end = end.max(start + ramp.length);
-            light -= ramp.drop * 0.25;
-        }
-        let (mut start, mut length) = (0, 0.0);
-        if let Some(middle) = middle {
-            let off = sum / weight;
-            let spread = (square / weight - off * off).max(0.0);
-            let mean = middle + off;
-            let half = (3.0 * spread).sqrt().min(mean - first).min(end - mean).max(0.0);
-            start = ((mean - half).round_ties_even() as u32).clamp(1, 65535);
-            length = 2.0 * half;
-        }
-        *node = packed(start, length, light.max(Vec3::ZERO), gain);
-    }
-    block
-}
-
-/// Bins from which on another part begins: behind the three longest gaps, the first of equal ones.
-fn cuts(mask: u32) -> u32 {
-    let mut longest = [(0, 0); BLOCK_NODES - 1];
-    let mut last = None;
-    for bin in (0..BINS).filter(|bin| mask >> bin & 1 == 1) {
-        let gap = bin - last.unwrap_or(bin);
-        if let Some(place) = longest.iter().position(|&(known, _)| gap > known) {
-            longest[place..].rotate_right(1);
-            longest[place] = (gap, bin);
-        }
-        last = Some(bin);
-    }
-    longest.iter().filter(|gap| gap.0 > 0).fold(0, |cuts, gap| cuts | 1 << gap.1)
 }

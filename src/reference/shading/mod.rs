@@ -1,5 +1,5 @@
-//! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `sheet.wgsl`: the light that
-//! reaches a point, and what of it the camera sees.
+//! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
+//! its reflection to the camera.
 mod levels;
 mod receive;
 pub mod soft;
@@ -24,80 +24,80 @@ use crate::{
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
 use std::f32::consts::FRAC_1_PI;
 
-/// What lights the picture.
+/// Lights, shadow maps and environment of a picture.
 #[derive(Clone, Debug)]
 pub struct Lighting<'a> {
     records: LightRecords,
-    /// Of lights that have a size.
+    /// Levels of the views of area lights.
     levels: Levels,
     maps: &'a [ViewMaps],
-    /// Over all directions.
+    /// Mean ambient radiance over all directions.
     ambient: Vec3,
     irradiance: [Vec3; IRRADIANCE],
     background: Vec3,
     environment: Option<&'a Environment>,
 }
 
-/// A receiver as data: what is seen makes points, [`Lighting::light`] looks up the light that they send
+/// A receiver as data: visible surfaces make points, [`Lighting::light`] evaluates the light that they send
 /// to the eye.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub kind: PointKind,
-    /// World space [m].
+    /// Position, world space [m].
     pub position: Vec3,
-    /// Where the picture shows it; (0, 0) of a particle's middle.
+    /// Pixel of the picture; (0, 0) for a particle's centre.
     pub pixel: UVec2,
-    /// Of the plane, unit, on the eye's side; zero for none.
+    /// Normal of the plane, unit, on the eye's side; zero for none.
     pub face: Vec3,
-    /// Interpolated, unit, on the eye's side; zero for none.
+    /// Interpolated normal, unit, on the eye's side; zero for none.
     pub normal: Vec3,
-    /// Unit.
+    /// Direction to the eye, unit.
     pub to_eye: Vec3,
-    /// How far what is in the map may lie off the point [m].
+    /// Distance that a caster in the map may be off the point, added to the bias [m].
     pub reach: f32,
     pub receiver: Receiver,
-    /// What it scatters of the light.
+    /// Share of the light that it scatters.
     pub albedo: Vec3,
     pub roughness: f32,
     pub gloss: Gloss,
-    /// Light that it sends by itself, and mirrors from all around.
+    /// Light that it emits, and mirrors from the environment.
     pub emission: Vec3,
     /// 1: mirrors in its own colour and scatters nothing.
     pub metallic: f32,
 }
 
-/// How a point scatters.
+/// Scattering of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointKind {
-    /// What comes from its face's side.
+    /// Scatters light from its face's side.
     Solid,
-    /// What comes from both sides: a thin sheet.
-    Sheet,
-    /// It has no normal.
+    /// A thin pane, which scatters light from both sides.
+    Pane,
+    /// Scatters without a normal.
     Particle,
 }
 
-/// Who receives light.
+/// Properties of a receiver that decide which casters tint it.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
     receives: Receives,
-    /// Of its object.
+    /// Owner tag of its object.
     tag: u16,
-    /// It is in no filter, so that none of what is translucent is its own.
+    /// Whether it is opaque: it is in no filter map, so no translucent caster is its own.
     solid: bool,
-    /// The way to the first texel of a disc, unit.
+    /// Direction to the first texel of a disc, unit.
     turn: Vec2,
 }
 
 impl Receiver {
-    /// Tinted by all that is before it.
+    /// A receiver tinted by all casters in front of it.
     pub const AIR: Self = Self { receives: Receives::Curve, tag: 0, solid: false, turn: Vec2::X };
 
     pub fn new(material: &Material, id: u32) -> Self {
         Self { receives: material.receives, tag: owner_tag(id), ..Self::AIR }
     }
 
-    /// Where the picture shows it.
+    /// The receiver at its pixel of the picture.
     #[must_use]
     pub fn at_pixel(self, pixel: UVec2) -> Self {
         Self { turn: taps::turn(pixel), ..self }
@@ -109,24 +109,24 @@ impl Receiver {
     }
 }
 
-/// How much is mirrored: all of what reflects by itself, of the rest what shines like glass.
+/// Mirrored share of light: reflectivity in full, the rest by polish like glass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss {
     pub reflectivity: f32,
-    /// 1 of glass, 0 of what is not there.
+    /// 1 for glass, 0 for a surface of no coverage.
     pub polish: f32,
 }
 
 impl Gloss {
     pub const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
 
-    /// `cosine` of the angle between the eye and the normal; `head_on`: mirrored at 0 degrees.
+    /// `cosine` of the angle between the eye and the normal; `head_on`: reflectance at 0 degrees.
     pub fn mirrored(self, cosine: f32, head_on: Vec3) -> Vec3 {
         self.of(head_on + (Vec3::ONE - head_on) * rising(cosine))
     }
 
-    /// As [`Self::mirrored`], of light from all around: what is rough has no grazing shine (Lagarde
-    /// 2011).
+    /// Like [`Self::mirrored`], for light from the environment: rough surfaces have no grazing reflection
+    /// (Lagarde 2011).
     pub fn mirrored_sky(self, cosine: f32, roughness: f32) -> f32 {
         let grazing = (1.0 - roughness).max(HEAD_ON);
         self.of(Vec3::splat(HEAD_ON + (grazing - HEAD_ON) * rising(cosine))).x
@@ -158,7 +158,7 @@ impl<'a> Lighting<'a> {
         &self.records.lights
     }
 
-    /// What comes from a unit direction where there is nothing, and what is mirrored of it at a roughness.
+    /// Radiance of the background or environment from a unit direction, prefiltered for a roughness.
     pub fn from_around(&self, direction: Vec3, roughness: f32) -> Vec3 {
         let Some(environment) = self.environment else {
             // Brighter above.
@@ -174,8 +174,8 @@ impl<'a> Lighting<'a> {
         sharp.lerp(level_around(environment, low + 1, place), level - low as f32)
     }
 
-    /// What is solid mirrors of all around, by its material and its own colour. Of two colours that are all
-    /// there is around only metal mirrors any.
+    /// Reflection of the environment by an opaque surface, by its material and its own colour. Where the
+    /// surroundings are two colours, only metal mirrors them.
     pub fn mirrored_around(
         &self,
         material: &Material,
@@ -192,11 +192,11 @@ impl<'a> Lighting<'a> {
     fn ambient_at(&self, point: &Point) -> Vec3 {
         match point.kind {
             PointKind::Particle => self.ambient,
-            PointKind::Solid | PointKind::Sheet => irradiance_at(&self.irradiance, point.normal),
+            PointKind::Solid | PointKind::Pane => irradiance_at(&self.irradiance, point.normal),
         }
     }
 
-    /// The light that a point sends to the eye. `masks`: of its picture.
+    /// Light that a point sends to the eye. `masks`: those of its picture.
     pub fn light(&self, point: &Point, masks: Option<&Masks>) -> Vec3 {
         let (mut diffuse, mut shine) = (self.ambient_at(point), Vec3::ZERO);
         for (index, light) in self.lights().iter().enumerate() {
@@ -207,7 +207,7 @@ impl<'a> Lighting<'a> {
             if is_behind || !color.cmpgt(Vec3::ZERO).any() {
                 continue;
             }
-            // Off itself, on the light's side. A facet that looks away while its normal does not is
+            // Normal on the light's side. A facet that looks away while its interpolated normal does not is
             // part of a round surface.
             let face = match (side > 0.0, is_solid) {
                 (true, _) => point.face,
@@ -228,16 +228,15 @@ impl<'a> Lighting<'a> {
         point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine
     }
 
-    /// The share of a light that reaches a point: 1 where nothing is between, without falloff and
-    /// cosine.
+    /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine.
     pub fn share(&self, light: &GpuLight, point: &ReceiverPoint) -> Vec3 {
         let (toward, _) = incoming(light, point.position);
-        // Off itself, on the light's side.
+        // Normal on the light's side.
         let face = if point.normal.dot(toward) > 0.0 { point.normal } else { -point.normal };
         self.shadow(light, point.position, face, toward, 0.0, Receiver::AIR)
     }
 
-    /// The share of a light that a mask keeps of what is solid: 1 where it does not get to.
+    /// Share of a light for the mask of an opaque surface: 1 where the light does not shine.
     pub fn mask_share(&self, light: &GpuLight, point: &Point) -> Vec3 {
         let (toward, color) = incoming(light, point.position);
         if !(point.normal.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any()) {
@@ -248,8 +247,8 @@ impl<'a> Lighting<'a> {
         self.shadow(light, point.position, face, toward, point.reach, receiver)
     }
 
-    /// Radiance of the lights that a point of the air sends back along `ray`, per unit of optical depth
-    /// that scatters.
+    /// Radiance of the lights that a point of the air scatters back along `ray`, per unit of scattering
+    /// optical depth.
     pub fn scattered(&self, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
         let mut sum = Vec3::ZERO;
         for light in self.lights().iter().filter(|light| light.traits & SHAFTS_BIT != 0) {
@@ -263,7 +262,7 @@ impl<'a> Lighting<'a> {
     }
 }
 
-/// The way to the light, and the irradiance of what faces it, before shadows.
+/// Direction to the light, and irradiance at normal incidence, before shadows.
 fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     if light.kind == LIGHT_DIRECTIONAL {
         return (-light.direction, light.color);
@@ -286,14 +285,14 @@ fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
 fn scattered(kind: PointKind, cosine: f32) -> f32 {
     match kind {
         PointKind::Solid => cosine.max(0.0) * FRAC_1_PI,
-        PointKind::Sheet => cosine.abs() * FRAC_1_PI,
-        // Alike in all directions; smoke is thick enough to scatter more than once, so that it is
-        // half as bright as paper that faces the light.
+        PointKind::Pane => cosine.abs() * FRAC_1_PI,
+        // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
+        // that faces the light.
         PointKind::Particle => 0.5 * FRAC_1_PI,
     }
 }
 
-/// What glass mirrors that is looked at straight.
+/// Reflectance of glass at normal incidence.
 const HEAD_ON: f32 = 0.04;
 
 /// Schlick 1994: from 0 head-on to 1 at 90 degrees.
@@ -301,13 +300,13 @@ fn rising(cosine: f32) -> f32 {
     (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
-/// What is solid mirrors of light from all around; metal in its own colour.
+/// Reflectance of an opaque surface for the environment; metal in its own colour.
 fn mirrored_solid(albedo: Vec3, metallic: f32, cosine: f32, roughness: f32) -> Vec3 {
     let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);
     head_on + (head_on.max(Vec3::splat(1.0 - roughness)) - head_on) * rising(cosine)
 }
 
-/// Level of an environment at a place of the octahedral square, 0..1.
+/// Bilinear sample of an environment's level at a point of the octahedral square, 0..1.
 fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
     let fine = environment.size();
     let size = if level == 0 { fine } else { ROUGH_SIZE };
@@ -316,7 +315,7 @@ fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
         Some(rough) => (fine + 2) * (fine + 2) + rough * (ROUGH_SIZE + 2) * (ROUGH_SIZE + 2),
         None => 0,
     };
-    // The border is half a texel before the first middle.
+    // The centre of the border's texel is half a texel outside the square.
     let at = place * size as f32 + 0.5;
     let low = at.as_uvec2();
     let part = at - low.as_vec2();
@@ -327,7 +326,8 @@ fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
     top.lerp(bottom, part.y)
 }
 
-/// Blinn 1977, normalised; the exponent from the roughness as Walter et al. 2007, section 6.
+/// Specular highlight: Blinn 1977, normalised; the exponent from the roughness as in Walter et al. 2007,
+/// section 6.
 fn highlight(point: &Point, toward: Vec3) -> Vec3 {
     let Point { normal, to_eye, roughness, gloss, albedo, metallic, .. } = *point;
     let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);
@@ -338,7 +338,7 @@ fn highlight(point: &Point, toward: Vec3) -> Vec3 {
     (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle), head_on)
 }
 
-/// World space, of a point of the camera's map at light depth `depth`.
+/// World-space position of a point of the camera's map at light depth `depth`.
 pub fn world_point(view: &GpuView, world_from_view: &Mat4, pixel: Vec2, depth: f32) -> Vec3 {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let distance = view.near + depth * (view.far - view.near);

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade/receive.wgsl`: what of a light the shadow maps let through to a point.
+//! Twin of `wgsl/shade/receive.wgsl`: share of a light that the shadow maps let through to a point.
 use super::{Lighting, Receiver, taps::beyond_spline};
 use crate::{
     model::Receives,
@@ -8,34 +8,34 @@ use crate::{
 use glam::{Vec2, Vec3};
 use std::ops::Range;
 
-/// What receives, in world space; `normal` is on the light's side, zero where there is none.
+/// A receiving surface, world space; `normal` is on the light's side, zero without one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
     pub point: Vec3,
     pub normal: Vec3,
 }
 
-/// How a surface lies to the light.
+/// Slant of a surface towards the light.
 #[derive(Clone, Copy, Debug)]
 struct Slant {
-    /// Of the angle between its normal and the way to the light.
+    /// Sine of the angle between its normal and the direction to the light.
     sine: f32,
     tangent: f32,
-    /// How far what is in the maps may lie off it [m].
+    /// Distance that a caster in the maps may be off the surface [m].
     reach: f32,
 }
 
-/// Slopes are no steeper: 86 degrees.
+/// Least cosine of a slope: 86 degrees.
 const LEAST_COSINE: f32 = 0.0625;
 
-/// Of a surface, in view space.
+/// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     point: Vec3,
     normal: Vec3,
 }
 
-/// Of the bias: how much deeper a solid receiver lies than it is, so that it is behind what lies on it.
+/// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
 const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
@@ -48,9 +48,9 @@ impl Plane {
         }
     }
 
-    /// Light depth along the ray through `texel` (view's map) from which on what is translucent tints
-    /// the receiver, which is at `z`. What is solid cannot tint itself, and counts where its plane meets
-    /// the ray: up to what touches it.
+    /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
+    /// receiver, which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets
+    /// the ray, and slightly beyond, so that a caster that touches it counts.
     fn tint_depth(
         &self,
         view: &GpuView,
@@ -65,7 +65,7 @@ impl Plane {
         let Self { point, normal } = *self;
         let slope = (texel - view.size * 0.5) / view.scale;
         let perspective = view.perspective > 0.0;
-        // From the eye, or from the eye's plane.
+        // Rays start at the eye, or in the eye's plane.
         let way = if perspective { Vec3::new(slope.x, -slope.y, -1.0) } else { Vec3::NEG_Z };
         let start = if perspective { Vec3::ZERO } else { Vec3::new(slope.x, -slope.y, 0.0) };
         let meets = normal.dot(way);
@@ -98,7 +98,7 @@ impl Lighting<'_> {
         let by_channel = |light: Vec3| {
             map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
         };
-        // A curve knows no owners.
+        // Curves have no owner tags.
         let by_curve = matches!(receiver.receives, Receives::Curve | Receives::Others);
         if let Some(curve) = map.curve.as_ref().filter(|_| by_curve) {
             let light = receive_curve(z, map.opaque[i], bias, |_| curve.light_at(i, tint_z));
@@ -110,7 +110,7 @@ impl Lighting<'_> {
         by_channel(receive(z, &texel, bias))
     }
 
-    /// What of a texel lets light through to light depth `z` and no farther.
+    /// Light of a texel up to exactly light depth `z`, without bias.
     pub(super) fn light_before(&self, view: usize, texel: Vec2, z: f32) -> Vec3 {
         let size = self.records.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
@@ -124,7 +124,7 @@ impl Lighting<'_> {
         light_by_channel(light, solid, z, 0.0)
     }
 
-    /// Each texel is asked for itself, and counts as the light's filter says.
+    /// Compares each texel on its own, and weights the results by the light's filter.
     fn receive(
         &self,
         index: usize,
@@ -144,7 +144,8 @@ impl Lighting<'_> {
         sum
     }
 
-    /// What of a light reaches a point through one view. `point`: lifted off `surface`.
+    /// Share of a light that reaches a point through one view. `point`: `surface`'s, offset along its
+    /// normal.
     fn receive_light(
         &self,
         index: usize,
@@ -154,7 +155,7 @@ impl Lighting<'_> {
         bias: f32,
         receiver: Receiver,
     ) -> Vec3 {
-        // Levels tell nothing of what is one caster's and not another's.
+        // Levels do not separate casters by owner.
         let takes_all = matches!(receiver.receives, Receives::Curve | Receives::Nearest);
         if light.area().is_some() && takes_all {
             self.receive_area(index, light, point, surface, bias, receiver)
@@ -163,8 +164,8 @@ impl Lighting<'_> {
         }
     }
 
-    /// The point off its own shadow, by what the slope hides within the texels that are asked; and the
-    /// bias [m].
+    /// The point offset along its normal by the depth that the slope spans within the filter; and the bias
+    /// [m].
     fn lifted(
         &self,
         index: usize,
@@ -180,8 +181,7 @@ impl Lighting<'_> {
         (point, light.bias + slant.reach + light.slope_bias * slant.tangent * texel)
     }
 
-    /// Light through the first window that holds the point, faded into the next; and how much it
-    /// counts.
+    /// Light through the first window that contains the point, faded into the next; and its weight.
     fn through_windows(
         &self,
         windows: Range<usize>,
@@ -203,7 +203,7 @@ impl Lighting<'_> {
         (sum / (1.0 - rest).max(1e-6), 1.0 - rest)
     }
 
-    /// Through the shadow of `views`: the first of them, the face of a cube, or windows.
+    /// Light through the shadow of `views`: the first of them, the face of a cube, or windows.
     fn through_shadow(
         &self,
         views: Range<usize>,
@@ -219,15 +219,15 @@ impl Lighting<'_> {
         (self.receive_light(views.start, light, at, surface, bias, receiver), 1.0)
     }
 
-    /// The views of the shadow that starts at `first`: of a cube the face that looks at the point.
+    /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.
     fn views_of(&self, first: usize, light: &GpuLight, point: Vec3) -> Range<usize> {
         let view = &self.records.views[first];
         let face = if view.part == PART_FACE { cube_face(point - light.position) } else { 0 };
         first + face..first + view.part_count as usize
     }
 
-    /// Of all shadows of a light the least light, per channel. `normal` is on the light's side; `reach`: how
-    /// far what is in the maps may lie off the point [m].
+    /// Least light that any shadow of the light lets through, per channel. `normal` is on the light's side;
+    /// `reach`: distance that a caster in the maps may be off the point [m].
     pub fn shadow(
         &self,
         light: &GpuLight,
@@ -243,7 +243,7 @@ impl Lighting<'_> {
         let surface = Surface { point, normal };
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-        // What has no normal has no slope.
+        // Without a normal there is no slope.
         let tangent = normal.length_squared() * sine / cosine.max(LEAST_COSINE);
         let slant = Slant { sine, tangent, reach };
         let first = light.first_view as usize;
@@ -261,12 +261,12 @@ impl Lighting<'_> {
     }
 }
 
-/// How much of a window's answer counts at a point: less towards its border, nothing beyond.
+/// Weight of a window at a point: it falls towards the border, and is 0 outside.
 fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
     let p = view.view_from_world.transform_point3(point);
     let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
     let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
-    // All texels that are asked are the window's own.
+    // All texels of the filter are the window's own.
     let border = place.min(view.size - place).min_element() - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {
         return 0.0;
@@ -274,7 +274,7 @@ fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
     (border / view.fade.max(1e-3)).min(1.0)
 }
 
-/// The face of a cube that looks towards `away` from its middle.
+/// Face of a cube that contains the direction `away` from its centre.
 pub(super) fn cube_face(away: Vec3) -> usize {
     let size = away.abs();
     if size.x >= size.y && size.x >= size.z {

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade/taps.wgsl`: which texels of a map a look-up asks, and how much each counts.
+//! Twin of `wgsl/shade/taps.wgsl`: texels of a look-up, and their weights.
 use super::Lighting;
 use crate::records::{
     FILTER_BOX, FILTER_DISC, FILTER_SPLINE, GpuLight, RADIUS_STEPS, SPLINE_REACH,
@@ -6,20 +6,20 @@ use crate::records::{
 use glam::{UVec2, Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// From each texel of a disc to the next (Vogel 1979): cosine and sine of the golden angle.
+/// Rotation from each texel of a disc to the next (Vogel 1979): cosine and sine of the golden angle.
 const GOLDEN: Vec2 = Vec2::new(-0.737_368_9, 0.675_490_3);
 
-/// The way to a disc's first texel, unit: turned by the pixel evenly (Roberts 2018, the R2 sequence), alike
-/// in every frame.
+/// Direction to a disc's first texel, unit: rotated evenly by the pixel (Roberts 2018, the R2 sequence),
+/// alike in every frame.
 pub(super) fn turn(pixel: UVec2) -> Vec2 {
     let sum = pixel.x.wrapping_mul(12_664_745).wrapping_add(pixel.y.wrapping_mul(9_560_333));
     Vec2::from_angle((sum & 0xff_ffff) as f32 * (TAU / 16_777_216.0))
 }
 
-/// Nine texels of a map, around a point.
+/// Nine texels of a map around a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taps {
-    /// Of the point [texels].
+    /// Map position of the point [texels].
     place: Vec2,
     /// Light depth of the point.
     pub z: f32,
@@ -35,7 +35,7 @@ impl Taps {
         (self.middle + step, self.x[i % 3] * self.y[i / 3])
     }
 
-    /// Texels and weights that a light asks. `turn`: the way to a disc's first.
+    /// Texels and weights of a light's filter. `turn`: direction to a disc's first texel.
     pub(super) fn of(&self, light: &GpuLight, turn: Vec2) -> Vec<(Vec2, f32)> {
         let count = light.taps >> 8 & 0xff;
         let place = self.place.clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
@@ -67,7 +67,7 @@ impl Taps {
     }
 }
 
-/// Of a disc its radius, of a square half its edge [texels].
+/// Reach of a light's filter: radius of a disc, half the edge of a square [texels].
 fn filter_reach(light: &GpuLight) -> f32 {
     match light.taps & 0xff {
         FILTER_SPLINE => SPLINE_REACH,
@@ -77,13 +77,13 @@ fn filter_reach(light: &GpuLight) -> f32 {
     }
 }
 
-/// How far beyond the spline's the texels that a light asks may be [texels].
+/// Reach of the light's filter beyond the spline's [texels].
 pub(super) fn beyond_spline(light: &GpuLight) -> f32 {
     (filter_reach(light) - SPLINE_REACH).max(0.0)
 }
 
 impl Lighting<'_> {
-    /// Where the map of a view is asked about a point; `None` where it does not reach.
+    /// Taps around a point in a view's map; `None` if the point is outside.
     pub(super) fn taps(&self, view: usize, point: Vec3) -> Option<Taps> {
         let view = &self.records.views[view];
         let p = view.view_from_world.transform_point3(point);

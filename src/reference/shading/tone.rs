@@ -1,10 +1,10 @@
-//! Twin of `wgsl/shade/tone.wgsl`: from light to what a screen shows.
+//! Twin of `wgsl/shade/tone.wgsl`: tone curve from linear light to the screen.
 use glam::Vec3;
 
 /// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn tone_mapped(light: Vec3) -> Vec3 {
     const START: f32 = 0.76;
-    /// Far less than the original: fire stays orange.
+    /// Far below the original's: fire stays orange.
     const DESATURATION: f32 = 0.01;
     let least = light.min_element();
     let toe = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };

@@ -1,4 +1,4 @@
-//! The kernels that read a list, bound: what blocks light, or what filters it.
+//! Bindings of the kernels that read a list of blocking or of filtering casters.
 use crate::{
     error::Error,
     gpu::Timeline,
@@ -21,9 +21,9 @@ pub(super) struct BoundList {
     pub readers: Readers,
     pub features: Features,
     conditions: Conditions,
-    /// Chunks of tiny particles, uploaded ones and the host's; only where the list filters.
+    /// Chunks of tiny particles, uploaded ones and the host's; only if the list filters.
     tiny: Vec<Chunks>,
-    /// Of the kernels that the list needs.
+    /// Bindings of the kernels that the list needs.
     bound: Vec<(Role, BindGroup)>,
 }
 
@@ -53,7 +53,7 @@ impl BoundList {
         Self::new(context, maps, list, Readers::ACCUMULATE, features, views, tiny, is_read)
     }
 
-    /// `is_read`: whether the list is recorded at all.
+    /// `is_read`: whether the list is recorded.
     #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     fn new(
         context: &mut Context<'_, '_>,
@@ -66,11 +66,8 @@ impl BoundList {
         is_read: bool,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
-        let conditions = list.conditions.with_readers(
-            list.has_segments,
-            !tiny.is_empty(),
-            features.nodes > 0,
-        );
+        let conditions =
+            list.conditions.with_readers(list.has_segments, !tiny.is_empty(), features.nodes > 0);
         let needed: Vec<_> = frame::kernels(conditions)
             .filter(|_| is_read)
             .filter_map(|(role, sources)| Some((role, readers.variant(role)?, sources)))
@@ -78,10 +75,8 @@ impl BoundList {
         for &(_, variant, _) in &needed {
             context.kernels.plan(device, variant, features)?;
         }
-        let resources = context
-            .resources(views)
-            .and(&maps.resources())
-            .with("counters", list.counters());
+        let resources =
+            context.resources(views).and(&maps.resources()).with("counters", list.counters());
         let (mut bound, mut tiny_chunks) = (Vec::new(), Vec::new());
         for (role, variant, sources) in needed {
             let kernel = context.kernels.get(variant, features);
@@ -103,7 +98,7 @@ impl BoundList {
         Ok(Self { list, readers, features, conditions, tiny: tiny_chunks, bound })
     }
 
-    /// From casters to maps.
+    /// Records all stages from casters to maps.
     pub(super) fn record(
         &self,
         scratch: &Scratch,
@@ -165,7 +160,7 @@ impl BoundList {
         }
     }
 
-    /// From casters to pairs.
+    /// Records the stages from casters to pairs.
     pub(super) fn record_counts(
         &self,
         scratch: &Scratch,

@@ -49,11 +49,11 @@ impl Batch {
         let host = host.map(|host| host.buffers.clone());
         let tiny: Vec<_> = tiny.iter().chain(&host).collect();
         let small = SmallTriangles::new(context, &plan.small_chunks, &views)?;
-        // Without opaque casters the opaque depth of new maps stays what `Maps` filled in: 1.
+        // Without opaque casters the opaque depth of new maps stays 1, as `Maps` initialised it.
         let has_old_depths = plan.kept && small.is_none();
         let by_channel = maps.colored.is_some() && small.is_some();
         let reads_blocking = blocking.footprint_count > 0 || has_old_depths || by_channel;
-        // `prepare` may have filled the maps with what they are without casters that filter.
+        // `prepare` may have filled the maps with their values without filtering casters.
         let reads_filtering = filtering.footprint_count > 0 || !plan.cleared;
         let is_rendered = reads_blocking || small.is_some();
         let imports = Imports::new(context, maps, &plan.views, &plan.depths, is_rendered)?;
@@ -98,7 +98,7 @@ impl Batch {
         }
     }
 
-    /// Counts the pairs of both lists, and touches no map.
+    /// Records the counting of both lists' pairs, without touching a map.
     pub(super) fn record_counts(
         &self,
         kernels: &Kernels,
@@ -134,8 +134,7 @@ impl Batch {
         }
     }
 
-    /// `(opaque, translucent)`
-    /// What kernels count of opaque casters and of translucent ones.
+    /// Counters of the opaque and of the translucent list.
     pub(super) fn counted(&self) -> [&ReadBack<ListCounters>; 2] {
         [&self.blocking, &self.filtering].map(|bound| bound.list.counted())
     }

@@ -1,5 +1,4 @@
-//! Maps kept from frame to frame: a view is rendered again where what its map is made from has
-//! changed.
+//! Cache of maps from frame to frame: a view is rendered again if its inputs have changed.
 mod relocation;
 
 pub(super) use relocation::Relocation;
@@ -11,26 +10,26 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-/// What each view's map was made from.
+/// Inputs of each view's cached map.
 #[derive(Debug, Default)]
 pub(super) struct MapCache {
     views: Vec<CachedView>,
-    /// [`CasterSet`]'s.
+    /// [`CasterSet::id`] of the casters.
     set: u64,
-    /// Views that are ready to be rendered, or were rendered last, in order.
+    /// Views to render or rendered last, in order.
     pub pending: Vec<usize>,
-    /// Whether the others are in their places only once this is recorded.
+    /// Whether the other maps are in their places only after this is recorded.
     moving: bool,
     recorded: AtomicBool,
 }
 
-/// Something of the host's.
+/// An input from the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Input {
-    /// Which set.
+    /// Index of the set.
     Casters(usize),
     Depth {
-        /// It takes the place of our own opaque casters.
+        /// Whether it replaces the opaque depth of our own casters.
         instead: bool,
     },
 }
@@ -38,23 +37,22 @@ enum Input {
 #[derive(Debug)]
 struct CachedView {
     view: View,
-    /// Indices of the groups that it may see.
+    /// Indices of the groups that the view may see.
     groups: Vec<u32>,
-    /// What it may see of the host's: which, and its version.
+    /// The host's inputs that the view may see, each with its version.
     inputs: Vec<(Input, Option<u64>)>,
-    /// What hid others, and how many casters it hid.
+    /// Occluders of the view, and the number of casters that they hid.
     occluders: Arc<Occluders>,
     hidden: u64,
-    /// When; no change after that is in the map. 0 for never.
+    /// Generation of the inputs; no later change is in the map. 0 for never rendered.
     at: u64,
 }
 
 impl MapCache {
-    /// What follows `earlier`, or an empty cache. A view is pending where its own numbers, its
-    /// groups or something within a group changed: an opaque caster and one that filters alike,
-    /// before a move or after it. The view's matrix is compared, not its camera: what a camera's
-    /// move leaves as it is stays.
-    /// `hides`: of how many nodes a curve is, where groups behind opaque surfaces are left out.
+    /// The cache after `earlier`, or an empty one. A view is pending if its own parameters, its groups or a
+    /// caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
+    /// compared, not its camera: a camera's move that leaves the matrix unchanged keeps the map. `hides`:
+    /// nodes of a curve, if groups behind opaque surfaces are culled.
     pub(super) fn after(
         earlier: Self,
         casters: &CasterSet,
@@ -81,7 +79,7 @@ impl MapCache {
                 .map(|(set, version)| (Input::Casters(set), version))
                 .chain(of_depth)
                 .collect();
-            // What the host's map has instead of them hides nothing that we know of.
+            // The host's depth map that replaces them has unknown occluders.
             let hides = hides.filter(|_| depth.is_none_or(|depth| !depth.instead));
             let before = before.next();
             let same = before.as_ref().filter(|before| {
@@ -120,12 +118,12 @@ impl MapCache {
         Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }
     }
 
-    /// Whether maps of these views have the same places.
+    /// Whether maps of these views have the same sizes.
     pub(super) fn fits(&self, views: &[View]) -> bool {
         self.views.iter().map(|cached| cached.view.size).eq(views.iter().map(|view| view.size))
     }
 
-    /// Views whose maps stay.
+    /// Views whose maps are kept.
     pub(super) fn kept(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.views.len()).filter(|index| self.pending.binary_search(index).is_err())
     }
@@ -139,17 +137,17 @@ impl MapCache {
         &self.views[view].groups
     }
 
-    /// Casters of the pending views that opaque surfaces hide.
+    /// Casters of the pending views that are hidden by opaque surfaces.
     pub(super) fn hidden_count(&self) -> u64 {
         self.pending.iter().map(|&view| self.views[view].hidden).sum()
     }
 
-    /// The pending views are in the host's encoder.
+    /// Marks the pending views as recorded in the host's encoder.
     pub(super) fn mark_recorded(&self) {
         self.recorded.store(true, Ordering::Relaxed);
     }
 
-    /// The pending views must be rendered again.
+    /// Marks the pending views to be rendered again.
     pub(super) fn forget(&mut self) {
         self.recorded = AtomicBool::new(false);
     }

@@ -7,11 +7,11 @@ use crate::{
 };
 use glam::UVec2;
 
-/// Cached maps in their old rectangles, and where they go.
+/// Cached maps in their old rectangles, and their moves.
 #[derive(Debug)]
 pub(in crate::shadows) struct Relocation {
     maps: Maps,
-    /// As in [`Soften`].
+    /// Maps before softening, as in [`Soften`].
     raw: Option<Maps>,
     moves: Vec<Move>,
 }
@@ -20,12 +20,12 @@ pub(in crate::shadows) struct Relocation {
 struct Move {
     from: MapPlace,
     to: MapPlace,
-    /// [texels]
+    /// Size of the map [texels].
     size: UVec2,
 }
 
 impl Relocation {
-    /// The views `kept` of `old` to their places in `maps`. `None` where there are none.
+    /// Moves the views `kept` of `old` to their rectangles in `maps`. `None` if no view is kept.
     pub(in crate::shadows) fn new(
         old: Maps,
         old_soften: Option<Soften>,

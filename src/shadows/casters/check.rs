@@ -1,4 +1,4 @@
-//! What a host hands over is checked before it is used.
+//! Validation of a host's casters before they are used.
 use crate::{
     error::Error,
     model::{Casters, Particle, Triangle},
@@ -6,7 +6,7 @@ use crate::{
 };
 
 impl Casters<'_> {
-    /// Whether all indices are in range and all positions finite.
+    /// Checks that all indices are in range and all positions finite.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let Self { particles, triangles, materials, textures, .. } = self;
         if materials.len() > MAX_MATERIALS {
@@ -47,7 +47,7 @@ impl Casters<'_> {
     }
 }
 
-/// The first of `items` that has a problem, as an error.
+/// Error of the first of `items` that has a problem.
 fn find<T>(
     what: &'static str,
     items: &[T],

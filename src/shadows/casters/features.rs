@@ -1,4 +1,4 @@
-//! What the casters of each class have, so that kernels can leave out the rest.
+//! Features of the casters of each class, to which kernels are specialised.
 use crate::{
     model::{CLASSES, Class, Material, Particle, Receives, Shape, Transfer, Triangle},
     shadows::host_inputs::HostCasters,
@@ -29,7 +29,7 @@ pub(super) fn features_of(
     features
 }
 
-/// What sets of the host's may have: all that their materials have.
+/// Adds all features that the materials of the host's sets may have.
 pub(super) fn add_host_features(
     features: &mut [Features; CLASSES],
     materials: &[Material],
@@ -47,16 +47,16 @@ pub(super) fn add_host_features(
     }
 }
 
-/// Whether some receiver is tinted by all casters but its own.
+/// Whether some receiver is tinted by all casters except its own object's.
 pub(super) fn asks_for_owners(materials: &[Material]) -> bool {
     materials.iter().any(|m| m.visible && m.receives == Receives::Others)
 }
 
-/// Opacity below which [`Features::faint`] is asked for. A product of `n` transmittances is off by
-/// `n` roundings of 2^-25, in light that falls as `exp(-n a)`: by 2^-14 here.
+/// Opacity below which [`Features::faint`] is set. A product of `n` transmittances is off by `n` roundings
+/// of 2^-25, in light that falls as `exp(-n a)`: by 2^-14 here.
 const FAINTEST: f32 = 1.0 / 4096.0;
 
-/// `alpha`: of the caster.
+/// Sets `faint` for a caster of opacity `alpha`.
 fn add_opacity(features: &mut [Features; CLASSES], material: &Material, alpha: f32) {
     let opacity = opacity(material, alpha);
     let is_faint = opacity > 0.0 && opacity < FAINTEST;

@@ -34,7 +34,7 @@ use upload::{upload, upload_images, upload_materials};
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
 pub struct Span {
-    /// In the order of the upload.
+    /// Indices in upload order.
     pub particles: Range<u32>,
     pub triangles: Range<u32>,
     pub features: Features,
@@ -46,9 +46,9 @@ impl Span {
     }
 }
 
-/// Particles, triangles, materials and images in kernel form. Within each kind the casters are
-/// ordered by class. Within a class triangles stay in the scene's order, and particles do where
-/// some filter depends on the order; otherwise neighbours are put together.
+/// Particles, triangles, materials and images in kernel form. Within each kind the casters are sorted by
+/// class. Within a class triangles stay in the scene's order, and so do particles if blending depends on
+/// the order; otherwise they are sorted in space.
 #[derive(Debug)]
 pub struct CasterSet {
     pub casters: wgpu::Texture,
@@ -58,42 +58,43 @@ pub struct CasterSet {
     particle_ranges: [Range<u32>; CLASSES],
     triangle_ranges: [Range<u32>; CLASSES],
     features: [Features; CLASSES],
-    /// Sets in buffers of the host's.
+    /// Sets in the host's buffers.
     host: Option<Arc<HostSets>>,
-    /// Records behind the uploaded ones that their casters have.
+    /// Records reserved for the host's casters, behind the uploaded ones.
     host_room: Range<u32>,
-    /// Whether some receiver is tinted by all casters but its own.
+    /// Whether some receiver is tinted by all casters except its own object's.
     pub owners: bool,
-    /// Edge of the window that shows every dithered material's opacity, 0 for none [texels].
+    /// Edge of the window over which the coverage of every dithered material equals its opacity, 0 for none
+    /// [texels].
     pub dither_window: u32,
     memory: Memory,
     /// Memory of the host's sets.
     host_memory: Memory,
     groups: Groups,
     source: Source,
-    /// When it was made: no other set has the same.
+    /// Identity of the set, unique.
     id: u64,
 }
 
-/// What was uploaded, to tell what changes.
+/// Copy of the upload, to detect changes.
 #[derive(Debug)]
 struct Source {
-    /// Indices into the scene's particles and triangles, in the order of the upload.
+    /// Indices into the scene's particles and triangles, in upload order.
     particle_order: Vec<u32>,
     triangle_order: Vec<u32>,
     /// Particles, then the ranks of the blue noise.
     casters: Vec<Caster>,
     triangles: Vec<TriangleRecord>,
     materials: Vec<Material>,
-    /// Hashes.
+    /// Hashes of the textures.
     textures: Vec<u64>,
-    /// [texels]
+    /// Sizes of the textures [texels].
     texture_sizes: Vec<(u32, u32)>,
     blue_first: u32,
     in_order: bool,
 }
 
-/// What decides where a material's casters are in the upload.
+/// Properties of a material that decide where its casters are in the upload.
 fn layout(material: &Material) -> (Class, bool, bool) {
     let blue = material.transfer == Transfer::Dither && material.pattern == Pattern::Blue;
     (Class::of(material), material.transfer == Transfer::Over, blue)
@@ -122,7 +123,7 @@ impl CasterSet {
         Self::with_room(device, queue, casters, &[])
     }
 
-    /// With room for casters of the host's, which [`Self::take_host`] takes.
+    /// A set with records reserved for casters of the host, which [`Self::take_host`] fills in.
     pub(super) fn with_room(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -161,7 +162,8 @@ impl CasterSet {
         let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges));
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
         if layouts.iter().any(|&(_, _, blue)| blue) {
-            // Behind the particles, because every kernel that dithers reads these already.
+            // The ranks are behind the particles, because every dithering kernel binds that texture
+            // already.
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
         let host_first = casters.len() as u32;
@@ -210,13 +212,12 @@ impl CasterSet {
         })
     }
 
-    /// Whether [`Self::take_host`] has room for these.
+    /// Whether the reserved records suffice for [`Self::take_host`] with these sets.
     pub(super) fn has_room(&self, host: &[HostCasters<'_>]) -> bool {
         room(host) as usize <= self.host_room.len()
     }
 
-    /// Casters in buffers of the host's, in place of those that it had. `materials`: those of the
-    /// uploaded casters.
+    /// Replaces the host's sets. `materials`: those of the uploaded casters.
     pub(super) fn take_host(
         &mut self,
         device: &wgpu::Device,
@@ -241,12 +242,12 @@ impl CasterSet {
         self.host.clone()
     }
 
-    /// As they were uploaded.
+    /// Records of casters and triangles as uploaded.
     pub(super) fn records(&self) -> (&[Caster], &[TriangleRecord]) {
         (&self.source.casters, &self.source.triangles)
     }
 
-    /// Whether there is a caster of one of [`LISTS`].
+    /// Whether the list, an index of [`LISTS`], has a caster.
     pub(super) fn has(&self, list: usize) -> bool {
         self.span(LISTS[list].clone()).count() > 0
             || self.host().is_some_and(|host| !host.spans[list].groups.is_empty())
@@ -259,30 +260,29 @@ impl CasterSet {
         memory
     }
 
-    /// Casters that lie together, in the order of the upload: particles first.
+    /// Spatially coherent groups of casters in upload order, particles first.
     pub fn groups(&self) -> &[Group] {
         &self.groups.groups
     }
 
-    /// The group that a triangle of the upload is in.
+    /// The group that contains a triangle of the upload.
     pub(super) fn triangle_group(&self, triangle: u32) -> &Group {
         self.groups.of_triangle(triangle)
     }
 
-    /// Indices of the groups that a view may see, in order: all that touch one of its texels, and
-    /// few others.
+    /// Indices of the groups that a view may see, in order: conservative, all that touch one of its texels.
     pub fn visible(&self, view: &GpuView) -> Vec<u32> {
         self.groups.visible(view)
     }
 
-    /// What hides others in a shadow view.
+    /// Occluders of a shadow view.
     pub fn occluders(&self, view: &GpuView) -> Occluders {
         self.groups.occluders(view)
     }
 
-    /// Takes the groups out of `visible` that occluders of the same shadow view hide: its maps of
-    /// `nodes` a curve, 0 for none, are the same to the last bit without them. Returns how many
-    /// casters these groups have.
+    /// Removes from `visible` the groups hidden by occluders of the same shadow view: without them, its
+    /// maps with curves of `nodes` nodes (0 for none) are the same to the last bit. Returns the number of
+    /// casters in these groups.
     pub fn hide(
         &self,
         visible: &mut Vec<u32>,
@@ -290,30 +290,29 @@ impl CasterSet {
         occluders: &Occluders,
         nodes: u32,
     ) -> u64 {
-        // What a curve merges hangs on how many pairs lie between; and a map of owners that is
-        // cleared has other bits, which nobody reads, than one that nothing filters.
-        // And of how many casters of the host's share a tile nobody knows.
+        // Merges in a curve depend on the number of pairs in between; and a cleared map of owners differs
+        // in unread bits from one that nothing filters. The number of host casters on a tile is unknown.
         let alone = self.host().is_none_or(|host| host.spans[1].groups.is_empty());
         let filters = nodes == 0 && !self.owners && alone;
         self.groups.hide(visible, view, occluders, filters)
     }
 
-    /// Whether some filter depends on the order of its casters.
+    /// Whether blending depends on the order of the casters.
     pub(super) fn is_ordered(&self) -> bool {
         self.span(Class::FILTERING).features.over
     }
 
-    /// When occluders last changed.
+    /// Generation of the occluders' last change.
     pub(super) fn occluders_at(&self) -> u64 {
         self.groups.occluders_at
     }
 
-    /// When something in it last changed.
+    /// Generation of the last change.
     pub(super) fn changed_at(&self) -> u64 {
         self.groups.groups.iter().map(|group| group.changed_at).max().unwrap_or(0)
     }
 
-    /// No other set has the same.
+    /// Identity of the set, unique.
     pub(super) fn id(&self) -> u64 {
         self.id
     }

@@ -1,4 +1,4 @@
-//! What has changed in a scene, to the casters that are on the GPU already.
+//! Updates of the casters on the GPU from a changed scene.
 use super::{
     CasterSet,
     features::{asks_for_owners, features_of},
@@ -15,10 +15,9 @@ use crate::{
 use std::ops::Range;
 
 impl CasterSet {
-    /// Takes over what has changed in the scene and uploads that alone. False where it could not,
-    /// and a new set must be made: with another number of casters, materials or textures, other
-    /// sizes of textures, casters of another class, or particles that have drifted so far apart
-    /// that other neighbours should be together.
+    /// Uploads the scene's changes. Returns false if a new set must be made: with another number of
+    /// casters, materials or textures, other sizes of textures, casters of another class, or particles that
+    /// have drifted so far apart that they need new groups.
     pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
         let &Casters { particles, triangles, materials, textures, in_order } = casters;
         if self.source.in_order != in_order
@@ -33,7 +32,7 @@ impl CasterSet {
         self.update_casters(queue, particles, triangles, materials, &is_new)
     }
 
-    /// Whether every caster and texture would be where it is.
+    /// Whether every caster and texture keeps its place in the upload.
     fn is_laid_out_as(
         &self,
         particles: &[Particle],
@@ -65,7 +64,7 @@ impl CasterSet {
             })
     }
 
-    /// Whether each material is another than before, or its texture.
+    /// Updates the materials; returns for each whether it or its texture changed.
     fn update_materials(
         &mut self,
         queue: &wgpu::Queue,
@@ -94,7 +93,7 @@ impl CasterSet {
         new_material
     }
 
-    /// False where particles have drifted too far apart.
+    /// Updates the casters; returns false if particles have drifted too far apart.
     fn update_casters(
         &mut self,
         queue: &wgpu::Queue,
@@ -144,7 +143,7 @@ impl CasterSet {
     }
 }
 
-/// Puts what is made of each index into the records. Whether one differs, or must be new.
+/// Replaces the record of each index by `make`'s. Returns whether a record differs, or must be new.
 fn replace<T: PartialEq>(
     records: &mut [T],
     order: &[u32],

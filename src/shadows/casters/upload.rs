@@ -1,4 +1,4 @@
-//! Casters, materials and images in kernel form, to the device.
+//! Upload of casters, materials and images in kernel form.
 use crate::{
     error::Error,
     gpu::Allocator,
@@ -13,7 +13,7 @@ use wgpu::{
     TextureUsages,
 };
 
-/// `room`: for so many more records.
+/// Uploads records; `room`: capacity for further records.
 pub(super) fn upload<T: bytemuck::Pod>(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
@@ -33,10 +33,10 @@ pub(super) fn upload<T: bytemuck::Pod>(
     Ok(texture)
 }
 
-/// Bytes of a row of a record texture.
+/// Size of a row of a record texture [bytes].
 const ROW_BYTES: usize = ROW as usize * 16;
 
-/// The rows that hold the records of `parts`, which are in order.
+/// Uploads the rows that contain the records of `parts`, which are sorted.
 pub(super) fn upload_parts<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
@@ -66,7 +66,7 @@ pub(super) fn upload_parts<T: bytemuck::Pod>(
     }
 }
 
-/// Whole rows, and what is left in the last one.
+/// Writes whole rows, then the remainder of the last one.
 fn write_rows(queue: &wgpu::Queue, texture: &wgpu::Texture, first_row: u32, bytes: &[u8]) {
     let row = ROW_BYTES;
     let whole = bytes.len() / row * row;

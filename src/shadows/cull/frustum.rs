@@ -2,23 +2,22 @@
 use crate::{model::Bounds, records::GpuView};
 use glam::{DVec3, Vec3, Vec4};
 
-/// What rounding may move a point of the transform in `project` by, as a share of its largest
-/// coordinate: some ten operations of 2^-24 each, and a root of their sum where a sphere almost
-/// holds the eye.
+/// Rounding error of the transform of a point in `project`, as a share of its largest coordinate: some ten
+/// operations of 2^-24 each, and a root of their sum where a sphere almost contains the eye.
 pub(super) const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
-/// How far a view's axes may be from unit and right-angled; and, as a share of the size, what
-/// boxes are enlarged by for it.
+/// Tolerance of a view's axes for being unit and orthogonal; and the enlargement of boxes for it, as a
+/// share of their size.
 const SKEW: f64 = 1e-5;
 const SKEWED: f32 = 2e-5;
 
-/// Four planes side by side; inside is where `x n.x + y n.y + z n.z + d >= 0`.
+/// Four planes as structure of arrays; inside is where `x n.x + y n.y + z n.z + d >= 0`.
 #[derive(Clone, Copy, Debug)]
 struct Planes {
     x: Vec4,
     y: Vec4,
     z: Vec4,
     d: Vec4,
-    /// Sizes of `x`, `y` and `z`.
+    /// Absolute values of `x`, `y` and `z`.
     sizes: [Vec4; 3],
 }
 
@@ -31,7 +30,7 @@ impl Planes {
         Self { x, y, z, d: lanes(|p| p.1), sizes: [x, y, z].map(Vec4::abs) }
     }
 
-    /// Distance of the centre, and how far the box reaches towards each plane.
+    /// Distance of the centre, and extent of the box, along each plane's normal.
     #[inline]
     fn test(&self, center: Vec3, half: Vec3) -> (Vec4, Vec4) {
         let distance = self.x * center.x + self.y * center.y + self.z * center.z + self.d;
@@ -41,16 +40,16 @@ impl Planes {
     }
 }
 
-/// Which planes a box may still cross: those that its parent's box crosses.
+/// Flags of the planes that a box may still cross: those that its parent's box crosses.
 pub(super) const CROSSES_SIDES: u8 = 1;
 pub(super) const CROSSES_DEPTHS: u8 = 2;
 pub(super) const CROSSES_ALL: u8 = CROSSES_SIDES | CROSSES_DEPTHS;
 
-/// What one view may see: its window and its range of depths, a little widened.
+/// Frustum of a view: its window and its depth range, slightly widened.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
     sides: Planes,
-    /// Near and far, twice.
+    /// Near and far plane, twice.
     depths: Planes,
 }
 
@@ -64,11 +63,11 @@ impl Frustum {
             return Self::everything();
         }
         let half = view.size.as_dvec2() * 0.5;
-        // What is smaller than a texel is enlarged to a radius of 0.7071 texel, and a quad reaches
-        // 1.4143 times as far: one texel in all. The half texel between the window's border and
-        // its outermost texel centres is left for rounding.
+        // Particles smaller than a texel are enlarged to a radius of 0.7071 texel, and a quad reaches
+        // 1.4143 times as far: one texel in all. The half texel between the window's border and its
+        // outermost texel centres is left for rounding.
         let texel = 1.0 / scale;
-        // Rounding of the planes' own numbers.
+        // Rounding of the planes' own coefficients.
         let spare = |norm: f64| f64::from(ROUNDING) * norm * (shift.abs().element_sum() + texel);
         let (sides, first, last);
         if view.perspective > 0.0 {
@@ -103,7 +102,7 @@ impl Frustum {
         }
     }
 
-    /// The frustum of a view that cannot be judged.
+    /// A frustum that contains everything, for views with invalid or skewed axes.
     fn everything() -> Self {
         let all = Planes::new([(DVec3::ZERO, 0.0); 4]);
         Self { sides: all, depths: all }
@@ -117,12 +116,12 @@ impl Frustum {
             .map(|(of, i)| plane(of, i))
     }
 
-    /// Whether something within the box, which [`widened`] made, may be seen.
+    /// Whether the frustum touches a box, which [`widened`] made.
     pub fn sees(&self, bounds: &Bounds) -> bool {
         self.cross(bounds.min, bounds.max, CROSSES_ALL).is_some()
     }
 
-    /// `None` for a box outside; otherwise which of `planes` it crosses, 0 where it is inside.
+    /// `None` for a box outside; otherwise those of `planes` that it crosses, 0 if it is inside.
     #[inline]
     pub(super) fn cross(&self, min: Vec3, max: Vec3, planes: u8) -> Option<u8> {
         let center = (min + max) * 0.5;
@@ -134,7 +133,7 @@ impl Frustum {
                 if (distance + reach).cmplt(Vec4::ZERO).any() {
                     return None;
                 }
-                // A NaN crosses.
+                // A NaN counts as crossing.
                 if !(distance - reach).cmpge(Vec4::ZERO).all() {
                     crossed |= bit;
                 }
@@ -144,8 +143,8 @@ impl Frustum {
     }
 }
 
-/// Right, up and back of a view, and where the world's origin is in it. `None` where they are not
-/// unit and right-angled.
+/// Right, up and back axes of a view, and its coordinates of the world's origin. `None` if they are not
+/// orthonormal.
 pub(super) fn rigid_axes(view: &GpuView) -> Option<([DVec3; 3], DVec3)> {
     let axes = view.view_from_world.as_dmat4();
     let [right, up, back] = [0, 1, 2].map(|i| axes.row(i).truncate());
@@ -156,10 +155,10 @@ pub(super) fn rigid_axes(view: &GpuView) -> Option<([DVec3; 3], DVec3)> {
     rigid.then_some(([right, up, back], axes.w_axis.truncate()))
 }
 
-/// The box as planes must see it, so that rounding never loses what touches it. `None` where a
-/// coordinate is not finite or so large that it cannot be judged: what is inside is always seen.
+/// The box enlarged for rounding, so that no touching box is lost. `None` if a coordinate is not finite or
+/// too large: its contents are always visible.
 pub fn widened(bounds: &Bounds) -> Option<Bounds> {
-    /// Past it products of coordinates leave the range of an `f32` [m].
+    /// Coordinate beyond which products leave the range of an `f32` [m].
     const FARTHEST: f32 = 1e15;
     let corners = [bounds.min, bounds.max].map(Vec3::abs);
     // Written so that a NaN is refused.

@@ -1,17 +1,16 @@
-//! cull: which groups of casters a view may see, on the CPU.
+//! cull: frustum and occlusion culling of groups of casters per view, on the CPU.
 //!
-//! 1. Casters that lie together form a *group*: at most a chunk of `project`'s, with a box around
-//!    all that they can reach ([`order`]).
-//! 2. A tree over the boxes is built once, refitted when groups move and built anew when it has
+//! 1. Neighbouring casters form a *group*: at most a chunk of `project`'s, with a box around all
+//!    that they can reach ([`order`]).
+//! 2. A tree over the boxes is built once, refitted when groups move and rebuilt when it has
 //!    degraded ([`GroupTree`]).
-//! 3. Each view walks the tree once with its six planes ([`Frustum`]).
-//! 4. Of what it sees, groups wholly behind one large opaque surface are left out, where that
-//!    changes no bit of a map ([`Occluders`]).
+//! 3. Each view traverses the tree once with its six planes ([`Frustum`]).
+//! 4. Visible groups wholly behind one large opaque surface are culled, where that changes no bit
+//!    of a map ([`Occluders`]).
 //!
-//! What a view sees is always among what the walk yields: planes and boxes are widened by what
-//! `project` enlarges and by what rounding may move. The range of a spot or point light is its far
-//! *plane*, not a sphere: light depth is measured along the view's axis, so the corners of a view
-//! reach farther than `far`.
+//! Culling is conservative: planes and boxes are widened by the enlargement and the rounding of `project`.
+//! The range of a spot or point light is its far *plane*, not a sphere: light depth is measured along the
+//! view's axis, so the corners of a view reach farther than `far`.
 mod frustum;
 mod occluders;
 pub mod order;

@@ -1,12 +1,12 @@
-//! What large opaque surfaces hide from a light.
+//! Occlusion culling of groups behind large opaque surfaces, as seen from a light.
 //!
-//! 1. The largest flat pieces of plain opaque triangles are found once ([`OccluderPolygons`]): ground and
-//!    walls are squares of two triangles.
-//! 2. A view takes the few that are largest in its map ([`Occluders`]).
-//! 3. A box is hidden where one of them has all of it behind its planes and within its outline.
+//! 1. The largest flat polygons of plain opaque triangles are found once ([`OccluderPolygons`]): ground and
+//!    walls are quads of two triangles.
+//! 2. A view uses the few that are largest in its map ([`Occluders`]).
+//! 3. A box is hidden if it is behind the planes and within the outline of one of them.
 //!
-//! Light is only ever asked along the rays through texel centres, so an outline need not be shrunk
-//! by texels, but by what rounding may move an edge or a depth by, and by what `project` enlarges.
+//! Depths are only evaluated along the rays through texel centres, so an outline need not shrink by texels,
+//! but by the rounding error of an edge or a depth, and by the enlargement of `project`.
 use super::frustum::{ROUNDING, rigid_axes, widened};
 use crate::{
     model::{Bounds, TILE_SIZE},
@@ -14,46 +14,47 @@ use crate::{
 };
 use glam::{DVec2, DVec3, Vec3};
 
-/// Occluders of a view.
+/// Most occluders of a view.
 pub const MOST_OCCLUDERS: usize = 16;
-/// Polygons of a scene, from which views choose.
-const MOST_SHEETS: usize = 256;
-/// What looks smaller hides next to nothing [texels²].
+/// Most polygons of a scene, from which views choose.
+const MOST_POLYGONS: usize = 256;
+/// Least area of an occluder in the map [texels²].
 const LEAST_AREA: f64 = 1024.0;
-/// Cosine between the normals of two triangles that are one sheet. No bound of rounding: a view
-/// keeps both planes.
+/// Cosine between the normals of two triangles that make one occluder polygon. It bounds no rounding: a
+/// view keeps both planes.
 const FLAT: f32 = 0.9999;
-/// What is smaller than a texel is enlarged to a radius of 0.7071 texel, and a quad reaches 1.4143
-/// times as far [texels].
+/// Enlargement of particles: to a radius of at least 0.7071 texel, and a quad reaches 1.4143 times as far
+/// [texels].
 const ENLARGED: f64 = 1.0;
-/// Edge functions of a sliver are noise, which may hold up to the end of a tile that its box
+/// Extent of a sliver's edge functions, which are noise and may hold up to the end of a tile that its box
 /// touches: a tile's diagonal and a texel [texels].
 const OVERSHOOT: f64 = TILE_SIZE as f64 * 1.4143 + 1.0;
-/// The largest share of a triangle's height that rounding may move an edge by.
+/// Largest share of a triangle's height that rounding may move an edge by.
 const WORST_SHARE: f64 = 0.01;
-/// How many times as far as its nearest point, or as the far plane, a box's farthest may be: less
-/// than `ROUNDING` has to spare.
+/// Largest distance of a box's farthest point, in multiples of its nearest point's or of the far plane's:
+/// less than `ROUNDING` has to spare.
 const DEEPEST: f64 = 4.0;
 
-/// A triangle, or two that share an edge and make a flat convex polygon.
+/// An occluder polygon: a triangle, or two coplanar ones that share an edge and form a convex quad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sheet {
-    /// World space [m], in order; of a quad the shared edge is from 1 to 3. The last is unused in
-    /// a triangle.
+struct Polygon {
+    /// Corners, world space [m], in order; the shared edge of a quad is from 1 to 3. A triangle leaves the
+    /// last unused.
     corners: [Vec3; 4],
     count: usize,
-    /// [m²]
+    /// Area [m²].
     area: f32,
 }
 
-impl Sheet {
+impl Polygon {
     fn of_triangle([a, b, c]: [Vec3; 3]) -> Option<Self> {
         let area = (b - a).cross(c - a).length() * 0.5;
         // Written so that a NaN is refused.
         (area > 0.0 && area.is_finite()).then_some(Self { corners: [a, b, c, c], count: 3, area })
     }
 
-    /// Their corners must be the same to the last bit: then no texel falls between them.
+    /// Joins two triangles whose shared corners are equal to the last bit: then no texel falls between
+    /// them.
     fn of_two(first: [Vec3; 3], second: [Vec3; 3]) -> Option<Self> {
         let apex = (0..3).find(|&i| !second.contains(&first[i]))?;
         let other = second.into_iter().find(|corner| !first.contains(corner))?;
@@ -71,32 +72,32 @@ impl Sheet {
     }
 }
 
-/// The largest of a scene.
+/// The largest occluder polygons of a scene.
 #[derive(Clone, Debug, Default)]
-pub struct OccluderPolygons(Vec<Sheet>);
+pub struct OccluderPolygons(Vec<Polygon>);
 
 impl OccluderPolygons {
-    /// Polygons of triangles in the order of the upload; `None` for what is no plain opaque one, or where
+    /// Polygons of triangles in upload order; `None` for a triangle that is not plain opaque, or where
     /// neighbours must not be joined.
     pub fn new(triangles: impl IntoIterator<Item = Option<[Vec3; 3]>>) -> Self {
-        let mut sheets: Vec<Sheet> = Vec::new();
+        let mut polygons: Vec<Polygon> = Vec::new();
         let mut before = None;
         for triangle in triangles {
-            let joined = before.zip(triangle).and_then(|(a, b)| Sheet::of_two(a, b));
+            let joined = before.zip(triangle).and_then(|(a, b)| Polygon::of_two(a, b));
             if let Some(joined) = joined {
-                *sheets.last_mut().expect("the one before is the last") = joined;
+                *polygons.last_mut().expect("the one before is the last") = joined;
                 before = None;
                 continue;
             }
-            if sheets.len() >= 2 * MOST_SHEETS {
-                keep_largest(&mut sheets, MOST_SHEETS, |sheet| f64::from(sheet.area));
+            if polygons.len() >= 2 * MOST_POLYGONS {
+                keep_largest(&mut polygons, MOST_POLYGONS, |polygon| f64::from(polygon.area));
             }
-            let sheet = triangle.and_then(Sheet::of_triangle);
-            sheets.extend(sheet);
-            before = sheet.and(triangle);
+            let polygon = triangle.and_then(Polygon::of_triangle);
+            polygons.extend(polygon);
+            before = polygon.and(triangle);
         }
-        keep_largest(&mut sheets, MOST_SHEETS, |sheet| f64::from(sheet.area));
-        Self(sheets)
+        keep_largest(&mut polygons, MOST_POLYGONS, |polygon| f64::from(polygon.area));
+        Self(polygons)
     }
 }
 
@@ -107,20 +108,20 @@ fn keep_largest<T>(items: &mut Vec<T>, most: usize, size: impl Fn(&T) -> f64) {
     }
 }
 
-/// Inside is where `normal . x + shift` exceeds the margins.
+/// A half space with margins: inside is where `normal . x + shift` exceeds them.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: DVec3,
     shift: f64,
-    /// For rounding: once, and per metre of depth in a perspective view.
+    /// Margins for rounding: constant, and per metre of depth in a perspective view.
     fixed: f64,
     rounding: f64,
-    /// What a point changes that moves by a texel, per metre of depth in a perspective view.
+    /// Change over a texel, per metre of depth in a perspective view.
     texel: f64,
 }
 
 impl Plane {
-    /// `wide`: the largest depth of the box, 1 in an orthographic view; `grown` [texels].
+    /// `wide`: largest depth of the box, 1 in an orthographic view; `grown`: enlargement [texels].
     fn holds(&self, center: DVec3, half: DVec3, wide: f64, grown: f64) -> bool {
         let least = self.normal.dot(center) + self.shift - self.normal.abs().dot(half);
         least >= (self.rounding + self.texel * grown) * wide + self.fixed
@@ -129,10 +130,10 @@ impl Plane {
 
 #[derive(Clone, Debug)]
 struct Occluder {
-    /// Behind its one or two triangles; then within its edges.
+    /// Planes behind its one or two triangles; then planes through its edges.
     behind: Vec<Plane>,
     edges: Vec<Plane>,
-    /// In the map [texels²].
+    /// Area in the map [texels²].
     area: f64,
 }
 
@@ -144,15 +145,15 @@ pub struct Occluders {
     /// Depth of a point: `normal . x + shift` [m].
     depth_normal: DVec3,
     depth_shift: f64,
-    /// Distance of either end of the depths [m].
+    /// Farthest depth, as a distance [m].
     farthest: f64,
 }
 
 impl Occluders {
-    pub fn new(sheets: &OccluderPolygons, view: &GpuView) -> Self {
+    pub fn new(polygons: &OccluderPolygons, view: &GpuView) -> Self {
         let Some(frame) = Frame::new(view) else { return Self::default() };
         let mut occluders: Vec<Occluder> =
-            sheets.0.iter().filter_map(|sheet| frame.occluder(sheet)).collect();
+            polygons.0.iter().filter_map(|polygon| frame.occluder(polygon)).collect();
         keep_largest(&mut occluders, MOST_OCCLUDERS, |occluder| occluder.area);
         occluders.sort_by(|a, b| b.area.total_cmp(&a.area));
         Self {
@@ -168,8 +169,8 @@ impl Occluders {
         self.occluders.is_empty()
     }
 
-    /// Whether no texel of the view's map is other than without what is inside the box; false
-    /// where it cannot be judged. `triangles`: what is inside are such, not particles.
+    /// Whether every texel of the view's map is the same without the contents of the box; false if unknown.
+    /// `triangles`: the contents are triangles, not particles.
     pub fn hide(&self, bounds: &Bounds, triangles: bool) -> bool {
         if self.occluders.is_empty() || bounds.is_empty() {
             return false;
@@ -195,7 +196,7 @@ impl Occluders {
         })
     }
 
-    /// As if every point were as near as the nearest: depths within a sliver are noise too, but
+    /// The plane as if every point were as near as the nearest: depths within a sliver are noise too, but
     /// between those of its corners.
     fn moved_to(&self, plane: &Plane, nearest: f64) -> Plane {
         let (share, kept) = if self.perspective { (1.0 / nearest, 1.0) } else { (1.0, nearest) };
@@ -207,11 +208,11 @@ impl Occluders {
     }
 }
 
-/// A view in numbers that do not round.
+/// A view in 64-bit numbers.
 struct Frame {
     axes: [DVec3; 3],
     shift: DVec3,
-    /// [texels]
+    /// Size of the map [texels].
     size: DVec2,
     scale: f64,
     near: f64,
@@ -235,14 +236,14 @@ impl Frame {
         (far > near && scale > 0.0 && (!frame.perspective || near > 0.0)).then_some(frame)
     }
 
-    /// Right, up, and depth.
+    /// View-space right, up, and depth.
     fn view_space(&self, point: Vec3) -> DVec3 {
         let point = point.as_dvec3();
         let [x, y, back] = self.axes.map(|axis| axis.dot(point));
         DVec3::new(x + self.shift.x, y + self.shift.y, -(back + self.shift.z))
     }
 
-    /// The plane where a linear function in view space is 0.
+    /// The plane where a linear function of view space is 0.
     fn plane(&self, of: DVec3, constant: f64) -> Plane {
         let [right, up, back] = self.axes;
         let shift = constant + of.dot(self.shift * DVec3::new(1.0, 1.0, -1.0));
@@ -251,18 +252,17 @@ impl Frame {
         Plane { normal, shift, fixed, rounding: 0.0, texel: of.length() / self.scale }
     }
 
-    /// `None` where it is not wholly in the range of depths, seen from its edge, not finite, or
-    /// beside the map.
-    fn occluder(&self, sheet: &Sheet) -> Option<Occluder> {
+    /// `None` if it is not wholly in the depth range, edge-on, not finite, or outside the map.
+    fn occluder(&self, polygon: &Polygon) -> Option<Occluder> {
         let rounding = f64::from(ROUNDING);
-        let n = sheet.count;
-        let at = sheet.corners.map(|corner| self.view_space(corner));
+        let n = polygon.count;
+        let at = polygon.corners.map(|corner| self.view_space(corner));
         let depths = || at[..n].iter().map(|corner| corner.z);
         let first = depths().fold(f64::INFINITY, f64::min);
         let last = depths().fold(f64::NEG_INFINITY, f64::max);
-        let largest = sheet.corners[..n].iter().fold(Vec3::ZERO, |all, c| all.max(c.abs()));
+        let largest = polygon.corners[..n].iter().fold(Vec3::ZERO, |all, c| all.max(c.abs()));
         let coordinates = self.shift.abs().element_sum() + largest.as_dvec3().element_sum();
-        // Wide maps lose more: terms of discs cancel.
+        // Wide maps lose more precision: terms of discs cancel.
         let spread = (self.size * 0.5 / self.scale).length_squared();
         let wide = if self.perspective { 1.0 + spread } else { 1.0 };
         let along = rounding * wide * (coordinates + self.near.abs() + self.far.abs());
@@ -288,7 +288,7 @@ impl Frame {
         if !(inside.min_element() > 0.0 && area >= LEAST_AREA) {
             return None;
         }
-        // Corners, and all that a texel within may be from one [texels].
+        // Largest distance between corners [texels].
         let farthest = map[..n].iter().flat_map(|a| map[..n].iter().map(|b| a.distance(*b)));
         let farthest = farthest.fold(0.0, f64::max);
         let slope = (low.abs().max(high.abs()) + self.size).element_sum() / self.scale;
@@ -299,7 +299,7 @@ impl Frame {
         let mut edges = Vec::with_capacity(n);
         for i in 0..n {
             let (a, b, c) = (map[i], map[(i + 1) % n], map[(i + 2) % n]);
-            // Convex, or the two triangles are no polygon here.
+            // Unless the outline is convex, the two triangles are no polygon here.
             let turn = (b - a).perp_dot(c - b);
             if turn.is_nan() || turn <= 0.0 {
                 return None;

@@ -1,4 +1,4 @@
-//! Groups: casters that lie together, in order along a curve through space.
+//! Groups: spatially coherent runs of casters along a Morton curve.
 use super::radix::{Keyed, radix_sort};
 use crate::model::Bounds;
 use glam::{UVec3, Vec3};
@@ -6,11 +6,11 @@ use std::ops::Range;
 
 /// Bits of a cell's coordinate.
 const BITS: u32 = 10;
-/// Points that say where most of them are.
+/// Points sampled to find the extent of most points.
 const SAMPLES: usize = 1024;
 
-/// The points' indices in Morton order (Morton 1966). Few that lie far from all others do not
-/// coarsen the cells: those are laid over the middle 98 of 100 points and as much around them.
+/// Indices of the points in Morton order (Morton 1966). Outliers do not coarsen the cells: these cover the
+/// middle 98 of 100 points and as much around them.
 pub fn morton(points: &[Vec3]) -> Vec<u32> {
     let step = points.len().div_ceil(SAMPLES).max(1);
     let mut least = Vec3::ZERO;
@@ -27,7 +27,7 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
         let width = (high - low).max(f32::MIN_POSITIVE);
         (least[axis], edge[axis]) = (low - width, 3.0 * width);
     }
-    // Cubes, so that a group is as deep as it is wide.
+    // Cubic cells, so that a group is as deep as it is wide.
     let per_metre = (1 << BITS) as f32 / edge.max_element();
     let keyed = (0..)
         .zip(points)
@@ -41,7 +41,7 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
     radix_sort(keyed).into_iter().map(|item| item.value).collect()
 }
 
-/// Two empty bits before each of ten.
+/// Inserts two zero bits before each of ten.
 fn spread(v: u32) -> u32 {
     let v = (v | v << 16) & 0x0300_00ff;
     let v = (v | v << 8) & 0x0300_f00f;
@@ -49,16 +49,16 @@ fn spread(v: u32) -> u32 {
     (v | v << 2) & 0x0924_9249
 }
 
-/// Cuts a row of `count` boxes into groups of at most `most`. A box that starts an object starts a
-/// group; so does one that would add more than half of the surface to a group that has `least`
-/// already, and one that lies far from the one before, as long as such groups are few.
+/// Cuts a sequence of `count` boxes into groups of at most `most`. A box that starts an object starts a
+/// group; so does one that would add more than half of the surface to a group that has `least` already, and
+/// one far from the one before, as long as such groups are few.
 pub fn cut(
     count: u32,
     box_of: impl Fn(u32) -> (Bounds, bool),
     least: u32,
     most: u32,
 ) -> Vec<Range<u32>> {
-    /// As often as neighbours usually are apart.
+    /// Distance of an outlier, in median distances of neighbours.
     const FAR: f32 = 32.0;
     let step = |index: u32| (box_of(index).0.center() - box_of(index - 1).0.center()).length();
     let mut steps: Vec<f32> =

@@ -1,5 +1,5 @@
-//! Stable sort of numbered keys, for the order of casters.
-/// A key and what it stands for.
+//! Stable radix sort of keys with values, for the order of casters.
+/// A key and its value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Keyed {
     pub(super) key: u32,
@@ -9,8 +9,8 @@ pub(super) struct Keyed {
 const DIGIT_BITS: u32 = 8;
 const DIGIT_COUNT: usize = 4;
 
-/// By key; what has the same key stays in order. Least significant digit first: all digits are
-/// counted in one go, and a digit that all keys share is skipped.
+/// Sorts by key; equal keys stay in order. Least significant digit first: all digits are counted in one
+/// pass, and a digit that all keys share is skipped.
 pub(super) fn radix_sort(mut items: Vec<Keyed>) -> Vec<Keyed> {
     let digit_of = |item: Keyed, digit: usize| item.key.to_le_bytes()[digit] as usize;
     let mut histograms = [[0_u32; 1 << DIGIT_BITS]; DIGIT_COUNT];

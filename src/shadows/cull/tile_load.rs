@@ -1,4 +1,4 @@
-//! How many casters may touch a tile at most, and how many pairs they may make.
+//! Bounds of the casters per tile and of the pairs of a list.
 use super::frustum::{rigid_axes, widened};
 use crate::{
     model::{Bounds, TILE_SIZE},
@@ -7,10 +7,10 @@ use crate::{
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
-/// What a list never exceeds. `Default`: of no caster.
+/// Upper bounds of a list. `Default`: of an empty one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PairBound {
-    /// All that it makes.
+    /// Pairs of the list.
     pub pairs: u64,
     /// Casters that touch one tile.
     pub of_tile: u32,
@@ -19,7 +19,7 @@ pub struct PairBound {
 }
 
 impl PairBound {
-    /// Bound of all views of a batch, whose tiles are apart.
+    /// Bound over all views of a batch, whose tiles are disjoint.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -30,12 +30,12 @@ impl PairBound {
     }
 }
 
-/// Cells in a row and column of the map, at most.
+/// Most cells per row and column of the map.
 const CELLS: usize = 32;
-/// What rectangles have to spare beyond what is in them [texels].
+/// Margin of rectangles beyond their contents [texels].
 const SPARE: f64 = 2.0;
 
-/// Counts by whole tiles of a view's map, and pairs.
+/// Grid of caster counts over whole tiles of a view's map, and the pairs.
 #[derive(Clone, Debug)]
 pub struct TileLoadBound {
     counts: [u32; CELLS * CELLS],
@@ -43,11 +43,11 @@ pub struct TileLoadBound {
     of_caster: u32,
     /// Columns and rows of tiles.
     tiles: [u32; 2],
-    /// `None` where the view cannot be judged.
+    /// View axes; `None` if they are not orthonormal.
     axes: Option<([DVec3; 3], DVec3)>,
     /// Edge of a cell [texels].
     edge: f64,
-    /// [texels]
+    /// Centre of the map [texels].
     middle: [f64; 2],
     scale: f64,
     perspective: bool,
@@ -70,7 +70,7 @@ impl TileLoadBound {
         }
     }
 
-    /// The casters of a box. `reach`: half of the longest side of a box around any one of them [m].
+    /// Adds the casters of a box. `reach`: half of the longest side of a box around any one of them [m].
     pub fn add(&mut self, bounds: &Bounds, count: u32, reach: f32) {
         let touched = self.touched(bounds);
         let [columns, rows] = self.cells(touched.as_ref());
@@ -84,20 +84,20 @@ impl TileLoadBound {
         self.pairs = self.pairs.saturating_add(u64::from(of_one) * u64::from(count));
     }
 
-    /// At most so many of what was added touch a tile that what is in the box touches too.
+    /// Most casters added so far that touch one tile together with the box.
     pub fn most(&self, bounds: &Bounds) -> u32 {
         let [columns, rows] = self.cells(self.touched(bounds).as_ref());
         let counts = rows.flat_map(|row| &self.counts[row * CELLS..][columns.clone()]);
         counts.copied().max().unwrap_or(u32::MAX)
     }
 
-    /// Bound of all that was added.
+    /// Bound of everything added.
     pub fn bound(&self) -> PairBound {
         let of_tile = self.counts.iter().copied().max().unwrap_or(u32::MAX);
         PairBound { pairs: self.pairs, of_tile, of_caster: self.of_caster }
     }
 
-    /// Tiles that a caster of half-side `reach` in what is `touched` touches at most.
+    /// Most tiles that a caster of half-side `reach` within `touched` touches.
     fn tiles_of_one(&self, touched: Option<&Touched>, reach: f64) -> u32 {
         let all = self.tiles[0] * self.tiles[1];
         let Some(touched) = touched else { return all };
@@ -105,7 +105,7 @@ impl TileLoadBound {
             let [low, high] = touched.sides[i];
             let tile = |texels: f64| (texels / f64::from(TILE_SIZE)) as u32;
             let last = self.tiles[i] - 1;
-            // Between the first tile and the last one that what is in the box touches.
+            // Between the first and the last tile that the box touches.
             let within = tile(high).min(last) - tile(low).min(last) + 1;
             // A box of side 2 r whose near side is at the depth n, its middle x beside the axis:
             // its slopes are at most 2 r (n + r + x) / (n (n + 2 r)) apart.
@@ -116,7 +116,7 @@ impl TileLoadBound {
             } else {
                 2.0 * r
             };
-            // What is no number makes the most tiles.
+            // A NaN gives the most tiles.
             let wide = (slopes * self.scale + 2.0 * SPARE) / f64::from(TILE_SIZE);
             let wide = if wide < f64::from(self.tiles[i]) { wide as u32 + 2 } else { u32::MAX };
             wide.min(within)
@@ -124,17 +124,17 @@ impl TileLoadBound {
         sides[0] * sides[1]
     }
 
-    /// Columns and rows that the box may touch.
+    /// Columns and rows of cells that the box may touch.
     fn cells(&self, touched: Option<&Touched>) -> [RangeInclusive<usize>; 2] {
         let Some(touched) = touched else { return [0..=CELLS - 1, 0..=CELLS - 1] };
         touched.sides.map(|[low, high]| {
-            // A NaN becomes 0, and so does what is before the first.
+            // A NaN becomes 0, and so does a position before the first cell.
             let cell = |texels: f64| ((texels / self.edge) as usize).min(CELLS - 1);
             cell(low)..=cell(high)
         })
     }
 
-    /// What of the map the box may touch; `None` where that cannot be judged.
+    /// Part of the map that the box may touch; `None` if unknown.
     fn touched(&self, bounds: &Bounds) -> Option<Touched> {
         let (axes, shift) = self.axes?;
         let Bounds { min, max } = widened(bounds)?;
@@ -143,7 +143,7 @@ impl TileLoadBound {
         let at = |i: usize| axes[i].dot(center) + shift[i];
         let reach = |i: usize| axes[i].abs().dot(half);
         let (mut nearest, mut farthest) = (-at(2) - reach(2), -at(2) + reach(2));
-        // What is smaller than a texel is enlarged.
+        // Particles smaller than a texel are enlarged.
         let texel = if self.perspective { farthest } else { 1.0 } / self.scale;
         (nearest, farthest) =
             if self.perspective { (nearest - texel, farthest + texel) } else { (1.0, 1.0) };
@@ -162,13 +162,13 @@ impl TileLoadBound {
     }
 }
 
-/// What of a map a box touches at most.
+/// Conservative part of a map that a box touches.
 struct Touched {
     /// First and last column, first and last row [texels].
     sides: [[f64; 2]; 2],
-    /// Along the axis [m]; 1 of a parallel view.
+    /// Least depth along the axis [m]; 1 in an orthographic view.
     nearest: f64,
-    /// How far from the axis, to the right and upwards [m].
+    /// Largest distance from the axis, to the right and upwards [m].
     beside: [f64; 2],
     /// Width of the farthest texel [m].
     texel: f64,

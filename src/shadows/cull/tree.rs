@@ -1,4 +1,4 @@
-//! A tree of boxes.
+//! Bounding volume hierarchy of groups.
 use super::frustum::{CROSSES_ALL, Frustum, widened};
 use crate::model::Bounds;
 use glam::{Vec3, Vec3A};
@@ -9,45 +9,43 @@ use obvhs::{
 };
 use std::ops::Range;
 
-/// Groups that one leaf holds, at most: to test so many boxes side by side costs less than to find
-/// a way through them.
+/// Most groups of one leaf: testing so many boxes side by side costs less than traversing nodes for them.
 const BLOCK: u32 = 8;
 
-/// In preorder: the left child follows its parent, the right child follows the left one's subtree.
+/// Nodes in preorder: the left child follows its parent, the right child follows the left one's subtree.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    /// World space [m].
+    /// Lower corner of its box, world space [m].
     min: Vec3,
-    /// Just past the subtree.
+    /// Index just past the subtree.
     end: u32,
     max: Vec3,
-    /// The first of the subtree's groups, which lie side by side in [`GroupTree::groups`].
+    /// First of the subtree's groups, which are contiguous in [`GroupTree::groups`].
     first: u32,
 }
 
-/// Boxes of groups, by place: built by parallel locally-ordered clustering (Meister and Bittner
-/// 2018, by the crate obvhs), which has no query for planes; ours needs the groups of a subtree in
-/// one run, so its nodes are laid out anew.
+/// Hierarchy of the groups' boxes, built by parallel locally-ordered clustering (Meister and Bittner 2018,
+/// by the crate obvhs). That crate has no query by planes; this one needs the groups of a subtree in one
+/// run, so its nodes are laid out anew.
 #[derive(Clone, Debug, Default)]
 pub struct GroupTree {
     nodes: Vec<Node>,
-    /// In order of the leaves.
+    /// Groups in the order of the leaves.
     groups: Vec<u32>,
     /// Boxes of `groups`, world space [m].
     boxes: Vec<Bounds>,
-    /// Groups whose boxes cannot be judged: always seen.
+    /// Groups with unbounded boxes: always visible.
     unbounded: Vec<u32>,
     group_count: usize,
-    /// [`Self::size`] when it was built.
+    /// [`Self::size`] when the tree was built.
     built_size: u64,
 }
 
-/// How much larger boxes may become before the tree is built anew, in units of
-/// [`typical_size`]: twice the surface.
+/// Growth of boxes from which the tree is rebuilt, in units of [`typical_size`]: twice the surface.
 const DEGRADED: u64 = DOUBLED;
 
 impl GroupTree {
-    /// Over the boxes of all groups. An empty box has nothing in it and is never seen.
+    /// Builds the tree over the boxes of all groups. An empty box has no contents and is never visible.
     pub fn new(bounds: &[Bounds]) -> Self {
         let mut tree = Self { group_count: bounds.len(), ..Self::default() };
         let (mut groups, mut boxes) = (Vec::new(), Vec::new());
@@ -74,7 +72,7 @@ impl GroupTree {
         );
         const UNKNOWN: u32 = u32::MAX;
         let counts = leaf_counts(&bvh);
-        // Nodes of bvh to be visited; within a block its leaves alone are taken.
+        // Nodes of `bvh` to be visited; within a block only its leaves are taken.
         let mut open = vec![(0, false)];
         while let Some((index, in_block)) = open.pop() {
             let node = &bvh.nodes[index as usize];
@@ -105,8 +103,8 @@ impl GroupTree {
         tree
     }
 
-    /// After groups have moved: their boxes anew, in the same number and order. True where the
-    /// tree had to be built anew.
+    /// Refits the tree after groups have moved: new boxes, in the same number and order. Returns true if
+    /// the tree was rebuilt.
     pub fn refit(&mut self, bounds: &[Bounds]) -> bool {
         if bounds.len() != self.group_count || !self.refit_nodes(bounds) {
             *self = Self::new(bounds);
@@ -119,7 +117,7 @@ impl GroupTree {
         false
     }
 
-    /// False where a group has lost or found its bounds.
+    /// Refits the nodes; returns false if a group has lost or gained its bounds.
     fn refit_nodes(&mut self, bounds: &[Bounds]) -> bool {
         let is_bounded = |bounds: &&Bounds| matches!(kind(bounds), Kind::Bounded(_));
         let is_unbounded = |&group: &u32| matches!(kind(&bounds[group as usize]), Kind::Unbounded);
@@ -155,12 +153,12 @@ impl GroupTree {
         node.first as usize..end as usize
     }
 
-    /// Sum over the boxes of all nodes.
+    /// Sum of [`typical_size`] over the boxes of all nodes.
     fn size(&self) -> u64 {
         typical_size(self.nodes.iter().map(|&Node { min, max, .. }| Bounds { min, max }))
     }
 
-    /// Appends the groups that a view may see, each once, in no useful order.
+    /// Appends the groups that a view may see, each once, unsorted.
     pub fn cull(&self, frustum: &Frustum, visible: &mut Vec<u32>) {
         visible.extend_from_slice(&self.unbounded);
         if self.nodes.is_empty() {
@@ -188,7 +186,7 @@ impl GroupTree {
     }
 }
 
-/// Leaves below each node of `bvh`.
+/// Number of leaves below each node of `bvh`.
 fn leaf_counts(bvh: &Bvh2) -> Vec<u32> {
     let mut order = vec![0];
     let mut next = 0;
@@ -210,14 +208,14 @@ fn leaf_counts(bvh: &Bvh2) -> Vec<u32> {
     counts
 }
 
-/// How large boxes are on the whole: the sum of the logarithms of their surfaces, times 2^23.
-/// Unlike a sum of surfaces, one box that grows beyond all others hides nothing.
+/// Typical size of boxes: the sum of the logarithms of their surfaces, times 2^23. Unlike in a sum of
+/// surfaces, one box that outgrows all others does not mask the rest.
 pub fn typical_size(boxes: impl Iterator<Item = Bounds>) -> u64 {
     // The bits of a positive f32 are its logarithm, nearly.
     boxes.map(|bounds| u64::from(bounds.half_area().max(0.0).to_bits())).sum()
 }
 
-/// What a box of twice the surface adds to [`typical_size`].
+/// Increase of [`typical_size`] by a box of twice the surface.
 pub const DOUBLED: u64 = 1 << 23;
 
 enum Kind {
@@ -227,7 +225,7 @@ enum Kind {
 }
 
 fn kind(bounds: &Bounds) -> Kind {
-    // A box with a NaN is no empty one: something is in it.
+    // A box with a NaN is not empty: it has contents.
     if bounds.min.cmpgt(bounds.max).any() && !bounds.min.is_nan() && !bounds.max.is_nan() {
         return Kind::Empty;
     }

@@ -63,7 +63,6 @@ impl Readers {
     };
 }
 
-
 /// What decides between variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trait {

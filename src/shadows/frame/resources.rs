@@ -18,9 +18,7 @@ use crate::{
         sort::{HISTOGRAM_WIDTH, PAIR_FORMAT, TOTAL_ROW, pass_params},
     },
 };
-use wgpu::TextureFormat::{
-    self, R32Float, R32Uint, Rgba8UnormSrgb, Rgba16Float, Rgba32Uint,
-};
+use wgpu::TextureFormat::{self, R32Float, R32Uint, Rgba8UnormSrgb, Rgba16Float, Rgba32Uint};
 
 /// How a resource is made.
 #[derive(Clone, Copy, Debug)]
@@ -75,8 +73,7 @@ const FOOTPRINTS: Formula = Of(Number::FootprintCount);
 const TILES: Formula = Of(Number::TileCount);
 const CAPACITY: Formula = Of(Number::PairCapacity);
 const SUMMED: Formula = Product(&TILES, &Is((TILE_SIZE * TILE_SIZE) as u64));
-const CURVE_LAYERS: Formula =
-    Product(&Of(Number::Layers), &Quotient(&Of(Number::Nodes), &Is(2)));
+const CURVE_LAYERS: Formula = Product(&Of(Number::Layers), &Quotient(&Of(Number::Nodes), &Is(2)));
 const ATLAS: [Formula; 3] = [Of(Number::Width), Of(Number::Height), Of(Number::Layers)];
 
 const fn words(count: Formula) -> Kind {
@@ -112,7 +109,12 @@ pub const RESOURCES: &[ResourceDesc] = &{
     use Initial::{Any, Host, One, Zero, ZeroOnce};
     [
         new("views", of_host::<GpuView>(MAX_VIEWS), Host, "GpuView of each view of the batch"),
-        new("materials", of_host::<GpuMaterial>(MAX_MATERIALS), Host, "GpuMaterial of each material"),
+        new(
+            "materials",
+            of_host::<GpuMaterial>(MAX_MATERIALS),
+            Host,
+            "GpuMaterial of each material",
+        ),
         new(
             "casters",
             records(Rgba32Uint, Product(&Of(Number::CasterCount), &Is(CASTER_TEXELS as u64))),
@@ -141,9 +143,24 @@ pub const RESOURCES: &[ResourceDesc] = &{
         new("triangle_params", Kind::Uniform { fields: &TRIANGLE_PARAMS }, Host, "ProjectParams"),
         new("tiny_params", Kind::Uniform { fields: &TINY_PARAMS }, Host, "ProjectParams"),
         new("bin_params", Kind::Uniform { fields: &bin::PARAMS }, Host, "BinParams"),
-        new("depth_pass", Kind::UniformOfDigits { fields: &DEPTH_PASS, sort: SortOf::Depth }, Host, "SortPass"),
-        new("tile_pass", Kind::UniformOfDigits { fields: &TILE_PASS, sort: SortOf::Tile }, Host, "SortPass"),
-        new("depth_count", Kind::Words { words: &DEPTH_COUNT }, Host, "`footprint_count`, which the sort by depth reads"),
+        new(
+            "depth_pass",
+            Kind::UniformOfDigits { fields: &DEPTH_PASS, sort: SortOf::Depth },
+            Host,
+            "SortPass",
+        ),
+        new(
+            "tile_pass",
+            Kind::UniformOfDigits { fields: &TILE_PASS, sort: SortOf::Tile },
+            Host,
+            "SortPass",
+        ),
+        new(
+            "depth_count",
+            Kind::Words { words: &DEPTH_COUNT },
+            Host,
+            "`footprint_count`, which the sort by depth reads",
+        ),
         new(
             "footprints",
             records(Rgba32Uint, Product(&FOOTPRINTS, &Is(FOOTPRINT_TEXELS as u64))),
@@ -187,7 +204,12 @@ pub const RESOURCES: &[ResourceDesc] = &{
             Zero,
             "BatchCounters: what the list made",
         ),
-        new("sum_red", words(SUMMED), ZeroOnce, "of each texel; native: a texture of r32uint records"),
+        new(
+            "sum_red",
+            words(SUMMED),
+            ZeroOnce,
+            "of each texel; native: a texture of r32uint records",
+        ),
         new("sum_green", words(SUMMED), ZeroOnce, "as `sum_red`"),
         new("sum_blue", words(SUMMED), ZeroOnce, "as `sum_red`"),
         new("nearness", words(SUMMED), ZeroOnce, "as `sum_red`"),

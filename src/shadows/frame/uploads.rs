@@ -75,9 +75,12 @@ impl Pipeline {
         if set.dither_window > 0 && (config.soften || config.colored) {
             return Err(beyond(0, "dithering is softened or coloured, which its steps are not"));
         }
+        if config.blur > 0 || config.mips > 0 {
+            return Err(beyond(0, "its maps are blurred or have smaller levels"));
+        }
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let maps = Maps::new(&mut allocator, queue, views, config.nodes, false, false)?;
+        let maps = Maps::new(&mut allocator, queue, views, config.nodes, false, false, 0)?;
         let hides = config.hide.then_some(config.nodes);
         let cache = MapCache::after(MapCache::default(), set, views, hides, &[]);
         let pending = |&index: &usize| PendingView {
@@ -91,8 +94,7 @@ impl Pipeline {
         if let Some(index) = plans.iter().position(|plan| !plan.small_chunks.is_empty()) {
             return Err(beyond(index, "opaque triangles of a few texels take other steps"));
         }
-        let scratch =
-            Scratch::new(&mut allocator, queue, config, &plans, pairs, config.nodes)?;
+        let scratch = Scratch::new(&mut allocator, queue, config, &plans, pairs, config.nodes)?;
         let size = maps.filters.size();
         let images = set.images.size();
         let (casters_of, triangles) = set.records();
@@ -124,9 +126,11 @@ impl Pipeline {
             let shape = self.config.profile.shape;
             let scatter = self.config.scatters() && list.filters && !list.is_composed();
             let tiny = scatter && !list.tiny_chunks.is_empty();
-            let conditions = list
-                .conditions(shape, pair_capacity)
-                .with_readers(list.has_segments(), tiny, list.features.nodes > 0);
+            let conditions = list.conditions(shape, pair_capacity).with_readers(
+                list.has_segments(),
+                tiny,
+                list.features.nodes > 0,
+            );
             let numbers = list
                 .numbers(shape)
                 .with(Number::PairCapacity, pair_capacity)

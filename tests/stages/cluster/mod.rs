@@ -1,5 +1,4 @@
-//! Lights in clusters: the kernels against the twin, and the picture
-//! against the one that asks all lights.
+//! Light clusters: kernels against the twin, and the picture against the one that evaluates all lights.
 mod reach;
 
 use crate::common::{
@@ -20,7 +19,7 @@ use gobo::{
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// All that a picture leaves on the GPU.
+/// Results of a picture on the GPU.
 struct Shot {
     lists: Vec<Option<Vec<u32>>>,
     counters: ClusterCounters,
@@ -29,7 +28,7 @@ struct Shot {
     picture: Picture,
 }
 
-/// Prepares and records maps and picture on the tier's device, and reads.
+/// Prepares and records maps and picture on the tier's device, and reads results.
 fn on_device<T>(
     tier: Tier,
     scene: &Scene,
@@ -200,7 +199,7 @@ fn a_picture_is_that_of_all_lights() {
     }
 }
 
-/// What does not fit costs time, not light.
+/// Overflow costs time, not light.
 #[test]
 fn clusters_that_do_not_fit_ask_all_lights() {
     let mut scene = stage(40);
@@ -223,7 +222,8 @@ fn clusters_that_do_not_fit_ask_all_lights() {
     }
 }
 
-/// Of a picture without panes: each pixel that is no sky asks the list of its cluster, or all.
+/// Costs of a picture without panes: each pixel off the sky evaluates the list of its cluster, or all
+/// lights.
 #[test]
 fn costs_are_what_pixels_ask() {
     let mut scene = stage(30);
@@ -252,7 +252,7 @@ fn costs_are_what_pixels_ask() {
     }
 }
 
-/// The light of a spot or a point fades out towards its end, and there is none behind it.
+/// The light of a spot or a point fades out towards its range, and is zero beyond.
 #[test]
 fn light_ends_without_a_step() {
     let mut scene = empty(vec![Material { tint: Vec4::ONE, ..material(Transfer::Opaque) }]);
@@ -272,7 +272,7 @@ fn light_ends_without_a_step() {
             let distance = (aside.length_squared() + 1.0).sqrt();
             let [red, whole] = [texel[0], whole[0]].map(f32::from_bits);
             let window = (1.0 - (distance / 2.0).powi(4)).max(0.0).powi(2);
-            // Of the brightest; rounding of the point.
+            // Rounding of the point, relative to the brightest.
             assert!((red - whole * window).abs() < 1e-4, "{tier:?} {pixel} {red} {whole}");
             assert!(distance < 2.0 || red == 0.0, "{tier:?} {pixel} {red}");
             inside += u32::from(red > 0.0);
@@ -317,7 +317,7 @@ fn too_many_lights_are_refused() {
     assert_eq!(shoot(Tier::Core, &scene).lists.len(), twin(&scene).lists.len());
 }
 
-/// A grid stays within its memory, whatever is asked for.
+/// A grid stays within its memory for any settings.
 #[test]
 fn grids_are_bounded() {
     let mut scene = stage(0);

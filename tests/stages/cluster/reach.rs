@@ -9,7 +9,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// In 64 bits, from the definitions of range and cone.
+/// Whether a light reaches a point, in 64 bits, from the definitions of range and cone.
 fn is_lit(light: &Light, point: DVec3) -> bool {
     let (position, cone) = match light.kind {
         LightKind::Directional { .. } => return true,
@@ -23,7 +23,7 @@ fn is_lit(light: &Light, point: DVec3) -> bool {
         })
 }
 
-/// Of points in the frustum: (light, point) that shine, those of them that the lists miss, and the
+/// Over points in the frustum: pairs (light, point) that shine, those of them that the lists miss, and the
 /// mean length of the lists.
 fn missed(scene: &Scene, reaches: &[Reach]) -> (u32, u32, f64) {
     let (camera, grid) = (camera(scene), grid(scene));

@@ -2,17 +2,18 @@
 //!
 //! In: `pairs`, `counts`. Out: one of the two pair textures ([`SortBindings::result`]).
 //!
-//! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions,
-//! scatter. (Merrill, Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce,
-//! then scan. Unlike its single-pass successors nothing waits for another workgroup, which WebGPU
-//! does not promise to run.) A partition is a *run* of one invocation or a *block* of a workgroup:
-//! see [`Shape`].
+//! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter.
+//! (Merrill, Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike
+//! in its single-pass successors no workgroup waits for another, since WebGPU does not guarantee forward
+//! progress.) A partition is a *run* of one invocation or a *block* of a workgroup: see [`Shape`].
 //!
 //! ```text
 //! pairs       texel (i % 4096, i / 4096) = (key, value) of pair i
 //! histograms  texel (p, d) = digits d in partition p, then in the partitions before p
 //!             texel (d, 256) = digits d in all partitions
 //! ```
+mod kernels;
+
 use super::formula::{
     Formula::{
         self, Difference, Is, Least, Most, Named, Of, Power, Product, Quotient, QuotientUp, Sum,
@@ -21,24 +22,28 @@ use super::formula::{
 };
 use crate::{
     error::Error,
-    gpu::{Choice, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
+    gpu::{Kernel, KernelCache, KernelError, Resources, Tier},
     model::MAX_PAIRS,
 };
 use bytemuck::{Pod, Zeroable};
+pub use kernels::{
+    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, WIDE_COUNT, WIDE_SCAN,
+    WIDE_SCATTER,
+};
 use std::{ops::Range, sync::OnceLock};
 use wgpu::TextureFormat::{R32Uint, Rg32Uint};
 
 /// Pairs in a row of a pair texture.
 pub const PAIR_ROW: u32 = 4096;
-// The largest texture of any device here.
+// The largest texture of any known device.
 const _: () = assert!(MAX_PAIRS == PAIR_ROW * 16384);
 pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 
-/// A subgroup of llvmpipe; more would only lengthen the tail.
+/// Subgroup size of llvmpipe; more lanes would only lengthen the tail.
 const SERIAL_WORKGROUP_SIZE: u32 = 8;
-/// Below it, the counters of a run cost more than its pairs [pairs].
+/// Shortest run; below it, the counters of a run cost more than its pairs [pairs].
 const RUN_MIN: u32 = 256;
-/// Beyond it, longer runs gain nothing [pairs].
+/// Usual run; longer ones are no faster [pairs].
 const RUN_USUAL: u32 = 2048;
 /// Runs that keep the cores of a software adapter busy.
 const RUN_TARGET: u32 = 512;
@@ -56,8 +61,8 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
 pub const FEW_BITS: u32 = 6;
 /// Bits of a digit with 256 values.
 pub const MOST_BITS: u32 = 8;
-/// Beyond it kernels with more counters are worth what they take to compile: they need fewer digits, and
-/// each is faster. Where they need as many, twice as many pairs [pairs].
+/// Pairs from which kernels with more counters repay their longer compilation: they need fewer digits, and
+/// each is faster. If they need as many digits, from twice as many [pairs].
 const FEW_PAIRS: u32 = 1 << 19;
 
 /// Pairs per workgroup.
@@ -66,17 +71,17 @@ pub const WIDE_BLOCK: u32 = 4096;
 /// Row of the histograms that holds the totals; above it, one row per digit.
 pub const TOTAL_ROW: u32 = 256;
 
-/// The most pairs that a texture of `device` holds.
+/// Most pairs that a texture of `device` holds.
 pub fn pair_limit(device: &wgpu::Device) -> u32 {
     MAX_PAIRS.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
 }
 
-/// Size of a texture with room for `capacity` pairs [texels].
+/// Size of a texture with a capacity of `capacity` pairs [texels].
 pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
     [PAIR_ROW, capacity.div_ceil(PAIR_ROW).max(1)]
 }
 
-/// What a digit's kernels need. WGSL: `wgsl/sort/sort.wgsl`.
+/// Parameters of a digit's kernels. WGSL: `wgsl/sort/sort.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct SortPass {
@@ -84,9 +89,9 @@ pub struct SortPass {
     pub shift: u32,
     /// Values of the digit: a power of two, at most 256.
     pub digit_count: u32,
-    /// [pairs]
+    /// Capacity of the pair textures [pairs].
     pub capacity: u32,
-    /// Place of the pair count in `counts`.
+    /// Index of the pair count in `counts`.
     pub count_index: u32,
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
@@ -122,84 +127,7 @@ pub const HISTOGRAM_WIDTH: Formula = {
     Most(&WHOLE, &Is(TOTAL_ROW as u64))
 };
 
-/// Values of a digit, as many as a run has counters: on software adapters 256 of them take two
-/// seconds to compile (benches/NOTES.md), 64 half a second.
-const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
-const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
-
-pub const SERIAL_COUNT: KernelDesc = KernelDesc {
-    name: "sort_serial_count",
-    entry: "sort_serial_count",
-    root: "sort/sort_serial_count.wgsl",
-    with: &[DIGITS_64],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const SERIAL_SCAN: KernelDesc = KernelDesc {
-    name: "sort_serial_scan",
-    entry: "sort_serial_scan",
-    root: "sort/sort_serial_scan.wgsl",
-    with: &[],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_serial_scatter",
-    entry: "sort_serial_scatter",
-    root: "sort/sort_serial_scatter.wgsl",
-    with: &[DIGITS_64],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const LONG_COUNT: KernelDesc = KernelDesc {
-    name: "sort_long_count",
-    entry: "sort_serial_count",
-    root: "sort/sort_serial_count.wgsl",
-    with: &[DIGITS_256],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const LONG_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_long_scatter",
-    entry: "sort_serial_scatter",
-    root: "sort/sort_serial_scatter.wgsl",
-    with: &[DIGITS_256],
-    constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
-};
-
-pub const WIDE_COUNT: KernelDesc = KernelDesc {
-    name: "sort_wide_count",
-    entry: "sort_wide_count",
-    root: "sort/sort_wide_count.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
-
-pub const WIDE_SCAN: KernelDesc = KernelDesc {
-    name: "sort_wide_scan",
-    entry: "sort_wide_scan",
-    root: "sort/sort_wide_scan.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
-
-pub const WIDE_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_wide_scatter",
-    entry: "sort_wide_scatter",
-    root: "sort/sort_wide_scatter.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
-
-/// How the work is cut. Both give the same result on every adapter.
+/// Partition of the work. Both shapes give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For
@@ -210,7 +138,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The most runs or blocks of `count` pairs or fewer. (Fewer pairs may make more runs.)
+    /// Most runs or blocks for `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
         self.partitions().count(&Numbers::default().with(Number::SortCapacity, count))
     }
@@ -235,7 +163,7 @@ impl Shape {
         }
     }
 
-    /// The most that a digit of these keys has [bits].
+    /// Most bits of a digit of these keys [bits].
     fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
         let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MOST_BITS).len();
         match self {
@@ -247,16 +175,16 @@ impl Shape {
     }
 }
 
-/// Where the number of pairs comes from.
+/// Source of the number of pairs.
 #[derive(Clone, Copy, Debug)]
 pub enum SortCount<'a> {
-    /// At most this many; [`SortBindings::write_count`] says how many before each frame.
+    /// At most this many; [`SortBindings::write_count`] sets the number before each frame.
     Known(u32),
     /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
     FromBuffer { counts: &'a wgpu::Buffer, index: u32, capacity: u32 },
 }
 
-/// Sorts of one device. Kernels are made when something is first bound to them.
+/// Sorts of one device. Kernels are compiled when something is first bound to them.
 #[derive(Debug)]
 pub struct Sort {
     shape: Shape,
@@ -277,7 +205,7 @@ impl Sort {
         Self::sharing(shape, KernelCache::default())
     }
 
-    /// As [`Self::new`], without making kernels again that `cache` has.
+    /// Like [`Self::new`], with the kernels that `cache` has already.
     pub fn sharing(shape: Shape, cache: KernelCache) -> Self {
         Self { shape, cache, usual: OnceLock::new(), long: OnceLock::new() }
     }
@@ -299,7 +227,7 @@ impl Sort {
         Ok(made.get_or_init(|| steps))
     }
 
-    /// Allocates the scratch of a sort of `pairs[0]` by the `bits` of the keys. The textures are of
+    /// Allocates the scratch of a sort of `pairs[0]` by the `bits` of the keys. The textures have
     /// [`PAIR_FORMAT`] and [`pair_texture_size`]; both are overwritten.
     pub fn bind(
         &self,
@@ -328,7 +256,7 @@ impl Sort {
         let partitions = self.shape.partition_limit(capacity);
         let numbers = Numbers::default().with(Number::PartitionLimit, partitions);
         let width = HISTOGRAM_WIDTH.count(&numbers);
-        // No power of two, as in `Allocator::records`: llvmpipe would compile again.
+        // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.
         let is_power = width.is_power_of_two() && width < RUN_LIMIT;
         let width = width + SERIAL_WORKGROUP_SIZE * u32::from(is_power);
         let histograms = device.create_texture(&wgpu::TextureDescriptor {
@@ -383,7 +311,7 @@ impl Sort {
             return;
         }
         let steps = if bindings.is_long { &self.long } else { &self.usual };
-        // `bindings` are theirs, so that they have been made.
+        // `bindings` were made by `bind`, which made these kernels.
         let Some(steps) = steps.get() else { return };
         let lanes = self.shape.lanes();
         for digit in &bindings.passes {
@@ -409,11 +337,11 @@ struct PassBindings {
 pub struct SortBindings {
     passes: Vec<PassBindings>,
     is_long: bool,
-    /// Where the count is known on the CPU.
+    /// Buffer of the count, if the CPU knows it.
     own_count: Option<wgpu::Buffer>,
-    /// [pairs]
+    /// Capacity of the textures [pairs].
     capacity: u32,
-    /// What the dispatches cover [pairs].
+    /// Pairs that the dispatches cover [pairs].
     count: u32,
     scratch_size: u64,
 }
@@ -429,12 +357,12 @@ impl SortBindings {
         self.scratch_size
     }
 
-    /// Where the number of pairs is, for [`SortCount::Known`]: a kernel may lower it.
+    /// Buffer of the number of pairs, for [`SortCount::Known`]: a kernel may lower it.
     pub fn count_buffer(&self) -> Option<&wgpu::Buffer> {
         self.own_count.as_ref()
     }
 
-    /// The number of pairs of the next frame, at most the capacity; for [`SortCount::Known`].
+    /// Sets the number of pairs of the next frame, at most the capacity; for [`SortCount::Known`].
     pub fn write_count(&mut self, queue: &wgpu::Queue, count: u32) {
         if let Some(own) = &self.own_count {
             self.count = count.min(self.capacity);
@@ -443,8 +371,8 @@ impl SortBindings {
     }
 }
 
-/// As few digits of at most `most` bits as hold `bits`, as even as can be, lowest first. A key has no
-/// bits past 32.
+/// Digits that cover `bits`: as few as possible of at most `most` bits, as even as possible, lowest first.
+/// Keys have 32 bits.
 pub fn digits(bits: Range<u32>, most: u32) -> impl ExactSizeIterator<Item = Range<u32>> {
     let end = bits.end.min(32);
     let start = bits.start.min(end);

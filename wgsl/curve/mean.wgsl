@@ -1,26 +1,26 @@
-// Four curves' mean in four nodes: a block's depths are cut at the three longest gaps. CPU twin:
-// src/reference/shading/levels.rs.
+// Mean of several curves in a few nodes: their depths are cut at the longest gaps. CPU twin:
+// src/reference/curve/mean.rs.
 
-import choice::below::{child_ramp, start_child};
+import choice::below::{child_ramp, child_share, start_child};
 import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
 import package::features::HAS_GAIN;
 import package::sums::sums::BLACK;
 
-// A stretch of depth over which light falls, evenly.
+// A ramp: a depth range over which light falls linearly.
 struct Ramp {
-    start: f32,      // in fixed point; 0 for none
+    start: f32,      // in fixed point; 0 for an unused one
     length: f32,
     drop: vec3<f32>,
 }
 
-const BINS: u32 = 32u; // parts of a block's depths that are told apart
+const BINS: u32 = 32u; // bins of the depths, between which gaps are found
 
-var<private> part_low: u32;  // twice the first middle, and the last
+var<private> part_low: u32;  // twice the first middle, and the last one's
 var<private> part_high: u32;
-var<private> part_cuts: u32; // bins from which on another part begins
+var<private> part_cuts: u32; // first bins of the further parts
 var<private> part_light: vec3<f32>; // behind the parts so far
 
-var<private> ramp_shift: vec2<f32>; // of depths: times x, plus y
+var<private> ramp_shift: vec2<f32> = vec2(1.0, 0.0); // map of depths: times x, plus y
 
 fn shifted(ramp: Ramp) -> Ramp {
     let start = clamp(round(ramp.start * ramp_shift.x + ramp_shift.y), 1.0, DEPTHS);
@@ -31,7 +31,7 @@ fn ramp_weight(ramp: Ramp) -> f32 {
     return select(0.0, abs(ramp.drop.x) + abs(ramp.drop.y) + abs(ramp.drop.z), ramp.start > 0.0);
 }
 
-// Twice its middle.
+// Twice the middle of the ramp.
 fn ramp_middle(ramp: Ramp) -> u32 {
     return 2u * u32(ramp.start) + u32(round(ramp.length));
 }
@@ -40,8 +40,8 @@ fn ramp_bin(ramp: Ramp) -> u32 {
     return (ramp_middle(ramp) - part_low) * BINS / (part_high - part_low + 1u);
 }
 
-// Where the parts of a block begin.
-fn find_parts(children: u32, ramps: u32) {
+// Finds the parts, at most `parts`.
+fn find_parts(children: u32, ramps: u32, parts: u32) {
     part_light = vec3(1.0);
     part_low = 0xffffffffu;
     part_high = 0u;
@@ -63,37 +63,28 @@ fn find_parts(children: u32, ramps: u32) {
             mask |= select(0u, 1u << (ramp_bin(ramp) & 31u), counts);
         }
     }
-    part_cuts = longest_gaps(mask);
+    part_cuts = longest_gaps(mask, parts - 1u);
 }
 
-// Bins behind the three longest gaps, the first of equal ones.
-fn longest_gaps(mask: u32) -> u32 {
-    var longest = vec3(0u);
-    var places = vec3(0u);
-    var last = firstTrailingBit(mask);
-    var rest = mask & (mask - 1u);
-    while rest != 0u {
-        let bin = firstTrailingBit(rest);
-        rest &= rest - 1u;
-        let gap = bin - last;
-        last = bin;
-        let is = vec3(gap) > longest;
-        // Behind those that are at least as long.
-        longest = vec3(
-            select(longest.x, gap, is.x),
-            select(select(longest.y, gap, is.y), longest.x, is.x),
-            select(select(longest.z, gap, is.z), longest.y, is.y),
-        );
-        places = vec3(
-            select(places.x, bin, is.x),
-            select(select(places.y, bin, is.y), places.x, is.x),
-            select(select(places.z, bin, is.z), places.y, is.y),
-        );
+// Mask of the bins behind the `most` longest gaps; of equal gaps, the first.
+fn longest_gaps(mask: u32, most: u32) -> u32 {
+    var near = 0u; // behind a bin, by so much or less
+    var cuts = mask & (mask - 1u); // behind gaps as long, or longer
+    var longer = cuts;
+    for (var gap = 1u; gap < BINS && countOneBits(longer) > most; gap += 1u) {
+        cuts = longer;
+        near |= mask << gap;
+        longer = cuts & ~near;
     }
-    let cuts = select(vec3(0u), vec3(1u) << places, longest > vec3(0u));
-    return cuts.x | cuts.y | cuts.z;
+    var equal = cuts & ~longer;
+    while equal != 0u && countOneBits(longer) < most {
+        longer |= equal & (~equal + 1u);
+        equal &= equal - 1u;
+    }
+    return longer;
 }
 
+// Packed as a node.
 fn stored_share(light: vec3<f32>) -> vec3<u32> {
     if HAS_GAIN {
         let octave = (log2(max(light, vec3(1e-9))) - DARKEST_LOG) / OCTAVES;
@@ -102,7 +93,7 @@ fn stored_share(light: vec3<f32>) -> vec3<u32> {
     return vec3<u32>(round(select(light, vec3(0.0), light < vec3(BLACK)) * LEVELS));
 }
 
-// The node of part `number`, after those of the parts before.
+// Node of part `number`; call it for the parts in order.
 fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     var weight = 0.0;
     var sum = 0.0;
@@ -116,7 +107,7 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
             let ramp = shifted(child_ramp(k));
             let below = (2u << (ramp_bin(ramp) & 31u)) - 1u;
             let is_own = countOneBits(part_cuts & below) == number;
-            let own = select(0.0, ramp_weight(ramp), is_own);
+            let own = select(0.0, ramp_weight(ramp) * child_share(), is_own);
             let counts = own > 0.0;
             let own_middle = ramp.start + 0.5 * ramp.length;
             middle = select(middle, own_middle, counts && weight == 0.0);
@@ -126,7 +117,7 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
             square += own * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
             first = select(first, min(first, ramp.start), counts);
             end = select(end, max(end, ramp.start + ramp.length), counts);
-            part_light -= select(vec3(0.0), ramp.drop * 0.25, counts);
+            part_light -= select(vec3(0.0), ramp.drop * child_share(), counts);
         }
     }
     let off = sum / max(weight, 1e-30);

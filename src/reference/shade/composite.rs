@@ -1,0 +1,161 @@
+//! Blending of particles and panes over opaque surfaces.
+use super::{
+    Eye, FAINT,
+    layers::{Face, Layer, Pixel},
+    seen::Seen,
+};
+use crate::{
+    model::{MAX_GAIN, Material, Transfer},
+    records::{BACK_BIT, Footprint, TRIANGLE_BIT},
+    reference::{
+        caster_hit::{Hit, Target, metres_per_depth},
+        shading::{Gloss, Point, PointKind},
+        tile::{Tile, TileTexels},
+    },
+};
+use glam::{Vec2, Vec3};
+
+impl Eye<'_> {
+    /// Blends translucent casters over the opaque surfaces of a tile.
+    pub(super) fn composite(
+        &self,
+        clear: &Seen<'_>,
+        lit: &[Vec3],
+        index: usize,
+        tile: &Tile,
+        surfaces: &TileTexels<(Vec3, f32)>,
+    ) -> TileTexels<Vec3> {
+        let mut pixels = TileTexels::filled(Pixel::clear(0.0));
+        for (place, at) in tile.texels() {
+            pixels[place] = Pixel::clear(metres_per_depth(&self.view, at));
+        }
+        for pair in clear.bins.tile(index) {
+            let footprint = &clear.casters.footprints[pair.footprint as usize];
+            let target = Target::new(clear.records(), footprint);
+            let material = target.material;
+            for (place, at) in tile.texels() {
+                let (_, opaque) = surfaces[place];
+                let pixel = &mut pixels[place];
+                if pixel.passed.max_element() < FAINT {
+                    continue;
+                }
+                let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {
+                    continue;
+                };
+                if footprint.caster & TRIANGLE_BIT != 0 {
+                    pixel.wait(self.layer(clear, footprint, material, &hit, at));
+                    continue;
+                }
+                pixel.lay_waiting(hit.depth);
+                pixel.passed *= pixel.fog.to(hit.depth);
+                let adds = material.transfer == Transfer::None;
+                let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
+                let own = seen_color(&hit, material) * light + material.emission;
+                let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
+                // The air in front of the hit covers what the hit covers.
+                let before = self.air_before(at, hit.depth);
+                let veil = before.light * (1.0 - passed);
+                pixel.lay(hit.opacity * own * before.left + veil, passed);
+            }
+        }
+        let mut colors = TileTexels::filled(Vec3::ZERO);
+        for (place, at) in tile.texels() {
+            let (behind, opaque) = surfaces[place];
+            let pixel = &mut pixels[place];
+            pixel.lay_waiting(f32::INFINITY);
+            pixel.passed *= pixel.fog.to(opaque);
+            let mut color = pixel.color;
+            for ((footprint, material, hit), passed) in &pixel.lit {
+                let point = self.pane(clear, footprint, material, hit, at);
+                let before = self.air_before(at, hit.depth);
+                color += passed * self.lighting.light(&point, None) * before.left;
+            }
+            colors[place] = color + pixel.passed * behind;
+        }
+        colors
+    }
+
+    /// Layer of a pane: its effect on a pixel except for the light that it scatters and mirrors.
+    fn layer<'s>(
+        &self,
+        clear: &'s Seen<'_>,
+        footprint: &'s Footprint,
+        material: &'s Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
+        let (depth, opacity) = (hit.depth, hit.opacity);
+        let before = self.air_before(pixel, depth);
+        let setup = clear.setup(footprint);
+        let met = setup.hit(pixel);
+        let emitted = opacity * clear.emission(material, met) * before.left;
+        if material.transfer == Transfer::None {
+            let own = emitted + opacity * seen_color(hit, material) * before.left;
+            return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
+        }
+        let to_eye = (self.position() - self.point(pixel, depth)).normalize();
+        let [_, normal] = clear.normals(footprint, met, to_eye);
+        let mirrored = mirrored_share(material, hit, normal, to_eye);
+        // The transfer `over` already attenuates by its coverage.
+        let covers = material.transfer == Transfer::Over;
+        let scattered = if covers { 0.0 } else { scattered_share(material, opacity) };
+        // `gain` amplifies light sources, not the background.
+        let gathers = material.transfer == Transfer::Gain;
+        let light = if gathers { Vec3::ONE } else { hit.light };
+        let passed = light * ((1.0 - mirrored) * (1.0 - scattered));
+        let face = Face {
+            absorption: clear.records.absorptions[setup.material as usize],
+            leaves: setup.ties & BACK_BIT != 0,
+        };
+        let own = emitted + before.light * (1.0 - passed);
+        Layer { depth, own, passed, face: Some(face), pane: Some((footprint, material, *hit)) }
+    }
+
+    /// Point at which a pane's scattered and mirrored light is evaluated.
+    fn pane(
+        &self,
+        clear: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Point {
+        let surface = self.triangle(clear, footprint, material, hit, pixel);
+        let mirrored = mirrored_share(material, hit, surface.normal, surface.to_eye);
+        let reflected = (-surface.to_eye).reflect(surface.normal);
+        let share = scattered_share(material, hit.opacity) * (1.0 - mirrored);
+        Point {
+            kind: PointKind::Pane,
+            albedo: share * seen_color(hit, material),
+            gloss: pane_gloss(material, hit),
+            emission: mirrored * self.lighting.from_around(reflected, material.roughness),
+            ..surface
+        }
+    }
+}
+
+/// Gloss of a pane, premultiplied: glass keeps its highlights where it is clear.
+fn pane_gloss(material: &Material, hit: &Hit) -> Gloss {
+    let polish = hit.opacity.max(material.transmission);
+    Gloss { reflectivity: material.reflectivity, polish }
+}
+
+/// Share of the sky that the surface mirrors; `normal` is on the eye's side.
+fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) -> f32 {
+    pane_gloss(material, hit).mirrored_sky(normal.dot(to_eye), material.roughness)
+}
+
+/// Share of light that a pane scatters: half of what it covers if it is not clear, filtering the rest.
+fn scattered_share(material: &Material, opacity: f32) -> f32 {
+    let covers = material.transfer == Transfer::Over;
+    opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) }
+}
+
+/// Albedo of a pane; `gain` scatters everything.
+pub(super) fn seen_color(hit: &Hit, material: &Material) -> Vec3 {
+    if material.transfer == Transfer::Gain {
+        (hit.color * MAX_GAIN).min(Vec3::ONE)
+    } else {
+        hit.color
+    }
+}

@@ -1,0 +1,324 @@
+//! Blurred maps: the twin against a Gaussian in 64 bits, kernels against the twin.
+use crate::common::{
+    TIERS, gpu, pipeline, render, renderer,
+    scenes::{empty, flat_view, light, material, pane, particle, random_discs},
+};
+use gobo::{
+    glam::{UVec2, Vec3, Vec4},
+    gpu::{Gpu, Timeline},
+    model::{LightKind, Material, Profile, Receiver, Transfer},
+    records::ViewMaps,
+    reference::render_maps,
+    render::RenderOptions,
+    scene::Scene,
+    shadows::{CasterSet, Maps},
+    view::shadow_views,
+    wgpu,
+};
+use half::f16;
+
+const SIZE: usize = 48;
+const WALL: u32 = 2;
+
+/// Two gels, one over a part of the other, and a wall.
+fn gels(nodes: u32) -> Scene {
+    let gel = |tint: Vec3| Material { tint: tint.extend(1.0), ..material(Transfer::Filter) };
+    let first = gel(Vec3::new(0.8, 0.4, 0.2));
+    let wall = material(Transfer::Opaque);
+    let mut scene = empty(vec![first, gel(Vec3::new(0.5, 0.9, 0.7)), wall]);
+    scene.triangles = pane(0.3, 1.1, 0).to_vec();
+    scene.triangles.extend(pane(0.6, 1.7, 1));
+    if nodes > 0 {
+        scene.shadow.receiver = Receiver::Curve;
+        scene.shadow.nodes = nodes;
+    }
+    scene
+}
+
+fn twin(scene: &Scene, blur: u32) -> ViewMaps {
+    let mut scene = scene.clone();
+    scene.shadow.blur = blur;
+    render_maps(&scene, &[flat_view(SIZE as u32, 10.0)]).0.remove(0)
+}
+
+/// Mean over the window of a texel, two standard deviations each way, of the map's texels for which `sees`
+/// is true.
+fn gaussian(
+    at: usize,
+    radius: i32,
+    light: impl Fn(usize) -> Vec3,
+    sees: impl Fn(usize) -> bool,
+) -> [f64; 3] {
+    let (mut sum, mut all) = ([0.0; 3], 0.0);
+    let (x, y) = ((at % SIZE) as i32, (at / SIZE) as i32);
+    let on_map = |v: i32| (0..SIZE as i32).contains(&v);
+    for i in -radius..=radius {
+        for j in -radius..=radius {
+            let place = (y + j) * SIZE as i32 + x + i;
+            if on_map(x + i) && on_map(y + j) && sees(place as usize) {
+                let deviations = 2.0 * f64::from(i * i + j * j).sqrt() / f64::from(radius);
+                let weight = (-0.5 * deviations * deviations).exp();
+                for (sum, own) in sum.iter_mut().zip(light(place as usize).to_array()) {
+                    *sum += weight * f64::from(own);
+                }
+                all += weight;
+            }
+        }
+    }
+    sum.map(|sum| sum / all)
+}
+
+fn off(light: Vec3, truth: [f64; 3]) -> f64 {
+    let pairs = light.to_array().into_iter().zip(truth);
+    pairs.map(|(is, truth)| (f64::from(is) - truth).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn filters_are_a_gaussian_and_depths_the_nearest_of_the_window() {
+    for radius in [1, 3, 8] {
+        let scene = gels(0);
+        let (sharp, soft) = (twin(&scene, 0), twin(&scene, radius));
+        assert!(sharp.filter != soft.filter);
+        let radius = radius as i32;
+        for at in 0..SIZE * SIZE {
+            let truth = gaussian(at, radius, |i| Vec3::from(sharp.filter[i]), |_| true);
+            let error = off(Vec3::from(soft.filter[at]), truth);
+            assert!(error < 6e-4, "{radius}, {at}: {error}");
+            let (x, y) = ((at % SIZE) as i32, (at / SIZE) as i32);
+            let near = |v: i32| (v - radius).max(0)..=(v + radius).min(SIZE as i32 - 1);
+            let around = near(y).flat_map(|y| near(x).map(move |x| y * SIZE as i32 + x));
+            let nearest = around.map(|i| sharp.nearest[i as usize]).fold(1.0, f32::min);
+            assert_eq!(soft.nearest[at], nearest, "{radius}, {at}");
+            // The blurred filter is behind the nearest depth: no seam.
+            assert!(soft.nearest[at] < 1.0 || soft.filter[at] == [1.0; 3], "{radius}, {at}");
+        }
+        assert_eq!(sharp.opaque, soft.opaque);
+    }
+}
+
+#[test]
+fn curves_are_a_gaussian_at_every_depth() {
+    for (nodes, radius) in [(4, 2), (8, 5)] {
+        let scene = gels(nodes);
+        let (sharp, soft) = (twin(&scene, 0), twin(&scene, radius));
+        let [before, after] = [&sharp, &soft].map(|maps| maps.curve.as_ref().unwrap());
+        for at in 0..SIZE * SIZE {
+            for z in [0.1, 0.29, 0.31, 0.5, 0.59, 0.61, 0.95] {
+                let own = |i| before.light_at(i, z);
+                let truth = gaussian(at, radius as i32, own, |_| true);
+                // A node is rounded twice.
+                let error = off(after.light_at(at, z), truth);
+                assert!(error < 6e-4, "{radius}, {at} at {z}: {error}");
+            }
+        }
+    }
+}
+
+/// A slanted gel over an upright one becomes one ramp around the mean of the window's depths.
+#[test]
+fn slopes_become_ramps_of_the_same_mean() {
+    let mut scene = gels(8);
+    for corner in scene.triangles[..2].iter_mut().flat_map(|face| &mut face.positions) {
+        corner.z += 0.8 * corner.x;
+    }
+    let (sharp, soft) = (twin(&scene, 0), twin(&scene, 4));
+    let [before, after] = [&sharp, &soft].map(|maps| maps.curve.as_ref().unwrap());
+    let (mut sum, mut worst) = (0.0, 0.0_f64);
+    for at in 0..SIZE * SIZE {
+        for i in 0..50 {
+            let z = (i as f32 + 0.5) / 50.0;
+            let truth = gaussian(at, 4, |i| before.light_at(i, z), |_| true);
+            let error = off(after.light_at(at, z), truth);
+            sum += error;
+            worst = worst.max(error);
+        }
+    }
+    let mean = sum / (50 * SIZE * SIZE) as f64;
+    assert!(mean < 2e-3 && worst < 0.12, "{mean}, {worst}");
+}
+
+/// A wall in front of the gel hides it, so that texels next to the wall stay as dark.
+#[test]
+fn walls_let_no_light_into_the_shadow_beside_them() {
+    for nodes in [0, 4] {
+        let mut scene = gels(nodes);
+        scene.triangles = pane(0.6, 100.0, 1).to_vec();
+        scene.triangles.extend(pane(0.2, 0.8, WALL));
+        let soft = twin(&scene, 6);
+        let expected = Vec3::new(0.5, 0.9, 0.7);
+        let beside = (0..SIZE * SIZE).filter(|&at| soft.opaque[at] == 1.0);
+        for at in beside {
+            let light = match &soft.curve {
+                Some(curve) => curve.light_at(at, 0.9),
+                None => Vec3::from(soft.filter[at]),
+            };
+            assert!((light - expected).abs().max_element() < 1e-3, "{nodes}, {at}: {light}");
+        }
+        let hidden = soft.opaque.iter().filter(|&&depth| depth < 1.0).count();
+        assert!(hidden > 100, "{hidden}");
+    }
+}
+
+/// Each caster is too faint for a nearest depth, and in front of a ground.
+#[test]
+fn what_is_faint_stays() {
+    let mut scene = gels(8);
+    scene.materials[0] = Material { profile: Profile::Flat, ..material(Transfer::Filter) };
+    scene.triangles = pane(0.9, 100.0, WALL).to_vec();
+    for i in 0..200 {
+        let center = Vec3::new(0.0, 0.0, -2.0 - 0.01 * i as f32);
+        scene.particles.push(particle(center, 1.2, Vec4::new(0.0, 0.0, 0.0, 0.003)));
+    }
+    let (sharp, soft) = (twin(&scene, 0), twin(&scene, 3));
+    let [before, after] = [&sharp, &soft].map(|maps| maps.curve.as_ref().unwrap());
+    let middle = SIZE / 2 * SIZE + SIZE / 2;
+    assert_eq!(sharp.nearest[middle], 1.0);
+    let light = before.light_at(middle, 0.8);
+    assert!(light.x < 0.6, "{light}");
+    assert!((after.light_at(middle, 0.8) - light).abs().max_element() < 2e-3);
+}
+
+/// Six maps of a cube, neighbours in the atlas, and one of a sun.
+fn crowd(nodes: u32) -> Scene {
+    let glass = Material { tint: Vec4::new(0.2, 0.9, 0.4, 0.7), ..material(Transfer::Filter) };
+    let mut scene = gels(nodes);
+    scene.materials[1] = glass;
+    scene.lights = vec![
+        light(LightKind::Directional { direction: Vec3::NEG_Z }),
+        light(LightKind::Point { position: Vec3::new(0.2, 0.3, 2.0) }),
+    ];
+    scene.lights[1].size = Some(40);
+    scene.particles = random_discs(40, 5);
+    for disc in &mut scene.particles {
+        disc.radius = disc.radius.max(0.2);
+        disc.material = 1;
+    }
+    scene.triangles.extend(pane(0.1, 0.4, WALL));
+    scene
+}
+
+fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
+    let (mut apart, mut count) = (0, 0);
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..a.filter.len() {
+            let near = |a: f32, b: f32, most: f32| (a - b).abs() < most;
+            let same = (0..3).all(|c| near(a.filter[i][c], b.filter[i][c], 2e-3))
+                && near(a.nearest[i], b.nearest[i], 2e-6);
+            let curves = a.curve.as_ref().zip(b.curve.as_ref());
+            let alike = curves.is_none_or(|(a, b)| {
+                let at = |k: i32| (k as f32 + 0.5) / 16.0;
+                let off = |k| (a.light_at(i, at(k)) - b.light_at(i, at(k))).abs().max_element();
+                (0..16).all(|k| off(k) < 4e-3)
+            });
+            apart += u32::from(!(same && alike));
+            count += 1;
+        }
+    }
+    f64::from(apart) / f64::from(count)
+}
+
+/// The twin blurs one map at a time, so that no neighbour's light can be in it.
+#[test]
+fn kernels_match_the_twin() {
+    for (nodes, blur) in [(0, 4), (8, 3)] {
+        let mut scene = crowd(nodes);
+        let sharp = render_maps(&scene, &shadow_views(&scene)).0;
+        scene.shadow.blur = blur;
+        let expected = render_maps(&scene, &shadow_views(&scene)).0;
+        assert!(share_apart(&sharp, &expected) > 0.1);
+        for tier in TIERS {
+            let apart = share_apart(&render(tier, &scene).maps, &expected);
+            assert!(apart < 4e-3, "{nodes} nodes, {tier:?}: {apart}");
+        }
+    }
+}
+
+/// Maps that are kept are blurred once.
+#[test]
+fn maps_that_stay_stay_as_they_are() {
+    let mut renderer = renderer(TIERS[0]);
+    let mut scene = crowd(0);
+    scene.shadow.blur = 3;
+    let options = RenderOptions { maps: true, keep: true, ..RenderOptions::default() };
+    let mut rendered = |scene: &Scene| renderer.render(scene, &options).unwrap();
+    let first = rendered(&scene);
+    scene.particles[0].center += Vec3::new(0.0, 0.0, 0.05);
+    let second = rendered(&scene);
+    assert!(second.counters.views_kept > 0 && second.counters.views_rendered > 0);
+    let fresh = render(TIERS[0], &scene);
+    assert!(share_apart(&second.maps, &fresh.maps) < 1e-3);
+    assert!(share_apart(&second.maps, &first.maps) > 0.0);
+}
+
+fn read_level(gpu: &Gpu, maps: &Maps, level: u32) -> (UVec2, Vec<[f16; 4]>) {
+    let size = maps.filters.size().mip_level_size(level, wgpu::TextureDimension::D2);
+    let layers = maps.filters.depth_or_array_layers();
+    let size = wgpu::Extent3d { depth_or_array_layers: layers, ..size };
+    let copy = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("copy"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: maps.filters.format(),
+        usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let from = wgpu::TexelCopyTextureInfo { mip_level: level, ..maps.filters.as_image_copy() };
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_texture(from, copy.as_image_copy(), size);
+    gpu.queue.submit([encoder.finish()]);
+    let texels: Vec<u16> = gpu.read_texture(&copy);
+    let texels = texels.chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]].map(f16::from_bits));
+    (UVec2::new(size.width, size.height), texels.collect())
+}
+
+/// Each texel of a mip level is the mean of the texels of its own view, whatever is next to the view.
+#[test]
+fn smaller_levels_are_means_of_one_view() {
+    let mut scene = crowd(0);
+    // No power of two and no whole number of tiles.
+    scene.lights[1].size = Some(37);
+    let views = shadow_views(&scene);
+    for tier in TIERS {
+        let gpu = gpu(tier);
+        let mut pipeline = pipeline(&gpu);
+        pipeline.config.mips = 4;
+        let casters = CasterSet::new(&gpu.device, &gpu.queue, &scene.casters()).unwrap();
+        let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, None).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
+        gpu.queue.submit([encoder.finish()]);
+        let maps = &prepared.maps;
+        let (whole, texels) = read_level(&gpu, maps, 0);
+        let mut colored = 0;
+        for level in 1..=4 {
+            let (size, smaller) = read_level(&gpu, maps, level);
+            for (view, place) in views.iter().zip(&maps.places) {
+                let edge = 1 << level;
+                let own = (view.size + edge - 1) / edge;
+                for at in (0..own.x * own.y).map(|i| UVec2::new(i % own.x, i / own.x)) {
+                    let end = ((at + 1) * edge).min(view.size);
+                    let below = (at.y * edge..end.y)
+                        .flat_map(|y| (at.x * edge..end.x).map(move |x| UVec2::new(x, y)));
+                    let (mut sum, mut count) = ([0.0; 3], 0.0);
+                    for texel in below {
+                        let texel = place.origin + texel;
+                        let row = place.layer * whole.y + texel.y;
+                        let light = texels[(row * whole.x + texel.x) as usize];
+                        (0..3).for_each(|c| sum[c] += light[c].to_f64());
+                        count += 1.0;
+                    }
+                    let there = place.origin / edge + at;
+                    let row = place.layer * size.y + there.y;
+                    let light = smaller[(row * size.x + there.x) as usize];
+                    let light = Vec3::from_array([0, 1, 2].map(|c| light[c].to_f32()));
+                    let error = off(light, sum.map(|sum| sum / count));
+                    assert!(error < 2e-3, "{tier:?}, level {level} at {at}: {error}");
+                    colored += u32::from(light.x < 0.9);
+                }
+            }
+        }
+        assert!(colored > 100, "{colored}");
+    }
+}
