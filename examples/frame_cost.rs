@@ -136,8 +136,8 @@ fn frames(device: &wgpu::Device, prepared: &Prepared, count: usize) -> Vec<[f64;
 /// Objects of the device's.
 fn living(device: &wgpu::Device) -> isize {
     let hal = device.get_internal_counters().hal;
-    [&hal.buffers, &hal.texture_views, &hal.bind_groups, &hal.compute_pipelines]
-        .map(|counter| counter.read())
-        .into_iter()
-        .sum()
+    hal.buffers.read()
+        + hal.texture_views.read()
+        + hal.bind_groups.read()
+        + hal.compute_pipelines.read()
 }

@@ -50,7 +50,7 @@ numbers! {
     Width "width" "of the atlas of maps [texels]",
     Height "height" "of the atlas of maps [texels]",
     Layers "layers" "of the atlas of maps",
-    BinLanes "bin_lanes" "invocations of a workgroup of bin_count and bin_emit",
+    BinLanes "bin_lanes" "invocations of a workgroup of `bin_count` and `bin_emit`",
     UsualRuns "usual_runs" "runs that share the footprints of a list, where no run gets too long",
     SortLanes "sort_lanes" "partitions, and digits, of a workgroup of the sort",
     DigitBits "digit_bits" "bits of a digit of the sort at most",
@@ -84,24 +84,24 @@ pub enum Formula {
     Is(u64),
     Of(Number),
     /// A part with a name of its own.
-    Named(&'static str, &'static Formula),
-    Sum(&'static Formula, &'static Formula),
+    Named(&'static str, &'static Self),
+    Sum(&'static Self, &'static Self),
     /// 0 where the second is larger.
-    Difference(&'static Formula, &'static Formula),
-    Product(&'static Formula, &'static Formula),
+    Difference(&'static Self, &'static Self),
+    Product(&'static Self, &'static Self),
     /// Rounded down.
-    Quotient(&'static Formula, &'static Formula),
+    Quotient(&'static Self, &'static Self),
     /// Rounded up.
-    QuotientUp(&'static Formula, &'static Formula),
-    Remainder(&'static Formula, &'static Formula),
-    Least(&'static Formula, &'static Formula),
-    Most(&'static Formula, &'static Formula),
+    QuotientUp(&'static Self, &'static Self),
+    Remainder(&'static Self, &'static Self),
+    Least(&'static Self, &'static Self),
+    Most(&'static Self, &'static Self),
     /// Two to the power of it, up to 63.
-    Power(&'static Formula),
+    Power(&'static Self),
     /// Of the number in binary.
-    Bits(&'static Formula),
+    Bits(&'static Self),
     /// The fewest rows that cut so many workgroups evenly, with no more than 65,535 in each.
-    Rows(&'static Formula),
+    Rows(&'static Self),
 }
 
 impl Formula {
