@@ -9,8 +9,8 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web fuzz soak doc deny bench \
-	results native tables quality man setup
+.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web viewer fuzz soak doc deny \
+	bench results native tables quality man setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -59,6 +59,10 @@ web-test: setup
 # The example of examples/web as a page: target/web/page/index.html.
 web:
 	sh tools/web.sh
+
+# The window of examples/viewer on a screen without a monitor: fails where it shows nothing.
+viewer: setup
+	sh tools/viewer.sh
 
 # Every exported kernel through spirv-val and glslangValidator.
 export-check: setup

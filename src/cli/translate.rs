@@ -168,7 +168,11 @@ pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
         return Err(format!("no entry point is named {name}"));
     };
     let workgroup_size = entry_point.workgroup_size;
-    let features = needed(&module, capabilities);
+    let mut features = needed(&module, capabilities);
+    let is_shared = |global: &naga::GlobalVariable| global.space == naga::AddressSpace::WorkGroup;
+    if target == Target::Spirv && module.global_variables.iter().any(|(_, it)| is_shared(it)) {
+        features.push("VK_KHR_zero_initialize_workgroup_memory");
+    }
     let slots = match target {
         Target::Msl | Target::Glsl => slots(&module, target),
         Target::Spirv | Target::Hlsl | Target::Wgsl => HashMap::new(),

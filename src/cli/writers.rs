@@ -38,6 +38,8 @@ pub(super) fn spirv(
         // With names, by which those are found that stay open.
         flags: back::spv::WriterFlags::LABEL_VARYINGS | back::spv::WriterFlags::DEBUG,
         bounds_check_policies: BOUNDS,
+        // naga's own zeroing stores each word: some compilers take minutes for that.
+        zero_initialize_workgroup_memory: back::spv::ZeroInitializeWorkgroupMemoryMode::Native,
         ..Default::default()
     };
     let pipeline = back::spv::PipelineOptions {

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     error::Error,
     gpu::{Allocator, Gpu, Memory, Timeline, write_records},
-    model::{Class, Scene, View},
+    model::{Class, Environment, Scene, View},
     records::{ClusterCounters, FormerSlots, Grid, LightRecords, MaskSlots, Picture},
     shadows::{
         AreaLevels, CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels,
@@ -20,6 +20,7 @@ use crate::{
 };
 use glam::UVec2;
 use half::f16;
+use std::sync::Arc;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
 /// A picture, bound and ready to be recorded after the maps that light it.
@@ -116,7 +117,8 @@ impl Pipeline {
         let view = camera.to_gpu(0, UVec2::ZERO, 0);
         let camera_views = view_uniform(&mut allocator, queue, &[view]);
         let parts = TileRect { origin: UVec2::ZERO, size: tiles }.parts(room.parts);
-        let (config, kernels) = (self.config, &mut self.kernels);
+        let Self { config, kernels, environment, .. } = self;
+        let config = *config;
         let mut list = |allocator: &mut Allocator<'_>, classes| {
             let plan = Plan::of_camera(view, tiles.element_product(), casters, &classes);
             let (views, pairs) = (&camera_views, room.pairs);
@@ -222,7 +224,7 @@ impl Pipeline {
             Some((memory, _)) => resources.and(&memory.resources()),
             None => resources,
         };
-        let environment = environment_texture(&mut allocator, queue, scene)?;
+        let environment = environment_texture(&mut allocator, queue, scene, environment)?;
         let to_shade = ToShade {
             allocator: &mut allocator,
             queue,
@@ -415,17 +417,31 @@ impl PreparedPicture {
     }
 }
 
-/// Texture of the environment; a single texel without one.
+/// Texture of the environment; a single texel without one. The texture of `last` is reused while its
+/// environment stays.
 fn environment_texture(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
     scene: &Scene,
+    last: &mut Option<(Arc<Environment>, Texture)>,
 ) -> Result<Texture, Error> {
-    let texels = scene.environment.as_ref().map_or(&[][..], |environment| environment.texels());
-    let halves: Vec<[f16; 4]> =
-        texels.iter().map(|texel| texel.extend(1.0).to_array().map(f16::from_f32)).collect();
+    const NAME: &str = "environment";
     let (format, usage) = (TextureFormat::Rgba16Float, TextureUsages::COPY_DST);
-    let texture = allocator.records("environment", format, halves.len() as u64, usage)?;
+    let Some(environment) = &scene.environment else {
+        return allocator.records(NAME, format, 0, usage);
+    };
+    if let Some((known, texture)) = last
+        && Arc::ptr_eq(known, environment)
+    {
+        let texels = u64::from(texture.width()) * u64::from(texture.height());
+        allocator.memory.add(NAME, texels * size_of::<[f16; 4]>() as u64);
+        return Ok(texture.clone());
+    }
+    let texels = environment.texels().iter();
+    let halves: Vec<[f16; 4]> =
+        texels.map(|texel| texel.extend(1.0).to_array().map(f16::from_f32)).collect();
+    let texture = allocator.records(NAME, format, halves.len() as u64, usage)?;
     write_records(queue, &texture, bytemuck::cast_slice(&halves).to_vec());
+    *last = Some((environment.clone(), texture.clone()));
     Ok(texture)
 }

@@ -62,7 +62,7 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
     let leveled = area.first_leveled + index - light.first_view;
     let last = leveled_view(leveled).y;
     set_spot(view, light, area, point, normal, bias);
-    // No constant ends the loops: compilers would write them out.
+    // Loop counts are not constant, so that compilers do not unroll.
     let four = select(0u, 4u, last > 0u);
     var passed = vec3(1.0);
     var sum = vec3(0.0);
@@ -113,7 +113,7 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
 }
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
-    // Levels hold all casters; receivers of some casters only read the map.
+    // Levels hold all casters: receivers that only some casters tint read the map.
     let takes_all = receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST;
     if has_area(light) && takes_all {
         return receive_area(light, index, view, at, point, normal, bias);

@@ -63,7 +63,7 @@ impl Vulkan {
         // SAFETY: Vulkan is loaded once, and all that is made of it lives as long as the process.
         unsafe {
             let entry = ash::Entry::load()?;
-            let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_1);
+            let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
             let info = vk::InstanceCreateInfo::default().application_info(&application);
             let instance = entry.create_instance(&info, None)?;
             let name_of = |device: &vk::PhysicalDevice| {
@@ -87,9 +87,12 @@ impl Vulkan {
             // `rg32uint` as storage is one of the extended formats.
             let features = vk::PhysicalDeviceFeatures::default()
                 .shader_storage_image_extended_formats(true);
+            let mut zeroed = vk::PhysicalDeviceZeroInitializeWorkgroupMemoryFeatures::default()
+                .shader_zero_initialize_workgroup_memory(true);
             let info = vk::DeviceCreateInfo::default()
                 .queue_create_infos(&queues)
-                .enabled_features(&features);
+                .enabled_features(&features)
+                .push_next(&mut zeroed);
             let device = instance.create_device(physical, &info, None)?;
             let queue = device.get_device_queue(family, 0);
             let info = vk::CommandPoolCreateInfo::default().queue_family_index(family);
