@@ -1,7 +1,7 @@
 //! Interface of the library: casters and views of a host in, maps to be recorded out.
 use super::{
-    CasterSet, Config, HostInputs, Maps, Pipeline, PreparedMaps, Room, host_depths::depth_inputs,
-    kernels::Variant,
+    CasterSet, Config, HostInputs, Maps, Pipeline, PreparedMaps, Room, frame::Uploads,
+    host_depths::depth_inputs, kernels::Variant,
 };
 use crate::{
     error::Error,
@@ -253,8 +253,16 @@ impl Shadows {
         change(&mut lock(&self.engine).pipeline.config);
     }
 
+    /// What a frame of the casters of the last [`Self::prepare`] uploads.
+    #[doc(hidden)]
+    pub fn uploads(&mut self, casters: &Casters<'_>, views: &[View]) -> Result<Uploads, Error> {
+        let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.room.pairs);
+        self.with_casters(|pipeline, set| {
+            pipeline.uploads((&device, &queue), set, casters, views, pairs)
+        })
+    }
+
     /// The pipeline and the casters of the last frame.
-    #[cfg(feature = "picture")]
     pub(crate) fn with_casters<T>(
         &mut self,
         act: impl FnOnce(&mut Pipeline, &CasterSet) -> Result<T, Error>,

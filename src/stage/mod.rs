@@ -10,6 +10,7 @@ pub mod cluster;
 pub mod colored;
 pub mod curve;
 pub mod filter;
+pub mod formula;
 pub mod hits;
 pub mod import;
 pub mod levels;
