@@ -6,15 +6,15 @@
 use super::Reach;
 use crate::model::{Bounds, Class, Light, LightKind, MaskSettings, Scene, View};
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DVec2, DVec3, Mat4, UVec2};
 use std::collections::HashMap;
 
 /// Slots of a mask. WGSL: `wgsl/records/mask.wgsl`.
 pub const SLOTS: u32 = 4;
 /// Flag of a slot: the light owns all channels of its mask.
 pub const COLORED_BIT: u32 = 1 << 31;
-/// Flag of a surface: it belongs to a particle.
-pub const ROUND_BIT: u32 = 4;
+/// Flag of a slot on the device: the host's shadow function applies to the light.
+pub const JOINED_BIT: u32 = 1 << 30;
 
 /// WGSL: `wgsl/records/mask.wgsl`.
 #[repr(C)]
@@ -26,14 +26,47 @@ pub struct MaskParams {
     pub step: u32,
     /// Blur taps to each side of the middle.
     pub taps: u32,
-    /// The axis of the blur.
-    pub along: UVec2,
     /// To depth, of the distance.
     pub sensitivity: f32,
     /// Distance at which the blur is as wide as it gets [m]; 0: everywhere.
     pub depth_scale: f32,
+    /// 1: a column is blurred, 0: a row.
+    pub column: u32,
+    pub mask_count: u32,
 }
-crate::gpu_layout!(MaskParams { size, step, taps, along, sensitivity, depth_scale });
+crate::gpu_layout!(MaskParams { size, step, taps, sensitivity, depth_scale, column, mask_count });
+
+/// What a host's camera sees. WGSL: `wgsl/records/mask.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct HostView {
+    /// Of the host's camera.
+    pub world_from_clip: Mat4,
+    /// What its normals are turned by.
+    pub world_from_normal: Mat4,
+    /// Its depth where there is nothing.
+    pub empty: f32,
+    /// 1: it is light depth of the view.
+    pub is_light_depth: u32,
+    /// [`NORMALS_NONE`] and the others.
+    pub normals: u32,
+    pub pad_0: u32,
+}
+crate::gpu_layout!(HostView {
+    world_from_clip,
+    world_from_normal,
+    empty,
+    is_light_depth,
+    normals,
+    pad_0
+});
+
+/// A host gives no normals: its depths have some.
+pub const NORMALS_NONE: u32 = 0;
+/// Each is itself.
+pub const NORMALS_SIGNED: u32 = 1;
+/// 0 is -1.
+pub const NORMALS_UNORM: u32 = 2;
 
 /// Slots by the lights' names: those of the frame before stay where they are.
 pub type FormerSlots = HashMap<String, u32>;
@@ -185,8 +218,8 @@ impl MaskSlots {
     }
 
     /// For the frame that follows.
-    pub fn former(&self, scene: &Scene) -> FormerSlots {
-        let names = scene.lights.iter().map(|light| light.name.clone());
+    pub fn former<'a>(&self, lights: impl Iterator<Item = &'a Light>) -> FormerSlots {
+        let names = lights.map(|light| light.name.clone());
         names.zip(self.of_lights.iter().copied()).filter(|&(_, slot)| slot != 0).collect()
     }
 }

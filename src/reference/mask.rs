@@ -1,13 +1,13 @@
 //! Twin of `wgsl/mask/*.wgsl`: per pixel, the light that each light of a mask still sends there.
 use super::{
-    shading::{Lighting, Point, PointKind, world_point},
+    shading::{Lighting, Point, PointKind},
     threads::each,
 };
 use crate::{
     model::{MaskSettings, View},
     records::{COLORED_BIT, GpuView, MaskSlots, SLOTS, mask_size},
 };
-use glam::{IVec2, Mat4, UVec2, Vec2, Vec3, Vec4};
+use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
 /// Sum of four neighbours' weights below which the best neighbour alone is taken.
 pub const LEAST_WEIGHT: f32 = 1e-3;
@@ -96,26 +96,25 @@ impl Grid {
 struct Filter<'a> {
     settings: &'a MaskSettings,
     view: GpuView,
-    world_from_view: Mat4,
 }
 
-/// A surface that others are held against.
+/// A surface that others are held against, by what the blur tolerates: how far off its plane a point lies is
+/// its distance times what its ray, `here` and `turn` to each pixel aside, gains on the plane, less `off`.
 struct Plane {
-    point: Vec3,
-    /// View space.
+    pixel: Vec2,
+    /// World space.
     normal: Vec3,
-    world: Vec3,
+    /// Along the camera's axis [m].
     distance: f32,
+    here: f32,
+    turn: Vec2,
+    off: f32,
 }
 
 impl MaskInput<'_> {
     pub fn masks(&self, slots: MaskSlots) -> Masks {
         let view = self.camera.to_gpu(0, UVec2::ZERO, 0);
-        let filter = Filter {
-            settings: self.settings,
-            view,
-            world_from_view: self.camera.view_from_world.inverse(),
-        };
+        let filter = Filter { settings: self.settings, view };
         let size = self.camera.size;
         let pixel = |i: u32| UVec2::new(i % size.x, i / size.x);
         let whole = |(i, seen): (u32, &SeenSurface)| Surface {
@@ -128,7 +127,7 @@ impl MaskInput<'_> {
         let own = half.as_ref().unwrap_or(&whole);
         let values = (0..slots.count as usize)
             .map(|mask| {
-                let mut values = self.look_up(own, &filter, &slots, mask);
+                let mut values = self.look_up(own, &slots, mask);
                 if self.settings.taps > 1 {
                     values = filter.blur(own, &values, IVec2::X);
                     values = filter.blur(own, &values, IVec2::Y);
@@ -143,24 +142,16 @@ impl MaskInput<'_> {
     }
 
     /// Looks one mask up.
-    fn look_up(
-        &self,
-        grid: &Grid,
-        filter: &Filter<'_>,
-        slots: &MaskSlots,
-        mask: usize,
-    ) -> Vec<Vec4> {
+    fn look_up(&self, grid: &Grid, slots: &MaskSlots, mask: usize) -> Vec<Vec4> {
         each(grid.surfaces.len(), |i| {
             let surface = &grid.surfaces[i];
             let mut passed = Vec4::ONE;
             let Some(point) = surface.point.filter(|_| surface.depth < 1.0) else { return passed };
-            let pixel = surface.pixel.as_vec2() + 0.5;
-            let position = world_point(&filter.view, &filter.world_from_view, pixel, surface.depth);
             for (light, &slot) in self.lighting.lights().iter().zip(&slots.of_lights) {
                 if slot == 0 || place(slot).0 != mask {
                     continue;
                 }
-                let share = self.lighting.mask_share(light, &Point { position, ..point });
+                let share = self.lighting.mask_share(light, &point);
                 if slot & COLORED_BIT != 0 {
                     passed = passed.min(share.extend(1.0));
                 } else {
@@ -174,28 +165,35 @@ impl MaskInput<'_> {
 }
 
 impl Filter<'_> {
-    /// View space [m].
-    fn point(&self, surface: &Surface) -> Vec3 {
-        let slope = (surface.pixel.as_vec2() + 0.5 - self.view.size * 0.5) / self.view.scale;
-        let distance = self.view.near + surface.depth * (self.view.far - self.view.near);
-        Vec3::new(slope.x, -slope.y, -1.0) * distance
+    /// Along the camera's axis [m].
+    fn distance(&self, depth: f32) -> f32 {
+        self.view.near + depth * (self.view.far - self.view.near)
     }
 
     fn plane(&self, surface: &Surface, seen: &Point) -> Plane {
-        let point = self.point(surface);
-        let normal = self.view.view_from_world.transform_vector3(seen.face);
-        Plane { point, normal, world: seen.normal, distance: -point.z }
+        let view = &self.view;
+        let pixel = surface.pixel.as_vec2() + 0.5;
+        let slope = (pixel - view.size * 0.5) / view.scale;
+        let face = view.view_from_world.transform_vector3(seen.face);
+        let distance = self.distance(surface.depth);
+        let tolerated = self.settings.sensitivity / distance;
+        let here = (face.x * slope.x - face.y * slope.y - face.z) * tolerated;
+        let turn = Vec2::new(face.x, -face.y) / view.scale * tolerated;
+        Plane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
     }
 
-    fn error(&self, plane: &Plane, point: Vec3) -> f32 {
-        plane.normal.dot(point - plane.point).abs() * self.settings.sensitivity / plane.distance
+    /// How far a surface lies off the plane: 1 is too far.
+    fn error(&self, plane: &Plane, surface: &Surface) -> f32 {
+        let pixel = surface.pixel.as_vec2() + 0.5;
+        let ray = plane.here + plane.turn.dot(pixel - plane.pixel);
+        (self.distance(surface.depth) * ray - plane.off).abs()
     }
 
     /// How much a surface counts to another; nothing where there is none.
     fn weight(&self, plane: &Plane, surface: &Surface) -> f32 {
         let Some(seen) = surface.point.filter(|_| surface.depth < 1.0) else { return 0.0 };
-        let facing = plane.world.dot(seen.normal).max(0.0);
-        (1.0 - self.error(plane, self.point(surface))).max(0.0) * facing.powi(8)
+        let facing = plane.normal.dot(seen.normal).max(0.0);
+        (1.0 - self.error(plane, surface)).max(0.0) * facing.powi(8)
     }
 
     fn blur(&self, grid: &Grid, values: &[Vec4], along: IVec2) -> Vec<Vec4> {
@@ -208,17 +206,23 @@ impl Filter<'_> {
             let nearer = if scale > 0.0 { (scale / plane.distance).min(1.0) } else { 1.0 };
             let width = (side as f32 / WIDTHS * nearer).max(0.01);
             let at = UVec2::new(i as u32 % grid.size.x, i as u32 / grid.size.x).as_ivec2();
+            // Of a Gaussian each tap is the one before times what falls alike from tap to tap.
+            let narrow = 0.5 / (width * width);
+            let (mut most, mut falls) = ((-narrow).exp(), (-3.0 * narrow).exp());
+            let steeper = (-2.0 * narrow).exp();
             let (mut sum, mut weights) = (values[i], 1.0);
-            for step in (-side..=side).filter(|&step| step != 0) {
-                let place = at + along * step;
-                if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
-                    continue;
+            for step in 1..=side {
+                for place in [at - along * step, at + along * step] {
+                    if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
+                        continue;
+                    }
+                    let place = place.as_uvec2();
+                    let weight = most * self.weight(&plane, grid.at(place));
+                    sum += values[(place.y * grid.size.x + place.x) as usize] * weight;
+                    weights += weight;
                 }
-                let place = place.as_uvec2();
-                let off = step as f32 / width;
-                let weight = (-0.5 * off * off).exp() * self.weight(&plane, grid.at(place));
-                sum += values[(place.y * grid.size.x + place.x) as usize] * weight;
-                weights += weight;
+                most *= falls;
+                falls *= steeper;
             }
             stored(sum / weights)
         })
@@ -241,8 +245,8 @@ impl Filter<'_> {
                 let weight = near.element_product() * self.weight(&plane, other);
                 let value = values[(place.y * half.size.x + place.x) as usize];
                 let is_seen = other.depth < 1.0;
-                let turned = other.point.map_or(0.0, |other| 1.0 - plane.world.dot(other.normal));
-                let off = self.error(&plane, self.point(other)) + TURNED * turned;
+                let turned = other.point.map_or(0.0, |other| 1.0 - plane.normal.dot(other.normal));
+                let off = self.error(&plane, other) + TURNED * turned;
                 let error = if is_seen { off } else { 1e20 };
                 sum += value * weight;
                 weights += weight;
