@@ -253,7 +253,7 @@ impl Shadows {
         change(&mut lock(&self.engine).pipeline.config);
     }
 
-    /// What a frame of the casters of the last [`Self::prepare`] uploads.
+    /// Uploads of a frame with the casters of the last [`Self::prepare`].
     #[doc(hidden)]
     pub fn uploads(&mut self, casters: &Casters<'_>, views: &[View]) -> Result<Uploads, Error> {
         let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.room.pairs);

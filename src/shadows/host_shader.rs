@@ -84,7 +84,7 @@ fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
     Features { nodes, gain, filters: true, ..Features::NONE }.constants()
 }
 
-/// As [`Maps::wgsl`], of maps with so many nodes, with `gain` casters or without; and what it binds.
+/// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` casters.
 #[doc(hidden)]
 pub fn look_up_text(
     nodes: u32,
