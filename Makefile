@@ -9,7 +9,7 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check web viewer fuzz soak doc deny \
+.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web viewer fuzz soak doc deny \
 	bench results native tables quality man setup
 
 # Renders the scenes of data/ and says where the pictures are.
@@ -68,6 +68,11 @@ viewer: setup
 export-check: setup
 	cargo build --release --quiet
 	sh tools/export_check.sh
+
+# Exported frames run by Vulkan alone, without wgpu: the same maps bit for bit.
+ash: setup
+	cargo build --release --quiet
+	sh tools/ash.sh
 
 # Each reader of files on changed ones, FUZZ_SECONDS each: fails where one panics or hangs, and keeps what made it.
 fuzz:

@@ -1,7 +1,7 @@
 //! `[[emitter]]`: particles that are emitted, move and fade.
 use super::{
     Scene, SceneError,
-    document_motion::{BoxTable, EmitterTable, Shades},
+    document_motion::{BoxTable, EmitterTable, FluidTable, Shades},
     limits::Limit,
     loader::Loader,
     particles::FARTHEST,
@@ -11,6 +11,7 @@ use crate::{
     model::{
         Motion, Particle,
         emitter::{Flock, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
+        fluid::Fluid,
     },
     records::pcg,
 };
@@ -29,6 +30,8 @@ const MOST_FLOWN: u64 = 1 << 32;
 #[derive(Clone, Debug)]
 struct Emitter {
     forces: Forces,
+    /// Interaction of its particles; `None` without.
+    fluid: Option<Fluid>,
     material: u32,
     /// Caster id of its first particle.
     first_id: u32,
@@ -88,7 +91,10 @@ impl Emitter {
         // A frame at a step's time is at that step in spite of rounding.
         let steps = ((seconds - self.start) * STEPS_PER_SECOND + 1e-6).max(0.0);
         let step = steps as u32;
-        flock.advance_to(&self.forces, step, self.steps);
+        match &self.fluid {
+            Some(fluid) => flock.advance_fluid_to(&self.forces, fluid, step, self.steps),
+            None => flock.advance_to(&self.forces, step, self.steps),
+        }
         // On from the last whole step.
         let part = (steps - f64::from(step)) as f32;
         particles.extend(flock.flying().iter().filter_map(|flying| {
@@ -134,6 +140,11 @@ impl Loader<'_> {
                 let message = format!("{flown} steps of particles for one frame");
                 let help = format!("at most {MOST_FLOWN}: use a lower rate or shorter lives");
                 return Err(self.error(&table.span(), "lifetime", &message, &help));
+            }
+            if emitter.fluid.is_some() && most > Fluid::MOST {
+                let message = format!("{most} particles that press each other");
+                let help = format!("at most {}: use a lower rate or shorter lives", Fluid::MOST);
+                return Err(self.error(&table.span(), "rate", &message, &help));
             }
             have += most as usize;
             self.next_id = self.next_id.wrapping_add(1 << 24);
@@ -241,6 +252,7 @@ impl Loader<'_> {
             stop.map_or(f64::from(u32::MAX), |stop| f64::from(stop - start) * STEPS_PER_SECOND);
         Ok(Emitter {
             forces,
+            fluid: given.fluid.as_ref().map(|table| self.fluid(table)).transpose()?,
             material,
             first_id: self.next_id,
             start: f64::from(start),
@@ -248,6 +260,28 @@ impl Loader<'_> {
             radius: stops("radius", &given.radius, &[0.05], 1e-6..=1e5)?,
             color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
             alpha: stops("alpha", &given.alpha, &[1.0], 0.0..=1.0)?,
+        })
+    }
+
+    fn fluid(&self, table: &Spanned<FluidTable>) -> Result<Fluid, SceneError> {
+        let check = Table { source: self.source, table };
+        let FluidTable { spacing, reach, stiffness, viscosity } = *table.get_ref();
+        let within = |key: &str, value: f32, range: RangeInclusive<f32>| {
+            let words = format!("{} to {}", range.start(), range.end());
+            check.number(key, value, |v| range.contains(&v), &words)
+        };
+        let spacing = within("spacing", spacing, 1e-3..=1e3)?;
+        let reach = within("reach", reach.unwrap_or(2.0 * spacing), spacing..=4.0 * spacing)?;
+        // Limits for stable steps of 1/60 s: sound travels a fraction of the reach, and drag halves the
+        // difference of two particles' velocities.
+        let (fastest, thickest) = ((24.0 * reach).powi(2), 2.0 * reach * reach);
+        let stiffness = stiffness.unwrap_or(fastest / 4.0);
+        let viscosity = viscosity.unwrap_or(thickest / 10.0);
+        Ok(Fluid {
+            spacing,
+            reach,
+            stiffness: within("stiffness", stiffness, 0.0..=fastest)?,
+            viscosity: within("viscosity", viscosity, 0.0..=thickest)?,
         })
     }
 

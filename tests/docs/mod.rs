@@ -2,3 +2,4 @@
 mod dither_figures;
 mod paths;
 mod results;
+mod stages;

@@ -14,7 +14,7 @@ use gobo::{
     view::shadow_views,
 };
 
-const OFF: MaskSettings =
+pub(super) const OFF: MaskSettings =
     MaskSettings { half: false, taps: 1, depth_scale: 0.0, sensitivity: 100.0, limit: 16 };
 
 fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
@@ -25,7 +25,7 @@ fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
 }
 
 /// A ground at y = 0 and a wall at z = -2; a bar before them; a pane where `glass`.
-fn room(glass: bool) -> Scene {
+pub(super) fn room(glass: bool) -> Scene {
     let mut scene = empty(vec![
         material(Transfer::Opaque),
         Material { tint: Vec4::new(0.9, 0.3, 0.1, 1.0), ..material(Transfer::Filter) },
@@ -136,6 +136,74 @@ fn pictures_through_masks_are_those_without() {
     let (_, clear) = masks_of(&room(false));
     let differ = clear.iter().zip(&plain).filter(|(a, b)| (a[2] - b[2]).abs() > 0.05).count();
     assert!(differ > 100, "{differ}");
+}
+
+/// A light past the limit, and a pane before what is solid, ask the maps and no other light's mask.
+#[test]
+fn what_has_no_mask_is_lit_through_none() {
+    let mut scene = room(true);
+    let corner = Vec3::new(-1.2, 0.1, 1.5);
+    scene.triangles.extend(sheet(corner, Vec3::X * 0.9, Vec3::Y, 1));
+    let (_, plain) = masks_of(&scene);
+    let most = plain.iter().flatten().fold(0.0_f32, |most, &v| most.max(v));
+    let differ = |light: &[[f32; 3]]| {
+        let far =
+            |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > 0.02 * most);
+        plain.iter().zip(light).filter(|&pair| far(pair)).count()
+    };
+    scene.mask = Some(MaskSettings { limit: 1, ..OFF });
+    let (masks, light) = masks_of(&scene);
+    assert_eq!(masks.len(), 96 * 64, "the lamp has no mask");
+    // A byte's rounding shows at the shadows' edges next to a lamp.
+    assert!(differ(&light) <= 30, "{}", differ(&light));
+    // The check can fail: without the lamp more than the shadow of the sun differs.
+    scene.lights.truncate(1);
+    assert!(differ(&masks_of(&scene).1) > 300);
+}
+
+/// A ball of `around` x `around / 2` facets, with the normals of a round one.
+fn ball(center: Vec3, radius: f32, around: u32) -> Vec<Triangle> {
+    let point = |i: u32, j: u32| {
+        let turn = std::f32::consts::TAU / around as f32;
+        let (across, down) = (i as f32 * turn, j as f32 * turn);
+        Vec3::new(across.cos() * down.sin(), down.cos(), across.sin() * down.sin())
+    };
+    let half = |normals: [Vec3; 3]| Triangle {
+        normals,
+        ..triangle(normals.map(|normal| center + radius * normal), 0)
+    };
+    let cells = (0..around).flat_map(|i| (0..around / 2).map(move |j| (i, j)));
+    let cell = |(i, j): (u32, u32)| {
+        let corners = [(i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)].map(|(i, j)| point(i, j));
+        [[corners[0], corners[2], corners[1]], [corners[0], corners[3], corners[2]]].map(half)
+    };
+    let has_area = |own: &Triangle| {
+        let [a, b, c] = own.positions;
+        (b - a).cross(c - a).length() > 1e-6
+    };
+    cells.flat_map(cell).filter(has_area).collect()
+}
+
+/// Masks ask where the shading would: at the round surface that a coarse mesh stands for.
+#[test]
+fn terminators_are_those_of_the_shading() {
+    let mut scene = room(false);
+    let center = Vec3::new(0.2, 0.7, 1.0);
+    scene.triangles.extend(ball(center, 0.7, 10));
+    let direction = Vec3::new(-0.9, -0.3, -0.3).normalize();
+    // So narrow that its texels are far smaller than what a facet lies below the round surface.
+    let kind = LightKind::Spot { position: center - 6.0 * direction, direction, angle: 0.3 };
+    scene.lights = vec![Light { size: Some(1024), intensity: 60.0, ..light(kind) }];
+    let (_, plain) = masks_of(&scene);
+    let most = plain.iter().flatten().fold(0.0_f32, |most, &v| most.max(v));
+    scene.mask = Some(OFF);
+    let (_, light) = masks_of(&scene);
+    let error = |i: usize| (light[i][0] - plain[i][0]).abs() / most;
+    let far: Vec<_> = (0..light.len()).filter(|&i| error(i) > 0.004).collect();
+    assert!(far.is_empty(), "{} of {far:?}", far.len());
+    // The ball is there, and it has a dark side.
+    let dark = plain.iter().filter(|own| own[0] < 0.1 * most).count();
+    assert!((500..6000).contains(&dark), "{dark}");
 }
 
 /// What a pixel of the room shows, by paper: its place in view space, and its normal.
@@ -354,7 +422,7 @@ fn lights_share_slots_where_they_do_not_overlap() {
         assert_eq!(found.len(), count, "two lights of one slot at {place}");
     }
     // The first is gone: the others stay where they are.
-    let former = own.former(&scene);
+    let former = own.former(scene.lights.iter());
     let gone = scene.lights.remove(0);
     let next = slots(&scene, 64, &former);
     assert_eq!(next.of_lights, own.of_lights[1..]);

@@ -9,19 +9,19 @@ use gobo::{
     scene::Scene,
 };
 
-const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\nname = 'bright'\ntransfer = 'gain'\n";
+pub(super) const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\nname = 'bright'\ntransfer = 'gain'\n";
 
-fn emitting(keys: &str) -> Scene {
+pub(super) fn emitting(keys: &str) -> Scene {
     let toml = format!("{HEAD}[[emitter]]\nmaterial = 'smoke'\n{keys}\n");
     read(&toml).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn at(scene: &mut Scene, seconds: f64) -> Vec<Particle> {
+pub(super) fn at(scene: &mut Scene, seconds: f64) -> Vec<Particle> {
     scene.set_time(seconds);
     scene.particles.clone()
 }
 
-fn forces() -> Forces {
+pub(super) fn forces() -> Forces {
     Forces {
         seed: 3,
         rate: 100.0,

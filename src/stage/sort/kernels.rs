@@ -35,7 +35,7 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
 };
 
 pub const LONG_COUNT: KernelDesc = KernelDesc {
-    name: "sort_serial_count",
+    name: "sort_long_count",
     entry: "sort_serial_count",
     root: "sort/sort_serial_count.wgsl",
     with: &[DIGITS_256],
@@ -44,7 +44,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
 };
 
 pub const LONG_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_serial_scatter",
+    name: "sort_long_scatter",
     entry: "sort_serial_scatter",
     root: "sort/sort_serial_scatter.wgsl",
     with: &[DIGITS_256],
