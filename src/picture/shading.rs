@@ -28,7 +28,7 @@ pub(super) struct BandMemory {
     pub tiles: u32,
     /// Points of one pixel.
     points_of_pixel: u32,
-    /// From round to round.
+    /// Whether data is carried from round to round.
     carries: bool,
     has_layers: bool,
     /// Bytes by buffer and texture.
@@ -69,7 +69,7 @@ impl BandMemory {
         })
     }
 
-    /// `former`, unless another picture has it or it is too small.
+    /// `former`, or new memory if `former` is shared or too small.
     pub(super) fn take(
         former: &mut Option<Arc<Self>>,
         device: &wgpu::Device,
@@ -110,12 +110,12 @@ pub(super) struct ShadeFeatures {
     layers: Features,
     surfaces: Features,
     panes: Features,
-    /// Of what is seen that is solid.
+    /// Features of visible opaque surfaces.
     light: Features,
-    /// Of particles.
+    /// Features of particles.
     casters: Features,
     composite: Features,
-    /// Where lights have masks: the kernel that keeps what they read.
+    /// Kernel that stores the surfaces for masks, if lights have masks.
     masks: Option<Variant>,
 }
 
@@ -145,7 +145,7 @@ impl ShadeFeatures {
                 environment,
                 ..Features::NONE
             },
-            // A pane asks for itself.
+            // Panes read the maps, with or without masks.
             light: Features { shadows: light.shadows && (unmasked || panes), ..light },
             casters: light,
             masks,

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/mask/*.wgsl`: per pixel, the light that each light of a mask still sends there.
+//! Twin of `wgsl/mask/*.wgsl`: the share of each light that reaches each pixel.
 use super::{
     shading::{Lighting, Point, PointKind},
     threads::each,
@@ -9,22 +9,22 @@ use crate::{
 };
 use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
-/// Sum of four neighbours' weights below which the best neighbour alone is taken.
+/// Sum of four neighbours' weights below which only the best neighbour is used.
 pub const LEAST_WEIGHT: f32 = 1e-3;
-/// What a right angle between two surfaces counts as, in what the blur tolerates of depth.
+/// Error of a right angle between two normals, in units of the blur's tolerance in depth.
 pub const TURNED: f32 = 8.0;
-/// Distance of the last tap from the middle, in standard deviations.
+/// Distance of the last tap from the centre, in standard deviations.
 pub const WIDTHS: f32 = 2.0;
 
-/// What the camera sees in a pixel of the picture.
+/// Surface that the camera sees in a pixel of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenSurface {
-    /// Light depth of the camera; 1 where there is nothing.
+    /// Light depth in the camera's view; 1 without a surface.
     pub depth: f32,
     pub point: Option<Point>,
 }
 
-/// A pixel of the masks, and the pixel of the picture that it is.
+/// A pixel of the masks, and its pixel in the picture.
 #[derive(Clone, Copy, Debug)]
 struct Surface {
     depth: f32,
@@ -32,17 +32,17 @@ struct Surface {
     pixel: UVec2,
 }
 
-/// The masks of a picture, of its size.
+/// Masks of a picture, at the picture's size.
 #[derive(Clone, Debug)]
 pub struct Masks {
     slots: MaskSlots,
     size: UVec2,
-    /// Layer by layer, row by row.
+    /// Values layer by layer, row by row.
     values: Vec<Vec<Vec4>>,
 }
 
 impl Masks {
-    /// What a mask says of a light at a pixel; `None` where the light has none.
+    /// Share of a light at a pixel; `None` if the light has no mask.
     pub fn share(&self, light: usize, point: &Point) -> Option<Vec3> {
         let slot = self.slots.of_lights[light];
         if slot == 0 || point.kind != PointKind::Solid {
@@ -61,18 +61,18 @@ impl Masks {
     }
 }
 
-/// Mask and channel.
+/// Mask and channel of a slot.
 fn place(slot: u32) -> (usize, usize) {
     let at = (slot & !COLORED_BIT) - 1;
     ((at / SLOTS) as usize, (at % SLOTS) as usize)
 }
 
-/// As a mask stores it.
+/// Value rounded to the format of masks.
 fn stored(value: Vec4) -> Vec4 {
     (value.clamp(Vec4::ZERO, Vec4::ONE) * 255.0).round() / 255.0
 }
 
-/// The camera, and what it sees row by row.
+/// Camera, and its visible surfaces row by row.
 #[derive(Debug)]
 pub struct MaskInput<'a> {
     pub settings: &'a MaskSettings,
@@ -98,13 +98,13 @@ struct Filter<'a> {
     view: GpuView,
 }
 
-/// A surface that others are held against, by what the blur tolerates: how far off its plane a point lies is
-/// its distance times what its ray, `here` and `turn` to each pixel aside, gains on the plane, less `off`.
+/// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here +
+/// turn . o) - off` from the plane, in units of the blur's tolerance.
 struct Plane {
     pixel: Vec2,
-    /// World space.
+    /// Interpolated normal, world space.
     normal: Vec3,
-    /// Along the camera's axis [m].
+    /// Distance of the pixel's surface along the camera's axis [m].
     distance: f32,
     here: f32,
     turn: Vec2,
@@ -141,7 +141,7 @@ impl MaskInput<'_> {
         Masks { slots, size, values }
     }
 
-    /// Looks one mask up.
+    /// Look-up of one mask.
     fn look_up(&self, grid: &Grid, slots: &MaskSlots, mask: usize) -> Vec<Vec4> {
         each(grid.surfaces.len(), |i| {
             let surface = &grid.surfaces[i];
@@ -165,7 +165,7 @@ impl MaskInput<'_> {
 }
 
 impl Filter<'_> {
-    /// Along the camera's axis [m].
+    /// Distance along the camera's axis [m].
     fn distance(&self, depth: f32) -> f32 {
         self.view.near + depth * (self.view.far - self.view.near)
     }
@@ -182,14 +182,14 @@ impl Filter<'_> {
         Plane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
     }
 
-    /// How far a surface lies off the plane: 1 is too far.
+    /// Distance of a surface from the plane, in units of the blur's tolerance.
     fn error(&self, plane: &Plane, surface: &Surface) -> f32 {
         let pixel = surface.pixel.as_vec2() + 0.5;
         let ray = plane.here + plane.turn.dot(pixel - plane.pixel);
         (self.distance(surface.depth) * ray - plane.off).abs()
     }
 
-    /// How much a surface counts to another; nothing where there is none.
+    /// Weight of a surface for the pixel of a plane; 0 without a surface.
     fn weight(&self, plane: &Plane, surface: &Surface) -> f32 {
         let Some(seen) = surface.point.filter(|_| surface.depth < 1.0) else { return 0.0 };
         let facing = plane.normal.dot(seen.normal).max(0.0);
@@ -206,7 +206,7 @@ impl Filter<'_> {
             let nearer = if scale > 0.0 { (scale / plane.distance).min(1.0) } else { 1.0 };
             let width = (side as f32 / WIDTHS * nearer).max(0.01);
             let at = UVec2::new(i as u32 % grid.size.x, i as u32 / grid.size.x).as_ivec2();
-            // Of a Gaussian each tap is the one before times what falls alike from tap to tap.
+            // Gaussian by differences: the ratio of successive taps falls by a constant factor.
             let narrow = 0.5 / (width * width);
             let (mut most, mut falls) = ((-narrow).exp(), (-3.0 * narrow).exp());
             let steeper = (-2.0 * narrow).exp();
@@ -259,7 +259,7 @@ impl Filter<'_> {
     }
 }
 
-/// Keeps one of each 2 x 2 pixels, in turns the nearest and the farthest.
+/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest.
 fn shrunk(whole: &Grid) -> Grid {
     let size = mask_size(whole.size, true);
     let chosen = |i: u32| {

@@ -51,9 +51,9 @@ pub struct Features {
     pub filters: bool,
     /// Lights of the picture have masks; no property of casters.
     pub masks: bool,
-    /// Some light of the picture asks maps; no property of casters.
+    /// Some light of the picture reads maps; no property of casters.
     pub shadows: bool,
-    /// Masks that an invocation takes at once: 1, 2 or 4; no property of casters.
+    /// Masks that one invocation computes: 1, 2 or 4; no property of casters.
     pub masks_at_once: u32,
 }
 

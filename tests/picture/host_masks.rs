@@ -1,5 +1,5 @@
-//! Shadow masks of a host's depths, normals and shadow functions: against those of the picture, and against
-//! what a function is known to answer.
+//! Shadow masks of a host's depths, normals and shadow functions, compared with the picture's masks and
+//! with known values of a function.
 use super::masks::{OFF, room};
 use crate::common::{TIERS, gpu, pipeline};
 use gobo::{
@@ -22,7 +22,7 @@ fn texture<T: bytemuck::NoUninit>(gpu: &Gpu, format: TextureFormat, texels: &[T]
     own
 }
 
-/// What a frame of the picture saw and made.
+/// Surfaces and masks of a frame of the picture.
 struct Shown {
     camera: View,
     /// Light depth.
@@ -51,7 +51,7 @@ fn shown(gpu: &Gpu, scene: &Scene) -> Shown {
     Shown { camera, depths, masks: picture.read_masks(gpu).unwrap() }
 }
 
-/// Where a pixel's surface is, in 64 bits.
+/// Position of a pixel's surface, in 64 bits.
 fn place(camera: &View, pixel: usize, depth: f32) -> DVec3 {
     let at = UVec2::new(pixel as u32 % SIZE.x, pixel as u32 / SIZE.x).as_dvec2() + 0.5;
     let slope = (at - SIZE.as_dvec2() * 0.5) / f64::from(camera.scale);
@@ -60,7 +60,7 @@ fn place(camera: &View, pixel: usize, depth: f32) -> DVec3 {
     camera.view_from_world.as_dmat4().inverse().transform_point3(ray)
 }
 
-/// Of the ground, or of the wall.
+/// Normal of the ground or of the wall.
 fn normal(place: DVec3) -> [f32; 4] {
     if place.y.abs() < (place.z + 2.0).abs() { [0.0, 1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0, 0.0] }
 }
@@ -98,7 +98,7 @@ fn opaque_room() -> Scene {
     scene
 }
 
-/// A host that gives what the camera sees gets the bytes that the picture makes of it.
+/// From the depths and normals of the picture a host gets the same bytes as the picture.
 #[test]
 fn a_hosts_depths_and_normals_give_the_masks_of_the_picture() {
     for (glass, half, taps) in
@@ -128,7 +128,7 @@ fn a_hosts_depths_and_normals_give_the_masks_of_the_picture() {
     }
 }
 
-/// What a rasterizer has: reversed depth without a far plane; normals are in it, too.
+/// Reversed depth without a far plane, and normals derived from it.
 #[test]
 fn normals_may_come_from_reversed_depths() {
     let settings = MaskSettings { taps: 7, ..OFF };
@@ -159,7 +159,7 @@ fn normals_may_come_from_reversed_depths() {
     let own = host.run(&masks);
     let far = |(a, b): (&[u8; 4], &[u8; 4])| a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])) > 4;
     let differ = own.iter().zip(&seen.masks).filter(|&pair| far(pair)).count();
-    // Where ground and wall meet a normal is between the two.
+    // On the edge between ground and wall a derived normal is between the two.
     assert!(differ <= 120, "{differ}");
     let shifted = own.iter().skip(3).zip(&seen.masks).filter(|&pair| far(pair)).count();
     assert!(shifted > 300, "{shifted}: the check sees nothing");
@@ -210,13 +210,13 @@ fn clouds(host: &Host, share: Vec3, edge: f32) -> Clouds {
     Clouds { function, bindings }
 }
 
-/// Light that a host's function lets through, times what the maps do.
+/// The share of a host's function multiplies the share by the maps.
 #[test]
 fn a_hosts_function_multiplies_what_the_maps_say() {
     let share = Vec3::new(0.2, 0.6, 0.9);
     let mut scene = opaque_room();
     scene.mask = Some(OFF);
-    // The lamp casts nothing by itself; the host's function has a say on it alone.
+    // The lamp has no shadow map: only the host's function shadows it.
     scene.lights[1].casts = false;
     for lamp_casts in [false, true] {
         scene.lights[1].casts = lamp_casts;
@@ -242,7 +242,7 @@ fn a_hosts_function_multiplies_what_the_maps_say() {
         let pixels = (SIZE.x * SIZE.y) as usize;
         let (mut covered, mut wrong) = (0, 0);
         for i in (0..pixels).filter(|&i| seen.depths[i] < 1.0) {
-            // The sun is the picture's.
+            // The sun is shadowed as in the picture.
             assert_eq!(own[i][0], seen.masks[i][0]);
             let place = place(&seen.camera, i, seen.depths[i]);
             if (place.x - 0.2).abs() < 1e-3 {
@@ -312,7 +312,7 @@ fn views_that_cannot_be_used_are_named() {
     }
 }
 
-/// Lights come and go, masks stay.
+/// Textures are kept while lights are added and removed.
 #[test]
 fn textures_are_taken_over_from_frame_to_frame() {
     let mut scene = opaque_room();
@@ -340,7 +340,7 @@ fn textures_are_taken_over_from_frame_to_frame() {
         assert!(texture == all, "frame {frame}: another texture");
         assert!(bytes <= most, "frame {frame}: {bytes} of {most}");
     }
-    // The check can fail: another size asks for other textures.
+    // The check can fail: another size needs other textures.
     let whole = MaskSettings { half: false, ..settings };
     masks.prepare(&host.prepared, &scene.lights, &[0], &view, &whole).unwrap();
     assert!(*masks.texture().unwrap() != all);

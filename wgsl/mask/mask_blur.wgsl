@@ -1,4 +1,4 @@
-// mask, blur: a row or a column of a cross-bilateral Gaussian, all lights of some masks at once. One
+// mask, blur: a row or a column of a cross-bilateral Gaussian, for all lights of some masks at once. One
 // invocation per pixel and group of masks. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
 
 import package::bind::loaded::mask_surfaces;
@@ -7,10 +7,10 @@ import package::mask::mask_group::{MaskGroup, divided, load_group, store_group, 
 import package::mask::mask_pixel::{MaskPlane, mask_plane, surface_weight};
 import package::records::mask::unpack_surface;
 
-// Distance of the last tap in standard deviations: it counts e^-2 of the middle.
+// Distance of the last tap in standard deviations: its weight is e^-2 of the centre's.
 const WIDTHS: f32 = 2.0;
 
-// Masks and the sum of their weights.
+// Weighted sum of masks, and the sum of the weights.
 struct Blurred {
     sum: MaskGroup,
     weights: f32,
@@ -33,13 +33,13 @@ fn mask_blur(@builtin(global_invocation_id) id: vec3<u32>) {
     let plane = mask_plane(id.xy, mask_params.step, own);
     let nearer = select(1.0, min(mask_params.depth_scale / plane.distance, 1.0), mask_params.depth_scale > 0.0);
     let width = max(f32(mask_params.taps) / WIDTHS * nearer, 0.01); // [pixels of the mask]
-    // Of a Gaussian each tap is the one before times what falls alike from tap to tap.
+    // Gaussian by differences: the ratio of successive taps falls by a constant factor.
     let narrow = 0.5 / (width * width);
     var most = exp(-narrow);
     var falls = exp(-3.0 * narrow);
     let steeper = exp(-2.0 * narrow);
     let along = select(vec2(1, 0), vec2(0, 1), mask_params.column != 0u);
-    // Not by the uniform alone: llvmpipe would compile the kernel again for its value.
+    // Not by the uniform alone: llvmpipe would recompile the kernel for its value.
     let side = i32(select(0u, mask_params.taps, own.depth < 1.0));
     var blurred = Blurred(load_group(id.xy, id.z), 1.0);
     for (var i = 1; i <= side; i += 1) {

@@ -1,5 +1,6 @@
-// mask, enlarge: masks of half the picture's size to its own, of four neighbours those on the same surface.
-// One invocation per pixel and group of masks. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
+// mask, enlarge: masks of half the picture's size to its full size, from those of four neighbours that are
+// on the same surface. One invocation per pixel and group of masks. CPU twin: src/reference/mask.rs. Host:
+// src/stage/mask.rs.
 
 import package::bind::loaded::{half_surfaces, mask_surfaces};
 import package::bind::uniform::mask_params;
@@ -7,9 +8,9 @@ import package::mask::mask_group::{divided, either_group, even_group, load_group
 import package::mask::mask_pixel::{mask_plane, plane_error, shown_pixel, surface_weight};
 import package::records::mask::{surface_depth, surface_normal, surface_offset, unpack_surface};
 
-// Sum of four weights below which the best neighbour alone is taken.
+// Sum of four weights below which only the best neighbour is used.
 const LEAST_WEIGHT: f32 = 1e-3;
-// What a right angle between two surfaces counts as, in what the blur tolerates of depth.
+// Error of a right angle between two normals, in units of the blur's tolerance in depth.
 const TURNED: f32 = 8.0;
 
 @compute @workgroup_size(8, 8)
@@ -27,7 +28,7 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
     var weights = 0.0;
     var best = even_group(1.0);
     var least = 1e30;
-    // No constant ends the loop: compilers would write it out.
+    // The loop count is not constant, so that compilers do not unroll.
     let count = select(0u, 4u, own.depth < 1.0);
     for (var i = 0u; i < count; i += 1u) {
         let step = vec2(i & 1u, i >> 1u);

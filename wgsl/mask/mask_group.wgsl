@@ -1,11 +1,11 @@
-// Some masks of a pixel, which one invocation looks up or filters together: what a surface counts to another
-// is worked out once for all of them.
+// Some masks of a pixel, which one invocation looks up or filters together: the weights of surfaces are
+// computed once for all of them.
 
 import package::bind::loaded::light_masks;
 import package::bind::stored::new_masks;
 import package::bind::uniform::mask_params;
 
-override MASKS: u32 = 1u; // of an invocation: 1, 2 or 4
+override MASKS: u32 = 1u; // per invocation: 1, 2 or 4
 
 struct MaskGroup {
     first: vec4<f32>,
@@ -18,12 +18,12 @@ fn even_group(value: f32) -> MaskGroup {
     return MaskGroup(vec4(value), vec4(value), vec4(value), vec4(value));
 }
 
-// The last mask stands for those beyond.
+// Past the last mask, the last one is loaded.
 fn load_mask(place: vec2<u32>, mask: u32) -> vec4<f32> {
     return textureLoad(light_masks, place, min(mask, mask_params.mask_count - 1u));
 }
 
-// `group`: its number.
+// `group`: index of the group.
 fn load_group(place: vec2<u32>, group: u32) -> MaskGroup {
     let mask = group * MASKS;
     var own = even_group(0.0);

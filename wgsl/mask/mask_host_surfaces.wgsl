@@ -1,5 +1,5 @@
-// mask, host surfaces: a host's own depths, and its normals or those that its depths have, as masks read them.
-// One invocation per pixel. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
+// mask, host surfaces: a host's depths, and its normals or normals derived from the depths, in the format
+// of masks. One invocation per pixel. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
 
 import choice::keep::keep_surface;
 import package::bind::sampled::{host_depths, host_normals};
@@ -10,14 +10,14 @@ import package::records::mask::{
 import package::records::material::RECEIVES_CURVE;
 import package::shade::surface::{eye, toward, world_point};
 
-const LAST_DEPTH: f32 = 0.99999994; // before 1, which is nothing
+const LAST_DEPTH: f32 = 0.99999994; // the largest below 1, which is no surface
 
 struct HostSeen {
-    depth: f32,          // light depth; 1 where there is nothing
+    depth: f32,          // light depth; 1 without a surface
     position: vec3<f32>, // world space [m]
 }
 
-// At a pixel, beyond the picture's edge that of the last.
+// Surface at a pixel, clamped to the picture.
 fn host_seen(at: vec2<i32>) -> HostSeen {
     let view = views[0];
     let pixel = clamp(at, vec2(0), vec2<i32>(view.size) - 1);
@@ -35,7 +35,8 @@ fn host_seen(at: vec2<i32>) -> HostSeen {
     );
 }
 
-// To the neighbour that is nearer in depth: it may be of the same surface.
+// Vector along the surface from or to the neighbour that is nearer in depth: it is likelier on the same
+// surface.
 fn along(before: HostSeen, own: HostSeen, after: HostSeen) -> vec3<f32> {
     let is_before = abs(before.depth - own.depth) < abs(after.depth - own.depth);
     return select(after.position - own.position, own.position - before.position, is_before);
@@ -47,7 +48,7 @@ fn host_normal(pixel: vec2<i32>, own: HostSeen) -> vec3<f32> {
     let texel = textureLoad(host_normals, vec2<u32>(pixel), 0).xyz;
     let given = select(texel, texel * 2.0 - 1.0, host_view.normals == NORMALS_UNORM);
     let turned = (host_view.world_from_normal * vec4(given, 0.0)).xyz;
-    // No branch: llvmpipe would compile the kernel again for what the uniform says.
+    // No branch: llvmpipe would recompile the kernel for the uniform's value.
     return normalize(select(turned, cross(down, right), host_view.normals == NORMALS_NONE));
 }
 

@@ -1,4 +1,4 @@
-// mask, look up: the light that each light of some masks still sends to a pixel. One invocation per pixel and
+// mask, look up: the share of each light of some masks that reaches a pixel. One invocation per pixel and
 // group of masks. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
 
 import choice::joined::host_shadow;
@@ -18,7 +18,7 @@ import package::shade::taps::set_turn;
 fn lowered(passed: vec4<f32>, slot: u32, is_own: bool, share: vec3<f32>) -> vec4<f32> {
     let channels = slot_channels(slot) & vec4(is_own);
     let is_colored = channels.x && channels.y;
-    // A mask of one channel is of what blocks all of them alike.
+    // Lights with one channel are blocked alike in all of them.
     return select(passed, min(passed, select(vec4(share.g), vec4(share, 1.0), is_colored)), channels);
 }
 
@@ -38,7 +38,7 @@ fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
     var passed = even_group(1.0);
     var next = 0u;
     while next < count {
-        // Past the lights of other masks, which cost more the more is done with each.
+        // Skips the lights of other masks, for which the rest of the loop would be wasted.
         var index = 0u;
         var slot = 0u;
         while slot == 0u && next < count {
@@ -50,10 +50,10 @@ fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
         var light = light_record(index);
         let arriving = incoming(light, point.position);
         let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
-        // As `point_light` does of what is solid.
+        // As `point_light` does for opaque points.
         let faces = dot(surface.face, arriving.toward) > 0.0;
         let face = select(surface.normal, surface.face, faces);
-        // A light without views asks no map.
+        // A light without views reads no map.
         light.view_count = select(0u, light.view_count, is_lit && slot != 0u);
         var share = shadow(light, point.position, face, arriving.toward, surface.reach);
         if (slot & JOINED_BIT) != 0u && is_lit {

@@ -1,24 +1,24 @@
-// Where a mask's pixel is, in the camera's view, and how much another counts to it.
+// Position of a mask's pixel in the camera's view, and its weight for another pixel.
 
 import package::bind::uniform::{mask_params, views};
 import package::records::mask::{MaskSurface, surface_depth, surface_normal, surface_offset};
 
-// Centre of the picture's pixel that a mask's pixel stands for.
+// Centre of the picture's pixel for a pixel of the masks.
 fn shown_pixel(at: vec2<u32>, step: u32, offset: vec2<u32>) -> vec2<f32> {
     return vec2<f32>(at * step + offset) + 0.5;
 }
 
-// A surface that others are held against, by what the blur tolerates: how far off its plane a point lies is
-// its distance times what its ray, `here` and `turn` to each pixel aside, gains on the plane, less `off`.
+// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here +
+// turn . o) - off` from the plane, in units of the blur's tolerance.
 struct MaskPlane {
-    pixel: vec2<f32>,  // of the picture
+    pixel: vec2<f32>,  // pixel of the picture
     normal: vec3<f32>, // interpolated, world space
-    distance: f32,     // along the camera's axis [m]
+    distance: f32,     // distance of the surface along the camera's axis [m]
     here: f32,
     turn: vec2<f32>,
     off: f32,
-    near: f32,         // of the camera [m]
-    range: f32,        // from there to its far plane [m]
+    near: f32,         // near plane of the camera [m]
+    range: f32,        // distance from its near to its far plane [m]
 }
 
 fn mask_plane(at: vec2<u32>, step: u32, surface: MaskSurface) -> MaskPlane {
@@ -34,13 +34,14 @@ fn mask_plane(at: vec2<u32>, step: u32, surface: MaskSurface) -> MaskPlane {
     return MaskPlane(pixel, surface.normal, distance, here, turn, distance * here, view.near, range);
 }
 
-// How far a surface lies off the plane: 1 is too far.
+// Distance of a surface from the plane, in units of the blur's tolerance.
 fn plane_error(plane: MaskPlane, pixel: vec2<f32>, depth: f32) -> f32 {
     let ray = plane.here + dot(plane.turn, pixel - plane.pixel);
     return abs((plane.near + depth * plane.range) * ray - plane.off);
 }
 
-// How much a surface, a texel of `mask_surfaces`, counts to another: by depth, and by the angle between them.
+// Weight of a surface, a texel of `mask_surfaces`, for the pixel of a plane: by depth, and by the angle
+// between the normals.
 fn surface_weight(plane: MaskPlane, at: vec2<u32>, step: u32, other: vec4<u32>) -> f32 {
     let depth = surface_depth(other);
     let error = plane_error(plane, shown_pixel(at, step, surface_offset(other)), depth);

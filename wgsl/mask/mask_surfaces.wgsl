@@ -1,5 +1,5 @@
-// mask, surfaces: what the camera sees that is solid, as masks read it. One invocation per pixel of a band,
-// after `shade_surfaces`. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
+// mask, surfaces: visible opaque surfaces in the format of masks. One invocation per pixel of a band, after
+// `shade_surfaces`. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
 
 import choice::keep::keep_surface;
 import package::bind::sampled::seen_pixels;
@@ -13,10 +13,10 @@ import package::records::view::TILE_SIZE;
 import package::shade::band::band_pixel;
 import package::walk::lane::LANES;
 
-// Light depth at a pixel of the picture, beyond its edge that of the last; `index` of the band is `pixel`'s.
+// Light depth at a pixel, clamped to the picture; `index`: that of `pixel` in the band.
 fn seen_depth(at: vec2<u32>, pixel: vec2<u32>, index: u32) -> f32 {
     let last = vec2<u32>(views[0].size) - 1u;
-    // Of the same tile.
+    // Both pixels are in the same tile.
     let aside = vec2<i32>(min(at, last)) - vec2<i32>(pixel);
     let own = u32(i32(index) + aside.y * i32(TILE_SIZE) + aside.x);
     return bitcast<f32>(textureLoad(seen_pixels, record_texel(own), 0).x);

@@ -1,4 +1,4 @@
-// What a mask's pixel shows, texels of `mask_surfaces` and `mask_points`; and which mask a light is in. Rust:
+// Surfaces of a mask's pixels, texels of `mask_surfaces` and `mask_points`, and slots of lights. Rust:
 // src/records/mask.rs.
 
 import package::bind::loaded::mask_slots;
@@ -7,21 +7,21 @@ import package::records::record::record_texel;
 
 // Rust: `MaskParams` in src/records/mask.rs.
 struct MaskParams {
-    size: vec2<u32>,     // of the masks that are made [pixels]
-    step: u32,           // pixels of the picture along a pixel of the masks
-    taps: u32,           // of the blur, to each side
-    sensitivity: f32,    // to depth, of the distance
-    depth_scale: f32,    // distance at which the blur is as wide as it gets [m]; 0: everywhere
+    size: vec2<u32>,     // size of the masks that are computed [pixels]
+    step: u32,           // pixels of the picture per pixel of the masks, along an edge
+    taps: u32,           // blur taps to each side of the centre
+    sensitivity: f32,    // edge-stopping strength
+    depth_scale: f32,    // distance up to which the blur has its full width [m]; 0: everywhere
     column: u32,         // 1: a column is blurred, 0: a row
     mask_count: u32,
 }
 
 // Rust: `HostView` in src/records/mask.rs.
 struct HostView {
-    world_from_clip: mat4x4<f32>,   // of the host's camera
-    world_from_normal: mat4x4<f32>, // what its normals are turned by
-    empty: f32,                     // its depth where there is nothing
-    is_light_depth: u32,            // 1: it is light depth of the view
+    world_from_clip: mat4x4<f32>,   // inverse of the matrix of the host's depths
+    world_from_normal: mat4x4<f32>, // rotation of the normals to world space
+    empty: f32,                     // depth without a surface
+    is_light_depth: u32,            // 1: depths are light depths of the view
     normals: u32,                   // NORMALS_*
     pad_0: u32,
 }
@@ -31,18 +31,18 @@ const NORMALS_UNORM: u32 = 2u; // 0 is -1
 
 const COLORED_BIT: u32 = 0x80000000u;
 const JOINED_BIT: u32 = 0x40000000u;
-const SLOTS: u32 = 4u; // of a mask
+const SLOTS: u32 = 4u; // per mask
 
-// Of the third word of a texel of `mask_surfaces`.
-const ROUND_BIT: u32 = 1u << 16u; // of a particle: its normal is its face's, and it has a reach
+// Flags in the third word of a texel of `mask_surfaces`.
+const ROUND_BIT: u32 = 1u << 16u; // a particle: its normal is its face's, and it has a reach
 const OFFSET_SHIFT: u32 = 17u;
 
 struct MaskSurface {
-    depth: f32,          // light depth of the camera; 1 where there is nothing
+    depth: f32,          // light depth of the camera; 1 without a surface
     normal: vec3<f32>,   // interpolated, unit, on the eye's side
     face: vec3<f32>,     // unit, on the eye's side
-    reach: f32,          // how far what is in the maps may lie off it [m]
-    offset: vec2<u32>,   // of the picture's pixel in the mask's
+    reach: f32,          // distance that a caster in the maps may be off the surface [m]
+    offset: vec2<u32>,   // offset of the picture's pixel in the mask's
 }
 
 const NO_SURFACE: vec4<u32> = vec4(0x3f800000u, 0u, 0u, 0u);
@@ -87,11 +87,11 @@ fn unpack_surface(texel: vec4<u32>) -> MaskSurface {
     );
 }
 
-// Where light is asked for, and who receives it.
+// Receiver of the light at a mask's pixel.
 struct MaskPoint {
     position: vec3<f32>, // world space [m]
     receives: u32,       // RECEIVES_*
-    tag: u32,            // of its object
+    tag: u32,            // owner tag of its object
 }
 
 fn packed_mask_point(point: MaskPoint) -> vec4<u32> {
@@ -102,8 +102,8 @@ fn unpack_mask_point(texel: vec4<u32>) -> MaskPoint {
     return MaskPoint(bitcast<vec3<f32>>(texel.xyz), texel.w & 3u, texel.w >> 16u);
 }
 
-// The slot of a light: its mask times SLOTS and its place there, and 1; 0 for none. COLORED_BIT: it has all
-// channels of its mask. JOINED_BIT: the host's function has a say.
+// Slot of a light: its mask times SLOTS, plus its channel, plus 1; 0 for none. COLORED_BIT: it has all
+// channels of its mask. JOINED_BIT: the host's shadow function applies.
 fn mask_slot(light: u32) -> u32 {
     return textureLoad(mask_slots, record_texel(light)).r;
 }

@@ -1,4 +1,4 @@
-//! What a host's camera sees, as a host says it and as kernels read it.
+//! Camera of a host: its depths and normals, checked and in the form that kernels read.
 use super::host::ShadowFunction;
 use crate::{
     error::Error,
@@ -8,11 +8,11 @@ use crate::{
 use glam::{DMat4, DVec4, Mat4, UVec2, Vec3};
 use wgpu::{BindGroup, Texture, TextureFormat, TextureUsages, TextureView};
 
-/// Where an infinite camera's view ends for masks [m]: what is farther counts as if it were there.
+/// Far plane of masks for an infinite camera [m]; farther surfaces are moved to it.
 const FARTHEST: f64 = 1e5;
 
-/// What a host's camera sees, for [`LightMasks::prepare`](crate::LightMasks::prepare). Its textures are read
-/// when the masks are recorded.
+/// A host's depths and normals, for [`LightMasks::prepare`](crate::LightMasks::prepare). The textures are
+/// read when the masks are recorded.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct MaskView<'a> {
@@ -38,40 +38,41 @@ pub(super) struct Joined<'a> {
 }
 
 impl<'a> MaskView<'a> {
-    /// A depth texture, and the matrix that it was rendered with: columns, perspective, reversed or infinite as
-    /// it is. Formats depth16unorm, depth24plus, depth32float, these with stencil, and r32float.
+    /// A depth texture, and the perspective matrix that it was rendered with, in columns; depth may be
+    /// reversed or infinite. Formats: depth16unorm, depth24plus, depth32float, these with stencil, and
+    /// r32float.
     pub fn new(clip_from_world: [[f32; 4]; 4], depth: &'a Texture) -> Self {
         let of = Of::Clip(clip_from_world);
         Self { depth, layer: 0, of, normals: None, is_view_space: false, joined: None }
     }
 
-    /// A texture of light depth: how far along the view's axis from its near plane, 0, to its far plane, 1,
-    /// which is nothing.
+    /// A texture of light depth: distance along the view's axis, from 0 at its near plane to 1 at its far
+    /// plane, where there is no surface.
     pub fn light_depth(view: &'a View, depth: &'a Texture) -> Self {
         Self { of: Of::View(view), ..Self::new([[0.0; 4]; 4], depth) }
     }
 
-    /// Of an array of depths.
+    /// Sets the layer of a texture array.
     #[must_use]
     pub fn layer(self, layer: u32) -> Self {
         Self { layer, ..self }
     }
 
-    /// Normals in world space, of the depths' size: of a float or snorm format each is itself, of a unorm format
-    /// 0 is -1. Without them they are those that neighbours in the depths have.
+    /// Sets normals in world space, of the depths' size; in a unorm format, 0 is -1. Without them, normals
+    /// are derived from neighbouring depths.
     #[must_use]
     pub fn normals(self, normals: &'a Texture) -> Self {
         Self { normals: Some(normals), is_view_space: false, ..self }
     }
 
-    /// As [`Self::normals`], in view space: x right, y up, z to the eye.
+    /// Like [`Self::normals`], in view space: x right, y up, z to the eye.
     #[must_use]
     pub fn view_normals(self, normals: &'a Texture) -> Self {
         Self { is_view_space: true, ..self.normals(normals) }
     }
 
-    /// A function that has a say on some lights, indices into those that masks are prepared of. `bindings`: of
-    /// its layout.
+    /// Sets a shadow function for some lights, as indices into those that masks are prepared for.
+    /// `bindings`: of its layout.
     #[must_use]
     pub fn joined(
         self,
@@ -114,7 +115,7 @@ impl<'a> MaskView<'a> {
     }
 }
 
-/// A host's camera, checked.
+/// Camera of a host, checked.
 pub(super) struct MaskCamera {
     pub view: View,
     pub params: HostView,
@@ -122,14 +123,14 @@ pub(super) struct MaskCamera {
     pub normals: Option<TextureView>,
 }
 
-/// The view of a matrix, its inverse, and its depth where there is nothing.
+/// View of a matrix, its inverse, and its depth without a surface.
 fn of_clip(clip: [[f32; 4]; 4], size: UVec2) -> Result<(View, Mat4, f32), &'static str> {
     let camera = Camera::from_clip(clip, size).map_err(|error| error.0)?;
     let clip = DMat4::from_cols_array_2d(&clip.map(|column| column.map(f64::from)));
     let ahead = (camera.target - camera.eye).normalize().as_dvec3();
     let at =
         |distance: f64| -> DVec4 { clip * (camera.eye.as_dvec3() + ahead * distance).extend(1.0) };
-    // Along the axis both are linear in the distance; w is 0 at the eye.
+    // Along the axis both clip coordinates are linear in the distance; w is 0 at the eye.
     let (one, two) = (at(1.0), at(2.0));
     let (slope, w) = (two.z - one.z, two.w - one.w);
     let start = one.z - slope;
@@ -145,7 +146,7 @@ fn of_clip(clip: [[f32; 4]; 4], size: UVec2) -> Result<(View, Mat4, f32), &'stat
     Ok((view, inverse.as_mat4(), empty as f32))
 }
 
-/// For `textureLoad` of one layer.
+/// View of one layer, for `textureLoad`.
 fn depth_view(texture: &Texture, layer: u32) -> Result<TextureView, &'static str> {
     use TextureFormat::{
         Depth16Unorm, Depth24Plus, Depth24PlusStencil8, Depth32Float, Depth32FloatStencil8,

@@ -24,7 +24,7 @@ use wgpu::{
 
 pub use super::camera::MaskView;
 
-/// A shadow function of a host's: its sky, a traced sun. A clone shares its kernels.
+/// A shadow function of a host, such as its sky or a traced sun. Clones share its kernels.
 #[derive(Clone, Debug)]
 pub struct ShadowFunction(Arc<Text>);
 
@@ -44,13 +44,13 @@ impl Shadows {
     /// fn host_shadow(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32>
     /// ```
     ///
-    /// and in `@group(1)`, of `layout`, what it reads. It says what of a light reaches a point (world space [m],
-    /// the normal unit), and multiplies what the maps say. `light` counts the lights that
-    /// [`LightMasks::prepare`] chose. All names of the library's begin with `gobo_`. `label` is what errors call
-    /// the text.
+    /// and its bindings in `@group(1)`, of `layout`. It returns the share of a light that reaches a point
+    /// (world space [m], unit normal), which multiplies the share by the maps. `light` is an index into the
+    /// lights that [`LightMasks::prepare`] chose. All other names of the library begin with `gobo_`.
+    /// `label` names the text in errors.
     ///
     /// # Errors
-    /// Where the text is no WGSL, or does not fit: with its line, as `label:line`.
+    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
     pub fn shadow_function(
         &self,
         label: &str,
@@ -83,17 +83,16 @@ impl ShadowFunction {
     }
 }
 
-/// Where a light is in [`LightMasks::texture`].
+/// Slot of a light in [`LightMasks::texture`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaskSlot {
-    /// Of the array.
+    /// Layer of the array.
     pub layer: u32,
-    /// `Some`: the channel, 0 to 3, that says what reaches a pixel of it; `None`: red, green and blue do, each
-    /// for itself.
+    /// Channel of the light's share, 0 to 3; `None` if red, green and blue are its shares per channel.
     pub channel: Option<u32>,
 }
 
-/// Shadow masks of what a host's camera sees. Keeps its textures from frame to frame.
+/// Shadow masks for a host's camera. The textures are kept from frame to frame.
 #[derive(Debug, Default)]
 pub struct LightMasks {
     textures: Option<Arc<MaskTextures>>,
@@ -111,17 +110,17 @@ struct Frame {
 }
 
 impl LightMasks {
-    /// None yet.
+    /// No masks.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Gives the `chosen` of `lights`, which the views were made of, slots where they are seen, and binds what
-    /// makes the masks of them. Lights keep their slots as long as they have names and nothing is in their way.
-    /// The textures are those of before while the size stays and they have room.
+    /// Assigns slots to the `chosen` of `lights`, which the views were made of, where they are visible, and
+    /// binds the passes that compute their masks. Lights with names keep their slots as long as possible.
+    /// The textures are kept while the size stays and their capacity suffices.
     ///
     /// # Errors
-    /// Where a light or an input cannot be used, or the device has no room.
+    /// If a light or an input is invalid, or the device is out of memory.
     pub fn prepare(
         &mut self,
         prepared: &Prepared,
@@ -154,7 +153,7 @@ impl LightMasks {
         self.former = slots.former(own.iter().copied());
         self.former.remove("");
         let size = camera.view.size;
-        // What is bound for the frame before is free from here on.
+        // Frees the bindings of the previous frame.
         self.frame = None;
         let textures = MaskTextures::take(&mut self.textures, device, size, settings.half, &slots)?;
         let joined = chosen.iter().map(|index| if joins(index) { JOINED_BIT } else { 0 });
@@ -164,13 +163,12 @@ impl LightMasks {
         Ok(())
     }
 
-    /// Records what makes the masks, after the maps and once the host's depths are there; nothing before
-    /// [`Self::prepare`].
+    /// Records the masks, after the maps and the host's depths; records nothing before [`Self::prepare`].
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         self.record_timed(encoder, &mut Timeline::untimed());
     }
 
-    /// As [`Self::record`], with time stamps around each pass.
+    /// Like [`Self::record`], with timestamps around each pass.
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         let Some(Frame { surfaces, passes, levels, .. }) = &self.frame else { return };
         if let Some(levels) = levels {
@@ -182,15 +180,14 @@ impl LightMasks {
         timeline.end(encoder);
     }
 
-    /// `rgba8unorm`, an array, of the size of the host's depths; usages `TEXTURE_BINDING`, `STORAGE_BINDING` and
-    /// `COPY_SRC`. The same from `prepare` to `prepare` while it has room. It may have more layers than
-    /// there are masks.
+    /// Array of `rgba8unorm` masks, of the size of the host's depths; usages `TEXTURE_BINDING`,
+    /// `STORAGE_BINDING` and `COPY_SRC`. Kept from one `prepare` to the next while its capacity suffices.
+    /// It may have more layers than there are masks.
     pub fn texture(&self) -> Option<&Texture> {
         self.frame.as_ref().map(|frame| frame.memory.masks())
     }
 
-    /// Where each of the chosen lights is: `None` for what casts nothing, is beside the picture or found no
-    /// slot.
+    /// Slot of each chosen light; `None` if it has no shadow, is outside the picture or has no slot.
     pub fn slots(&self) -> Vec<Option<MaskSlot>> {
         let of_lights = self.frame.iter().flat_map(|frame| &frame.memory.slots.of_lights);
         of_lights
@@ -202,12 +199,13 @@ impl LightMasks {
             .collect()
     }
 
-    /// Masks of the frame.
+    /// Number of masks of the frame.
     pub fn count(&self) -> u32 {
         self.frame.as_ref().map_or(0, |frame| frame.memory.slots.count)
     }
 
-    /// Lights that cast into the picture and found no slot within [`MaskSettings::limit`]: shade them without.
+    /// Lights that cast shadows into the picture but have no slot within [`MaskSettings::limit`]: shade
+    /// them without masks.
     pub fn unmasked(&self) -> u32 {
         self.frame.as_ref().map_or(0, |frame| frame.memory.slots.unmasked)
     }
@@ -223,7 +221,7 @@ impl LightMasks {
     }
 }
 
-/// What a frame is bound from.
+/// Inputs of a frame's bindings.
 struct Inputs<'a> {
     prepared: &'a Prepared,
     source: LightSource,

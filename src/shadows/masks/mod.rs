@@ -1,4 +1,4 @@
-//! Shadow masks, bound and ready to be recorded once what is solid has been seen.
+//! Shadow masks, bound and ready to be recorded after the visible surfaces.
 mod camera;
 mod host;
 
@@ -26,24 +26,24 @@ use wgpu::{
 /// Look-up, rows, columns, enlarging.
 const PASSES: usize = 4;
 
-/// What masks are made in: frames take it from each other as long as it has room.
+/// Textures of masks, kept from frame to frame while their capacity suffices.
 #[derive(Debug)]
 pub(crate) struct MaskTextures {
-    /// Of the picture [pixels].
+    /// Size of the picture [pixels].
     size: UVec2,
     half: bool,
     masks: u32,
     lights: u32,
-    /// What is seen, of the picture's size.
+    /// Visible surfaces, at the picture's size.
     surfaces: Texture,
-    /// Where masks have half of it.
+    /// Surfaces of masks of half the size.
     half_surfaces: Option<Texture>,
-    /// Where light is asked for, of the masks' size.
+    /// Receiver points, at the masks' size.
     points: Texture,
     slot_table: Texture,
-    /// As they are looked up and blurred, in turns.
+    /// Targets of look-up and blur, alternating.
     made: [Texture; 2],
-    /// Of the picture's size, where those are not.
+    /// Masks at the picture's size, if they are computed at half of it.
     enlarged: Option<Texture>,
     params: [Buffer; PASSES],
     /// Bytes by texture.
@@ -96,7 +96,7 @@ impl MaskTextures {
         (self.size, self.half) == (size, half) && self.masks >= masks && self.lights >= lights
     }
 
-    /// `former`, unless somebody else has it or it is too small.
+    /// `former`, or new textures if it is shared or too small.
     pub(crate) fn take(
         former: &mut Option<Arc<Self>>,
         device: &wgpu::Device,
@@ -115,7 +115,7 @@ impl MaskTextures {
     }
 }
 
-/// What the masks of a frame read and write.
+/// Resources of a frame's masks.
 #[derive(Debug)]
 pub(crate) struct MaskMemory {
     pub slots: MaskSlots,
@@ -134,7 +134,7 @@ impl MaskMemory {
         Self::joined(queue, settings, slots, textures, none)
     }
 
-    /// `joined`: bits of each light's slot for the device.
+    /// `joined`: flags of each light's slot on the device.
     fn joined(
         queue: &wgpu::Queue,
         settings: &MaskSettings,
@@ -149,13 +149,13 @@ impl MaskMemory {
         Self { slots, settings: *settings, textures }
     }
 
-    /// Four channels a layer, of the picture's size; there may be more layers than masks.
+    /// The masks at the picture's size, four channels per layer; there may be more layers than masks.
     pub(crate) fn masks(&self) -> &Texture {
-        // After a look-up, a row and a column.
+        // The result after a look-up, a row and a column.
         self.textures.enlarged.as_ref().unwrap_or(&self.textures.made[0])
     }
 
-    /// For what reads them, and for the kernel that fills `mask_surfaces`.
+    /// Resources for readers of the masks, and for the kernel that fills `mask_surfaces`.
     pub(crate) fn resources(&self) -> Resources<'_> {
         let MaskTextures { surfaces, half_surfaces, points, slot_table, .. } = &*self.textures;
         let own = Resources::new()
@@ -174,19 +174,19 @@ impl MaskMemory {
         self.settings.half
     }
 
-    /// The kernel that fills what is seen, of a picture.
+    /// Kernel that stores the visible surfaces of a picture.
     #[cfg(feature = "picture")]
     pub(crate) fn of_surfaces(&self) -> Variant {
         if self.settings.half { Variant::HalfMaskSurfaces } else { Variant::MaskSurfaces }
     }
 }
 
-/// A kernel, bound, with its workgroups.
+/// A bound kernel with its workgroups.
 #[derive(Debug)]
 struct MaskPass {
     kernel: Kernel,
     bindings: BindGroup,
-    /// The host's own.
+    /// Bind group of the host.
     beside: Option<BindGroup>,
     groups: [u32; 3],
 }
@@ -197,8 +197,8 @@ pub(crate) struct PreparedMasks {
 }
 
 impl PreparedMasks {
-    /// `resources`: views, lights, clusters and maps; `features`: of the maps; `make` makes a kernel, and says
-    /// what else it binds.
+    /// `resources`: views, lights, clusters and maps; `features`: of the maps; `make` compiles a kernel and
+    /// returns the host's bind group for it.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
