@@ -64,7 +64,7 @@ fn show_times(app: &App, ui: &mut Ui) {
     ui.label(format!("{width} x {height} pixels in {:.1} ms", shown.ms));
     let kept = shown.counters.views_kept;
     if kept > 0 {
-        let text = format!("the maps of {kept} views stayed; times and counts are those of before");
+        let text = format!("views unchanged: {kept}; times and counts are of their last rendering");
         ui.label(RichText::new(text).small().weak());
     }
     let most = app.stages.iter().map(|(_, ms)| *ms).fold(1e-6, f64::max);
