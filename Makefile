@@ -9,8 +9,8 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check web fuzz soak doc deny bench \
-	results native tables quality man setup
+.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web viewer bevy fuzz soak doc deny \
+	bench results native tables quality man setup
 
 # Renders the scenes of data/ and says where the pictures are.
 demo: setup
@@ -60,10 +60,23 @@ web-test: setup
 web:
 	sh tools/web.sh
 
+# The window of examples/viewer on a screen without a monitor: fails where it shows nothing.
+viewer: setup
+	sh tools/viewer.sh
+
+# The plugin of examples/bevy without a window: fails if its picture is flat.
+bevy: setup
+	sh tools/bevy.sh
+
 # Every exported kernel through spirv-val and glslangValidator.
 export-check: setup
 	cargo build --release --quiet
 	sh tools/export_check.sh
+
+# Exported frames run by Vulkan alone, without wgpu: the same maps bit for bit.
+ash: setup
+	cargo build --release --quiet
+	sh tools/ash.sh
 
 # Each reader of files on changed ones, FUZZ_SECONDS each: fails where one panics or hangs, and keeps what made it.
 fuzz:

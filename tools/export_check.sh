@@ -50,5 +50,14 @@ done
 for file in "$folder"/glsl/*.comp; do
     check "$file" glslangValidator -S comp
 done
+# The look-ups of light, as a shader that calls them.
+for file in "$folder"/glsl/*.glsl; do
+    whole=$folder/$(basename "$file" .glsl).comp
+    {
+        printf '#version 450\n#define GOBO_PROBE\nlayout(local_size_x = 1) in;\n'
+        cat "$file"
+    } >"$whole"
+    check "$whole" glslangValidator -S comp
+done
 echo "export-check: $((checked - refused)) of $checked files are valid"
 [ "$checked" -gt 0 ] && [ "$refused" -eq 0 ]

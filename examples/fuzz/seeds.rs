@@ -81,6 +81,7 @@ drag = 1.5
 turbulence = 0.8
 ground = 0
 boxes = [{ min = [0, 0, 0], max = [1, 1, 1] }]
+fluid = { spacing = 0.2, reach = 0.4, stiffness = 9, viscosity = 0.02 }
 radius = [0.04, 0.25]
 alpha = [0, 0.12, 0.06, 0]
 "#;

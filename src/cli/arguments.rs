@@ -45,6 +45,12 @@ pub(crate) enum Command {
         /// The folder to write to
         #[arg(short)]
         out: PathBuf,
+        /// Also write what a frame of a scene uploads, and its maps: to check an engine against
+        #[arg(long, value_name = "SCENE")]
+        scene: Option<PathBuf>,
+        /// Replace a value of that scene file: shadow.size=512
+        #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value, requires = "scene")]
+        set: Vec<(String, String)>,
     },
     /// Print the manual's page, or write a page for each command
     Man {

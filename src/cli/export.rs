@@ -2,14 +2,16 @@
 use super::{
     arguments::Target,
     failure::Failure,
-    files,
+    files, frame,
+    look_up::{self, LookUp},
+    passes,
     translate::{Kernel, translate},
     writers::BufferSizes,
 };
 use gobo::{
     error::Error,
-    gpu::{Access, Binding, BindingKind, Tier},
-    stage::variants,
+    gpu::{Access, Binding, BindingKind, Constant, KernelDesc, Tier},
+    stage::{bin, sort::Shape, variants},
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use serde::Serialize;
@@ -23,18 +25,25 @@ struct Manifest {
     gobo: &'static str,
     language: &'static str,
     kernels: Vec<KernelEntry>,
+    /// Light look-ups for shaders of the host.
+    look_ups: Vec<LookUp>,
 }
 
 #[derive(Serialize)]
 struct KernelEntry {
+    /// Unique id.
+    id: String,
     name: &'static str,
     /// `core`, or `native` for the variant that needs `features`.
     tier: &'static str,
     #[serde(flatten)]
     outcome: Outcome,
     bindings: Vec<BindingEntry>,
-    /// Values that are compiled in.
+    /// Values of the overrides; defaults of those in `specialisation`.
     constants: BTreeMap<String, f64>,
+    /// Overrides that can be specialised, with their ids in SPIR-V.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    specialisation: BTreeMap<String, u32>,
 }
 
 #[derive(Serialize)]
@@ -44,7 +53,7 @@ enum Outcome {
         file: String,
         entry_point: String,
         workgroup_size: [u32; 3],
-        /// Beyond core WebGPU.
+        /// Required features beyond core WebGPU.
         features: Vec<&'static str>,
         #[serde(skip_serializing_if = "Option::is_none")]
         buffer_sizes: Option<BufferSizes>,
@@ -55,10 +64,10 @@ enum Outcome {
 }
 
 #[derive(Serialize)]
-struct BindingEntry {
+pub(super) struct BindingEntry {
     group: u32,
     binding: u32,
-    /// Place within the resource's own kind, in a language that has few.
+    /// Index among the resources of its kind, for languages with few slots.
     #[serde(skip_serializing_if = "Option::is_none")]
     slot: Option<u8>,
     name: &'static str,
@@ -66,7 +75,7 @@ struct BindingEntry {
     kind: Kind,
 }
 
-/// Words are WebGPU's.
+/// WebGPU's names.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Kind {
@@ -90,60 +99,118 @@ enum Kind {
     },
 }
 
-pub(crate) fn run(target: Target, out: &Path) -> Result<(), Failure> {
-    files::create_dir(out)?;
-    let (mut stems, mut kernels) = (files::Unique::default(), Vec::new());
-    for (desc, tier) in variants() {
-        // The variants of a kernel share its name.
-        let stem = match tier {
-            Tier::Core => stems.of(desc.name),
-            Tier::Native => stems.of(&format!("{}_native", desc.name)),
-        };
-        let linked = desc.link(tier).map_err(Error::from)?;
-        let kernel = Kernel::new(desc.entry, linked.wgsl.clone(), desc.constants)
-            .map_err(|reason| Failure::Wrong(format!("{stem}: {reason}")))?;
-        let mut slots = HashMap::new();
-        let outcome = match translate(&kernel, target) {
-            Ok(translation) => {
-                let file = format!("{stem}.{}", target.extension());
-                files::write(&out.join(&file), &translation.source)?;
-                files::print(&out.join(&file).display().to_string())?;
-                slots = translation.slots;
-                Outcome::Written {
-                    file,
-                    entry_point: translation.entry_point,
-                    workgroup_size: translation.workgroup_size,
-                    features: translation.features,
-                    buffer_sizes: translation.sizes,
-                }
-            }
-            Err(reason) => {
-                tracing::warn!("{stem} cannot be {}: {reason}", target.version());
-                Outcome::Unsupported { unsupported: reason }
-            }
-        };
-        let bindings = linked.bindings().map_err(Error::from)?;
-        kernels.push(KernelEntry {
-            name: desc.name,
-            tier: match tier {
-                Tier::Core => "core",
-                Tier::Native => "native",
-            },
-            outcome,
-            bindings: bindings.iter().map(|it| binding_entry(it, &kernel, &slots)).collect(),
-            constants: kernel.constants,
-        });
+/// A variant of a kernel with other constants.
+pub(crate) struct Cut {
+    /// Suffix of its id.
+    pub(crate) suffix: &'static str,
+    pub(crate) constants: Vec<Constant>,
+}
+
+/// Exported variants of a kernel, the kernel itself first.
+pub(crate) fn cuts(desc: &KernelDesc) -> Vec<Cut> {
+    let mut cuts = vec![Cut { suffix: "", constants: Vec::new() }];
+    if desc.constants.iter().any(|&(name, _)| name == "NODES") {
+        let cut = |(suffix, nodes)| Cut { suffix, constants: vec![("NODES", nodes)] };
+        cuts.extend([("_n4", 4.0), ("_n16", 16.0)].map(cut));
     }
-    let manifest =
-        Manifest { gobo: env!("CARGO_PKG_VERSION"), language: target.version(), kernels };
-    let json = serde_json::to_string_pretty(&manifest).expect("plain data is JSON");
-    // Last: it names files that are there.
-    let path = out.join("manifest.json");
-    files::write(&path, json.as_bytes())?;
+    if [bin::COUNT.name, bin::EMIT.name].contains(&desc.name) {
+        let constants = vec![bin::workgroup_size(Shape::Wide)];
+        cuts.push(Cut { suffix: "_wide", constants });
+    }
+    cuts
+}
+
+/// Unique id of a kernel.
+pub(crate) fn id(desc: &KernelDesc, suffix: &str, tier: Tier) -> String {
+    let tier = match tier {
+        Tier::Core => "",
+        Tier::Native => "_native",
+    };
+    format!("{}{suffix}{tier}", desc.name)
+}
+
+pub(crate) fn run(
+    target: Target,
+    out: &Path,
+    scene: Option<&Path>,
+    set: &[(String, String)],
+) -> Result<(), Failure> {
+    files::create_dir(out)?;
+    if let Some(scene) = scene {
+        write_json(&out.join("frame.json"), &frame::write(scene, set, out)?)?;
+    }
+    let mut kernels = Vec::new();
+    for (desc, tier) in variants() {
+        for cut in cuts(desc) {
+            kernels.push(export(desc, tier, &cut, target, out)?);
+        }
+    }
+    let look_ups = look_up::write(target, out)?;
+    let (gobo, language) = (env!("CARGO_PKG_VERSION"), target.version());
+    let manifest = Manifest { gobo, language, kernels, look_ups };
+    write_json(&out.join("passes.json"), &passes::passes()?)?;
+    // The manifest is last: all files that it names exist.
+    write_json(&out.join("manifest.json"), &manifest)
+}
+
+fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
+    let json = serde_json::to_string_pretty(value).expect("plain data is JSON");
+    files::write(path, json.as_bytes())?;
     files::print(&path.display().to_string())
 }
 
-fn binding_entry(binding: &Binding, kernel: &Kernel, slots: &HashMap<u32, u8>) -> BindingEntry {
+fn export(
+    desc: &'static KernelDesc,
+    tier: Tier,
+    cut: &Cut,
+    target: Target,
+    out: &Path,
+) -> Result<KernelEntry, Failure> {
+    let id = id(desc, cut.suffix, tier);
+    let linked = desc.link(tier).map_err(Error::from)?;
+    let given = [&cut.constants, desc.constants].concat();
+    let kernel = Kernel::new(desc.entry, linked.wgsl.clone(), &given, target)
+        .map_err(|reason| Failure::Wrong(format!("{id}: {reason}")))?;
+    let mut slots = HashMap::new();
+    let outcome = match translate(&kernel) {
+        Ok(translation) => {
+            let file = format!("{id}.{}", target.extension());
+            files::write(&out.join(&file), &translation.source)?;
+            files::print(&out.join(&file).display().to_string())?;
+            slots = translation.slots;
+            Outcome::Written {
+                file,
+                entry_point: translation.entry_point,
+                workgroup_size: translation.workgroup_size,
+                features: translation.features,
+                buffer_sizes: translation.sizes,
+            }
+        }
+        Err(reason) => {
+            tracing::warn!("{id} cannot be {}: {reason}", target.version());
+            Outcome::Unsupported { unsupported: reason }
+        }
+    };
+    let bindings = linked.bindings().map_err(Error::from)?;
+    Ok(KernelEntry {
+        id,
+        name: desc.name,
+        tier: match tier {
+            Tier::Core => "core",
+            Tier::Native => "native",
+        },
+        outcome,
+        bindings: bindings.iter().map(|it| binding_entry(it, &kernel, &slots)).collect(),
+        constants: kernel.constants,
+        specialisation: kernel.open,
+    })
+}
+
+pub(super) fn binding_entry(
+    binding: &Binding,
+    kernel: &Kernel,
+    slots: &HashMap<u32, u8>,
+) -> BindingEntry {
     let size = || kernel.sizes.get(&binding.number).copied().unwrap_or_default();
     let kind = match binding.kind {
         BindingKind::Uniform => Kind::Uniform { size: size() },

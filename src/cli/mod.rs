@@ -8,14 +8,18 @@ mod export;
 mod exr;
 mod failure;
 mod files;
+mod frame;
 mod info;
 mod light;
+mod look_up;
 mod manual;
 mod maps;
 mod npy;
+mod passes;
 mod preview;
 mod render;
 mod sidecar;
+mod specialise;
 mod stop;
 mod translate;
 mod verify;
@@ -34,7 +38,9 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Light(arguments) => light::run(&arguments),
         Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),
-        Command::Export { target, out } => export::run(target, &out),
+        Command::Export { target, out, scene, set } => {
+            export::run(target, &out, scene.as_deref(), &set)
+        }
         Command::Man { out } => manual::man(out.as_deref()),
         Command::Completions { shell } => manual::completions(shell),
     }

@@ -1,6 +1,8 @@
-//! One kernel in another shading language, its override constants resolved.
+//! Translation of a kernel to another shading language. Flags stay override constants if the language has
+//! such; other constants are resolved.
 use super::{
     arguments::Target,
+    specialise,
     writers::{BufferSizes, glsl, hlsl, msl, slots, spirv},
 };
 use gobo::gpu::Constant;
@@ -58,26 +60,30 @@ impl Target {
     }
 }
 
-/// A kernel, its override constants resolved.
+/// A kernel in the WGSL that a target is made from.
 #[derive(Debug)]
 pub(crate) struct Kernel {
     name: &'static str,
     wgsl: String,
+    target: Target,
     /// Values of the overrides.
     pub(crate) constants: BTreeMap<String, f64>,
+    /// Overrides that stay open, by their ids in SPIR-V.
+    pub(crate) open: BTreeMap<String, u32>,
     /// Size by binding: of a whole uniform, of an array's element [bytes].
     pub(crate) sizes: HashMap<u32, u64>,
 }
 
 impl Kernel {
-    /// Each `override` becomes a `const`: naga's own resolution leaves the lengths of workgroup
+    /// Each closed `override` becomes a `const`: naga's own resolution leaves the lengths of workgroup
     /// arrays open, and its WGSL loses them.
     pub(crate) fn new(
         name: &'static str,
         mut wgsl: String,
         given: &[Constant],
+        target: Target,
     ) -> Result<Self, String> {
-        let mut constants = BTreeMap::new();
+        let (mut constants, mut flags) = (BTreeMap::new(), BTreeMap::new());
         for (_, open) in parse(&wgsl)?.overrides.iter() {
             let name = open.name.as_deref().unwrap_or_default();
             let (start, end, ty, usual) = declaration(&wgsl, name)
@@ -90,11 +96,19 @@ impl Kernel {
                 // Shortest decimal that reads back as the same number.
                 _ => format!("{ty}({value})"),
             };
-            wgsl.replace_range(start..end, &format!("const {name}: {ty} = {literal}"));
+            let id = specialise::ids().find(|&(known, _)| known == name && ty == "bool");
+            let keyword = match (target, id) {
+                // `specialise` turns naga's translation of it into a specialisation constant.
+                (Target::Spirv, Some(_)) => "var<private>",
+                (Target::Wgsl, Some(_)) => "override",
+                _ => "const",
+            };
+            wgsl.replace_range(start..end, &format!("{keyword} {name}: {ty} = {literal}"));
             constants.insert(name.to_owned(), value);
+            flags.extend(id.filter(|_| keyword != "const").map(|(name, id)| (name.to_owned(), id)));
         }
         let sizes = sizes(&parse(&wgsl)?);
-        Ok(Self { name, wgsl, constants, sizes })
+        Ok(Self { name, wgsl, target, constants, open: flags, sizes })
     }
 }
 
@@ -135,8 +149,9 @@ fn sizes(module: &Module) -> HashMap<u32, u64> {
 }
 
 /// Translates a kernel. The error is the reason why the target cannot express it.
-pub(crate) fn translate(kernel: &Kernel, target: Target) -> Result<Translation, String> {
-    let (name, wgsl) = (kernel.name, &kernel.wgsl);
+pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
+    let Kernel { name, wgsl, target, .. } = kernel;
+    let (name, target) = (*name, *target);
     let mut module = parse(wgsl)?;
     naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
     let capabilities = target.capabilities();
@@ -153,13 +168,17 @@ pub(crate) fn translate(kernel: &Kernel, target: Target) -> Result<Translation, 
         return Err(format!("no entry point is named {name}"));
     };
     let workgroup_size = entry_point.workgroup_size;
-    let features = needed(&module, capabilities);
+    let mut features = needed(&module, capabilities);
+    let is_shared = |global: &naga::GlobalVariable| global.space == naga::AddressSpace::WorkGroup;
+    if target == Target::Spirv && module.global_variables.iter().any(|(_, it)| is_shared(it)) {
+        features.push("VK_KHR_zero_initialize_workgroup_memory");
+    }
     let slots = match target {
         Target::Msl | Target::Glsl => slots(&module, target),
         Target::Spirv | Target::Hlsl | Target::Wgsl => HashMap::new(),
     };
     let (source, entry_point, sizes) = match target {
-        Target::Spirv => spirv(&module, &info, name),
+        Target::Spirv => spirv(&module, &info, name, &kernel.open),
         Target::Hlsl => hlsl(&module, &info, name),
         Target::Msl => msl(&module, &info, name, &slots),
         Target::Glsl => glsl(&module, &info, name, &slots),
@@ -173,7 +192,10 @@ fn parse(wgsl: &str) -> Result<Module, String> {
 }
 
 fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, String> {
-    Validator::new(ValidationFlags::all(), capabilities)
+    // Open flags are uniform, but their stand-ins are private variables. The tests validate the original
+    // kernels in full.
+    let flags = ValidationFlags::all() - ValidationFlags::CONTROL_FLOW_UNIFORMITY;
+    Validator::new(flags, capabilities)
         .subgroup_stages(ShaderStages::COMPUTE)
         .subgroup_operations(SubgroupOperationSet::all())
         .validate(module)
@@ -206,17 +228,18 @@ mod tests {
         @group(0) @binding(50) var<storage, read_write> x: array<u32>;
         @compute @workgroup_size(STEP * SIDE) fn add() { x[STEP] = x[0] + STEP + u32(way.x); }";
 
-    fn kernel(wgsl: &str) -> Result<Kernel, String> {
-        Kernel::new("add", wgsl.to_owned(), &[("STEP", 3.0)])
+    fn kernel(wgsl: &str, target: Target) -> Result<Kernel, String> {
+        Kernel::new("add", wgsl.to_owned(), &[("STEP", 3.0)], target)
     }
 
     #[test]
     fn constants_are_resolved() {
-        let add = kernel(OPEN).unwrap();
-        assert_eq!(add.constants, [("SIDE".to_owned(), 2.0), ("STEP".to_owned(), 3.0)].into());
-        assert_eq!(add.sizes, [(40, 16), (50, 4)].into());
         for &target in Target::value_variants() {
-            let kernel = translate(&add, target).unwrap();
+            let add = kernel(OPEN, target).unwrap();
+            assert_eq!(add.constants, [("SIDE".to_owned(), 2.0), ("STEP".to_owned(), 3.0)].into());
+            assert_eq!(add.sizes, [(40, 16), (50, 4)].into());
+            assert_eq!(add.open, [].into());
+            let kernel = translate(&add).unwrap();
             assert_eq!(kernel.workgroup_size, [6, 1, 1], "{target:?}");
             assert_eq!(kernel.features, [""; 0]);
             let text = String::from_utf8_lossy(&kernel.source);
@@ -225,36 +248,57 @@ mod tests {
     }
 
     #[test]
+    fn flags_stay_open_where_the_language_has_such() {
+        let flagged = OPEN.replace("x[STEP] =", "if HAS_GAIN { x[1] = 1u; } x[STEP] =")
+            + "override HAS_GAIN: bool = false;";
+        for &target in Target::value_variants() {
+            let add = kernel(&flagged, target).unwrap();
+            let is_open = matches!(target, Target::Spirv | Target::Wgsl);
+            assert_eq!(add.open.contains_key("HAS_GAIN"), is_open, "{target:?}");
+            assert_eq!(add.constants["HAS_GAIN"], 0.0);
+            let source = translate(&add).unwrap().source;
+            let text = String::from_utf8_lossy(&source);
+            assert_eq!(text.contains("override HAS_GAIN"), target == Target::Wgsl);
+            if target == Target::Spirv {
+                let words: &[u32] = bytemuck::cast_slice(&source);
+                // OpSpecConstantFalse, three words; no private variable is left.
+                assert_eq!(words.iter().filter(|&&word| word == 3 << 16 | 49).count(), 1);
+                assert_eq!(words.iter().filter(|&&word| word == 5 << 16 | 59).count(), 0);
+            }
+        }
+    }
+
+    #[test]
     fn slots_are_few_where_the_language_has_few() {
-        let add = kernel(OPEN).unwrap();
-        assert_eq!(translate(&add, Target::Msl).unwrap().slots, [(40, 0), (50, 1)].into());
-        assert_eq!(translate(&add, Target::Glsl).unwrap().slots, [(40, 0), (50, 0)].into());
-        assert_eq!(translate(&add, Target::Spirv).unwrap().slots, [].into());
+        let slots = |target| translate(&kernel(OPEN, target).unwrap()).unwrap().slots;
+        assert_eq!(slots(Target::Msl), [(40, 0), (50, 1)].into());
+        assert_eq!(slots(Target::Glsl), [(40, 0), (50, 0)].into());
+        assert_eq!(slots(Target::Spirv), [].into());
     }
 
     #[test]
     fn what_a_target_cannot_express_has_a_reason() {
-        let add = kernel(
-            "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<f64>;
-            @compute @workgroup_size(STEP) fn add() { x[0] = x[1] + 1.0lf; }",
-        )
-        .unwrap();
-        let reason = translate(&add, Target::Msl).err().unwrap();
-        assert_eq!(reason, "the target lacks SHADER_F64");
-        assert_eq!(translate(&add, Target::Spirv).unwrap().features, ["SHADER_F64"]);
+        let add = |target| {
+            let wgsl =
+                "override STEP: u32; @group(0) @binding(0) var<storage, read_write> x: array<f64>;
+                @compute @workgroup_size(STEP) fn add() { x[0] = x[1] + 1.0lf; }";
+            translate(&kernel(wgsl, target).unwrap())
+        };
+        assert_eq!(add(Target::Msl).err().unwrap(), "the target lacks SHADER_F64");
+        assert_eq!(add(Target::Spirv).unwrap().features, ["SHADER_F64"]);
     }
 
     #[test]
     fn an_open_constant_has_a_reason() {
         let open = "override STEP: u32; override OPEN: u32;
             @compute @workgroup_size(STEP, OPEN) fn add() {}";
-        assert_eq!(kernel(open).err().unwrap(), "OPEN has no value");
+        assert_eq!(kernel(open, Target::Spirv).err().unwrap(), "OPEN has no value");
     }
 
     #[test]
     fn what_is_no_kernel_has_a_reason() {
         assert!(
-            kernel("fn add() { return 1; }").and_then(|add| translate(&add, Target::Wgsl)).is_err()
+            kernel("fn add() { return 1; }", Target::Wgsl).and_then(|add| translate(&add)).is_err()
         );
     }
 }

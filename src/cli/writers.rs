@@ -1,11 +1,11 @@
 //! Writers of a kernel's module in other shading languages.
-use super::arguments::Target;
+use super::{arguments::Target, specialise::specialised};
 use naga::{
     Module, ResourceBinding, ShaderStage, back,
     proc::{BoundsCheckPolicies, BoundsCheckPolicy},
     valid::ModuleInfo,
 };
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Slot of the sizes of runtime arrays in MSL: the last one of Metal.
 const MSL_SIZES_SLOT: u8 = 30;
@@ -26,12 +26,20 @@ pub(crate) struct BufferSizes {
 
 pub(super) type Written = (Vec<u8>, String, Option<BufferSizes>);
 
-pub(super) fn spirv(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
+pub(super) fn spirv(
+    module: &Module,
+    info: &ModuleInfo,
+    name: &str,
+    open: &BTreeMap<String, u32>,
+) -> Result<Written, String> {
     let options = back::spv::Options {
         // The first version with subgroup operations: Vulkan 1.1.
         lang_version: (1, 3),
-        flags: back::spv::WriterFlags::LABEL_VARYINGS,
+        // With names, by which those are found that stay open.
+        flags: back::spv::WriterFlags::LABEL_VARYINGS | back::spv::WriterFlags::DEBUG,
         bounds_check_policies: BOUNDS,
+        // naga's own zeroing stores each word: some compilers take minutes for that.
+        zero_initialize_workgroup_memory: back::spv::ZeroInitializeWorkgroupMemoryMode::Native,
         ..Default::default()
     };
     let pipeline = back::spv::PipelineOptions {
@@ -40,6 +48,7 @@ pub(super) fn spirv(module: &Module, info: &ModuleInfo, name: &str) -> Result<Wr
     };
     let words = back::spv::write_vec(module, info, &options, Some(&pipeline))
         .map_err(|error| error.to_string())?;
+    let words = specialised(&words, open);
     Ok((words.iter().flat_map(|word| word.to_le_bytes()).collect(), name.to_owned(), None))
 }
 

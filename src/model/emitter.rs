@@ -3,7 +3,7 @@
 //!
 //! Random numbers are integer hashes (Jarzynski and Olano 2020, `pcg`); a step uses only sums, products,
 //! divisions and square roots. The twin of `wgsl/simulate/simulate_particles.wgsl`.
-use super::hash::pcg;
+use super::{fluid::Fluid, hash::pcg};
 use glam::{IVec3, Vec3};
 
 /// Time step [s].
@@ -326,6 +326,25 @@ impl Flock {
         }
         self.flying = all.into_iter().map(|(f, _)| f).filter(|f| f.age < f.life).collect();
         self.step = step;
+    }
+
+    /// [`Self::advance_to`] for a fluid: all particles advance together, step by step from the first on.
+    pub fn advance_fluid_to(&mut self, forces: &Forces, fluid: &Fluid, step: u32, last: u32) {
+        if step < self.step {
+            *self = Self::default();
+        }
+        while self.step < step {
+            let started = |step: u32| forces.started_before(step.min(last));
+            let new = started(self.step)..started(self.step + 1);
+            self.flying.extend(new.map(|number| forces.start(number)));
+            let pushes = fluid.accelerations(&self.flying);
+            for (flying, push) in self.flying.iter_mut().zip(pushes) {
+                flying.velocity += push * STEP;
+                forces.advance(flying, self.step);
+            }
+            self.flying.retain(|flying| flying.age < flying.life);
+            self.step += 1;
+        }
     }
 }
 

@@ -8,6 +8,7 @@ mod counters;
 pub mod dither;
 pub mod emitter;
 mod environment;
+pub mod fluid;
 mod hash;
 mod light;
 mod look_up;

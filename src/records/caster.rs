@@ -24,6 +24,8 @@ pub struct Caster {
     pub id: u32,
 }
 
+crate::texel_layout!(Caster { center, radius, red_green, blue_alpha, material_rotation, id });
+
 impl Caster {
     pub fn new(particle: &Particle, material: &Material) -> Self {
         let color = particle.color.truncate() / material.transfer.max_color();

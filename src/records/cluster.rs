@@ -127,7 +127,7 @@ impl Grid {
         (Vec3::new(low(x), low(y), near), Vec3::new(high(x), high(y), far))
     }
 
-    /// The cluster of a pixel at light depth `depth`; `None` outside the picture or beyond the far plane.
+    /// The cluster of a pixel at light depth `depth`; `None` outside the picture or the depth range.
     pub fn cluster(&self, pixel: Vec2, depth: f32) -> Option<u32> {
         let distance = self.near + depth * self.depth_range;
         let doublings = (distance / self.first_slice).max(1.0).log2();

@@ -24,6 +24,8 @@ pub struct TriangleRecord {
     pub id: u32,
 }
 
+crate::texel_layout!(TriangleRecord { positions_u, v, material, normals, id });
+
 impl TriangleRecord {
     pub fn new(triangle: &Triangle) -> Self {
         let [a, b, c] = triangle.uvs;

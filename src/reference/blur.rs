@@ -1,9 +1,8 @@
-//! Twin of `wgsl/blur/`: a Gaussian of the filter map and of the curves. Depths stay sharp: the nearest
-//! one is pushed towards the light, to the nearest within the window, so that all of a blurred edge is
-//! behind it.
+//! Twin of `wgsl/blur/`: a Gaussian of the filter map and of the curves. Depths are not blurred; the
+//! nearest one becomes the nearest of the window, so that all of a blurred edge is behind it.
 //!
-//! Texels beside the map count for nothing, and neither does one that is blind: in which something opaque
-//! lies before all that is translucent around. It would let light leak into the shadow beside it.
+//! Texels off the map have no weight, and neither have blind ones, whose opaque surface is in front of all
+//! translucent casters of the window: their light would leak into the shadow next to them.
 use super::{
     curve::{
         DEPTHS,
@@ -18,8 +17,8 @@ use crate::{
 };
 use glam::{UVec2, Vec3, Vec4};
 
-/// The nearest translucent depth of some texels, whose it is, and where the first of their curves
-/// begins: what is too faint for a nearest depth counts there.
+/// Nearest translucent depth of some texels, its owner, and the first depth of their curves, which also
+/// hold casters too faint for a nearest depth.
 #[derive(Clone, Copy, Debug)]
 struct Near {
     depth: f32,
@@ -44,7 +43,7 @@ impl Near {
     }
 }
 
-/// Weights and places of the texels of a window that are on the map.
+/// Weights and coordinates of the window's texels that are on the map.
 fn window(size: u32, at: u32, radius: u32) -> impl Iterator<Item = (f32, u32)> {
     let scale = -0.5 * (BLUR_DEVIATIONS / radius as f32).powi(2);
     (at.saturating_sub(radius)..=(at + radius).min(size - 1)).map(move |place| {
@@ -53,14 +52,14 @@ fn window(size: u32, at: u32, radius: u32) -> impl Iterator<Item = (f32, u32)> {
     })
 }
 
-/// Blurs what the translucent casters of a view do to light; `radius` of the window [texels].
+/// Blurs the filter map and the curves of a view; `radius` of the window [texels].
 pub fn blur(maps: &mut ViewMaps, radius: u32) {
     if radius == 0 {
         return;
     }
     let size = maps.view.size;
     let around = nearest_around(maps, radius);
-    // Sum and its weight.
+    // Sums and, in w, their weights.
     let rows: Vec<Vec4> = texels(size)
         .map(|(x, y)| {
             let first = y * size.x;
@@ -104,7 +103,7 @@ fn nearest_around(maps: &ViewMaps, radius: u32) -> Vec<Near> {
     texels(size).map(column).collect()
 }
 
-/// `rows`: as the filter has them, with the weight of what counts in each row's window.
+/// `rows`: sums of the filter over each row's window and, in w, their weights.
 fn blurred_curves(
     maps: &ViewMaps,
     curve: &CurveMap,

@@ -37,7 +37,7 @@ pub struct Frame {
 pub struct RenderOptions<'a> {
     /// Whether to read back the views' maps.
     pub maps: bool,
-    /// Of `maps`, reads back only those of this light; of all lights when `None`.
+    /// Light whose maps are read back, if `maps` is set; all lights when `None`.
     pub maps_of: Option<usize>,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The twin renders all views in any case.
@@ -50,7 +50,7 @@ pub struct RenderOptions<'a> {
 }
 
 impl RenderOptions<'_> {
-    /// Whether the maps of a view are among those that are asked for.
+    /// Whether the maps of a view are requested.
     fn shows(&self, view: &View) -> bool {
         self.maps_of.is_none() || self.maps_of == view.light
     }
@@ -120,7 +120,7 @@ impl Renderer {
     /// then finds them uploaded.
     ///
     /// # Errors
-    /// As [`Self::render`].
+    /// Those of [`Self::render`].
     pub fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
         check(scene)?;
         match &mut self.engine {

@@ -118,12 +118,27 @@ pub(super) struct EmitterTable {
     pub ground: Option<f32>,
     #[serde(default)]
     pub boxes: Vec<Spanned<BoxTable>>,
+    pub fluid: Option<Spanned<FluidTable>>,
     pub bounce: Option<f32>,
     pub slide: Option<f32>,
     /// Values over a particle's life; so are the following.
     pub radius: Option<Vec<f32>>,
     pub color: Option<Vec<Shades>>,
     pub alpha: Option<Vec<f32>>,
+}
+
+/// Fluid of an emitter's particles.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FluidTable {
+    /// [m]
+    pub spacing: f32,
+    /// [m]
+    pub reach: Option<f32>,
+    /// [m^2/s^2]
+    pub stiffness: Option<f32>,
+    /// [m^2/s]
+    pub viscosity: Option<f32>,
 }
 
 /// Corners of a collision box [m].

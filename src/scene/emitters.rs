@@ -1,7 +1,7 @@
-//! `[[emitter]]`: particles that are sent out, fly and fade.
+//! `[[emitter]]`: particles that are emitted, move and fade.
 use super::{
     Scene, SceneError,
-    document_motion::{BoxTable, EmitterTable, Shades},
+    document_motion::{BoxTable, EmitterTable, FluidTable, Shades},
     limits::Limit,
     loader::Loader,
     particles::FARTHEST,
@@ -11,6 +11,7 @@ use crate::{
     model::{
         Motion, Particle,
         emitter::{Flock, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
+        fluid::Fluid,
     },
     records::pcg,
 };
@@ -22,31 +23,33 @@ use std::{
 };
 use toml::Spanned;
 
-/// Steps of all particles that a frame alone may take: some minutes on two cores.
+/// Most particle steps for one frame on its own: some minutes on two cores.
 const MOST_FLOWN: u64 = 1 << 32;
 
 /// One emitter of a scene.
 #[derive(Clone, Debug)]
 struct Emitter {
     forces: Forces,
+    /// Interaction of its particles; `None` without.
+    fluid: Option<Fluid>,
     material: u32,
     /// Caster id of its first particle.
     first_id: u32,
-    /// When it begins [s].
+    /// Time of its first particle [s].
     start: f64,
-    /// How long it sends particles out [steps].
+    /// Duration of the emission [steps].
     steps: u32,
-    /// Over a particle's life, evenly spaced.
+    /// Values over a particle's life, evenly spaced.
     radius: Vec<f32>,
     color: Vec<Vec3>,
     alpha: Vec<f32>,
 }
 
-/// All emitters of a scene: their particles follow all others.
+/// All emitters of a scene; their particles come after all others.
 struct Emitters {
     first_particle: usize,
     emitters: Vec<Emitter>,
-    /// As they last were: the next frame goes on from there. What they are follows from the time alone.
+    /// State after the last frame, from which the next one continues. It depends on the time alone.
     flocks: Mutex<Vec<Flock>>,
 }
 
@@ -83,12 +86,15 @@ impl Motion for Emitters {
 }
 
 impl Emitter {
-    /// Adds the particles that are on their way.
+    /// Adds the live particles.
     fn send(&self, flock: &mut Flock, seconds: f64, particles: &mut Vec<Particle>) {
-        // Frames that fall on a step do so in spite of rounding.
+        // A frame at a step's time is at that step in spite of rounding.
         let steps = ((seconds - self.start) * STEPS_PER_SECOND + 1e-6).max(0.0);
         let step = steps as u32;
-        flock.advance_to(&self.forces, step, self.steps);
+        match &self.fluid {
+            Some(fluid) => flock.advance_fluid_to(&self.forces, fluid, step, self.steps),
+            None => flock.advance_to(&self.forces, step, self.steps),
+        }
         // On from the last whole step.
         let part = (steps - f64::from(step)) as f32;
         particles.extend(flock.flying().iter().filter_map(|flying| {
@@ -108,7 +114,7 @@ impl Emitter {
     }
 }
 
-/// Between evenly spaced values.
+/// Linear interpolation between evenly spaced values.
 fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
     let at = share * (values.len() - 1) as f32;
     let low = (at as usize).min(values.len() - 1);
@@ -117,7 +123,7 @@ fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
 }
 
 impl Loader<'_> {
-    /// After all other particles.
+    /// Loads the emitters, whose particles come after all others.
     pub(super) fn emitters(&mut self, tables: &[Spanned<EmitterTable>]) -> Result<(), SceneError> {
         if tables.is_empty() {
             return Ok(());
@@ -134,6 +140,11 @@ impl Loader<'_> {
                 let message = format!("{flown} steps of particles for one frame");
                 let help = format!("at most {MOST_FLOWN}: use a lower rate or shorter lives");
                 return Err(self.error(&table.span(), "lifetime", &message, &help));
+            }
+            if emitter.fluid.is_some() && most > Fluid::MOST {
+                let message = format!("{most} particles that press each other");
+                let help = format!("at most {}: use a lower rate or shorter lives", Fluid::MOST);
+                return Err(self.error(&table.span(), "rate", &message, &help));
             }
             have += most as usize;
             self.next_id = self.next_id.wrapping_add(1 << 24);
@@ -241,6 +252,7 @@ impl Loader<'_> {
             stop.map_or(f64::from(u32::MAX), |stop| f64::from(stop - start) * STEPS_PER_SECOND);
         Ok(Emitter {
             forces,
+            fluid: given.fluid.as_ref().map(|table| self.fluid(table)).transpose()?,
             material,
             first_id: self.next_id,
             start: f64::from(start),
@@ -248,6 +260,28 @@ impl Loader<'_> {
             radius: stops("radius", &given.radius, &[0.05], 1e-6..=1e5)?,
             color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
             alpha: stops("alpha", &given.alpha, &[1.0], 0.0..=1.0)?,
+        })
+    }
+
+    fn fluid(&self, table: &Spanned<FluidTable>) -> Result<Fluid, SceneError> {
+        let check = Table { source: self.source, table };
+        let FluidTable { spacing, reach, stiffness, viscosity } = *table.get_ref();
+        let within = |key: &str, value: f32, range: RangeInclusive<f32>| {
+            let words = format!("{} to {}", range.start(), range.end());
+            check.number(key, value, |v| range.contains(&v), &words)
+        };
+        let spacing = within("spacing", spacing, 1e-3..=1e3)?;
+        let reach = within("reach", reach.unwrap_or(2.0 * spacing), spacing..=4.0 * spacing)?;
+        // Limits for stable steps of 1/60 s: sound travels a fraction of the reach, and drag halves the
+        // difference of two particles' velocities.
+        let (fastest, thickest) = ((24.0 * reach).powi(2), 2.0 * reach * reach);
+        let stiffness = stiffness.unwrap_or(fastest / 4.0);
+        let viscosity = viscosity.unwrap_or(thickest / 10.0);
+        Ok(Fluid {
+            spacing,
+            reach,
+            stiffness: within("stiffness", stiffness, 0.0..=fastest)?,
+            viscosity: within("viscosity", viscosity, 0.0..=thickest)?,
         })
     }
 
@@ -262,7 +296,7 @@ impl Loader<'_> {
     }
 }
 
-/// Rows of the table, from the emitter's start on.
+/// Rows of the path's table, relative to the emitter's start.
 fn path(check: &Table<'_, EmitterTable>, start: f32) -> Result<Vec<[f32; 4]>, SceneError> {
     let mut rows: Vec<[f32; 4]> = Vec::new();
     for row in &check.table.get_ref().path {

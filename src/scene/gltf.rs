@@ -128,7 +128,10 @@ pub(super) fn load(
         }
         if let (None, Some(source)) = (camera, node.camera()) {
             match source.projection() {
-                gltf::camera::Projection::Perspective(lens) => camera = picture(&lens, world),
+                gltf::camera::Projection::Perspective(lens) => {
+                    camera = picture(&lens, world);
+                    rig.camera = camera.map(|_| number);
+                }
                 gltf::camera::Projection::Orthographic(_) => {
                     *skipped.entry("orthographic cameras ignored").or_default() += 1;
                 }

@@ -3,6 +3,7 @@
 use super::{
     SceneError,
     error::quoted,
+    gltf_film::{self, Film},
     gltf_json::{self, Instancing},
     read,
 };
@@ -21,6 +22,7 @@ pub(super) struct File {
     pub(super) document: Document,
     buffers: Vec<Vec<u8>>,
     instancing: Vec<Option<Instancing>>,
+    films: Vec<Option<Film>>,
     /// Features of the file that are ignored, a sentence each.
     pub(super) notes: Vec<String>,
 }
@@ -40,7 +42,7 @@ impl File {
         let bytes = read::bytes(path)?;
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
         let (value, ignored) = gltf_json::parse(text).map_err(invalid)?;
-        let instancing = gltf_json::instancing(&value);
+        let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
         let damaged = |error: &dyn std::fmt::Display| {
             let help = "check it with a glTF validator, or export it again";
             invalid((format!("not a valid glTF 2.0 file: {error}"), help))
@@ -62,7 +64,7 @@ impl File {
             ));
         }
         let mut file =
-            Self { path: path.to_owned(), document, buffers: Vec::new(), instancing, notes };
+            Self { path: path.to_owned(), document, buffers: Vec::new(), instancing, films, notes };
         let mut buffers = Vec::new();
         for buffer in file.document.buffers() {
             let (index, length) = (buffer.index(), buffer.length());
@@ -87,6 +89,11 @@ impl File {
     /// Instances of a node.
     pub(super) fn instancing(&self, node: usize) -> Option<Instancing> {
         self.instancing.get(node).copied().flatten()
+    }
+
+    /// Thin film on a material.
+    pub(super) fn film(&self, material: usize) -> Option<Film> {
+        self.films.get(material).copied().flatten()
     }
 
     /// Bytes of a data URI, or of a file in the document's folder or below.
@@ -250,6 +257,13 @@ fn check_json(json: &json::Root) -> Result<(), String> {
         for accessor in mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values()) {
             if accessor.value() >= json.accessors.len() {
                 return Err(format!("mesh {index}: there is no accessor {}", accessor.value()));
+            }
+        }
+    }
+    for (index, animation) in json.animations.iter().enumerate() {
+        for node in animation.channels.iter().map(|channel| channel.target.node.value()) {
+            if node >= json.nodes.len() {
+                return Err(format!("animation {index}: there is no node {node}"));
             }
         }
     }

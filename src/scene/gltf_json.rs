@@ -5,12 +5,13 @@ use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 9] = [
+pub(super) const EXTENSIONS: [&str; 10] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_volume",

@@ -185,6 +185,11 @@ impl<'a> Materials<'a> {
             [_, rough, metal, _] = self.textures.means(&info.texture().source())?;
             self.ignore("textures of roughness and metal: by their means");
         }
+        let film = source.index().and_then(|index| self.file.film(index));
+        let reflectivity = film.map_or(0.0, |film| film.reflectivity(source.ior().unwrap_or(1.5)));
+        if film.is_some() {
+            self.ignore("colours of thin films: by their mean");
+        }
         let number = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
         self.materials.push(Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
@@ -196,6 +201,7 @@ impl<'a> Materials<'a> {
             },
             tint: color.extend(if is_opaque { 1.0 } else { base[3] }),
             texture,
+            reflectivity,
             cutoff: number(source.alpha_cutoff().unwrap_or(0.5)),
             emission,
             emissive_texture,

@@ -3,7 +3,7 @@ use super::{
     Scene, SceneError,
     animate::{Placed, animate},
     defaults,
-    document::EnvironmentTable,
+    document::{CameraTable, Document, EnvironmentTable},
     loader::{Loader, error_of_line},
     read,
     rig::Placement,
@@ -77,7 +77,12 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         "ply" | "csv" => loader.particle_file(path, 0)?,
         _ => {}
     }
-    let (mut scene, model_camera, placed) = loader.finish();
+    let (mut scene, model_camera, mut placed) = loader.finish();
+    if has_own_camera(&document) {
+        for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
+            moving.camera = None;
+        }
+    }
     let two_colours =
         |table: &EnvironmentTable| table.ambient.is_some() || table.background.is_some();
     let is_said = document.environment.as_ref().is_some_and(|table| two_colours(table.get_ref()));
@@ -112,6 +117,16 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     animate(&source, &document, placed, &mut scene)?;
     scene.recentre();
     Ok(scene)
+}
+
+/// Whether the file itself sets the camera's position, so that no model does.
+fn has_own_camera(document: &Document) -> bool {
+    let places = document.camera.as_ref().is_some_and(|table| {
+        let CameraTable { eye, target, up, .. } = table.get_ref();
+        eye.is_some() || target.is_some() || up.is_some()
+    });
+    let keys = ["camera.eye", "camera.target", "camera.up"];
+    places || document.animate.iter().any(|keyed| keys.contains(&keyed.get_ref().target.as_str()))
 }
 
 /// The default sky, made once: it takes as long as a small model.

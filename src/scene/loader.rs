@@ -285,6 +285,7 @@ impl<'a> Loader<'a> {
             local: Arc::new(local),
             first_triangle: self.scene.triangles.len(),
             lights: Vec::new(),
+            camera: None,
             origin: Vec3::ZERO,
         });
         self.scene.triangles.extend(triangles);

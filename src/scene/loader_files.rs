@@ -125,11 +125,13 @@ impl Loader<'_> {
         let first_light = self.scene.lights.len();
         self.next_id = self.next_id.wrapping_add(objects);
         self.scene.lights.extend(model.lights);
+        let is_camera = self.model_camera.is_none();
         self.model_camera = self.model_camera.take().or(model.camera);
         add_skipped(&mut self.scene.skipped, &model.skipped);
         self.scene.notes.extend(model.notes);
         let moving = model.rig.map(|rig| Moving {
             lights: rig.lights.iter().map(|&(light, node)| (first_light + light, node)).collect(),
+            camera: rig.camera.filter(|_| is_camera),
             rig: Arc::new(rig),
             placement,
             local: Arc::new(self.scene.triangles[first_triangle..].to_vec()),

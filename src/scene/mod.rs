@@ -14,6 +14,7 @@ pub mod generate;
 mod gltf;
 mod gltf_animation;
 mod gltf_file;
+mod gltf_film;
 mod gltf_items;
 mod gltf_json;
 mod gltf_material;

@@ -79,6 +79,8 @@ pub(super) struct Rig {
     pub(super) draws: Vec<Draw>,
     /// Lights on nodes: index of the light in the model, index of the node.
     pub(super) lights: Vec<(usize, usize)>,
+    /// Node of the model's camera.
+    pub(super) camera: Option<usize>,
 }
 
 impl Rig {
@@ -87,7 +89,7 @@ impl Rig {
         let transform = Mat4::IDENTITY;
         let node = Node { parent: None, transform, translation: None, rotation: None, scale: None };
         let draw = Draw { triangles: 0..triangles, node: 0, place: transform, deform: None };
-        Self { nodes: vec![node], draws: vec![draw], lights: Vec::new() }
+        Self { nodes: vec![node], draws: vec![draw], ..Self::default() }
     }
 
     pub(super) fn moves(&self) -> bool {
@@ -148,6 +150,8 @@ pub(super) struct Moving {
     pub(super) first_triangle: usize,
     /// Lights on nodes: index in the scene, index of the node.
     pub(super) lights: Vec<(usize, usize)>,
+    /// Node that the scene's camera follows, if it is the model's.
+    pub(super) camera: Option<usize>,
     /// World position of the scene's origin [m].
     pub(super) origin: Vec3,
 }
@@ -169,6 +173,14 @@ impl Motion for Moving {
                     (*position, *direction) = (at, toward.unwrap_or(*direction));
                 }
                 LightKind::Point { position } => *position = at,
+            }
+        }
+        if let Some(node) = self.camera {
+            let toward = |axis: Vec3| worlds[node].transform_vector3(axis).try_normalize();
+            if let (Some(forward), Some(up)) = (toward(Vec3::NEG_Z), toward(Vec3::Y)) {
+                scene.camera.eye = worlds[node].w_axis.truncate();
+                scene.camera.target = scene.camera.eye + forward;
+                scene.camera.up = up;
             }
         }
     }

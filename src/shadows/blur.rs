@@ -1,5 +1,5 @@
-//! Maps whose filters and curves are blurred, after all batches. In place: what is rendered is blurred,
-//! and what stays has been.
+//! Blur of the filter maps and curves, in place, after all batches. Only rendered maps are blurred: maps
+//! that are kept already are.
 use super::{
     context::view_uniform,
     kernels::{Kernels, Variant},
@@ -22,16 +22,16 @@ use wgpu::{
     TextureUsages,
 };
 
-/// All passes, bound for each batch of views.
+/// Passes of the blur, bound for each batch of views.
 #[derive(Debug)]
 pub(super) struct Blur {
-    /// Of the window [texels].
+    /// Radius of the window [texels].
     pub radius: u32,
     rows: Texture,
     near_around: Texture,
-    /// Where there are curves.
+    /// `None` without curves.
     row_curves: Option<Texture>,
-    /// What kernels that read curves are specialised to.
+    /// Traits that the kernels that read curves are specialised to.
     features: Features,
     params: wgpu::Buffer,
     passes: Vec<Pass>,
@@ -71,7 +71,7 @@ impl Blur {
         Ok(Self { radius, rows, near_around, row_curves, features, params, passes })
     }
 
-    /// To the views of `plans`.
+    /// Binds the passes to the views of `plans`.
     pub(super) fn bind(
         &mut self,
         allocator: &mut Allocator<'_>,
@@ -88,7 +88,7 @@ impl Blur {
             kernels.plan(device, Variant::BlurCurveColumns, self.features)?;
         }
         let kernels = &*kernels;
-        // A row's sums are written when its nearest depths have been read.
+        // `near_rows` and `rows` share a texture: `near_columns` reads the former before `rows` is written.
         let resources = maps
             .resources()
             .with("near_rows", &self.rows)

@@ -4,7 +4,10 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources},
     records::{GpuView, MAX_VIEWS},
-    stage::project::{Chunk, ProjectParams},
+    stage::{
+        formula::Number,
+        project::{Chunk, ProjectParams},
+    },
 };
 use std::sync::Arc;
 use wgpu::{BindGroup, Buffer, BufferUsages};
@@ -66,13 +69,11 @@ impl Context<'_, '_> {
     }
 
     fn project_params(&self, plan: &ListPlan, chunk_count: u32) -> ProjectParams {
-        ProjectParams {
-            chunk_count,
-            scatter: u32::from(self.scatters(plan)),
-            first_setup: plan.first_setup,
-            include_non_casters: u32::from(self.camera),
-            by_distance: u32::from(plan.filters && plan.features.over),
-        }
+        let numbers = plan
+            .numbers(self.config.profile.shape)
+            .with(Number::ChunkCount, chunk_count)
+            .with(Number::Scatter, u64::from(self.scatters(plan)));
+        ProjectParams::of(&numbers)
     }
 
     /// Whether tiny particles of the list skip sort and bin.

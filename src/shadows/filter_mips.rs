@@ -1,4 +1,4 @@
-//! Smaller levels of the filter map, of all views, after whatever changed some of them.
+//! Mip levels of the filter map, made for all views after some of them changed.
 use super::{context::view_uniform, kernels::Kernels, maps::Maps};
 use crate::{
     error::Error,
@@ -10,14 +10,14 @@ use crate::{
 use glam::UVec2;
 use wgpu::{BindGroup, TextureView, TextureViewDescriptor};
 
-/// The largest first.
+/// Passes, the largest level first.
 #[derive(Debug, Default)]
 pub(super) struct FilterMips {
     passes: Vec<(BindGroup, [u32; 3])>,
 }
 
 impl FilterMips {
-    /// `is_new`: something is rendered, or has a new place.
+    /// `is_new`: some view is rendered, or has another place in the atlas.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,

@@ -56,7 +56,7 @@ impl Group {
         load.add(&around, self.casters.len() as u32, self.extent.reach);
     }
 
-    /// Whether some of it is a volume, which counts wherever it is.
+    /// Whether the group has triangles of a volume, which may be listed for any view and tile.
     fn is_volume(&self) -> bool {
         self.triangles.is_some_and(|extent| extent.volume)
     }

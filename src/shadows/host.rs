@@ -1,7 +1,7 @@
 //! Interface of the library: casters and views of a host in, maps to be recorded out.
 use super::{
-    CasterSet, Config, HostInputs, Maps, Pipeline, PreparedMaps, Room, host_depths::depth_inputs,
-    kernels::Variant,
+    CasterSet, Config, HostInputs, Maps, Pipeline, PreparedMaps, Room, frame::Uploads,
+    host_depths::depth_inputs, kernels::Variant,
 };
 use crate::{
     error::Error,
@@ -9,7 +9,7 @@ use crate::{
         Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
     },
     model::{
-        Casters, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
+        Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
         ShadowSettings, View,
     },
     stage::{hits::Features, sort::pair_limit},
@@ -47,6 +47,8 @@ pub struct Prepared {
     pub(super) caster_count: u64,
     /// Whether blending depends on the order of the casters.
     pub(super) ordered: bool,
+    /// Whether some material filters light.
+    pub(super) tints: bool,
     pub(super) views: Vec<View>,
     pub(super) settings: ShadowSettings,
     maps: Maps,
@@ -209,6 +211,7 @@ impl Shadows {
             frame: *frame,
             caster_count: (casters.particles.len() + casters.triangles.len()) as u64,
             ordered: new.is_ordered(),
+            tints: casters.materials.iter().any(|own| Class::FILTERING.contains(&Class::of(own))),
             views: views.to_vec(),
             settings: *settings,
             maps: prepared.maps.clone(),
@@ -250,8 +253,16 @@ impl Shadows {
         change(&mut lock(&self.engine).pipeline.config);
     }
 
+    /// Uploads of a frame with the casters of the last [`Self::prepare`].
+    #[doc(hidden)]
+    pub fn uploads(&mut self, casters: &Casters<'_>, views: &[View]) -> Result<Uploads, Error> {
+        let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.room.pairs);
+        self.with_casters(|pipeline, set| {
+            pipeline.uploads((&device, &queue), set, casters, views, pairs)
+        })
+    }
+
     /// The pipeline and the casters of the last frame.
-    #[cfg(feature = "picture")]
     pub(crate) fn with_casters<T>(
         &mut self,
         act: impl FnOnce(&mut Pipeline, &CasterSet) -> Result<T, Error>,

@@ -2,7 +2,7 @@
 use super::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
-    gpu::{Allocator, Choice, KernelError, Library, Linked, Memory},
+    gpu::{Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory},
     model::Light,
     stage::{
         hits::Features,
@@ -75,11 +75,25 @@ impl Maps {
             let problem = "a name of WGSL must be able to begin with it";
             return Err(Error::Invalid { what: "prefix", index: 0, problem });
         }
-        let own = Features { nodes: self.nodes, gain: self.gain, ..Features::NONE };
-        // Whatever lights are bound, the text is the same.
-        let features = Features { filters: true, ..own };
-        Ok(part(source)?.host_part(group, prefix, &features.constants()))
+        Ok(part(source)?.host_part(group, prefix, &constants(self.nodes, self.gain)))
     }
+}
+
+fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
+    // Whatever lights are bound, the text is the same.
+    Features { nodes, gain, filters: true, ..Features::NONE }.constants()
+}
+
+/// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` casters.
+#[doc(hidden)]
+pub fn look_up_text(
+    nodes: u32,
+    gain: bool,
+    group: u32,
+    prefix: &str,
+) -> Result<(String, Vec<Binding>), Error> {
+    let part = part(OF_POINT)?;
+    Ok((part.host_part(group, prefix, &constants(nodes, gain)), part.bindings()?))
 }
 
 impl Prepared {
@@ -115,7 +129,7 @@ impl Prepared {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let with_areas = choice.files == OF_AREA.files;
-        let source = self.light_source(&mut allocator, lights, chosen, with_areas)?;
+        let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
         let none = match &source.levels {
             None if with_areas => {
                 Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)

@@ -1,11 +1,13 @@
 //! Pipelines of one device, by kernel and by features of the batch.
-use super::Config;
+use super::{
+    Config,
+    frame::{Role, variants},
+};
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        accumulate, air, bin, blur, cluster, colored, curve, filter, hits::Features, import,
-        levels, llvmpipe, load, mask, occlude, profile::Profile, project, resolve, shade,
-        sort::Sort,
+        air, bin, blur, cluster, colored, filter, hits::Features, import, levels, llvmpipe, load,
+        mask, occlude, profile::Profile, shade, sort::Sort,
     },
 };
 use std::{
@@ -47,7 +49,9 @@ pub(crate) enum Variant {
     FirstLevel,
     NextLevel,
     MaskSurfaces,
-    MaskShrink,
+    HalfMaskSurfaces,
+    HostSurfaces,
+    HalfHostSurfaces,
     MaskLookUp,
     MaskBlur,
     MaskEnlarge,
@@ -55,34 +59,23 @@ pub(crate) enum Variant {
 
 impl Variant {
     fn desc(self, features: Features) -> &'static KernelDesc {
+        let queued = features.nodes == 0 && features.queued;
         match self {
-            Self::AccumulateTiles if features.nodes > 0 && features.plain => &curve::DISC_TILES,
-            Self::AccumulateSegments if features.nodes > 0 && features.plain => {
-                &curve::DISC_SEGMENTS
-            }
-            Self::AccumulateTiles if features.nodes > 0 => &curve::TILES,
-            Self::AccumulateSegments if features.nodes > 0 => &curve::SEGMENTS,
-            Self::ResolveTiles if features.nodes > 0 => &curve::RESOLVE,
-            Self::AccumulateTiles if features.queued => &llvmpipe::DISC_QUEUE_TILES,
-            Self::AccumulateSegments if features.queued => &llvmpipe::DISC_QUEUE_SEGMENTS,
-            Self::AccumulateTiles if features.plain => &accumulate::DISC_TILES,
-            Self::AccumulateSegments if features.plain => &accumulate::DISC_SEGMENTS,
-            Self::AccumulateSegments if features.is_composed() => &accumulate::ORDERED,
-            Self::ResolveTiles if features.is_composed() => &resolve::ORDERED,
-            Self::OccludeTiles if features.solid => &occlude::TRIANGLE_TILES,
-            Self::OccludeTiles => &occlude::TILES,
-            Self::OccludeSegments => &occlude::SEGMENTS,
-            Self::OccludeOverflow => &occlude::OVERFLOW,
+            Self::AccumulateTiles if queued => &llvmpipe::DISC_QUEUE_TILES,
+            Self::AccumulateSegments if queued => &llvmpipe::DISC_QUEUE_SEGMENTS,
+            Self::OccludeTiles => variants(Role::Tiles, false).choose(features),
+            Self::OccludeSegments => variants(Role::Segments, false).choose(features),
+            Self::OccludeOverflow => variants(Role::Overflow, false).choose(features),
+            Self::ResolveOpaque => variants(Role::Resolve, false).choose(features),
+            Self::AccumulateTiny => variants(Role::Tiny, true).choose(features),
+            Self::AccumulateTiles => variants(Role::Tiles, true).choose(features),
+            Self::AccumulateSegments => variants(Role::Segments, true).choose(features),
+            Self::AccumulateOverflow => variants(Role::Overflow, true).choose(features),
+            Self::ResolveTiles => variants(Role::Resolve, true).choose(features),
             Self::ColoredTiles => &colored::TILES,
             Self::ColoredSegments => &colored::SEGMENTS,
             Self::ColoredOverflow => &colored::OVERFLOW,
             Self::ColoredResolve => &colored::RESOLVE,
-            Self::AccumulateTiles => &accumulate::TILES,
-            Self::AccumulateSegments => &accumulate::SEGMENTS,
-            Self::AccumulateTiny => &accumulate::TINY,
-            Self::AccumulateOverflow => &accumulate::OVERFLOW,
-            Self::ResolveTiles => &resolve::TILES,
-            Self::ResolveOpaque => &resolve::OPAQUE,
             Self::AirScatter if features.areas => &air::AREA_SCATTER,
             Self::AirScatter => &air::SCATTER,
             Self::CurveColumns => &filter::CURVE_COLUMNS,
@@ -107,7 +100,9 @@ impl Variant {
             Self::FirstLevel => &levels::FIRST,
             Self::NextLevel => &levels::NEXT,
             Self::MaskSurfaces => &mask::SURFACES,
-            Self::MaskShrink => &mask::SHRINK,
+            Self::HalfMaskSurfaces => &mask::HALF_SURFACES,
+            Self::HostSurfaces => &mask::HOST_SURFACES,
+            Self::HalfHostSurfaces => &mask::HALF_HOST_SURFACES,
             Self::MaskLookUp if features.areas => &mask::AREA_LOOK_UP,
             Self::MaskLookUp => &mask::LOOK_UP,
             Self::MaskBlur => &mask::BLUR,
@@ -201,19 +196,20 @@ impl Kernels {
             planned: OnceLock::new(),
         };
         let kernel = |desc| make(desc, Vec::new());
-        let bin_kernel = |desc| make(desc, vec![bin::workgroup_size(shape)]);
+        let of_list = |role| kernel(variants(role, false).otherwise);
+        let of_bin = |role| make(variants(role, false).otherwise, vec![bin::workgroup_size(shape)]);
         Self {
             tier: config.tier,
             cull_groups: kernel(&load::GROUPS),
-            project_particles: kernel(&project::PARTICLES),
-            project_triangles: kernel(&project::TRIANGLES),
+            project_particles: of_list(Role::ProjectParticles),
+            project_triangles: of_list(Role::ProjectTriangles),
             import_depths: kernel(&import::DEPTHS),
             occlude_small: kernel(&occlude::SMALL),
             sort: Sort::sharing(shape, cache.clone()),
-            bin_count: bin_kernel(&bin::COUNT),
-            bin_scan: kernel(&bin::SCAN),
-            bin_emit: bin_kernel(&bin::EMIT),
-            bin_tiles: kernel(&bin::TILES),
+            bin_count: of_bin(Role::BinCount),
+            bin_scan: of_list(Role::BinScan),
+            bin_emit: of_bin(Role::BinEmit),
+            bin_tiles: of_list(Role::BinTiles),
             air_sum: kernel(&air::SUM),
             cluster_count: kernel(&cluster::COUNT),
             cluster_scan: kernel(&cluster::SCAN),
@@ -254,6 +250,19 @@ impl Kernels {
                     &constants,
                 )?))
             }
+        }
+    }
+
+    /// Kernel of a list that is not specialised to its casters.
+    pub(crate) fn of_list(&self, role: Role) -> Option<&OnDemand> {
+        match role {
+            Role::ProjectParticles => Some(&self.project_particles),
+            Role::ProjectTriangles => Some(&self.project_triangles),
+            Role::BinCount => Some(&self.bin_count),
+            Role::BinScan => Some(&self.bin_scan),
+            Role::BinEmit => Some(&self.bin_emit),
+            Role::BinTiles => Some(&self.bin_tiles),
+            Role::Tiny | Role::Overflow | Role::Tiles | Role::Segments | Role::Resolve => None,
         }
     }
 

@@ -1,8 +1,9 @@
 //! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
-    context::{ChunkBuffers, Chunks, Context},
+    context::{ChunkBuffers, Context},
+    frame::{self, Choices, Conditions, Groups, Part, Role, SortOf, Work},
     host_list::HostChunks,
-    kernels::{Kernels, OnDemand},
+    kernels::Kernels,
     plan::ListPlan,
     read_back::ReadBack,
     scratch::Scratch,
@@ -13,7 +14,7 @@ use crate::{
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams},
-        project::grid,
+        formula::{Number, Numbers},
         sort::{SortBindings, SortCount},
     },
 };
@@ -41,12 +42,11 @@ pub(crate) struct List {
     pub footprint_count: u32,
     /// Whether a tile may have more pairs than a segment.
     pub has_segments: bool,
-    /// Whether some footprints' pairs may not fit.
-    pub may_overflow: bool,
-    run_count: u32,
-    tile_count: u32,
-    particle_chunks: Option<Chunks>,
-    triangle_chunks: Option<Chunks>,
+    /// Inputs of sizes and workgroup counts.
+    pub numbers: Numbers,
+    /// Conditions, but for those of the readers.
+    pub conditions: Conditions,
+    pub choices: Choices,
     /// Chunks of host casters, whose number is known on the device only.
     pub host_chunks: Option<HostChunks>,
     counters: ReadBack<BatchCounters>,
@@ -54,10 +54,7 @@ pub(crate) struct List {
     tile_sort: Option<SortBindings>,
     /// Index of the pair texture that holds the sorted pairs.
     pub sorted_pairs: usize,
-    count: BindGroup,
-    scan: BindGroup,
-    emit: BindGroup,
-    tiles: BindGroup,
+    bound: Vec<(Role, BindGroup)>,
 }
 
 impl List {
@@ -73,39 +70,19 @@ impl List {
         let device = context.allocator.device;
         let particle_chunks = context.chunk_buffers(plan, &plan.particle_chunks)?;
         let triangle_chunks = context.chunk_buffers(plan, &plan.triangle_chunks)?;
-        let bind_chunks = |kernel: &OnDemand, buffers: ChunkBuffers| {
-            let resources = context.resources(views).and(&buffers.resources());
-            let bindings = kernel.bind(device, &resources.with("keys", &keys[0]))?;
-            Ok::<_, Error>(Chunks { count: buffers.count, bindings })
-        };
-        let particle_chunks = particle_chunks
-            .map(|buffers| bind_chunks(&context.kernels.project_particles, buffers))
-            .transpose()?;
-        let triangle_chunks = triangle_chunks
-            .map(|buffers| bind_chunks(&context.kernels.project_triangles, buffers))
-            .transpose()?;
         let host = plan.host.as_ref().zip(context.casters.host());
         let mut host_chunks =
             host.map(|host| HostChunks::new(context, plan, host, views)).transpose()?;
         let counted = ReadBack::<BatchCounters>::new(context.allocator, "counters")?;
         let counters = counted.buffer();
-        let curved = plan.features.nodes > 0 && !context.camera;
         let shape = context.config.profile.shape;
-        let run_length = bin::run_length(shape, plan.footprint_count);
-        let run_count = plan.footprint_count.div_ceil(run_length);
-        let params = context.uniform(
-            "bin_params",
-            &BinParams {
-                footprint_count: plan.footprint_count,
-                run_length,
-                run_count,
-                pair_capacity: scratch.pair_capacity,
-                tile_count,
-                view_count,
-                segment_capacity: scratch.segment_capacity,
-                segment_length: plan.segment_length(),
-            },
-        );
+        let numbers = plan
+            .numbers(shape)
+            .with(Number::PairCapacity, scratch.pair_capacity)
+            .with(Number::TileCount, tile_count)
+            .with(Number::ViewCount, view_count);
+        let conditions = plan.conditions(shape, scratch.pair_capacity);
+        let params = context.uniform("bin_params", &BinParams::of(&numbers));
         let (mut depth_sort, mut tile_sort) = (None, None);
         if plan.footprint_count > 0 {
             let sort = &context.kernels.sort;
@@ -117,7 +94,7 @@ impl List {
                 index: bin::PAIR_COUNT_INDEX,
                 capacity: scratch.pair_capacity,
             };
-            let bits = (32 - (tile_count - 1).leading_zeros()).max(1);
+            let bits = bin::TILE_BITS.count(&numbers);
             let tile = sort.bind(device, [&pairs[0], &pairs[1]], counted, 0..bits)?;
             context.allocator.memory.add("histograms", depth.scratch_size() + tile.scratch_size());
             (depth_sort, tile_sort) = (Some(depth), Some(tile));
@@ -125,41 +102,44 @@ impl List {
         if let Some(host) = &mut host_chunks {
             host.count_into(&params, depth_sort.as_ref().and_then(SortBindings::count_buffer));
         }
-        let sorted_pairs = tile_sort.as_ref().map_or(0, SortBindings::result);
-        let kernels = &context.kernels;
-        let resources = context
-            .resources(views)
-            .with("bin_params", &params)
-            .with("counters", counters)
-            .with("sorted", &keys[depth_sort.as_ref().map_or(0, SortBindings::result)]);
-        let binned = match context.binned_rects {
-            Some(rects) => resources.clone().with("rects", rects),
-            None => resources.clone(),
+        let sorted =
+            [&depth_sort, &tile_sort].map(|sort| sort.as_ref().map_or(0, SortBindings::result));
+        let choices = Choices {
+            curves: plan.features.nodes > 0 && !context.camera,
+            composed: plan.is_composed(),
+            sorted,
         };
-        let count = kernels.bin_count.bind(device, &binned)?;
-        let scan = kernels.bin_scan.bind(device, &resources)?;
-        let emit = kernels.bin_emit.bind(device, &binned.with("pairs", &pairs[0]))?;
-        let scattered = if curved { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
-        let resources = resources.with("pairs", &pairs[sorted_pairs]);
-        let tiles =
-            kernels.bin_tiles.bind(device, &resources.with("scattered_tiles", scattered))?;
+        let mut resources =
+            context.resources(views).with("bin_params", &params).with("counters", counters);
+        for (chunks, names) in [
+            (&particle_chunks, ["particle_chunks", "particle_params"]),
+            (&triangle_chunks, ["triangle_chunks", "triangle_params"]),
+        ] {
+            if let Some(ChunkBuffers { chunks, params, .. }) = chunks {
+                resources = resources.with(names[0], chunks).with(names[1], params);
+            }
+        }
+        let mut bound = Vec::new();
+        for (role, sources) in frame::kernels(conditions) {
+            let Some(kernel) = context.kernels.of_list(role) else { continue };
+            let mut own = frame::bound(sources, &resources, choices);
+            if let (Role::BinCount | Role::BinEmit, Some(rects)) = (role, context.binned_rects) {
+                own = own.with("rects", rects);
+            }
+            bound.push((role, kernel.bind(device, &own)?));
+        }
         Ok(Self {
             footprint_count: plan.footprint_count,
             has_segments: plan.has_segments(),
-            may_overflow: plan.may_overflow(shape, scratch.pair_capacity),
-            run_count,
-            tile_count,
-            particle_chunks,
-            triangle_chunks,
+            numbers,
+            conditions,
+            choices,
             host_chunks,
             counters: counted,
             depth_sort,
             tile_sort,
-            sorted_pairs,
-            count,
-            scan,
-            emit,
-            tiles,
+            sorted_pairs: sorted[1],
+            bound,
         })
     }
 
@@ -177,12 +157,7 @@ impl List {
             host.record_cull(kernels, encoder, timeline);
         }
         let mut pass = timeline.pass(encoder, "gobo project");
-        if let Some(chunks) = &self.particle_chunks {
-            kernels.project_particles.record(&mut pass, &chunks.bindings, grid(chunks.count));
-        }
-        if let Some(chunks) = &self.triangle_chunks {
-            kernels.project_triangles.record(&mut pass, &chunks.bindings, grid(chunks.count));
-        }
+        self.record_steps(Part::Project, kernels, &mut pass);
         if let Some(host) = &self.host_chunks {
             host.record_project(kernels, &mut pass);
         }
@@ -211,8 +186,10 @@ impl List {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) -> bool {
-        let Some(depth_sort) = &self.depth_sort else { return false };
-        kernels.sort.record(&mut timeline.pass(encoder, "gobo sort"), depth_sort);
+        if self.footprint_count == 0 {
+            return false;
+        }
+        self.record_steps(Part::Sort, kernels, &mut timeline.pass(encoder, "gobo sort"));
         true
     }
 
@@ -226,11 +203,7 @@ impl List {
         if self.footprint_count == 0 {
             return false;
         }
-        let mut pass = timeline.pass(encoder, "gobo bin");
-        let runs = [self.run_count.div_ceil(bin::lanes(kernels.profile.shape)), 1, 1];
-        kernels.bin_count.record(&mut pass, &self.count, runs);
-        kernels.bin_scan.record(&mut pass, &self.scan, [1, 1, 1]);
-        kernels.bin_emit.record(&mut pass, &self.emit, runs);
+        self.record_steps(Part::Pairs, kernels, &mut timeline.pass(encoder, "gobo bin"));
         true
     }
 
@@ -241,12 +214,28 @@ impl List {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let mut pass = timeline.pass(encoder, "gobo bin");
-        if let Some(tile_sort) = &self.tile_sort {
-            kernels.sort.record(&mut pass, tile_sort);
+        self.record_steps(Part::Tiles, kernels, &mut timeline.pass(encoder, "gobo bin"));
+    }
+
+    fn record_steps(&self, part: Part, kernels: &Kernels, pass: &mut wgpu::ComputePass<'_>) {
+        for step in frame::steps(part).iter().filter(|step| self.conditions.hold(step.when)) {
+            match step.work {
+                Work::Sort(of) => {
+                    let sort = match of {
+                        SortOf::Depth => &self.depth_sort,
+                        SortOf::Tile => &self.tile_sort,
+                    };
+                    sort.iter().for_each(|sort| kernels.sort.record(pass, sort));
+                }
+                Work::Kernel { role, groups: Groups::Counts(groups), .. } => {
+                    let bound = self.bound.iter().find(|(of, _)| *of == role);
+                    if let Some(((_, bindings), kernel)) = bound.zip(kernels.of_list(role)) {
+                        kernel.record(pass, bindings, groups.map(|n| n.count(&self.numbers)));
+                    }
+                }
+                Work::Kernel { .. } | Work::Clear(_) => {}
+            }
         }
-        let groups = [self.tile_count.div_ceil(bin::TILE_LANES), 1, 1];
-        kernels.bin_tiles.record(&mut pass, &self.tiles, groups);
     }
 
     pub(crate) fn counted(&self) -> &ReadBack<ListCounters> {

@@ -15,8 +15,8 @@ use wgpu::{
 /// Texture arrays that hold all views' maps.
 #[derive(Clone, Debug)]
 pub struct Maps {
-    /// `F`, rgba16float; with as many smaller levels as [`ShadowSettings::mips`] says, in which each
-    /// view's rectangle is smaller, too, and the mean of its own texels.
+    /// `F`, rgba16float, with [`ShadowSettings::mips`] smaller levels. There a view's rectangle is smaller
+    /// as well, and a texel is the mean of the view's own texels.
     ///
     /// [`ShadowSettings::mips`]: crate::model::ShadowSettings::mips
     pub filters: wgpu::Texture,

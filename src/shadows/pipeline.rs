@@ -11,6 +11,8 @@ use super::{
     scratch::Scratch,
     soften::Soften,
 };
+#[cfg(feature = "picture")]
+use crate::model::Environment;
 use crate::{
     error::Error,
     gpu::{Allocator, FETCH_FEATURES, KernelCache, Memory, Tier},
@@ -25,6 +27,9 @@ pub struct Pipeline {
     /// Configuration of the next frames. Its tier and the adapter's properties must not change.
     pub config: Config,
     may_queue: bool,
+    /// Environment of the last picture that had one, and its texels on the device.
+    #[cfg(feature = "picture")]
+    pub(crate) environment: Option<(Arc<Environment>, wgpu::Texture)>,
 }
 
 /// Maps of some views, and their softening.
@@ -85,7 +90,13 @@ impl Pipeline {
         let features = device.features().contains(FETCH_FEATURES);
         let may_queue = config.queued && config.tier == Tier::Native && features;
         let config = Config { queued: may_queue, ..config };
-        Ok(Self { kernels: Kernels::new(config, cache), config, may_queue })
+        Ok(Self {
+            kernels: Kernels::new(config, cache),
+            config,
+            may_queue,
+            #[cfg(feature = "picture")]
+            environment: None,
+        })
     }
 
     pub fn kernels(&self) -> &Kernels {

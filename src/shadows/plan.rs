@@ -3,6 +3,7 @@ use super::{
     Config,
     casters::CasterSet,
     cull::{PairBound, TileLoadBound},
+    frame::{Conditions, When},
     groups::Group,
     host_depths::DepthInput,
     host_list::HostList,
@@ -14,6 +15,7 @@ use crate::{
     records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
         bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
+        formula::{Number, Numbers},
         hits::Features,
         project::Chunk,
         shade::ROUND_LENGTH,
@@ -96,6 +98,32 @@ impl ListPlan {
         let of_run = u64::from(bin::run_length(shape, self.footprint_count))
             * u64::from(self.bound.of_caster);
         self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
+    }
+
+    /// Conditions of the list, without those of its readers.
+    pub(crate) fn conditions(&self, shape: Shape, pair_capacity: u32) -> Conditions {
+        Conditions::default()
+            .with(When::Particles, !self.particle_chunks.is_empty())
+            .with(When::Triangles, !self.triangle_chunks.is_empty())
+            .with(When::Listed, self.footprint_count > 0)
+            .with(When::MayOverflow, self.may_overflow(shape, pair_capacity))
+    }
+
+    /// Variables of the list's sizes and workgroup counts, as far as they are known.
+    pub(crate) fn numbers(&self, shape: Shape) -> Numbers {
+        let is = u64::from;
+        bin::numbers(shape)
+            .with(Number::ParticleChunks, self.particle_chunks.len() as u64)
+            .with(Number::TriangleChunks, self.triangle_chunks.len() as u64)
+            .with(Number::TinyChunks, self.tiny_chunks.len() as u64)
+            .with(Number::FootprintCount, self.footprint_count)
+            .with(Number::SetupCount, self.setup_count())
+            .with(Number::FirstSetup, self.first_setup)
+            .with(Number::SegmentLength, self.segment_length())
+            .with(Number::Nodes, self.features.nodes)
+            .with(Number::Changes, is(self.features.over || self.features.volumes))
+            .with(Number::IncludeNonCasters, is(self.camera))
+            .with(Number::ByDistance, is(self.filters && self.features.over))
     }
 
     pub(crate) fn setup_count(&self) -> u32 {

@@ -1,6 +1,10 @@
 //! Scratch memory of lists and batches, and its size.
 use super::{
     Config,
+    frame::{
+        self, Cleared, KEYS, PAIRS,
+        resources::{SUMS, resource},
+    },
     list::List,
     plan::{ListPlan, Plan},
     small::SmallDepths,
@@ -9,17 +13,15 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources, Tier, view},
     model::TILE_SIZE,
-    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
+    records::CURVE_SEGMENT,
     stage::{
-        bin::{self, Dispatch, SEGMENT_LENGTH, Segment},
-        curve::partial_bytes,
+        bin::{self, Segment},
+        curve::PARTIAL_BYTES,
+        formula::{Number, Numbers},
         sort::{PAIR_FORMAT, pair_limit},
     },
 };
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView};
-
-/// Most segments whose transfers fit a storage binding of 128 MiB, 32 bytes a texel.
-const MAX_COMPOSED: u64 = (128 << 20) / (32 * (TILE_SIZE * TILE_SIZE) as u64);
 
 /// Capacity that every frame may have [pairs]: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
@@ -37,7 +39,6 @@ pub(crate) struct Scratch {
     pub scattered_tiles: Buffer,
     pub merged_tiles: Buffer,
     pub segments: Buffer,
-    pub segment_capacity: u32,
     pub run_offsets: Buffer,
     pub overflow: Buffer,
     pub dispatches: Buffer,
@@ -67,13 +68,10 @@ struct ScratchSizes {
     nodes: u32,
     /// Size of the curves of one segment [bytes].
     segment_bytes: u64,
+    /// Whether some list adds light or has volumes.
+    changes: bool,
     /// Whether some list composes segments one by one.
     composed: bool,
-}
-
-/// Most segments with partial results for so many pairs: only tiles with more than one segment have them.
-pub(crate) fn partial_count(pairs: u32, segment_length: u32) -> u64 {
-    2 * u64::from(pairs / segment_length) + 1
 }
 
 impl ScratchSizes {
@@ -104,7 +102,9 @@ impl ScratchSizes {
         };
         let guess = u32::try_from(guess).unwrap_or(u32::MAX);
         let changes = lists().any(|list| list.features.over || list.features.volumes);
-        let segment_bytes = partial_bytes(nodes, changes);
+        let curves =
+            Numbers::default().with(Number::Nodes, nodes).with(Number::Changes, u64::from(changes));
+        let segment_bytes = PARTIAL_BYTES.of(&curves);
         let limit = match nodes {
             0 => limit,
             _ => {
@@ -121,13 +121,23 @@ impl ScratchSizes {
             small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(least.min(limit), limit),
             segment_bytes,
+            changes,
             nodes,
             composed: lists().any(ListPlan::is_composed),
         }
     }
-}
 
-const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
+    /// Variables of the sizes.
+    fn numbers(&self, config: &Config) -> Numbers {
+        bin::numbers(config.profile.shape)
+            .with(Number::FootprintCount, self.footprints)
+            .with(Number::SetupCount, self.setups)
+            .with(Number::TileCount, self.tiles)
+            .with(Number::PairCapacity, self.pairs)
+            .with(Number::Nodes, self.nodes)
+            .with(Number::Changes, u64::from(self.changes))
+    }
+}
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
 /// memory is, and `resolve` resets it.
@@ -169,6 +179,10 @@ impl Scratch {
         self.sums
             .resources()
             .with("footprints", &self.footprints)
+            .with(KEYS[0], &self.keys[0])
+            .with(KEYS[1], &self.keys[1])
+            .with(PAIRS[0], &self.pairs[0])
+            .with(PAIRS[1], &self.pairs[1])
             .with("rects", &self.rects)
             .with("setups", &self.setups)
             .with("tiles", &self.tiles)
@@ -178,14 +192,25 @@ impl Scratch {
             .with("run_offsets", &self.run_offsets)
             .with("overflow", &self.overflow)
             .with("dispatches", &self.dispatches)
+            .with("nothing_scattered", &self.nothing_scattered)
+            .with("partials", &self.partials)
+            .with("composed", self.composed.as_ref().unwrap_or(&self.partials))
             .with("small_depths", &self.small.depths)
     }
 
     /// Resets the counters of a list to zero.
     pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
-        encoder.clear_buffer(list.counters(), 0, None);
-        encoder.clear_buffer(&self.dispatches, 0, None);
-        encoder.clear_buffer(&self.scattered_tiles, 0, None);
+        for step in frame::steps(frame::Part::Clear) {
+            let frame::Work::Clear(all) = step.work else { continue };
+            for cleared in all {
+                let buffer = match cleared {
+                    Cleared::Counters => list.counters(),
+                    Cleared::Dispatches => &self.dispatches,
+                    Cleared::ScatteredTiles => &self.scattered_tiles,
+                };
+                encoder.clear_buffer(buffer, 0, None);
+            }
+        }
     }
 
     pub(crate) fn new(
@@ -200,79 +225,65 @@ impl Scratch {
         let limits = allocator.device.limits();
         let sizes =
             ScratchSizes::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
-        let ScratchSizes { footprints, setups, tiles, small_tiles, pairs: pair_capacity, .. } =
-            sizes;
-        let curve_count = if nodes == 0 { 0 } else { partial_count(pair_capacity, CURVE_SEGMENT) };
-        let segment_capacity = pair_capacity / SEGMENT_LENGTH + tiles as u32;
+        let numbers = sizes.numbers(config);
+        // Elements or texels.
+        let count = |name: &str| resource(name).map_or(0, |resource| resource.count(&numbers));
         let storage = TextureUsages::STORAGE_BINDING;
-        let mut records = |name, format, texels| {
-            allocator.records(name, format, texels, storage).map(|texture| view(&texture))
+        let mut records = |label, name, format| {
+            allocator.records(label, format, count(name), storage).map(|texture| view(&texture))
         };
-        let footprint_texels = footprints * u64::from(FOOTPRINT_TEXELS);
-        let footprint_views = records("footprints", TextureFormat::Rgba32Uint, footprint_texels)?;
-        let keys =
-            [records("keys", PAIR_FORMAT, footprints)?, records("keys", PAIR_FORMAT, footprints)?];
-        let rects = records("rects", PAIR_FORMAT, footprints)?;
-        let setup_texels = setups * u64::from(SETUP_TEXELS);
-        let setups = records("setups", TextureFormat::Rgba32Uint, setup_texels)?;
-        let capacity = u64::from(pair_capacity);
-        let pairs =
-            [records("pairs", PAIR_FORMAT, capacity)?, records("pairs", PAIR_FORMAT, capacity)?];
+        let footprints = records("footprints", "footprints", TextureFormat::Rgba32Uint)?;
+        let [a, b] = KEYS.map(|name| records("keys", name, PAIR_FORMAT));
+        let keys = [a?, b?];
+        let rects = records("rects", "rects", PAIR_FORMAT)?;
+        let setups = records("setups", "setups", TextureFormat::Rgba32Uint)?;
+        let [a, b] = PAIRS.map(|name| records("pairs", name, PAIR_FORMAT));
+        let pairs = [a?, b?];
         let none = BufferUsages::empty();
-        let composed = if sizes.composed {
-            let segments = partial_count(pair_capacity, SEGMENT_LENGTH);
-            // The pair budget's default would need slightly more than a storage binding holds.
-            let segments = segments.min(MAX_COMPOSED);
-            let texels = segments * u64::from(TILE_SIZE * TILE_SIZE);
-            Some(allocator.storage::<[[u32; 4]; 2]>("composed", texels, none)?)
-        } else {
-            None
-        };
+        let composed = sizes
+            .composed
+            .then(|| allocator.storage::<[[u32; 4]; 2]>("composed", count("composed"), none))
+            .transpose()?;
+        let mut words = |name| allocator.storage::<u32>(name, count(name), none);
+        let (scattered_tiles, merged_tiles) = (words("scattered_tiles")?, words("merged_tiles")?);
+        let (run_offsets, overflow) = (words("run_offsets")?, words("overflow")?);
+        let curves = u64::from(nodes > 0);
         Ok(Self {
-            footprints: footprint_views,
+            footprints,
             keys,
             rects,
             setups,
             pairs,
-            pair_capacity,
+            pair_capacity: sizes.pairs,
             tiles: view(&allocator.records(
                 "tiles",
                 TextureFormat::Rgba32Uint,
-                tiles,
+                count("tiles"),
                 storage | TextureUsages::TEXTURE_BINDING,
             )?),
-            scattered_tiles: allocator.storage::<u32>("scattered_tiles", tiles, none)?,
-            merged_tiles: allocator.storage::<u32>("merged_tiles", tiles, none)?,
-            segments: allocator.storage::<Segment>(
-                "segments",
-                u64::from(segment_capacity),
-                none,
-            )?,
-            segment_capacity,
-            run_offsets: allocator.storage::<u32>(
-                "run_offsets",
-                bin::max_runs(config.profile.shape),
-                none,
-            )?,
-            overflow: allocator.storage::<u32>("overflow", footprints, none)?,
+            scattered_tiles,
+            merged_tiles,
+            segments: allocator.storage::<Segment>("segments", count("segments"), none)?,
+            run_offsets,
+            overflow,
             dispatches: allocator.storage::<[u32; 4]>(
                 "dispatches",
-                Dispatch::COUNT,
+                count("dispatches"),
                 BufferUsages::INDIRECT,
             )?,
             partials: allocator.storage::<[u32; 4]>(
                 "partials",
-                curve_count * sizes.segment_bytes / 16,
+                curves * count("partials"),
                 none,
             )?,
             nothing_scattered: allocator.storage::<u32>(
                 "nothing_scattered",
-                if nodes == 0 { 1 } else { tiles },
+                curves * count("nothing_scattered"),
                 none,
             )?,
             composed,
             sums: Sums::new(allocator, config.tier, sizes.summed_tiles * TEXELS)?,
-            small: SmallDepths::new(allocator, queue, small_tiles * TEXELS)?,
+            small: SmallDepths::new(allocator, queue, sizes.small_tiles * TEXELS)?,
             sizes,
         })
     }

@@ -10,7 +10,7 @@ use crate::{
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
 /// An emitter on the device. Its particles are those of [`Flock`](crate::model::emitter::Flock) up to
-/// rounding, which whirls and collisions amplify.
+/// rounding, which turbulence and collisions amplify.
 #[derive(Debug)]
 pub struct Simulation {
     queue: wgpu::Queue,

@@ -3,14 +3,36 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths. Out: `filters` and `nearests` of
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
 use super::{
+    bin::SEGMENT_LENGTH,
+    formula::{
+        Formula::{self, Is, Least, Of, Product, Quotient, Sum},
+        Number,
+    },
     project::CHUNK_SIZE,
     walk::{CANDIDATE, IN_ORDER, SUMS, WALK},
 };
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::{
+    gpu::{Choice, KernelDesc, Tier},
+    model::TILE_SIZE,
+};
 
 /// Workgroups of `tiny`: 8,192 invocations in flight, each adding at most 7 * 65,536 to a texel,
 /// stay below 2^32.
 pub const TINY_GROUPS: u32 = 32;
+
+/// Workgroups of `tiny`.
+pub const TINY_GRID: [Formula; 3] =
+    [Least(&Of(Number::TinyChunks), &Is(TINY_GROUPS as u64)), Is(1), Is(1)];
+
+/// Most texels of segments that are composed one by one, 32 bytes each: the pair budget's default would
+/// need slightly more than a storage binding of 128 MiB holds.
+pub const COMPOSED_TEXELS: Formula = {
+    const TEXELS: Formula = Is((TILE_SIZE * TILE_SIZE) as u64);
+    const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(SEGMENT_LENGTH as u64));
+    const SEGMENTS: Formula = Sum(&Product(&Is(2), &WHOLE), &Is(1));
+    const MOST: Formula = Quotient(&Is((128 << 20) / 32), &TEXELS);
+    Product(&Least(&SEGMENTS, &MOST), &TEXELS)
+};
 
 /// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
@@ -69,7 +91,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_tiles",
+    name: "accumulate_disc_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
     with: &[IN_ORDER, DISCS, MAPS, STORED, DISC_WALK],
@@ -78,7 +100,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_segments",
+    name: "accumulate_disc_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
     with: &[DISCS, MAPS, DISC_WALK, SUMS],

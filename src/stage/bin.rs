@@ -4,7 +4,15 @@
 //! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
 //! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path.
 //! `dispatches` holds the workgroup counts that only the GPU knows.
-use super::sort::Shape;
+use super::{
+    formula::{
+        Formula::{
+            self, Bits, Difference, Is, Least, Most, Named, Of, Quotient, QuotientUp, Rows, Sum,
+        },
+        Number, Numbers,
+    },
+    sort::Shape,
+};
 use crate::gpu::{Constant, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -102,6 +110,58 @@ crate::gpu_layout!(BinParams {
     segment_length
 });
 
+/// Footprints of a run. With its pairs (`RUN_PAIRS` in WGSL) it stays below llvmpipe's 65,535
+/// iterations.
+const RUN_LENGTH: Formula = {
+    const USUAL: Formula = QuotientUp(&Of(Number::FootprintCount), &Of(Number::UsualRuns));
+    Named("run_length", &Most(&Least(&USUAL, &Is(16000)), &Is(1)))
+};
+const RUN_COUNT: Formula =
+    Named("run_count", &QuotientUp(&Of(Number::FootprintCount), &RUN_LENGTH));
+/// Runs that a list has at most.
+pub const MAX_RUNS: Formula = Sum(&Of(Number::UsualRuns), &Of(Number::UsualRuns));
+/// Segments that a batch has at most.
+pub const SEGMENT_CAPACITY: Formula = {
+    const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(SEGMENT_LENGTH as u64));
+    Named("segment_capacity", &Sum(&WHOLE, &Of(Number::TileCount)))
+};
+
+/// Bits of the keys by which pairs are sorted.
+pub const TILE_BITS: Formula = {
+    const LAST: Formula = Difference(&Of(Number::TileCount), &Is(1));
+    Named("tile_bits", &Most(&Bits(&LAST), &Is(1)))
+};
+
+/// Fields of [`BinParams`].
+pub const PARAMS: [Formula; 8] = [
+    Of(Number::FootprintCount),
+    RUN_LENGTH,
+    RUN_COUNT,
+    Of(Number::PairCapacity),
+    Of(Number::TileCount),
+    Of(Number::ViewCount),
+    SEGMENT_CAPACITY,
+    Of(Number::SegmentLength),
+];
+
+impl BinParams {
+    pub fn of(numbers: &Numbers) -> Self {
+        bytemuck::cast(PARAMS.map(|field| field.count(numbers)))
+    }
+}
+
+/// Workgroups of [`COUNT`] and [`EMIT`].
+pub const RUN_GROUPS: [Formula; 3] = [QuotientUp(&RUN_COUNT, &Of(Number::BinLanes)), Is(1), Is(1)];
+/// Workgroups of [`TILES`].
+pub const TILE_GROUPS: [Formula; 3] =
+    [QuotientUp(&Of(Number::TileCount), &Is(TILE_LANES as u64)), Is(1), Is(1)];
+/// Workgroups for exactly as many tiles: the fewest rows that every adapter allows. A multiple of
+/// four, or whole rows of one view, has such rows.
+pub const TILE_GRID: [Formula; 3] = {
+    const ROWS: Formula = Rows(&Of(Number::TileCount));
+    [Quotient(&Of(Number::TileCount), &ROWS), ROWS, Is(1)]
+};
+
 /// WGSL: `wgsl/records/bin.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -166,23 +226,25 @@ fn usual_runs(shape: Shape) -> u32 {
     }
 }
 
+/// Numbers of the shape's runs.
+pub fn numbers(shape: Shape) -> Numbers {
+    Numbers::default()
+        .with(Number::BinLanes, lanes(shape))
+        .with(Number::UsualRuns, usual_runs(shape))
+}
+
 /// Most runs of a list.
 pub fn max_runs(shape: Shape) -> u64 {
-    2 * u64::from(usual_runs(shape))
+    MAX_RUNS.of(&numbers(shape))
 }
 
 /// Length of a run [footprints].
 pub fn run_length(shape: Shape, footprint_count: u32) -> u32 {
-    // With its pairs (`RUN_PAIRS` in WGSL) a run stays below llvmpipe's 65,535 iterations.
-    const MAX_RUN: u32 = 16000;
-    footprint_count.div_ceil(usual_runs(shape)).clamp(1, MAX_RUN)
+    RUN_LENGTH.count(&numbers(shape).with(Number::FootprintCount, footprint_count))
 }
 
-/// Workgroup grid for exactly `count` tiles: the fewest rows that every adapter allows. A multiple of four,
-/// or whole rows of one view, has such rows.
+/// [`TILE_GRID`] for `count` tiles.
 pub fn tile_grid(count: u32) -> [u32; 3] {
-    const MAX_X: u32 = 65535;
-    let rows = (1..=count).find(|rows| count.is_multiple_of(*rows) && count / rows <= MAX_X);
-    let rows = rows.unwrap_or(1);
-    [count / rows, rows, 1]
+    let numbers = Numbers::default().with(Number::TileCount, count);
+    TILE_GRID.map(|groups| groups.count(&numbers))
 }

@@ -1,8 +1,9 @@
-//! blur: a Gaussian of the filter map and of the curves, separable. Depths are not blurred; the nearest
+//! blur: a separable Gaussian of the filter map and of the curves. Depths are not blurred; the nearest
 //! translucent one becomes that of the window.
 //!
 //! In: the maps. Out: the same. `near_around` holds, per texel, the nearest translucent depth of its
-//! window, its alpha, and where the first curve of the window begins; `rows` a row's sum and its weight.
+//! window, its alpha, and the first depth of the window's curves; `rows` the sum over a row's window and
+//! its weight.
 use crate::gpu::{Choice, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -35,18 +36,18 @@ pub const CURVE_ROWS: KernelDesc =
 pub const CURVE_COLUMNS: KernelDesc =
     of_curves("blur_curve_columns", &[Choice::new("below", "blur/curve_columns.wgsl")]);
 
-/// A smaller level of the filter map.
+/// Makes a mip level of the filter map.
 pub const FILTER_MIP: KernelDesc = of("make_filter_mip", "blur/filter_mip.wgsl");
 
 /// WGSL: `wgsl/blur/window.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BlurParams {
-    /// Of the window [texels].
+    /// Radius of the window [texels].
     pub radius: i32,
-    /// Of a squared offset, for the exponent.
+    /// Factor of a squared offset in the exponent.
     pub scale: f32,
-    /// Of the filter map that is made from the one before.
+    /// Mip level of the filter map that is made, from the one before.
     pub level: u32,
     pub pad_0: u32,
 }

@@ -3,14 +3,31 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
-use super::walk::{IN_ORDER, SUMS};
-use crate::gpu::{Choice, KernelDesc, Tier};
+use super::{
+    formula::{
+        Formula::{self, Is, Of, Product, Quotient, Sum},
+        Number,
+    },
+    walk::{IN_ORDER, SUMS},
+};
+use crate::{
+    gpu::{Choice, KernelDesc, Tier},
+    records::CURVE_SEGMENT,
+};
 
-/// Size of one segment's record in `partials` [bytes]. `changes`: its hits may add light, or volumes
-/// absorb. WGSL: `wgsl/curve/partial.wgsl`.
-pub const fn partial_bytes(nodes: u32, changes: bool) -> u64 {
-    16 * 16 * (nodes as u64 / 2 + if changes { 6 } else { 1 }) * 16
-}
+/// Size of one segment's record in `partials` [bytes]. WGSL: `wgsl/curve/partial.wgsl`.
+pub const PARTIAL_BYTES: Formula = {
+    const NODES: Formula = Quotient(&Of(Number::Nodes), &Is(2));
+    const MORE: Formula = Product(&Is(5), &Of(Number::Changes));
+    const LAYERS: Formula = Sum(&NODES, &Sum(&Is(1), &MORE));
+    Product(&Is(16 * 16 * 16), &LAYERS)
+};
+
+/// Most segments with partial results: only tiles with more than one segment have them.
+pub const PARTIAL_COUNT: Formula = {
+    const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(CURVE_SEGMENT as u64));
+    Sum(&Product(&Is(2), &WHOLE), &Is(1))
+};
 
 /// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
 /// cheaper on software adapters.
@@ -48,7 +65,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_curve_tiles",
+    name: "accumulate_curve_disc_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
     with: &[IN_ORDER, CURVES, DISCS, TILE, PAIRS, DISC_WALK, SUMS],
@@ -57,7 +74,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_curve_segments",
+    name: "accumulate_curve_disc_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
     with: &[CURVES, DISCS, SEGMENT, PAIRS, DISC_WALK],

@@ -15,7 +15,7 @@ const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
 /// Replaces [`DISC_TILES`](super::accumulate::DISC_TILES) where discs are collected in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_tiles",
+    name: "accumulate_disc_queue_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
     with: &[INTERLEAVED, DISCS, MAPS, FETCHED, QUEUE],
@@ -25,7 +25,7 @@ pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
 
 /// Replaces [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs are collected in a queue.
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_segments",
+    name: "accumulate_disc_queue_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
     with: &[DISCS, MAPS, QUEUE, SUMS],

@@ -10,6 +10,7 @@ pub mod cluster;
 pub mod colored;
 pub mod curve;
 pub mod filter;
+pub mod formula;
 pub mod hits;
 pub mod import;
 pub mod levels;
@@ -61,7 +62,9 @@ pub const KERNELS: &[&KernelDesc] = &[
     &blur::CURVE_COLUMNS,
     &blur::FILTER_MIP,
     &mask::SURFACES,
-    &mask::SHRINK,
+    &mask::HALF_SURFACES,
+    &mask::HOST_SURFACES,
+    &mask::HALF_HOST_SURFACES,
     &mask::LOOK_UP,
     &mask::AREA_LOOK_UP,
     &mask::BLUR,

@@ -36,7 +36,7 @@ pub const TILES: KernelDesc = KernelDesc {
 
 /// Tiles of opaque triangles only.
 pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
-    name: "occlude_tiles",
+    name: "occlude_triangle_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
     with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_CANDIDATE],

@@ -347,7 +347,7 @@ fn an_unwritable_folder_is_1() {
     assert_eq!(fs::read_to_string(folder.0.join("scene.toml")).unwrap(), SCENE);
 }
 
-/// A folder stands where the picture should go: the rename fails after the data was written.
+/// A folder has the name of the picture: the rename fails after the data was written.
 #[test]
 fn a_failed_write_leaves_nothing_behind() {
     let folder = Folder::new("atomic");

@@ -42,42 +42,37 @@ fn of<'a>(particles: &'a [Particle], materials: &'a [Material]) -> Casters<'a> {
 
 #[test]
 fn a_host_that_grows_has_no_overflow_and_the_same_map() {
-    for tier in TIERS {
-        let (gpu, mut shadows) = open(tier);
-        // Each covers every tile of a face: more pairs than the initial capacity of any frame.
-        let particles: Vec<_> = (0..70_000_u32)
-            .map(|i| {
-                let alpha = if i % 8 == 0 { 2.5e-4 } else { 0.0 };
-                particle(Vec3::Y * (i as f32 * 1e-6), 3.0, Vec4::new(1.0, 0.5, 1.0, alpha))
-            })
-            .collect();
-        let materials = [material(Transfer::Filter)];
-        let (casters, views) = (of(&particles, &materials), &views()[3..4]);
-        let settings = ShadowSettings::default();
-        let prepared = shadows.prepare(&casters, views, &settings).unwrap();
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        prepared.record_counts(&mut encoder);
-        gpu.queue.submit([encoder.finish()]);
-        let first = prepared.counters().unwrap();
-        let crowded = submit(&gpu, &prepared);
-        let counters = prepared.counters().unwrap();
-        assert!(counters.overflowed > 0, "{counters:?}");
-        assert_eq!(
-            (first.pairs_needed, first.pair_room),
-            (counters.pairs_needed, counters.pair_room)
-        );
-        assert!(shadows.grow_from(counters));
-        let prepared = shadows.prepare(&casters, views, &settings).unwrap();
-        let roomy = submit(&gpu, &prepared);
-        let counters = prepared.counters().unwrap();
-        assert_eq!((counters.overflowed, counters.views_rendered), (0, 1), "{counters:?}");
-        assert!(!shadows.grow_from(counters));
-        let green = |texel: &[u16; 4]| half::f16::from_bits(texel[1]).to_f32();
-        let pairs = || crowded.iter().map(green).zip(roomy.iter().map(green));
-        // A scattered hit of 8 units of fixed point is rounded by half of one.
-        assert!(pairs().all(|(a, b)| (a - b).abs() <= 0.04));
-        assert!(pairs().any(|(a, _)| a < 0.7), "there is a shadow");
-    }
+    let (gpu, mut shadows) = open(TIERS[1]);
+    // Each covers every tile of a face: more pairs than the initial capacity of any frame.
+    let particles: Vec<_> = (0..70_000_u32)
+        .map(|i| {
+            let alpha = if i % 8 == 0 { 2.5e-4 } else { 0.0 };
+            particle(Vec3::Y * (i as f32 * 1e-6), 3.0, Vec4::new(1.0, 0.5, 1.0, alpha))
+        })
+        .collect();
+    let materials = [material(Transfer::Filter)];
+    let (casters, views) = (of(&particles, &materials), &views()[3..4]);
+    let settings = ShadowSettings::default();
+    let prepared = shadows.prepare(&casters, views, &settings).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    prepared.record_counts(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    let first = prepared.counters().unwrap();
+    let crowded = submit(&gpu, &prepared);
+    let counters = prepared.counters().unwrap();
+    assert!(counters.overflowed > 0, "{counters:?}");
+    assert_eq!((first.pairs_needed, first.pair_room), (counters.pairs_needed, counters.pair_room));
+    assert!(shadows.grow_from(counters));
+    let prepared = shadows.prepare(&casters, views, &settings).unwrap();
+    let roomy = submit(&gpu, &prepared);
+    let counters = prepared.counters().unwrap();
+    assert_eq!((counters.overflowed, counters.views_rendered), (0, 1), "{counters:?}");
+    assert!(!shadows.grow_from(counters));
+    let green = |texel: &[u16; 4]| half::f16::from_bits(texel[1]).to_f32();
+    let pairs = || crowded.iter().map(green).zip(roomy.iter().map(green));
+    // A scattered hit of 8 units of fixed point is rounded by half of one.
+    assert!(pairs().all(|(a, b)| (a - b).abs() <= 0.04));
+    assert!(pairs().any(|(a, _)| a < 0.7), "there is a shadow");
 }
 
 #[test]

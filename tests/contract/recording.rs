@@ -7,13 +7,14 @@ use crate::common::{
 use gobo::{
     glam::{Vec3, Vec4},
     gpu::{Gpu, Tier, Timeline},
-    model::{LightKind, Material, Pattern, Transfer, View},
+    model::{Environment, LightKind, Material, Pattern, Sky, Transfer, View},
     picture::PictureRoom,
     scene::Scene,
     shadows::{CasterSet, Config, Pipeline, PreparedMaps},
     view::shadow_views,
     wgpu,
 };
+use std::sync::Arc;
 
 /// Live resources of the device. Buffers include those that `Queue::write_*` stages until the next
 /// submission. (Command encoders are the host's; wgpu 30 counts views and bytes of textures, but not all
@@ -164,7 +165,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
         &views,
         maps,
         PictureRoom::default(),
-        &Default::default(),
+        &mut Default::default(),
     );
     let picture = picture.unwrap();
     submit_all(&gpu);
@@ -178,6 +179,49 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
     };
     frame();
     assert_eq!(made(device, || (0..10).for_each(|_| frame())), []);
+}
+
+/// Pictures through other places of the pixels, and of the next frames, find it there.
+#[test]
+fn an_environment_that_stays_is_not_uploaded_again() {
+    let (gpu, mut pipeline) = open(Tier::Native);
+    let mut scene = mixture(material(Transfer::Filter));
+    let sky = || Some(Arc::new(Environment::of_sky(&Sky::default(), 1.0)));
+    scene.environment = sky();
+    let (casters, views) = (casters(&gpu, &scene), shadow_views(&scene));
+    let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
+    let mut pictures = Vec::new();
+    let mut bytes = |scene: &Scene| {
+        let made = made(&gpu.device, || {
+            let camera = View::from_camera(&scene.camera, &scene.bounds());
+            let room = PictureRoom::default();
+            let picture = pipeline.prepare_picture(
+                &gpu.device,
+                &gpu.queue,
+                &casters,
+                scene,
+                &camera,
+                &views,
+                &prepared.maps,
+                room,
+                &mut Default::default(),
+            );
+            pictures.push(picture.unwrap());
+            submit_all(&gpu);
+        });
+        made.iter().find(|(name, _)| *name == "bytes of textures").map_or(0, |&(_, bytes)| bytes)
+    };
+    let [first, again, again_too] = [bytes(&scene), bytes(&scene), bytes(&scene)];
+    scene.environment = sky();
+    let other = bytes(&scene);
+    let listed = pictures
+        .iter()
+        .map(|picture| picture.memory.0.iter().find(|(name, _)| *name == "environment").unwrap().1);
+    let listed: Vec<u64> = listed.collect();
+    assert!(listed[0] > 100_000 && listed.iter().all(|bytes| *bytes == listed[0]), "{listed:?}");
+    // Drivers round sizes up.
+    assert!(first - again >= listed[0] as isize, "{first} {again}");
+    assert_eq!([again - again_too, other - first], [0, 0]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! An emitter on the device: its particles are the twin's, and cast shadows without leaving it.
+//! Emitters on the device: particles match the twin's, and cast shadows without a read-back.
 use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, uploaded};
 use crate::common::{TIERS, gpu};
 use gobo::{
@@ -36,7 +36,7 @@ fn calm() -> Forces {
     }
 }
 
-/// Whirls, a ground and boxes.
+/// Turbulence, a ground and boxes.
 fn wild() -> Forces {
     Forces {
         turbulence: 1.5,
@@ -59,7 +59,7 @@ fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
     gpu.check().unwrap();
 }
 
-/// In the order of their numbers.
+/// Live particles, by number.
 fn read(gpu: &Gpu, simulation: &Simulation) -> Vec<Flying> {
     let records: Vec<GpuFlying> = gpu.read(simulation.particles());
     let mut flying: Vec<_> = records.iter().filter_map(GpuFlying::flying).collect();
@@ -67,7 +67,8 @@ fn read(gpu: &Gpu, simulation: &Simulation) -> Vec<Flying> {
     flying
 }
 
-/// The same particles of the same ages; and which share of them is farther off than `near` [m].
+/// Asserts that both hold the same particles of the same ages. Returns the share whose positions differ by
+/// more than `near` [m].
 fn share_off(found: &[Flying], expected: &[Flying], near: f32) -> f64 {
     let whole =
         |flying: &[Flying]| flying.iter().map(|f| (f.number, f.age, f.life)).collect::<Vec<_>>();
@@ -82,7 +83,7 @@ fn the_kernel_flies_as_the_twin() {
     for tier in TIERS {
         let gpu = gpu(tier);
         let shadows = shadows(&gpu);
-        // Rounding that whirls spread, and which side of a box's edge is nearer.
+        // Turbulence amplifies rounding, and which face of a box is nearest may change.
         for (forces, near, off) in [(calm(), 1e-5, 0.0), (wild(), 1e-3, 0.01)] {
             let mut simulation = shadows.simulation(&forces).unwrap();
             let mut flock = Flock::default();
@@ -98,7 +99,7 @@ fn the_kernel_flies_as_the_twin() {
                 assert!(found.len() as u32 <= simulation.capacity());
             }
             assert!(flock.flying().len() > 300);
-            // Another seed is other smoke.
+            // Another seed makes other smoke.
             let mut other = Flock::default();
             other.advance_to(&Forces { seed: 12, ..forces.clone() }, step, u32::MAX);
             let [a, b] = [&other, &flock].map(|flock| flock.flying()[0].position);
@@ -138,7 +139,7 @@ const LOADER: &str = "
 fn load_caster(index: u32) -> Caster {
     let one = flying_particles[index];
     let share = flying_share(one);
-    // What has ended has no radius, and is left out.
+    // Ended particles have no radius and are left out.
     let radius = select(0.0, 0.02 + 0.1 * share, share < 1.0);
     return Caster(one.position, radius, vec4(0.9, 0.6, 0.3, 0.5), 0.0, 0u, one.number);
 }";
@@ -176,7 +177,7 @@ fn smoke_on_the_device_casts_the_shadow_of_an_upload() {
         let count = CasterCount::Fixed(simulation.capacity());
         let set = HostCasters::new(&loader, &bindings, count, &[0]).least_alpha(0.01);
         let settings = ShadowSettings::default();
-        // In the order of their places in the ring.
+        // In the order of the ring.
         let records: Vec<GpuFlying> = gpu.read(simulation.particles());
         let particle = |flying: Flying| Particle {
             center: flying.position,
@@ -192,7 +193,7 @@ fn smoke_on_the_device_casts_the_shadow_of_an_upload() {
         assert!(submit(&gpu, &prepared) == expected, "{tier}");
         let shade = expected.filters.iter().filter(|texel| texel[2] < 0x3a00).count();
         assert!(shade > 300, "{shade} texels are in shade");
-        // The next steps cast other shadows, without another `prepare`.
+        // The next steps cast other shadows without another `prepare`.
         advance(&gpu, &mut simulation, 10);
         assert!(submit(&gpu, &prepared) != expected, "{tier}");
     }

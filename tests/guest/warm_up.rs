@@ -24,7 +24,7 @@ fn what_threads_have_made_no_frame_makes() {
         let names: Vec<_> = jobs.iter().map(KernelJob::name).collect();
         assert!(names.iter().any(|name| name.starts_with("sort")), "{names:?}");
         assert_eq!((made(), warm.is_ready()), (0, false), "{tier:?}");
-        // Asked again, it has no other jobs.
+        // A second call returns the same jobs.
         let again = warm.pending(&casters, &views, &settings, &HostInputs::new()).unwrap();
         assert_eq!(again.iter().map(KernelJob::name).collect::<Vec<_>>(), names);
 

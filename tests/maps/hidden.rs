@@ -186,7 +186,7 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
     // A hair's breadth apart, texels may fall between them.
     let apart = second.map(|corner| corner + Vec3::new(-1e-6, 0.0, 1e-6));
     assert!(!hides(&[first, apart]));
-    // Folded, neither is one sheet.
+    // Folded along the diagonal, the pair is not planar.
     let folded = [first[0], first[2], second[2] + Vec3::Y];
     assert!(!hides(&[first, folded]));
     for bad in [f32::NAN, f32::INFINITY] {

@@ -307,6 +307,7 @@ fn stack(count: usize, alpha: f32) -> Scene {
 
 /// llvmpipe stops all loops of an invocation after 65,535 iterations.
 #[test]
+#[ignore = "many casters: make test-all"]
 fn a_hundred_thousand_casters_on_one_tile() {
     for alpha in [0.00005, 0.01] {
         let scene = stack(100_000, alpha);

@@ -374,12 +374,59 @@ fn gltf_nodes_follow_their_keys() {
         (r#""output":2"#, r#""output":0"#),
         (r#""output":2"#, r#""output":77"#),
         (r#""sampler":0"#, r#""sampler":5"#),
+        (r#""target":{"node":0"#, r#""target":{"node":2"#),
+        (r#""target":{"node":0"#, r#""target":{"node":4294967295"#),
         (r#""byteOffset":36,"byteLength":8"#, r#""byteOffset":44,"byteLength":8"#),
         (r#""count":2,"type":"VEC4""#, r#""count":1,"type":"VEC4""#),
     ] {
         let text = windmill("LINEAR", &keys).replace(from, to);
         let error = scene::load(&folder.write("mill.gltf", text)).unwrap_err().to_string();
         assert!(error.contains("mill.gltf"), "{error}");
+    }
+}
+
+/// The camera of the file turns with its node, unless the scene says where it is.
+#[test]
+fn the_camera_of_a_model_follows_its_node() {
+    let folder = Folder::new();
+    let keys = [Quat::IDENTITY, Quat::from_rotation_y(90f32.to_radians())].map(|q| q.to_array());
+    let camera =
+        r#""cameras":[{"type":"perspective","perspective":{"yfov":0.7,"znear":0.1}}],"scenes""#;
+    let text = windmill("LINEAR", &keys)
+        .replace(r#""scenes""#, camera)
+        .replace(r#""mesh":0,"translation""#, r#""mesh":0,"camera":0,"translation""#);
+    let path = folder.write("mill.gltf", text);
+    let looks = |scene: &Scene| {
+        let camera = &scene.camera;
+        [camera.eye + scene.origin, (camera.target - camera.eye).normalize(), camera.up]
+    };
+    let pose = |scene: &mut Scene, seconds: f64, turned: f32, whole: Vec3| {
+        scene.set_time(seconds);
+        let turn = Quat::from_rotation_y(turned.to_radians());
+        let exact = [whole + Vec3::Z + turn * Vec3::X * 3.0, turn * Vec3::NEG_Z, Vec3::Y];
+        for (found, exact) in looks(scene).into_iter().zip(exact) {
+            assert!(found.distance(exact) < 1e-5, "{seconds} s: {found} {exact}");
+        }
+        assert_eq!(scene.camera.fov_y, 0.7);
+    };
+    let mut alone = scene::load(&path).unwrap();
+    let mesh = "[[mesh]]\nfile = 'mill.gltf'\ntranslation = [0, 5, 0]\n";
+    let mut placed =
+        scene::load(&folder.write("scene.toml", format!("[camera]\nsize = [64, 32]\n{mesh}")))
+            .unwrap();
+    for (seconds, turned) in [(0.0, 0.0), (1.0, 45.0), (2.0, 90.0), (0.5, 22.5)] {
+        pose(&mut alone, seconds, turned, Vec3::ZERO);
+        pose(&mut placed, seconds, turned, Vec3::Y * 5.0);
+    }
+    for own in [
+        "[camera]\neye = [0, 1, 9]\n",
+        "[[animate]]\ntarget = 'camera.eye'\ntimes = [0]\nvalues = [[0, 1, 9]]\n",
+    ] {
+        let mut scene = scene::load(&folder.write("scene.toml", format!("{own}{mesh}"))).unwrap();
+        for seconds in [0.0, 1.0] {
+            scene.set_time(seconds);
+            assert_eq!(looks(&scene)[0], Vec3::new(0.0, 1.0, 9.0), "{own}");
+        }
     }
 }
 

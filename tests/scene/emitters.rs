@@ -1,4 +1,4 @@
-//! Particles that emitters send out: against closed forms, and the same whatever came before.
+//! Particles of emitters: against closed forms, and independent of the frames before.
 use crate::common::files::read;
 use gobo::{
     glam::{DVec3, Vec3},
@@ -9,19 +9,19 @@ use gobo::{
     scene::Scene,
 };
 
-const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\nname = 'bright'\ntransfer = 'gain'\n";
+pub(super) const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\nname = 'bright'\ntransfer = 'gain'\n";
 
-fn emitting(keys: &str) -> Scene {
+pub(super) fn emitting(keys: &str) -> Scene {
     let toml = format!("{HEAD}[[emitter]]\nmaterial = 'smoke'\n{keys}\n");
     read(&toml).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn at(scene: &mut Scene, seconds: f64) -> Vec<Particle> {
+pub(super) fn at(scene: &mut Scene, seconds: f64) -> Vec<Particle> {
     scene.set_time(seconds);
     scene.particles.clone()
 }
 
-fn forces() -> Forces {
+pub(super) fn forces() -> Forces {
     Forces {
         seed: 3,
         rate: 100.0,
@@ -69,7 +69,7 @@ fn a_moment_is_the_same_whatever_came_before() {
     }
     assert!(all[0].is_empty() && all[5].len() > 250, "{}", all[5].len());
     assert!(at(&mut emitting(&WILD.replace("seed = 5", "seed = 6")), 2.0) != all[4]);
-    // What begins earlier is as far as later it will be.
+    // An earlier start is the same as a later time.
     let early = at(&mut emitting(&format!("{WILD}start = -2")), 0.0);
     let places = |particles: &[Particle]| particles.iter().map(|p| p.center).collect::<Vec<_>>();
     assert_eq!(places(&early).len(), places(&all[4]).len());
@@ -83,7 +83,7 @@ fn as_many_fly_as_rate_and_lifetime_say() {
         let count = at(&mut scene, seconds).len() as f64;
         assert!((count - expected).abs() <= 250.0 / 60.0 + 1.0, "{seconds} s: {count}");
     }
-    // Fewer than one a step.
+    // Less than one particle per step.
     let mut slow = emitting("rate = 2\nlifetime = 100");
     assert_eq!(at(&mut slow, 10.1).len(), 21);
     let forces = Forces { rate: 2.0, ..forces() };
@@ -93,7 +93,7 @@ fn as_many_fly_as_rate_and_lifetime_say() {
     }
 }
 
-/// The steps' sum, and near it the parabola.
+/// The sum of the steps, and close to it the parabola.
 #[test]
 fn thrown_particles_fall_as_they_should() {
     let forces = Forces { gravity: 9.81, ..forces() };
@@ -112,9 +112,9 @@ fn air_takes_particles_with_it() {
     let wind = Vec3::new(3.0, 0.0, -1.0);
     let long = Forces { wind, drag: 4.0, gravity: 2.0, lifetime: [60.0; 2], ..forces() };
     let flying = flown(&long, 1000);
-    // Falls as fast as the drag allows.
+    // Terminal velocity.
     assert!(flying.velocity.distance(wind - Vec3::Y * 0.5) < 1e-4, "{flying:?}");
-    // Buoyancy is gone at the end of a life, half of it in the middle.
+    // Buoyancy falls to half in the middle of a life and to zero at its end.
     let rising = Forces { buoyancy: 8.0, drag: 100.0, lifetime: [4.0; 2], ..forces() };
     let lift = flown(&rising, 120).velocity.y * 100.0;
     assert!((lift - 4.0).abs() < 0.1, "{lift}");
@@ -147,14 +147,14 @@ fn nothing_goes_through_ground_or_boxes() {
         }
     }
     assert!(struck > 20, "{struck} struck the box");
-    // Half as fast back up, and as fast along.
+    // Half the speed upwards, the full speed along the ground.
     let fall = Forces { ground: Some(0.0), ..forces() };
     let mut flying = Flying { velocity: Vec3::new(1.0, -3.0, 2.0), ..fall.start(0) };
     fall.advance(&mut flying, 0);
     assert_eq!((flying.position.y, flying.velocity), (0.0, Vec3::new(1.0, 1.5, 2.0)));
 }
 
-/// Whirls neither press air together nor blow it anywhere, and are about as fast as they say.
+/// Turbulence is divergence-free, has no mean, and has about the speed that is set.
 #[test]
 fn whirls_have_no_sources() {
     let (mut sum, mut square, mut worst, mut count) = (DVec3::ZERO, 0.0, 0.0f32, 0);
@@ -176,7 +176,7 @@ fn whirls_have_no_sources() {
     let (mean, speed) = (sum / 20_000.0, (square / 20_000.0f64).sqrt());
     assert!(worst < 0.1 && count > 10_000, "divergence {worst}");
     assert!(mean.length() < 0.05 && (0.5..1.6).contains(&speed), "{mean} {speed}");
-    // Without a jump from cell to cell.
+    // No jump from cell to cell.
     let step =
         whirl(Vec3::new(3.0 - 1e-4, 0.3, 0.6), 9) - whirl(Vec3::new(3.0 + 1e-4, 0.3, 0.6), 9);
     assert!(step.length() < 0.01, "{step}");
@@ -187,7 +187,7 @@ fn particles_age_as_their_stops_say() {
     let keys = "rate = 1\nlifetime = 4\nvelocity = [0, 0, 0]\nradius = [1, 3, 2]\nalpha = [0.5, 0.1]\n\
         color = [[1, 0, 0], [0, 0, 1], [0, 1, 1]]\nposition = [1, 2, 3]\n";
     let mut scene = emitting(keys);
-    // The first particle is born at once.
+    // The first particle starts at once.
     for (seconds, radius, alpha, color) in [
         (0.5, 1.5, 0.45, Vec3::new(0.75, 0.0, 0.25)),
         (1.0, 2.0, 0.4, Vec3::new(0.5, 0.0, 0.5)),
@@ -201,7 +201,7 @@ fn particles_age_as_their_stops_say() {
         );
         assert_eq!(first.center, Vec3::new(1.0, 2.0, 3.0));
     }
-    // Between two steps a particle is on its way from the one to the other.
+    // Between two steps particles are interpolated.
     let mut moving = emitting("rate = 1\nlifetime = 4\nvelocity = [6, 0, 0]");
     let x = at(&mut moving, 1.5 / 60.0)[0].center.x;
     assert!((x - 0.15).abs() < 1e-5, "{x}");
@@ -220,7 +220,7 @@ fn particles_start_within_their_shape() {
             _ => p.length() <= 1.0 + 1e-6 && p.y == 0.0,
         };
         assert!(places.iter().all(inside), "{source:?}");
-        // Even: the mean square of an axis is a third, a fifth, a quarter.
+        // Uniform: the mean square of a coordinate is a third, a fifth, a quarter.
         let square = places.iter().map(|p| p.x * p.x).sum::<f32>() / 4000.0;
         let even = match source {
             Source::Box => 1.0 / 3.0,
@@ -233,7 +233,7 @@ fn particles_start_within_their_shape() {
     }
 }
 
-/// Each particle starts where the emitter is at its own time, not at its frame's or step's.
+/// Each particle starts at the emitter's position at its own time, not at its frame's or step's.
 #[test]
 fn emitters_leave_particles_along_their_path() {
     let keys = "rate = 1000\nlifetime = 10\nvelocity = [0, 0, 0]\nposition = [0, 1, 0]\nstart = -1\n\

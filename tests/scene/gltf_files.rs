@@ -101,11 +101,11 @@ fn versions_that_cannot_be_read_are_refused() {
 
 #[test]
 fn used_extensions_that_nobody_reads_are_named_once() {
-    let used = r#""extensionsUsed": ["KHR_materials_unlit", "KHR_materials_iridescence", "ACME_fur", "ACME_fur"],"#;
+    let used = r#""extensionsUsed": ["KHR_materials_unlit", "KHR_materials_sheen", "ACME_fur", "ACME_fur"],"#;
     let model = read(&document("corners.bin", used)).unwrap();
     let [note] = &model.notes[..] else { panic!("{:?}", model.notes) };
     assert_eq!(note.matches("ACME_fur").count(), 1, "{note}");
-    assert!(note.contains("KHR_materials_iridescence") && !note.contains("unlit"), "{note}");
+    assert!(note.contains("KHR_materials_sheen") && !note.contains("unlit"), "{note}");
     let required = r#""extensionsRequired": ["ACME_fur"],"#;
     assert!(read(&document("corners.bin", required)).unwrap_err().to_string().contains("ACME_fur"));
 }

@@ -41,8 +41,8 @@ fn twin(scene: &Scene, blur: u32) -> ViewMaps {
     render_maps(&scene, &[flat_view(SIZE as u32, 10.0)]).0.remove(0)
 }
 
-/// Mean over the window of a texel: two standard deviations each way, of the texels on the map for which
-/// `sees` holds.
+/// Mean over the window of a texel, two standard deviations each way, of the map's texels for which `sees`
+/// is true.
 fn gaussian(
     at: usize,
     radius: i32,
@@ -89,7 +89,7 @@ fn filters_are_a_gaussian_and_depths_the_nearest_of_the_window() {
             let around = near(y).flat_map(|y| near(x).map(move |x| y * SIZE as i32 + x));
             let nearest = around.map(|i| sharp.nearest[i as usize]).fold(1.0, f32::min);
             assert_eq!(soft.nearest[at], nearest, "{radius}, {at}");
-            // What is blurred is behind the nearest depth: no seam.
+            // The blurred filter is behind the nearest depth: no seam.
             assert!(soft.nearest[at] < 1.0 || soft.filter[at] == [1.0; 3], "{radius}, {at}");
         }
         assert_eq!(sharp.opaque, soft.opaque);
@@ -106,7 +106,7 @@ fn curves_are_a_gaussian_at_every_depth() {
             for z in [0.1, 0.29, 0.31, 0.5, 0.59, 0.61, 0.95] {
                 let own = |i| before.light_at(i, z);
                 let truth = gaussian(at, radius as i32, own, |_| true);
-                // Two roundings of a node.
+                // A node is rounded twice.
                 let error = off(after.light_at(at, z), truth);
                 assert!(error < 6e-4, "{radius}, {at} at {z}: {error}");
             }
@@ -114,7 +114,7 @@ fn curves_are_a_gaussian_at_every_depth() {
     }
 }
 
-/// A slanted gel over an upright one: one ramp, around the mean of the window's depths.
+/// A slanted gel over an upright one becomes one ramp around the mean of the window's depths.
 #[test]
 fn slopes_become_ramps_of_the_same_mean() {
     let mut scene = gels(8);
@@ -137,7 +137,7 @@ fn slopes_become_ramps_of_the_same_mean() {
     assert!(mean < 2e-3 && worst < 0.12, "{mean}, {worst}");
 }
 
-/// Behind a wall before the gel nothing is known of the gel: texels beside the wall stay as dark.
+/// A wall in front of the gel hides it, so that texels next to the wall stay as dark.
 #[test]
 fn walls_let_no_light_into_the_shadow_beside_them() {
     for nodes in [0, 4] {
@@ -159,7 +159,7 @@ fn walls_let_no_light_into_the_shadow_beside_them() {
     }
 }
 
-/// Too faint for a nearest depth, each of them, and before a ground.
+/// Each caster is too faint for a nearest depth, and in front of a ground.
 #[test]
 fn what_is_faint_stays() {
     let mut scene = gels(8);
@@ -217,7 +217,7 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     f64::from(apart) / f64::from(count)
 }
 
-/// The twin knows one map at a time: nothing of a neighbour's is in it.
+/// The twin blurs one map at a time, so that no neighbour's light can be in it.
 #[test]
 fn kernels_match_the_twin() {
     for (nodes, blur) in [(0, 4), (8, 3)] {
@@ -233,7 +233,7 @@ fn kernels_match_the_twin() {
     }
 }
 
-/// Maps that stay are blurred once.
+/// Maps that are kept are blurred once.
 #[test]
 fn maps_that_stay_stay_as_they_are() {
     let mut renderer = renderer(TIERS[0]);
@@ -273,11 +273,11 @@ fn read_level(gpu: &Gpu, maps: &Maps, level: u32) -> (UVec2, Vec<[f16; 4]>) {
     (UVec2::new(size.width, size.height), texels.collect())
 }
 
-/// Each texel of a smaller level is the mean of those of its own view, whatever lies beside it.
+/// Each texel of a mip level is the mean of the texels of its own view, whatever is next to the view.
 #[test]
 fn smaller_levels_are_means_of_one_view() {
     let mut scene = crowd(0);
-    // No power of two, and no whole number of tiles.
+    // No power of two and no whole number of tiles.
     scene.lights[1].size = Some(37);
     let views = shadow_views(&scene);
     for tier in TIERS {

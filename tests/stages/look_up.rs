@@ -63,7 +63,7 @@ fn across(scene: &Scene) -> (Vec<ReceiverPoint>, Vec<f64>, f64) {
     let points: Vec<_> =
         xs.map(|x| ReceiverPoint { position: Vec3::X * x, normal: Vec3::ZERO }).collect();
     let places = points.iter().map(|point| place(point.position)).collect();
-    // Texels with their centre under the sheet are dark.
+    // Texels with their centre under the pane are dark.
     let end = (place(Vec3::ZERO) - 0.5).ceil();
     (points, places, end)
 }

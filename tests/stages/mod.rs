@@ -10,6 +10,7 @@ mod host_shader;
 mod light_points;
 mod look_up;
 mod occlude;
+mod project;
 mod soft;
 mod soften_curves;
 mod sort;

@@ -1,5 +1,4 @@
-//! Lights that have a size: the look-up against many places of the light, against closed forms and
-//! against its twin.
+//! Area lights: the look-up against many points on the light, against closed forms and against its twin.
 use crate::common::{
     TIERS, area_truth,
     area_truth::degrees,
@@ -19,7 +18,7 @@ const GROUND: u32 = 0;
 const RED: u32 = 1;
 const GREEN: u32 = 2;
 
-/// Two triangles with a corner and two edges.
+/// Pane of a corner and two edges, as two triangles.
 fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
     let far = corner + right + up;
     [[corner, corner + right, far], [corner, far, corner + up]].map(|p| triangle(p, material))
@@ -62,7 +61,7 @@ fn crowd() -> Scene {
     scene
 }
 
-/// Over the ground, on it.
+/// Points on the ground.
 fn grid(count: usize, half: f32) -> Vec<ReceiverPoint> {
     let at = |i: usize| ((i as f32 + 0.5) / count as f32 * 2.0 - 1.0) * half;
     let point = |i| Vec3::new(at(i % count), 0.0, at(i / count));
@@ -79,7 +78,7 @@ fn spot(position: Vec3, source: impl Fn(Vec3) -> Source) -> Light {
     }
 }
 
-/// One of each kind, in different places.
+/// One source of each kind, at different positions.
 fn sources() -> Vec<(&'static str, Light)> {
     let size = Some(512);
     let point = |position, source| Light { source, size, ..light(LightKind::Point { position }) };
@@ -123,7 +122,7 @@ fn on_cpu(scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
     shares.into_iter().map(Vec3::from_array).collect()
 }
 
-/// Mean over points and channels.
+/// Mean absolute error over points and channels.
 fn mean_error(scene: &Scene, points: &[ReceiverPoint], found: &[Vec3]) -> f64 {
     let apart = |(point, found): (&ReceiverPoint, &Vec3)| {
         let truth = area_truth::share(scene, &scene.lights[0], point.position, point.normal);
@@ -135,7 +134,7 @@ fn mean_error(scene: &Scene, points: &[ReceiverPoint], found: &[Vec3]) -> f64 {
 #[test]
 fn sources_are_as_many_places_of_them() {
     let mut scene = crowd();
-    // None of these is inside a box.
+    // No point is inside a box.
     let mut points = grid(36, 1.8);
     points.retain(|p| {
         !(-1.25..-0.65).contains(&p.position.x) || !(-0.45..0.15).contains(&p.position.z)
@@ -214,14 +213,14 @@ fn kernel_equals_twin_and_itself() {
     }
 }
 
-/// Under a straight edge at height h, a square light at height H lets `x / w + 1/2` pass at a distance
-/// x of the edge's own shadow, where `w = edge h / (H - h)`.
+/// Under a straight edge at height h, a square light at height H has a transmittance of `x / w + 1/2` at a
+/// distance x from the edge's shadow, where `w = edge h / (H - h)`.
 #[test]
 fn penumbrae_widen_with_the_distance() {
     let mut widths = Vec::new();
     for height in [0.2_f32, 0.4, 0.8, 1.6] {
         let mut scene = ground();
-        // Its edge is in the middle of no block.
+        // The edge is in the middle of no block.
         let edge = 0.0137;
         let corner = Vec3::new(edge - 3.0, height, -3.0);
         scene.triangles.extend(sheet(corner, Vec3::X * 3.0, Vec3::Z * 6.0, GROUND));
@@ -246,7 +245,7 @@ fn penumbrae_widen_with_the_distance() {
             assert!(i == 0 || share.x >= found[i - 1].x - 2e-3, "{height}: no step back at {i}");
         }
         assert!(error < 0.02, "{height}: {error}");
-        // From a tenth of the light to nine.
+        // From 10% to 90% of the light.
         let first = |least: f32| found.iter().position(|share| share.x >= least).unwrap();
         widths.push((at(first(0.9)) - at(first(0.1))) / (0.8 * expected));
     }
@@ -255,8 +254,8 @@ fn penumbrae_widen_with_the_distance() {
     }
 }
 
-/// A pane's shadow crosses from one face of a cube to the next: both see the pane from the side, and each
-/// its own way, which may show by 1/25.
+/// A pane's shadow crosses from one face of a cube to the next. Each face sees the pane from the side at
+/// its own angle, which may show as a step of 1/25.
 #[test]
 fn faces_of_a_cube_share_their_penumbrae() {
     let mut scene = ground();
@@ -265,7 +264,7 @@ fn faces_of_a_cube_share_their_penumbrae() {
     let kind = LightKind::Point { position: Vec3::new(0.0, 2.0, 0.0) };
     let source = Some(Source::Sphere { radius: 0.4 });
     scene.lights = vec![Light { source, size: Some(256), ..light(kind) }];
-    // Past 2 m the ground is in the face beside.
+    // Past 2 m the ground is in the next face.
     let at = |i: usize| Vec3::new(1.0 + i as f32 * 0.01, 0.0, 0.3);
     let points: Vec<_> =
         (0..180).map(|i| ReceiverPoint { position: at(i), normal: Vec3::Y }).collect();

@@ -1,4 +1,4 @@
-// blur, columns: the maps, with the filter blurred and the nearest depth that of the window. CPU twin:
+// blur, columns: the filter map, blurred, and the nearest depth of the window. CPU twin:
 // src/reference/blur.rs. Host: src/stage/blur.rs.
 
 import package::bind::sampled::{near_around, rows};

@@ -1,4 +1,4 @@
-// Of a column's window: the means of its rows' windows.
+// Children of a column's window: the means of its rows' windows.
 
 import package::bind::sampled::{row_curves, rows};
 import package::bind::stored::curves;

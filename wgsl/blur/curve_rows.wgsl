@@ -1,4 +1,4 @@
-// Of a row's window: its texels' curves.
+// Children of a row's window: the curves of its texels.
 
 import package::bind::sampled::{curves, rows};
 import package::bind::stored::row_curves;

@@ -1,5 +1,5 @@
-// blur, curves: the mean of a row's window, then of a column's. CPU twin: src/reference/blur.rs. Host:
-// src/stage/blur.rs.
+// blur, curves: the mean curve of a row's window, then of a column's. CPU twin: src/reference/blur.rs.
+// Host: src/stage/blur.rs.
 
 import choice::below::{open_child, store_nodes, window_texels};
 import package::bind::sampled::near_around;
@@ -17,7 +17,7 @@ fn blur_curves(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = vec2<i32>(view.origin) + texel;
     let near = textureLoad(near_around, at, view.layer, 0).b;
-    // Where nothing is translucent there is nothing to ask.
+    // Windows without translucent casters have no children.
     let children = select(window_texels(view, texel), 0u, near >= 1.0);
     let ramps = select(NODES, 0u, near >= 1.0);
     open_child(view, texel, near);

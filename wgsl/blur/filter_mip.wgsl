@@ -1,5 +1,5 @@
-// filter mip: a smaller level of the filter map, each texel the mean of those of its view that it stands
-// for. Host: src/shadows/filter_mips.rs.
+// filter mip: a smaller level of the filter map, each texel the mean of the texels of its view that it
+// covers. Host: src/shadows/filter_mips.rs.
 
 import package::bind::sampled::filters;
 import package::bind::stored::filter_mip;
@@ -9,7 +9,7 @@ import package::bind::uniform::{blur_params, views};
 fn make_filter_mip(@builtin(global_invocation_id) id: vec3<u32>) {
     let view = views[id.z];
     let size = vec2<u32>(view.size);
-    let edge = 1u << (blur_params.level - 1u); // of a texel below [texels of the map]
+    let edge = 1u << (blur_params.level - 1u); // edge of a texel of the level before [texels of the map]
     if any(id.xy * 2u * edge >= size) {
         return;
     }

@@ -1,4 +1,4 @@
-// blur, rows: of each row's window the sum of the filter, and its weight. CPU twin:
+// blur, rows: the sum of the filter over each row's window, and its weight. CPU twin:
 // src/reference/blur.rs. Host: src/stage/blur.rs.
 
 import package::bind::sampled::{filters, near_around};

@@ -3,9 +3,9 @@
 import package::bind::uniform::blur_params;
 
 struct BlurParams {
-    radius: i32,  // of the window [texels]
-    scale: f32,   // of a squared offset, for the exponent
-    level: u32,   // of the filter map that is made from the one before
+    radius: i32,  // radius of the window [texels]
+    scale: f32,   // factor of a squared offset in the exponent
+    level: u32,   // mip level of the filter map that is made, from the one before
     pad_0: u32,
 }
 

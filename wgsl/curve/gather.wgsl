@@ -33,7 +33,7 @@ var<private> open_added: Light4; // added by `over`
 // Scale of the affine transfer of all hits, for light from behind a segment.
 var<private> scale: Light4;
 
-// Slabs per segment: a slab's pairs are within the reciprocal of this share of their segment's depth range.
+// Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
 fn slab_count() -> u32 {
     return NODES + NODES / 2u;
 }

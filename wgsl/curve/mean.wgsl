@@ -66,7 +66,7 @@ fn find_parts(children: u32, ramps: u32, parts: u32) {
     part_cuts = longest_gaps(mask, parts - 1u);
 }
 
-// Bins behind the `most` longest gaps, the first of equal ones.
+// Mask of the bins behind the `most` longest gaps; of equal gaps, the first.
 fn longest_gaps(mask: u32, most: u32) -> u32 {
     var near = 0u; // behind a bin, by so much or less
     var cuts = mask & (mask - 1u); // behind gaps as long, or longer
@@ -84,7 +84,7 @@ fn longest_gaps(mask: u32, most: u32) -> u32 {
     return longer;
 }
 
-// As a node keeps it.
+// Packed as a node.
 fn stored_share(light: vec3<f32>) -> vec3<u32> {
     if HAS_GAIN {
         let octave = (log2(max(light, vec3(1e-9))) - DARKEST_LOG) / OCTAVES;

@@ -22,8 +22,8 @@ struct LevelParams {
     pad_1: u32,
 }
 
-// Block from which a block takes its values: beyond the edge of a cube's face one of the neighbour, else
-// the nearest. Its depths become this face's by `shift`: times x, plus y, in fixed point.
+// Source of a block's values: beyond the edge of a cube's face a block of the neighbour, else the nearest
+// block. Its depths become this face's by `shift`: times x, plus y, in fixed point.
 struct BlockOwner {
     leveled: u32,
     at: vec2<i32>,

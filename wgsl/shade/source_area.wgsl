@@ -1,5 +1,5 @@
-// Lights that have a size: from the widest spots to the sharpest, from the light on. CPU twin:
-// src/reference/shading/soft.rs.
+// Transmittance from an area light to a point, from the widest spots to the sharpest, from the light on.
+// CPU twin: src/reference/shading/soft.rs.
 
 import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::uniform::picture_params;
@@ -17,7 +17,7 @@ import package::shade::spot::{
     NEVER, SHARP, WIDEST, depth_of_spot, next_taker, set_spot, spot_at, tell_level, told,
 };
 
-// Light before a level on which what it tells is relied on in full is 1 by this.
+// Weight of a level's result per light before the level, up to a weight of 1.
 const EVIDENCE: f32 = 300.0;
 // Least light to divide by.
 const LEAST: f32 = 1e-4;
@@ -35,7 +35,7 @@ fn level_of(texels: f32, last: u32) -> u32 {
     return select(min(enough, last), 0u, texels <= SHARP);
 }
 
-// What of a texel lets light through to light depth z and no farther.
+// Light of a texel at light depth z.
 fn light_before(view: GpuView, texel: vec2<f32>, z: f32) -> vec3<f32> {
     let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
     let depths = textureLoad(opaques, at, view.layer, 0).rgb;
@@ -62,11 +62,11 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
     let leveled = area.first_leveled + index - light.first_view;
     let last = leveled_view(leveled).y;
     set_spot(view, light, area, point, normal, bias);
-    // No constant ends the loops: compilers would write them out.
+    // Loop counts are not constant, so that compilers do not unroll.
     let four = select(0u, 4u, last > 0u);
     var passed = vec3(1.0);
     var sum = vec3(0.0);
-    var around = vec3(1.0); // what comes through to the receiver, where a level tells nothing
+    var around = vec3(1.0); // light that reaches the receiver where a level has no light before it
     var since = -1.0;
     var number = last;
     var was_finest = false;
@@ -96,7 +96,7 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         since = to;
         number -= 1u;
     }
-    // What is next to the receiver, on the map.
+    // Occluders close to the receiver, from the map itself.
     let is_near = next_taker(level_map(view, leveled, 1u), four, since, 0.5) != NEVER;
     let split = (since - 1.5) / DEPTHS;
     let count = select(0u, 9u, is_near);
@@ -119,7 +119,7 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
 }
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
-    // Levels tell nothing of what is one caster's and not another's.
+    // Levels hold all casters: receivers that only some casters tint read the map.
     let takes_all = receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST;
     if has_area(light) && takes_all {
         return receive_area(light, index, view, at, point, normal, bias);

@@ -1,4 +1,4 @@
-// What a light that has a size covers of a shadow map, seen from a point through a place on the way: a
+// The part of a shadow map that an area light covers, seen from a point through an occluder's depth: a
 // spot. CPU twin: src/reference/shading/soft.rs, `Spot`.
 
 import package::curve::node::{DEPTHS, node_length, node_light, node_start};
@@ -6,34 +6,35 @@ import package::records::area::{AREA_FLAT, AREA_SUN, GpuArea, LevelMap, block_no
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
 
-// Radius of the widest spot that a level filters [blocks].
+// Radius of the widest spot that a level filters [blocks]: its window is four blocks wide.
 const WIDEST: f32 = 2.4494898;
 // Radius up to which a spot reads the map itself instead of a level [texels].
 const SHARP: f32 = 1.5;
-// Levels go by a rectangle's shorter edge, or by the longer one divided by this.
+// Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
+// divided by this does.
 const LONGEST: f32 = 2.33;
-// Drops below this are none.
+// Smallest change of light that counts as an occluder.
 const NOTHING: f32 = 1e-3;
 const NEVER: f32 = 1e30;
 // Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON_PLANE: f32 = 0.02;
 
-// The view that the point is looked up in. Depths are in fixed point.
+// The view of the look-up. Depths are in fixed point.
 var<private> spot_view: GpuView;
 var<private> spot_place: vec2<f32>;    // [texels]
 var<private> spot_distance: f32;       // [m]
 var<private> spot_depth: f32;
 var<private> spot_bias: f32;
 var<private> spot_radius: f32;         // [texels], times a distance [m] in a perspective view
-var<private> spot_shape: vec2<f32>;    // along x and y, of the radius
-// Depth of the receiver's plane along the ray through a texel: `1 / d` of a perspective view, `d` of a
+var<private> spot_shape: vec2<f32>;    // half-widths along x and y, relative to the radius
+// Depth of the receiver's plane along the ray through a texel: `1 / d` in a perspective view, `d` in a
 // parallel one, is linear in the texel.
 var<private> plane_middle: f32;
 var<private> plane_by_texel: vec2<f32>;
 
-// What a level tells, weighted by light.
+// Light of a level's blocks, averaged over the window.
 struct Told {
-    before: vec3<f32>, // light before what it filters
+    before: vec3<f32>, // light before the level's depths
     taken: vec3<f32>,
     behind: vec3<f32>,
     end: vec3<f32>,    // light at the receiver
@@ -46,17 +47,17 @@ fn fixed_of(distance: f32) -> f32 {
     return (distance - spot_view.near) / (spot_view.far - spot_view.near) * DEPTHS;
 }
 
-// Half-widths of the light as the point sees it, along x and y of the view: in metres where rays leave the
-// light, as slopes where they are parallel.
+// Half-widths of the light seen from the point, along x and y of the view: in metres in a perspective view,
+// as slopes in a parallel one.
 fn half_widths(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point: vec3<f32>) -> vec2<f32> {
     let perspective = view.perspective > 0.0;
     let aside = select(vec2(0.0), p.xy / max(-p.z, 1e-6), perspective);
     let right = (view.view_from_world * vec4(area.right, 0.0)).xyz;
     let up = (view.view_from_world * vec4(area.up, 0.0)).xyz;
-    // Along the ray to the point, into the plane of the view.
+    // Projected along the ray to the point into the plane of the view.
     let x = right.xy + aside * right.z;
     let y = up.xy + aside * up.z;
-    // What is not flat faces the point.
+    // Spheres face the point.
     let facing = sqrt(vec2(1.0) + aside * aside) * area.right.x;
     let half = select(facing, sqrt(x * x + y * y), area.kind == AREA_FLAT);
     let is_sun = area.kind == AREA_SUN;
@@ -78,7 +79,7 @@ fn set_plane_depth(view: GpuView, p: vec3<f32>, normal: vec3<f32>) {
     plane_by_texel = select(by_slope / divisor, vec2(0.0), is_none);
 }
 
-// `normal`: of the surface, on the light's side; zero of what is none.
+// `normal`: of the surface, on the light's side; zero where there is no surface.
 fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, normal: vec3<f32>, bias: f32) {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let perspective = view.perspective > 0.0;
@@ -102,14 +103,14 @@ fn spot_at(depth: f32) -> f32 {
     return spot_radius * select(spot_distance - distance, by_distance, spot_view.perspective > 0.0);
 }
 
-// Where a spot has a radius of `texels`.
+// Depth at which a spot has a radius of `texels`.
 fn depth_of_spot(texels: f32) -> f32 {
     let part = texels / max(spot_radius, 1e-9);
     let distance = 1.0 / (1.0 / spot_distance + part);
     return fixed_of(select(spot_distance - part, distance, spot_view.perspective > 0.0));
 }
 
-// Where the receiver begins along the ray through `texel`, or somewhere within `around` texels.
+// Depth of the receiver along the ray through `texel`, the least within `around` texels.
 fn receiver_end(texel: vec2<f32>, around: f32) -> f32 {
     let slack = (abs(plane_by_texel.x) + abs(plane_by_texel.y)) * around;
     let linear = plane_middle + dot(plane_by_texel, texel - spot_view.size * 0.5);
@@ -118,19 +119,19 @@ fn receiver_end(texel: vec2<f32>, around: f32) -> f32 {
     return min(fixed_of(distance), spot_depth) - spot_bias;
 }
 
-// Width along x and y that filters a spot on blocks of an edge [blocks].
+// Window that filters a spot on blocks of an edge, along x and y [blocks].
 fn filter_width(texels: f32, edge: f32) -> vec2<f32> {
     let radius = spot_shape * (texels / edge);
     return sqrt(max(3.0 * radius * radius - 2.0, vec2(0.25)));
 }
 
-// How much of a window of `width` blocks, by its area, lies over the block `off` its middle.
+// Share of a window of `width` blocks that covers the block `off` its centre, by area.
 fn window_cover(off: vec2<f32>, width: vec2<f32>) -> f32 {
     let over = min(max(0.5 * (width + 1.0) - abs(off), vec2(0.0)), min(width, vec2(1.0)));
     return over.x / width.x * (over.y / width.y);
 }
 
-// What is left of light on the way through a block, and the first depth found so far.
+// Light behind the nodes of a block so far, and the first depth found so far.
 var<private> seek_left: vec3<f32>;
 var<private> seek_next: f32;
 
@@ -151,8 +152,8 @@ fn pairs_before(first: vec4<u32>, end: f32) -> u32 {
     return select(1u, 2u, start > 0.0 && start < end);
 }
 
-// The first depth from `since` on at which something takes light around the point, seen on a level of
-// which `blocks` are asked, four; NEVER for none.
+// First depth from `since` on at which `blocks` (0 or 4) of a level around the point remove light; NEVER
+// for none.
 fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
     let corner = vec2<i32>(floor(spot_place / map.edge - 0.5));
     seek_next = NEVER;
@@ -172,7 +173,7 @@ fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
     return seek_next;
 }
 
-// Light of a block behind the nodes so far, and at three depths.
+// Light of a block behind the nodes so far, and its light at three depths.
 var<private> tell_left: vec3<f32>;
 var<private> tell_passed: mat3x3<f32>;
 
@@ -189,7 +190,7 @@ fn tell_node(node: vec2<u32>, off: vec2<f32>, edge: f32, width: vec2<f32>, bound
     told.taken += drop * ((shares.y - shares.x) * own);
 }
 
-// What a level tells of depths `since` to `to`, the widest spot among which is `texels`.
+// Evaluates the depths `since` to `to` on a level; `texels` is the radius of their widest spot.
 fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
     let middle = spot_place / map.edge - 0.5;
     let width = filter_width(texels, map.edge);

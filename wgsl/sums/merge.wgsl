@@ -4,7 +4,7 @@ import package::features::HAS_GAIN;
 import package::sums::sums::SATURATED;
 import choice::sums::{add_to_sums, load_sums};
 
-// Bit-identical in every order: saturated sums are black whatever is added.
+// Bit-identical in every order: a saturated sum is black whatever is added.
 fn merge(texel: u32, tau: vec3<u32>) {
     let sums = load_sums(texel);
     if HAS_GAIN {

@@ -1,4 +1,4 @@
-//! `gobo bench --stage mask`: shadows through masks, beside PCF of 5 x 5 in shading.
+//! `gobo bench --stage mask`: shadows through masks, compared with PCF of 5 x 5 in shading.
 use super::{arguments::BenchArguments, measure::Times};
 use crate::cli::{failure::Failure, files};
 use gobo::{
@@ -13,10 +13,10 @@ use serde::Serialize;
 const SIZES: [UVec2; 2] = [UVec2::new(1280, 720), UVec2::new(1920, 1080)];
 const LIGHTS: [u32; 4] = [1, 4, 16, 64];
 const TAPS: u32 = 11;
-/// Half the ground's edge [m].
+/// Half the edge of the ground [m].
 const HALF: f32 = 8.0;
 
-/// A picture's milliseconds beyond those of the same picture whose lights cast nothing.
+/// Time of the shadows in a picture [ms]: less the same picture whose lights have no shadow.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Row {
     width: u32,
@@ -33,7 +33,7 @@ struct Row {
     masks: u64,
 }
 
-/// Results on stdout, and as JSON where asked.
+/// Prints the results, and writes them as JSON with `--json`.
 pub(super) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     let mut renderer = Renderer::new(arguments.backend.into(), arguments.adapter.as_deref())?;
     files::print(&format!("{}, ms of shadows in the picture", renderer.device()))?;
@@ -64,7 +64,7 @@ fn line(row: &Row) -> String {
     format!("{size:>10}{lights:>9} {times} {full:>9.2} {half:>9.2} {masks:>9}")
 }
 
-/// Taken in turns.
+/// Median over `runs`; the variants are rendered in turns.
 fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Result<Row, Failure> {
     let masks = |half| Some(MaskSettings { half, taps: TAPS, ..MaskSettings::default() });
     let pcf = ShadowFilter::Pcf { taps: 5 };
@@ -81,7 +81,7 @@ fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Resu
             let frame = renderer.render(scene, &RenderOptions::default())?;
             let picture = frame.stages.iter().find(|(name, _)| *name == "picture");
             used = used.max(frame.counters.masks);
-            // The first makes the kernels.
+            // The first frame creates the kernels.
             if run > 0 {
                 times.push(picture.map_or(0.0, |(_, ms)| *ms));
             }
@@ -100,7 +100,7 @@ fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Resu
     })
 }
 
-/// Columns on a ground, under lamps in a square: up to four reach all of it, more of them a part each.
+/// Columns on a ground, under a square grid of lamps: up to four reach all of it, more of them a part each.
 fn scene(
     size: UVec2,
     lights: u32,
@@ -133,7 +133,7 @@ fn scene(
     }
     let side = f64::from(lights).sqrt().ceil() as u32;
     let spacing = 2.0 * HALF / side as f32;
-    // Four that are next to each other overlap.
+    // Neighbouring lamps overlap.
     let far = if side <= 2 { 4.0 * HALF } else { spacing * 1.5 + 1.0 };
     let lamp = |i: u32| {
         let at = (Vec2::new((i % side) as f32, (i / side) as f32) + 0.5) * spacing - HALF;
@@ -155,7 +155,7 @@ fn scene(
     scene
 }
 
-/// A corner and two edges.
+/// Pane of a corner and two edges.
 fn sheet([corner, right, up]: [Vec3; 3]) -> [Triangle; 2] {
     let (far, normal) = (corner + right + up, right.cross(up).normalize());
     let half = |positions| Triangle {

@@ -7,8 +7,8 @@ use crate::{
 };
 use glam::UVec2;
 
-/// Masks below each other: their first three channels as red, green and blue, and beside these the fourth.
-/// Channels without a light are black. Blocks.
+/// Image of the masks, one below the other: their first three channels as red, green and blue, and next to
+/// them the fourth. Channels without a light are black. Blocks.
 pub(crate) fn masks(
     gpu: &Gpu,
     prepared: &PreparedPicture,

@@ -4,22 +4,22 @@ use super::{DEPTHS, packed, unpack};
 use crate::records::PackedNode;
 use glam::Vec3;
 
-/// Parts of the depths that are told apart.
+/// Bins of depth in which the gaps are searched.
 pub const BINS: u32 = 32;
 
-/// A stretch of depth over which light falls, evenly.
+/// Depth range over which the light falls linearly.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::reference) struct Ramp {
-    /// In fixed point, from 1 on.
+    /// [fixed point], at least 1
     pub start: u32,
-    /// In fixed point.
+    /// [fixed point]
     pub length: f32,
-    /// Of the mean.
+    /// Drop of the mean's light.
     pub drop: Vec3,
 }
 
 impl Ramp {
-    /// Twice its middle.
+    /// Twice the middle of its range.
     fn middle(&self) -> u32 {
         2 * self.start + self.length.round_ties_even() as u32
     }
@@ -29,7 +29,7 @@ impl Ramp {
     }
 }
 
-/// A curve that is `share` of a mean, and the light that it leaves of 1.
+/// Adds the ramps of a curve whose weight in the mean is `share`. Returns the light behind the curve.
 pub(in crate::reference) fn add_nodes(
     nodes: &[PackedNode],
     share: f32,
@@ -47,14 +47,14 @@ pub(in crate::reference) fn add_nodes(
     left
 }
 
-/// The mean of curves of which `ramps` are all.
+/// Writes the nodes of a mean curve with the given ramps.
 pub(in crate::reference) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], gain: bool) {
     let counted = || ramps.iter().filter(|ramp| ramp.weight() > 0.0);
     let low = counted().map(Ramp::middle).min().unwrap_or(0);
     let high = counted().map(Ramp::middle).max().unwrap_or(0);
     let bin = |ramp: &Ramp| (ramp.middle() - low) * BINS / (high - low + 1);
     let cuts = cuts(counted().fold(0, |mask, ramp| mask | 1 << bin(ramp)), nodes.len() - 1);
-    // The part that a ramp is in.
+    // Index of the part that holds a ramp.
     let part = |ramp: &Ramp| (cuts & (2u32 << bin(ramp)).wrapping_sub(1)).count_ones() as usize;
     let mut light = Vec3::ONE;
     for (number, node) in nodes.iter_mut().enumerate() {
@@ -84,7 +84,7 @@ pub(in crate::reference) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], gain
     }
 }
 
-/// Bins from which on another part begins: behind the `most` longest gaps, the first of equal ones.
+/// Mask of the bins at which a new part begins: behind the `most` longest gaps; of equal gaps, the first.
 fn cuts(mask: u32, most: usize) -> u32 {
     let bins: Vec<u32> = (0..BINS).filter(|bin| mask >> bin & 1 == 1).collect();
     let mut gaps: Vec<_> = bins.windows(2).map(|pair| (pair[1] - pair[0], pair[1])).collect();

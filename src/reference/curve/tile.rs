@@ -30,8 +30,8 @@ pub const fn max_exact_hits(nodes: u32) -> u32 {
     2 * nodes
 }
 
-/// Slabs per segment: a slab's pairs are within the reciprocal of this share of their segment's depth
-/// range. `nodes`: K.
+/// Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
+/// `nodes`: K.
 pub const fn slab_count(nodes: u32) -> u32 {
     nodes + nodes / 2
 }

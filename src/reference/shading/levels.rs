@@ -14,7 +14,7 @@ use crate::{
 };
 use glam::{IVec2, UVec2, Vec2, Vec3};
 
-/// Of a block or texel, in the block above.
+/// Share of a block or texel in the block above.
 const SHARE: f32 = 0.25;
 
 /// Light as a function of depth, nearest node first.
@@ -118,8 +118,8 @@ fn gain(maps: &[ViewMaps]) -> bool {
     maps.iter().any(|map| map.curve.as_ref().is_some_and(|curve| curve.gain))
 }
 
-/// The leveled view and block that a block takes its values from: beyond the edge of a cube's face a block
-/// of the neighbour, else the nearest. And the map from its depths to this face's.
+/// Source of a block's values: leveled view, block, and map from its depths to this face's. Beyond the edge
+/// of a cube's face it is a block of the neighbour, else the nearest block.
 fn owner(
     records: &LightRecords,
     leveled: usize,

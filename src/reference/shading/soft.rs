@@ -1,15 +1,16 @@
-//! Twin of `wgsl/shade/source_area.wgsl` and `spot.wgsl`: what of a light that has a size reaches a point.
+//! Twin of `wgsl/shade/source_area.wgsl` and `spot.wgsl`: transmittance from an area light to a point.
 //!
-//! An occluder at distance d from the light hides, of a receiver at distance r, what the light's image
-//! through the receiver covers there: in the map, a spot that is as wide as the light is, times
-//! `scale (1/d - 1/r)`. Each node of a block is filtered by the spot of its own depth, so that all that
-//! is in between gets the penumbra of its distance, in colour. Spots from one power of two of texels to
-//! the next are filtered on one level, where they are up to four blocks wide.
+//! An occluder at distance d from the light hides, from a receiver at distance r, the part of the light
+//! whose image through the receiver it covers. In the map that image is a spot with the light's outline,
+//! scaled by `scale (1/d - 1/r)`. Each node of a block is filtered over the spot of its own depth, so that
+//! every occluder on the way has the penumbra of its distance, in colour. Spots from one power of two of
+//! texels to the next are filtered on one level, over windows up to four blocks wide.
 //!
-//! Levels are asked from the widest spots to the sharpest, from the light on. Of each, light behind it
-//! is a share of light before it, so that one occluder behind another takes what the other left. What
-//! no ray from the light's middle reaches shows nothing of what is behind; there the share is that
-//! which the level before saw around it.
+//! Levels are evaluated from the widest spots to the sharpest, from the light on. Each gives the light
+//! behind its depths as a share of the light before them, and the shares are multiplied: an occluder behind
+//! another removes only what the first left. Blocks that no ray from the light's centre reaches hold
+//! nothing about the occluders behind; there, the share is the one that the level before measured around
+//! it.
 use super::{
     Lighting, Receiver,
     levels::{Block, Level},
@@ -21,25 +22,26 @@ use crate::{
 };
 use glam::{IVec2, Vec2, Vec3};
 
-/// Diameter of the widest spot that a level filters [blocks], of equal variance: four blocks, each
-/// itself a mean.
+/// Radius of the widest spot that a level filters [blocks]: its window, of equal variance, is four blocks
+/// wide.
 pub const WIDEST: f32 = 2.449_489_8;
 /// Radius up to which a spot reads the map itself instead of a level [texels].
 pub const SHARP: f32 = 1.5;
-/// A rectangle's longer edge counts as this times the shorter, at least: levels go by the shorter.
+/// Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
+/// divided by this does.
 pub const LONGEST: f32 = 2.33;
-/// Light before a level, on which what it tells is relied on in full, is 1 by this.
+/// Weight of a level's result per light before the level, up to a weight of 1.
 pub const EVIDENCE: f32 = 300.0;
 /// Least light to divide by.
 pub const LEAST: f32 = 1e-4;
-/// Drops below this are none.
+/// Smallest change of light that counts as an occluder.
 pub const NOTHING: f32 = 1e-3;
 
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
 
-/// The depth of the receiver's plane along the ray through a texel: `1 / d` of a perspective view, `d` of
-/// a parallel one, is linear in the texel.
+/// Depth of the receiver's plane along the ray through a texel: `1 / d` in a perspective view, `d` in a
+/// parallel one, is linear in the texel.
 #[derive(Clone, Copy, Debug)]
 struct PlaneDepth {
     middle: f32,
@@ -52,24 +54,25 @@ struct Spot<'a> {
     perspective: bool,
     /// Map position of the point [texels].
     place: Vec2,
-    /// [m]
+    /// Along the view's axis [m].
     distance: f32,
-    /// In fixed point.
+    /// [fixed point]
     depth: f32,
     plane: PlaneDepth,
     /// [fixed point]
     bias: f32,
-    /// Texels of a spot's radius, times a distance [m] in a perspective view.
+    /// Radius of a spot [texels], times a distance [m] in a perspective view.
     radius: f32,
     /// Half-widths of the spot along x and y, relative to `radius`.
     shape: Vec2,
     gain: bool,
 }
 
-/// What a level tells, light-weighted.
+/// Light of a level's blocks, averaged over the window.
 #[derive(Default)]
 struct Told {
-    /// Light before what the level filters, taken by it, left by it, and left at the receiver.
+    /// Light before the level's depths, light that they remove, light behind them, and light at the
+    /// receiver.
     before: Vec3,
     taken: Vec3,
     behind: Vec3,
@@ -129,7 +132,7 @@ impl<'a> Spot<'a> {
         }
     }
 
-    /// Depth in fixed point where a spot has a radius of `spot` texels.
+    /// Depth [fixed point] at which a spot has a radius of `spot` texels.
     fn depth_of(&self, spot: f32) -> f32 {
         let radius = self.radius.max(1e-9);
         let distance = if self.perspective {
@@ -140,8 +143,7 @@ impl<'a> Spot<'a> {
         self.fixed(distance)
     }
 
-    /// Where the receiver begins along the ray through `texel`, or somewhere within `around` texels: in
-    /// fixed point.
+    /// Depth [fixed point] of the receiver along the ray through `texel`, the least within `around` texels.
     fn end(&self, texel: Vec2, around: f32) -> f32 {
         let PlaneDepth { middle, by_texel } = self.plane;
         let slack = by_texel.abs().element_sum() * around;
@@ -151,13 +153,13 @@ impl<'a> Spot<'a> {
         self.fixed(distance).min(self.depth) - self.bias
     }
 
-    /// Width along x and y that filters a spot on blocks of an edge [blocks].
+    /// Window that filters a spot on blocks of an edge, along x and y [blocks].
     fn width(&self, spot: f32, edge: f32) -> Vec2 {
         let radius = self.shape * (spot / edge);
         (3.0 * radius * radius - 2.0).max(Vec2::splat(0.25)).map(f32::sqrt)
     }
 
-    /// The first depth from `from` on at which something takes light around the point, seen on a level.
+    /// First depth [fixed point] from `from` on at which blocks of a level around the point remove light.
     fn next(&self, level: &Level, edge: f32, from: f32, around: f32) -> Option<f32> {
         let corner = (self.place / edge - 0.5).floor().as_ivec2();
         let mut next = f32::INFINITY;
@@ -178,7 +180,7 @@ impl<'a> Spot<'a> {
         (next < f32::INFINITY).then_some(next)
     }
 
-    /// What a level tells of depths `from` to `to`, the widest spot among which is `spot`.
+    /// Evaluates the depths `from` to `to` on a level; `spot` is the radius of their widest spot [texels].
     fn tell(&self, level: &Level, edge: f32, spot: f32, from: f32, to: f32) -> Told {
         let middle = self.place / edge - 0.5;
         let width = self.width(spot, edge);
@@ -228,32 +230,32 @@ impl<'a> Spot<'a> {
     }
 }
 
-/// How much of a window of `width` blocks, by its area, lies over the block `off` its middle.
+/// Share of a window of `width` blocks that covers the block `off` its centre, by area.
 fn cover(off: Vec2, width: Vec2) -> f32 {
     let over = (0.5 * (width + 1.0) - off.abs()).max(Vec2::ZERO).min(width.min(Vec2::ONE));
     (over / width).element_product()
 }
 
-/// How far what a level told is relied on, per channel.
+/// Weight of a level's result, per channel.
 fn evidence(before: Vec3) -> Vec3 {
     (before * EVIDENCE).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// Half-widths of the light as the point sees it, along x and y of a view: in metres where rays leave the
-/// light, as slopes where they are parallel.
+/// Half-widths of the light seen from the point, along x and y of a view: in metres in a perspective view,
+/// as slopes in a parallel one.
 fn half_widths(view: &GpuView, light: &GpuLight, area: &GpuArea, p: Vec3, point: Vec3) -> Vec2 {
     let perspective = view.perspective > 0.0;
     let aside = if perspective { Vec2::new(p.x, p.y) / (-p.z).max(1e-6) } else { Vec2::ZERO };
     let half = if area.kind == AREA_FLAT {
         let axis = |axis: Vec3| {
             let axis = view.view_from_world.transform_vector3(axis);
-            // Along the ray to the point, into the plane of the view.
+            // Projected along the ray to the point into the plane of the view.
             Vec2::new(axis.x, axis.y) + aside * axis.z
         };
         let (right, up) = (axis(area.right), axis(area.up));
         (right * right + up * up).map(f32::sqrt)
     } else {
-        // It faces the point.
+        // Spheres face the point.
         (Vec2::ONE + aside * aside).map(f32::sqrt) * area.right.x
     };
     match (area.kind == AREA_SUN, perspective) {
@@ -265,7 +267,7 @@ fn half_widths(view: &GpuView, light: &GpuLight, area: &GpuArea, p: Vec3, point:
 
 fn plane_depth(view: &GpuView, p: Vec3, normal: Vec3, perspective: bool) -> PlaneDepth {
     let by_slope = Vec2::new(normal.x, -normal.y) / view.scale;
-    // Slope of the plane through `p`; zero where it is edge-on or there is no surface.
+    // Slope of the plane through `p`; zero where the plane is edge-on or there is no surface.
     let (meets, length) = if perspective { (normal.dot(p), p.length()) } else { (normal.z, 1.0) };
     if meets.abs() < EDGE_ON * length || normal == Vec3::ZERO {
         let distance = if perspective { 1.0 / (-p.z).max(1e-6) } else { -p.z };
@@ -279,7 +281,7 @@ fn plane_depth(view: &GpuView, p: Vec3, normal: Vec3, perspective: bool) -> Plan
 }
 
 impl Lighting<'_> {
-    /// As [`Self::receive`], of a light that has a size. `point`: lifted off the surface.
+    /// [`Self::receive`] for an area light. `point`: lifted off the surface.
     pub(super) fn receive_area(
         &self,
         index: usize,
@@ -303,13 +305,13 @@ impl Lighting<'_> {
         let spot = Spot::new(view, light, area, surface, bias, gain);
         let level = |level| (self.levels.level(leveled, level), (1 << level) as f32);
         let last = level_count(view.size.as_uvec2());
-        // Finest level whose blocks are large enough.
+        // Finest level whose blocks are large enough; 0 for the map.
         let level_of = |radius: f32| {
             let filters = |level: &u32| radius <= WIDEST * (1 << level) as f32;
             if radius <= SHARP { 0 } else { (1..last).find(filters).unwrap_or(last) }
         };
         let (mut light, mut sum) = (Vec3::ONE, Vec3::ZERO);
-        // What comes through to the receiver, where a level tells nothing.
+        // Light that reaches the receiver where a level has no light before it.
         let mut around = Vec3::ONE;
         let (mut from, mut number) = (-1.0, last);
         let mut was_finest = false;
@@ -342,14 +344,14 @@ impl Lighting<'_> {
         if spot.next(map, edge, from, 0.5).is_none() {
             return sum + light;
         }
-        // What is next to the receiver, on the map.
+        // Occluders close to the receiver, from the map itself.
         let plane = Plane::new(view, surface);
         let (mut before, mut behind) = (Vec3::ZERO, Vec3::ZERO);
         for i in 0..9 {
             let (texel, weight) = sharp.tap(i);
             behind +=
                 weight * self.receive_texel(index, texel, sharp.z, plane, bias / range, receiver);
-            // Where no level was asked so far, all light is before it.
+            // Unless the finest level was evaluated last, all light is before the map's part.
             let split = (from - 1.5) / DEPTHS;
             let own = if was_finest { self.light_before(index, texel, split) } else { Vec3::ONE };
             before += weight * own;

@@ -1,19 +1,16 @@
 //! Bindings of the kernels that read a list of blocking or of filtering casters.
 use crate::{
     error::Error,
-    gpu::{Resources, Timeline},
+    gpu::Timeline,
     shadows::{
         context::{ChunkBuffers, Chunks, Context},
-        kernels::{Kernels, Variant},
+        frame::{self, Conditions, Groups, Part, Readers, Role, Step, Work},
+        kernels::Kernels,
         list::List,
         maps::Maps,
         scratch::Scratch,
     },
-    stage::{
-        accumulate::TINY_GROUPS,
-        bin::{Dispatch, tile_grid},
-        hits::Features,
-    },
+    stage::{formula::Number, hits::Features},
 };
 use wgpu::{BindGroup, Buffer};
 
@@ -23,49 +20,11 @@ pub(super) struct BoundList {
     pub list: List,
     pub readers: Readers,
     pub features: Features,
+    conditions: Conditions,
     /// Chunks of tiny particles, uploaded ones and the host's; only if the list filters.
     tiny: Vec<Chunks>,
-    /// Bindings are `None` for kernels that the list never needs.
-    overflow: Option<BindGroup>,
-    tiles: Option<BindGroup>,
-    segments: Option<BindGroup>,
-    resolve: Option<BindGroup>,
-}
-
-/// The kernels that read a list.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Readers {
-    /// Name of the stage in the timeline.
-    pub stage: &'static str,
-    pub tiles: Variant,
-    pub segments: Variant,
-    pub overflow: Variant,
-    pub resolve: Variant,
-}
-
-impl Readers {
-    const OCCLUDE: Self = Self {
-        stage: "gobo occlude",
-        tiles: Variant::OccludeTiles,
-        segments: Variant::OccludeSegments,
-        overflow: Variant::OccludeOverflow,
-        resolve: Variant::ResolveOpaque,
-    };
-    /// Readers for coloured dithering.
-    pub(super) const COLORED: Self = Self {
-        stage: "gobo occlude",
-        tiles: Variant::ColoredTiles,
-        segments: Variant::ColoredSegments,
-        overflow: Variant::ColoredOverflow,
-        resolve: Variant::ColoredResolve,
-    };
-    const ACCUMULATE: Self = Self {
-        stage: "gobo accumulate",
-        tiles: Variant::AccumulateTiles,
-        segments: Variant::AccumulateSegments,
-        overflow: Variant::AccumulateOverflow,
-        resolve: Variant::ResolveTiles,
-    };
+    /// Bindings of the kernels that the list needs.
+    bound: Vec<(Role, BindGroup)>,
 }
 
 impl BoundList {
@@ -107,74 +66,98 @@ impl BoundList {
         is_read: bool,
     ) -> Result<Self, Error> {
         let device = context.allocator.device;
-        // Segments of one tile, or scattered casters, are merged with its pairs; the tiles of curves read
-        // scattered casters themselves.
-        let may_scatter = list.may_overflow || !tiny.is_empty();
-        let is_merged = list.has_segments || (may_scatter && features.nodes == 0);
-        let needed = [
-            (Variant::AccumulateTiny, is_read && !tiny.is_empty()),
-            (readers.overflow, is_read && list.may_overflow),
-            (readers.tiles, is_read),
-            (readers.segments, is_read && is_merged),
-            (readers.resolve, is_read && is_merged),
-        ];
-        for (variant, _) in needed.into_iter().filter(|(_, is_needed)| *is_needed) {
+        let conditions =
+            list.conditions.with_readers(list.has_segments, !tiny.is_empty(), features.nodes > 0);
+        let needed: Vec<_> = frame::kernels(conditions)
+            .filter(|_| is_read)
+            .filter_map(|(role, sources)| Some((role, readers.variant(role)?, sources)))
+            .collect();
+        for &(_, variant, _) in &needed {
             context.kernels.plan(device, variant, features)?;
         }
-        let scratch = context.scratch;
-        let partials = match &scratch.composed {
-            Some(composed) if features.is_composed() => composed,
-            _ => &scratch.partials,
-        };
-        let resources = context
-            .resources(views)
-            .and(&maps.resources())
-            .with("pairs", &scratch.pairs[list.sorted_pairs])
-            .with("counters", list.counters())
-            .with("partials", partials);
-        let bind = |i: usize, resources: &Resources<'_>| {
-            let (variant, is_needed) = needed[i];
-            let kernel = is_needed.then(|| context.kernels.get(variant, features));
-            kernel.map(|kernel| kernel.bind(device, resources)).transpose()
-        };
-        let mut tiny_chunks = Vec::new();
-        for buffers in tiny {
-            let bindings = bind(0, &resources.clone().and(&buffers.resources()))?;
-            tiny_chunks.extend(bindings.map(|bindings| Chunks { count: buffers.count, bindings }));
+        let resources =
+            context.resources(views).and(&maps.resources()).with("counters", list.counters());
+        let (mut bound, mut tiny_chunks) = (Vec::new(), Vec::new());
+        for (role, variant, sources) in needed {
+            let kernel = context.kernels.get(variant, features);
+            if role != Role::Tiny {
+                let own = frame::bound(sources, &resources, list.choices);
+                bound.push((role, kernel.bind(device, &own)?));
+                continue;
+            }
+            for buffers in tiny {
+                let resources = resources
+                    .clone()
+                    .with("tiny_chunks", &buffers.chunks)
+                    .with("tiny_params", &buffers.params);
+                let own = frame::bound(sources, &resources, list.choices);
+                let bindings = kernel.bind(device, &own)?;
+                tiny_chunks.push(Chunks { count: buffers.count, bindings });
+            }
         }
-        let [overflow, tiles, segments, resolve] = [1, 2, 3, 4].map(|i| bind(i, &resources));
-        let (overflow, tiles, segments, resolve) = (overflow?, tiles?, segments?, resolve?);
-        Ok(Self { list, readers, features, tiny: tiny_chunks, overflow, tiles, segments, resolve })
+        Ok(Self { list, readers, features, conditions, tiny: tiny_chunks, bound })
     }
 
-    /// Records the stages from casters to segments; casters on the scatter path are added on the way.
-    pub(super) fn record_lists(
+    /// Records all stages from casters to maps.
+    pub(super) fn record(
         &self,
         scratch: &Scratch,
         kernels: &Kernels,
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        let Self { list, readers, features, .. } = self;
-        timeline.step(encoder, "gobo clear");
-        scratch.clear(list, encoder);
-        list.record_project(kernels, encoder, timeline);
-        for chunks in &self.tiny {
-            let mut pass = timeline.pass(encoder, readers.stage);
-            let kernel = kernels.get(Variant::AccumulateTiny, *features);
-            kernel.record(&mut pass, &chunks.bindings, [chunks.count.min(TINY_GROUPS), 1, 1]);
+        let list = &self.list;
+        for (part, steps) in frame::parts() {
+            match part {
+                Part::Clear => {
+                    timeline.step(encoder, "gobo clear");
+                    scratch.clear(list, encoder);
+                }
+                Part::Project => list.record_project(kernels, encoder, timeline),
+                Part::Sort => drop(list.record_sort(kernels, encoder, timeline)),
+                Part::Pairs => drop(list.record_pairs(kernels, encoder, timeline)),
+                Part::Tiles => list.record_tiles(kernels, encoder, timeline),
+                Part::Tiny | Part::Overflow | Part::Read | Part::Resolve => {
+                    if steps.iter().any(|step| self.conditions.hold(step.when)) {
+                        let Readers { stage, last, .. } = self.readers;
+                        let label = if part == Part::Resolve { last } else { stage };
+                        let mut pass = timeline.pass(encoder, label);
+                        self.record_steps(steps, scratch, kernels, &mut pass);
+                    }
+                }
+            }
         }
-        let is_emitted = list.record_emit(kernels, encoder, timeline);
-        if let Some(overflow) = self.overflow.as_ref().filter(|_| is_emitted) {
-            let mut pass = timeline.pass(encoder, readers.stage);
-            kernels.get(readers.overflow, *features).record_indirect(
-                &mut pass,
-                overflow,
-                &scratch.dispatches,
-                Dispatch::Overflow.offset(),
-            );
+    }
+
+    fn record_steps(
+        &self,
+        steps: &[Step],
+        scratch: &Scratch,
+        kernels: &Kernels,
+        pass: &mut wgpu::ComputePass<'_>,
+    ) {
+        for step in steps.iter().filter(|step| self.conditions.hold(step.when)) {
+            let Work::Kernel { role, groups, .. } = step.work else { continue };
+            let Some(variant) = self.readers.variant(role) else { continue };
+            let kernel = kernels.get(variant, self.features);
+            let bound = self.bound.iter().filter(|(of, _)| *of == role).map(|(_, it)| it);
+            match groups {
+                Groups::Counts(groups) if role == Role::Tiny => {
+                    for Chunks { count, bindings } in &self.tiny {
+                        let numbers = self.list.numbers.with(Number::TinyChunks, *count);
+                        kernel.record(pass, bindings, groups.map(|n| n.count(&numbers)));
+                    }
+                }
+                Groups::Counts(groups) => {
+                    let groups = groups.map(|n| n.count(&self.list.numbers));
+                    bound.for_each(|bindings| kernel.record(pass, bindings, groups));
+                }
+                Groups::Indirect(dispatch) => {
+                    let (counts, offset) = (&scratch.dispatches, dispatch.offset());
+                    bound.for_each(|it| kernel.record_indirect(pass, it, counts, offset));
+                }
+            }
         }
-        list.record_tiles(kernels, encoder, timeline);
     }
 
     /// Records the stages from casters to pairs.
@@ -189,43 +172,5 @@ impl BoundList {
         scratch.clear(&self.list, encoder);
         self.list.record_project(kernels, encoder, timeline);
         self.list.record_emit(kernels, encoder, timeline);
-    }
-
-    pub(super) fn record_tiles(
-        &self,
-        kernels: &Kernels,
-        pass: &mut wgpu::ComputePass<'_>,
-        tile_count: u32,
-    ) {
-        if let Some(tiles) = &self.tiles {
-            let kernel = kernels.get(self.readers.tiles, self.features);
-            kernel.record(pass, tiles, tile_grid(tile_count));
-        }
-    }
-
-    pub(super) fn record_segments(
-        &self,
-        scratch: &Scratch,
-        kernels: &Kernels,
-        pass: &mut wgpu::ComputePass<'_>,
-    ) {
-        if let Some(segments) = &self.segments {
-            let kernel = kernels.get(self.readers.segments, self.features);
-            let offset = Dispatch::Segment.offset();
-            kernel.record_indirect(pass, segments, &scratch.dispatches, offset);
-        }
-    }
-
-    pub(super) fn record_resolve(
-        &self,
-        scratch: &Scratch,
-        kernels: &Kernels,
-        pass: &mut wgpu::ComputePass<'_>,
-    ) {
-        if let Some(resolve) = &self.resolve {
-            let kernel = kernels.get(self.readers.resolve, self.features);
-            let offset = Dispatch::Merged.offset();
-            kernel.record_indirect(pass, resolve, &scratch.dispatches, offset);
-        }
     }
 }

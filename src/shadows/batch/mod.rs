@@ -94,7 +94,7 @@ impl Batch {
     ) {
         self.record_blocking(kernels, encoder, timeline);
         if self.reads_filtering {
-            self.record_filtering(kernels, encoder, timeline);
+            self.filtering.record(&self.scratch, kernels, encoder, timeline);
         }
     }
 
@@ -127,30 +127,11 @@ impl Batch {
             }
         }
         if self.reads_blocking {
-            blocking.record_lists(scratch, kernels, encoder, timeline);
-            let mut pass = timeline.pass(encoder, blocking.readers.stage);
-            blocking.record_tiles(kernels, &mut pass, self.tile_count);
-            blocking.record_segments(scratch, kernels, &mut pass);
-            blocking.record_resolve(scratch, kernels, &mut pass);
+            blocking.record(scratch, kernels, encoder, timeline);
         }
         if !self.imports.is_empty() {
             self.imports.record(kernels, &mut timeline.pass(encoder, "gobo import"));
         }
-    }
-
-    fn record_filtering(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let Self { scratch, filtering, .. } = self;
-        filtering.record_lists(scratch, kernels, encoder, timeline);
-        let mut pass = timeline.pass(encoder, filtering.readers.stage);
-        filtering.record_tiles(kernels, &mut pass, self.tile_count);
-        filtering.record_segments(scratch, kernels, &mut pass);
-        drop(pass);
-        filtering.record_resolve(scratch, kernels, &mut timeline.pass(encoder, "gobo resolve"));
     }
 
     /// Counters of the opaque and of the translucent list.

@@ -28,6 +28,7 @@ use std::{
     ops::{Range, RangeInclusive},
     sync::Arc,
 };
+pub(super) use upload::material_records;
 use upload::{upload, upload_images, upload_materials};
 
 /// The casters of neighbouring classes.
@@ -239,6 +240,11 @@ impl CasterSet {
 
     pub(super) fn shared_host(&self) -> Option<Arc<HostSets>> {
         self.host.clone()
+    }
+
+    /// Records of casters and triangles as uploaded.
+    pub(super) fn records(&self) -> (&[Caster], &[TriangleRecord]) {
+        (&self.source.casters, &self.source.triangles)
     }
 
     /// Whether the list, an index of [`LISTS`], has a caster.

@@ -149,7 +149,7 @@ pub(super) fn upload_materials(
     buffer
 }
 
-pub(super) fn material_records(
+pub(in crate::shadows) fn material_records(
     materials: &[Material],
     textures: &[Texture],
     blue_first: u32,

@@ -2,7 +2,7 @@
 //!
 //! 1. The largest flat polygons of plain opaque triangles are found once ([`OccluderPolygons`]): ground and
 //!    walls are quads of two triangles.
-//! 2. A view takes the few that are largest in its map ([`Occluders`]).
+//! 2. A view uses the few that are largest in its map ([`Occluders`]).
 //! 3. A box is hidden if it is behind the planes and within the outline of one of them.
 //!
 //! Depths are only evaluated along the rays through texel centres, so an outline need not shrink by texels,

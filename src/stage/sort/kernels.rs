@@ -2,7 +2,7 @@
 use super::SERIAL_CONSTANTS;
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// Values of a digit, which are the counters of a run: on software adapters 256 of them take two seconds to
+/// Values of a digit, each with a counter in a run: on software adapters, 256 of them take two seconds to
 /// compile (benches/NOTES.md), 64 half a second.
 const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
 const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
@@ -35,7 +35,7 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
 };
 
 pub const LONG_COUNT: KernelDesc = KernelDesc {
-    name: "sort_serial_count",
+    name: "sort_long_count",
     entry: "sort_serial_count",
     root: "sort/sort_serial_count.wgsl",
     with: &[DIGITS_256],
@@ -44,7 +44,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
 };
 
 pub const LONG_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_serial_scatter",
+    name: "sort_long_scatter",
     entry: "sort_serial_scatter",
     root: "sort/sort_serial_scatter.wgsl",
     with: &[DIGITS_256],

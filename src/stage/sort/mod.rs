@@ -14,6 +14,12 @@
 //! ```
 mod kernels;
 
+use super::formula::{
+    Formula::{
+        self, Difference, Is, Least, Most, Named, Of, Power, Product, Quotient, QuotientUp, Sum,
+    },
+    Number, Numbers,
+};
 use crate::{
     error::Error,
     gpu::{Kernel, KernelCache, KernelError, Resources, Tier},
@@ -37,7 +43,7 @@ pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 const SERIAL_WORKGROUP_SIZE: u32 = 8;
 /// Shortest run; below it, the counters of a run cost more than its pairs [pairs].
 const RUN_MIN: u32 = 256;
-/// Usual run; longer ones bring nothing [pairs].
+/// Usual run; longer ones are no faster [pairs].
 const RUN_USUAL: u32 = 2048;
 /// Runs that keep the cores of a software adapter busy.
 const RUN_TARGET: u32 = 512;
@@ -90,6 +96,37 @@ pub struct SortPass {
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
+/// Digits of the keys, which begin at bit 0: as few as hold them, as even as can be.
+pub const DIGITS: Formula =
+    Named("digits", &QuotientUp(&Of(Number::KeyBits), &Of(Number::DigitBits)));
+/// Bit where the digit at hand begins, and the next one.
+const SHIFT: Formula =
+    Named("shift", &Quotient(&Product(&Of(Number::KeyBits), &Of(Number::Digit)), &DIGITS));
+const NEXT_SHIFT: Formula = {
+    const NEXT: Formula = Sum(&Of(Number::Digit), &Is(1));
+    Named("next_shift", &Quotient(&Product(&Of(Number::KeyBits), &NEXT), &DIGITS))
+};
+const DIGIT_COUNT: Formula = Named("digit_count", &Power(&Difference(&NEXT_SHIFT, &SHIFT)));
+
+/// Fields of [`SortPass`], whose count is the element of so many in its buffer.
+pub const fn pass_params(count_index: u32) -> [Formula; 4] {
+    let index = if count_index == 0 { Is(0) } else { Is(1) };
+    [SHIFT, DIGIT_COUNT, Of(Number::SortCapacity), index]
+}
+
+/// Workgroups of the kernels that count and scatter.
+pub const PARTITION_GROUPS: [Formula; 3] =
+    [QuotientUp(&Of(Number::PartitionLimit), &Of(Number::SortLanes)), Is(1), Is(1)];
+/// Workgroups of the kernel that scans.
+pub const SCAN_GROUPS: [Formula; 3] =
+    [QuotientUp(&DIGIT_COUNT, &Of(Number::SortLanes)), Is(1), Is(1)];
+/// Least width of the histograms [texels].
+pub const HISTOGRAM_WIDTH: Formula = {
+    const LANES: Formula = Is(SERIAL_WORKGROUP_SIZE as u64);
+    const WHOLE: Formula = Product(&QuotientUp(&Of(Number::PartitionLimit), &LANES), &LANES);
+    Most(&WHOLE, &Is(TOTAL_ROW as u64))
+};
+
 /// Partition of the work. Both shapes give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -103,12 +140,26 @@ pub enum Shape {
 impl Shape {
     /// Most runs or blocks for `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
+        self.partitions().count(&Numbers::default().with(Number::SortCapacity, count))
+    }
+
+    /// The most runs or blocks of a sort.
+    pub const fn partitions(self) -> Formula {
+        const PAIRS: Formula = Of(Number::SortCapacity);
+        const SHORTEST: Formula =
+            Least(&QuotientUp(&PAIRS, &Is(RUN_MIN as u64)), &Is(RUN_TARGET as u64));
+        const RUNS: Formula = Most(&SHORTEST, &QuotientUp(&PAIRS, &Is(RUN_USUAL as u64)));
         match self {
-            Self::Serial => {
-                let shortest = count.div_ceil(RUN_MIN).min(RUN_TARGET);
-                shortest.max(count.div_ceil(RUN_USUAL)).min(RUN_LIMIT)
-            }
-            Self::Wide => count.div_ceil(WIDE_BLOCK),
+            Self::Serial => Least(&RUNS, &Is(RUN_LIMIT as u64)),
+            Self::Wide => QuotientUp(&PAIRS, &Is(WIDE_BLOCK as u64)),
+        }
+    }
+
+    /// Partitions, and digits, of a workgroup.
+    pub const fn lanes(self) -> u32 {
+        match self {
+            Self::Serial => SERIAL_WORKGROUP_SIZE,
+            Self::Wide => 1,
         }
     }
 
@@ -203,7 +254,8 @@ impl Sort {
             });
         }
         let partitions = self.shape.partition_limit(capacity);
-        let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
+        let numbers = Numbers::default().with(Number::PartitionLimit, partitions);
+        let width = HISTOGRAM_WIDTH.count(&numbers);
         // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.
         let is_power = width.is_power_of_two() && width < RUN_LIMIT;
         let width = width + SERIAL_WORKGROUP_SIZE * u32::from(is_power);
@@ -261,13 +313,10 @@ impl Sort {
         let steps = if bindings.is_long { &self.long } else { &self.usual };
         // `bindings` were made by `bind`, which made these kernels.
         let Some(steps) = steps.get() else { return };
+        let lanes = self.shape.lanes();
         for digit in &bindings.passes {
-            let [partition_groups, digit_groups] = match self.shape {
-                Shape::Serial => {
-                    [partitions, digit.digit_count].map(|n| n.div_ceil(SERIAL_WORKGROUP_SIZE))
-                }
-                Shape::Wide => [partitions, digit.digit_count],
-            };
+            let [partition_groups, digit_groups] =
+                [partitions, digit.digit_count].map(|n| n.div_ceil(lanes));
             steps.count.record(pass, &digit.count, [partition_groups, 1, 1]);
             steps.scan.record(pass, &digit.scan, [digit_groups, 1, 1]);
             steps.scatter.record(pass, &digit.scatter, [partition_groups, 1, 1]);

@@ -1,0 +1,143 @@
+//! What a frame costs the host's CPU, and what gobo makes on the way: nothing. Commands are recorded and
+//! dropped, so that no kernel runs beside what is measured.
+//!
+//! `cargo run --release --example frame_cost`
+use gobo::{
+    Bounds, CasterCount, Casters, Gpu, HostCasters, HostInputs, Light, Material, Particle,
+    Prepared, Receiver, ShadowSettings, Shadows, View,
+    glam::Vec3,
+    wgpu::{self, BufferUsages},
+};
+use std::{error::Error, time::Instant};
+
+const FRAMES: usize = 400;
+const PARTICLES: u32 = 200_000;
+/// The most that recording a frame may take [us].
+const BUDGET: f64 = 60.0;
+
+const LOADER: &str = "
+@group(1) @binding(0) var<storage, read> smoke: array<vec4<f32>>;
+
+fn load_caster(index: u32) -> Caster {
+    return Caster(smoke[index].xyz, smoke[index].w, vec4(0.5), 0.0, 0u, index);
+}";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let gpu = Gpu::headless()?;
+    let nearest = ShadowSettings { size: 256, ..Default::default() };
+    let curve = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..nearest };
+    let lights =
+        [Light::directional(Vec3::new(0.3, -1.0, 0.2)), Light::point(Vec3::new(-1.5, 2.5, 0.4))];
+    println!("median of {FRAMES} frames [us]    record  finish  made");
+    let mut slowest = 0.0_f64;
+    for (name, settings, lights, is_host) in [
+        ("uploads, a sun", nearest, &lights[..1], false),
+        ("particles of the host's, a sun", nearest, &lights[..1], true),
+        ("the same, sun and point light", nearest, &lights, true),
+        ("the same, with curves", curve, &lights, true),
+    ] {
+        let [record, finish, made] = measure(&gpu, &settings, lights, is_host)?;
+        println!("{name:32} {record:6.1}  {finish:6.1}  {made:4}");
+        if made != 0.0 {
+            return Err("recording made something".into());
+        }
+        slowest = slowest.max(record);
+    }
+    // Without optimisations it says little.
+    if slowest > BUDGET && !cfg!(debug_assertions) {
+        return Err(format!("recording takes more than {BUDGET} us").into());
+    }
+    Ok(())
+}
+
+/// Times of `record` and of the encoder's `finish` [us], and how many objects there are more.
+fn measure(
+    gpu: &Gpu,
+    settings: &ShadowSettings,
+    lights: &[Light],
+    is_host: bool,
+) -> Result<[f64; 3], Box<dyn Error>> {
+    let Gpu { device, queue, .. } = gpu;
+    let bounds = Bounds { min: Vec3::new(-2.5, 0.0, -2.5), max: Vec3::new(2.5, 4.0, 2.5) };
+    let views: Vec<View> = (0..)
+        .zip(lights)
+        .map(|(i, light)| gobo::light_views(i, light, settings.size, None, &bounds))
+        .collect::<Result<Vec<_>, _>>()?
+        .concat();
+    let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
+    let materials = [Material::default()];
+    let particles: Vec<_> = (0..1000_u32)
+        .map(|id| Particle { id, ..Particle::new([id as f32 * 0.002 - 1.0, 1.0, 0.0], 0.05) })
+        .collect();
+    let smoke = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("smoke"),
+        size: u64::from(PARTICLES) * 16,
+        usage: BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("smoke"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    });
+    let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("smoke"),
+        layout: &layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: smoke.as_entire_binding() }],
+    });
+    let prepared = if is_host {
+        let loader = shadows.caster_loader("smoke.wgsl", LOADER, &layout)?;
+        let count = CasterCount::Fixed(PARTICLES);
+        let sets = [HostCasters::new(&loader, &bindings, count, &[0])];
+        let casters = Casters { materials: &materials, ..Casters::default() };
+        let inputs = HostInputs::new().casters(&sets);
+        shadows.prepare_with(&casters, &views, settings, &inputs)?
+    } else {
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        shadows.prepare(&casters, &views, settings)?
+    };
+    queue.submit([]);
+    device.poll(wgpu::PollType::wait_indefinitely())?;
+    // The first recordings are slower: memory of wgpu's own.
+    frames(device, &prepared, 20);
+    let before = living(device);
+    let mut times = frames(device, &prepared, FRAMES);
+    let made = living(device) - before;
+    let mut median = |i: usize| {
+        times.sort_by(|a, b| a[i].total_cmp(&b[i]));
+        times[FRAMES / 2][i]
+    };
+    Ok([median(0), median(1), made as f64])
+}
+
+fn frames(device: &wgpu::Device, prepared: &Prepared, count: usize) -> Vec<[f64; 2]> {
+    let frame = |_| {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let start = Instant::now();
+        prepared.record(&mut encoder);
+        let recorded = start.elapsed();
+        let commands = encoder.finish();
+        let finished = start.elapsed();
+        drop(commands);
+        [recorded, finished - recorded].map(|time| time.as_secs_f64() * 1e6)
+    };
+    (0..count).map(frame).collect()
+}
+
+/// Objects of the device's.
+fn living(device: &wgpu::Device) -> isize {
+    let hal = device.get_internal_counters().hal;
+    hal.buffers.read()
+        + hal.texture_views.read()
+        + hal.bind_groups.read()
+        + hal.compute_pipelines.read()
+}

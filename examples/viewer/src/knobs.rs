@@ -1,0 +1,160 @@
+//! Settings that the sliders change.
+use crate::{
+    orbit::Orbit,
+    worker::{Facts, Look},
+};
+use eframe::egui::{ComboBox, DragValue, Slider, Ui};
+use gobo::{
+    Light, LightKind, Receiver, ShadowFilter, ShadowSettings,
+    glam::{UVec2, Vec3},
+};
+use std::collections::BTreeMap;
+
+/// State of the sliders, and of the camera.
+pub struct Knobs {
+    pub orbit: Orbit,
+    exposure: f32,
+    shadow: ShadowSettings,
+    lights: Vec<Light>,
+    /// Lights that differ from the file's.
+    changed: BTreeMap<usize, Light>,
+    /// Index of the light that is edited, and whose maps are shown.
+    pub light: usize,
+    pub insets: bool,
+    moves: bool,
+    time: f64,
+    /// Approximate size of the scene [m].
+    reach: f32,
+}
+
+impl Knobs {
+    pub fn of(facts: &Facts) -> Self {
+        Self {
+            orbit: Orbit::of(&facts.camera),
+            exposure: facts.exposure,
+            shadow: facts.shadow,
+            lights: facts.lights.clone(),
+            changed: BTreeMap::new(),
+            light: facts.lights.iter().position(|light| light.casts).unwrap_or(0),
+            insets: true,
+            moves: facts.moves,
+            time: 0.0,
+            reach: (facts.bounds.max - facts.bounds.min).max_element().clamp(0.1, 1e6),
+        }
+    }
+
+    pub fn look(&self, size: UVec2) -> Look {
+        Look {
+            camera: self.orbit.camera(size),
+            exposure: self.exposure,
+            shadow: self.shadow,
+            lights: self.changed.clone(),
+            time: self.time,
+            maps_of: self.insets.then_some(self.light),
+        }
+    }
+
+    pub fn show(&mut self, ui: &mut Ui) {
+        if self.moves {
+            ui.add(Slider::new(&mut self.time, 0.0..=20.0).text("time [s]"));
+        }
+        ui.add(Slider::new(&mut self.exposure, -6.0..=6.0).text("exposure [stops]"));
+        ui.separator();
+        self.show_light(ui);
+        ui.separator();
+        self.show_shadow(ui);
+    }
+
+    fn show_light(&mut self, ui: &mut Ui) {
+        let Some(name) = self.lights.get(self.light).map(|light| light.name.clone()) else {
+            ui.label("no light");
+            return;
+        };
+        ComboBox::from_label("light").selected_text(name).show_ui(ui, |ui| {
+            for (index, light) in self.lights.iter().enumerate() {
+                ui.selectable_value(&mut self.light, index, light.name.as_str());
+            }
+        });
+        let light = &mut self.lights[self.light];
+        let before = light.clone();
+        match &mut light.kind {
+            LightKind::Directional { direction } => show_direction(ui, direction),
+            LightKind::Spot { position, direction, .. } => {
+                show_direction(ui, direction);
+                show_place(ui, position, self.reach);
+            }
+            LightKind::Point { position } => show_place(ui, position, self.reach),
+        }
+        let most = light.intensity.max(1.0) * 10.0;
+        ui.add(Slider::new(&mut light.intensity, 0.0..=most).logarithmic(true).text("intensity"));
+        ui.checkbox(&mut light.casts, "casts shadows");
+        if *light != before {
+            self.changed.insert(self.light, light.clone());
+        }
+    }
+
+    fn show_shadow(&mut self, ui: &mut Ui) {
+        let shadow = &mut self.shadow;
+        let mut edge = shadow.size.max(1).ilog2();
+        let slider = Slider::new(&mut edge, 6..=12)
+            .custom_formatter(|edge, _| format!("{}", 1_u32 << (edge as u32)));
+        if ui.add(slider.text("map size [texels]")).changed() {
+            shadow.size = 1 << edge;
+        }
+        ui.horizontal(|ui| {
+            ui.label("receiver");
+            ui.selectable_value(&mut shadow.receiver, Receiver::Nearest, "nearest");
+            ui.selectable_value(&mut shadow.receiver, Receiver::Curve, "curve");
+        });
+        ui.add_enabled_ui(shadow.receiver == Receiver::Curve, |ui| {
+            ui.horizontal(|ui| {
+                ui.label("nodes");
+                for nodes in [4, 8, 16] {
+                    ui.selectable_value(&mut shadow.nodes, nodes, nodes.to_string());
+                }
+            });
+        });
+        let filters = [
+            ("none", ShadowFilter::None),
+            ("bilinear", ShadowFilter::Bilinear),
+            ("spline", ShadowFilter::Spline),
+            ("PCF 5x5", ShadowFilter::Pcf { taps: 5 }),
+            ("Vogel 16", ShadowFilter::Vogel { taps: 16, radius: 3.0 }),
+        ];
+        let known = filters.iter().find(|(_, filter)| *filter == shadow.filter);
+        ComboBox::from_label("filter")
+            .selected_text(known.map_or("the file's", |(name, _)| *name))
+            .show_ui(ui, |ui| {
+                for (name, filter) in filters {
+                    ui.selectable_value(&mut shadow.filter, filter, name);
+                }
+            });
+        ui.add(Slider::new(&mut shadow.bias, 0.0..=0.5).logarithmic(true).text("bias [m]"));
+        ui.add(Slider::new(&mut shadow.slope_bias, 0.0..=8.0).text("slope bias [texels]"));
+        ui.add(Slider::new(&mut shadow.normal_bias, 0.0..=8.0).text("normal bias [texels]"));
+    }
+}
+
+/// Sliders for the compass direction that light comes from, and for the elevation of its source.
+fn show_direction(ui: &mut Ui, direction: &mut Vec3) {
+    let from = -direction.normalize_or(Vec3::NEG_Y);
+    let mut azimuth = from.x.atan2(from.z).to_degrees();
+    let mut elevation = from.y.clamp(-1.0, 1.0).asin().to_degrees();
+    let turned = ui.add(Slider::new(&mut azimuth, -180.0..=180.0).text("azimuth [deg]")).changed();
+    let lifted =
+        ui.add(Slider::new(&mut elevation, -89.0..=89.0).text("elevation [deg]")).changed();
+    if turned || lifted {
+        let (sine, cosine) = azimuth.to_radians().sin_cos();
+        let (up, level) = elevation.to_radians().sin_cos();
+        *direction = -Vec3::new(sine * level, up, cosine * level);
+    }
+}
+
+fn show_place(ui: &mut Ui, place: &mut Vec3, reach: f32) {
+    ui.horizontal(|ui| {
+        for (name, value) in ["x ", "y ", "z "].into_iter().zip(place.as_mut()) {
+            ui.add(DragValue::new(value).speed(reach * 0.002).prefix(name).max_decimals(3));
+        }
+        ui.label("[m]");
+    });
+}

@@ -1,0 +1,418 @@
+//! `passes.json`: the passes that make a frame's maps from the exported kernels, by the tables that the
+//! library itself records from. Format: `docs/export.md`.
+use super::{
+    export::{cuts, id},
+    failure::Failure,
+    specialise,
+};
+use gobo::{
+    error::Error,
+    gpu::{KernelDesc, Tier},
+    records::{Caster, DEPTH_BITS, Field, GpuLayout, ROW, TriangleRecord},
+    shadows::frame::{
+        Groups, KEYS, PAIRS, Role, STEPS, SortOf, Source, Step, Trait, Variants, When, Work,
+        resources::{Initial, Kind, RESOURCES, ResourceDesc, SUMS},
+        variants,
+    },
+    stage::{
+        bin,
+        formula::{
+            Formula::{self, Is, Of},
+            Number,
+        },
+        sort::{self, Shape},
+    },
+};
+use naga::{Module, TypeInner};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+
+/// Lists of a batch, and whether they filter light.
+const LISTS: [(&str, bool); 2] = [("blocking", false), ("filtering", true)];
+
+pub(super) fn passes() -> Result<Value, Failure> {
+    let mut book = Book::default();
+    let mut lists = Vec::new();
+    for (name, filters) in LISTS {
+        let steps: Vec<_> = STEPS
+            .iter()
+            .filter(|step| filters || !step.when.contains(&When::Tiny))
+            .map(|step| book.step(step, filters))
+            .collect::<Result<_, _>>()?;
+        lists.push(json!({ "name": name, "steps": steps }));
+    }
+    let resources: Vec<_> = RESOURCES.iter().map(|it| book.resource(it)).collect();
+    let profiles = [
+        ("wide", "GPUs", Shape::Wide, sort::MOST_BITS, &["wide"][..]),
+        ("serial", "software adapters", Shape::Serial, sort::FEW_BITS, &[]),
+        (
+            "long",
+            "software adapters, from about a million pairs",
+            Shape::Serial,
+            sort::MOST_BITS,
+            &["long"],
+        ),
+    ];
+    let profiles: Vec<_> = profiles
+        .into_iter()
+        .map(|(name, of, shape, digit_bits, traits)| {
+            let cut = bin::numbers(shape)
+                .with(Number::SortLanes, shape.lanes())
+                .with(Number::DigitBits, digit_bits);
+            let given = [Number::BinLanes, Number::UsualRuns, Number::SortLanes, Number::DigitBits];
+            let numbers: Map<_, _> =
+                given.iter().map(|&it| (it.name().to_owned(), cut.get(it).into())).collect();
+            json!({
+                "name": name, "for": of, "traits": traits, "numbers": numbers,
+                "partition_limit": book.formula(&shape.partitions()),
+            })
+        })
+        .collect();
+    let named = |all: &[(&str, &str)]| -> Value {
+        all.iter()
+            .map(|&(name, meaning)| (name.to_owned(), meaning.into()))
+            .collect::<Map<_, _>>()
+            .into()
+    };
+    let numbers: Vec<_> = Number::ALL.iter().map(|it| (it.name(), it.meaning())).collect();
+    let whens: Vec<_> = When::ALL.iter().map(|it| (it.name(), it.meaning())).collect();
+    let mut traits: Vec<_> = Trait::ALL.iter().map(|it| (it.name(), it.meaning())).collect();
+    traits.extend([("wide", "as the profile says"), ("long", "as the profile says")]);
+    let ids: Map<_, _> = specialise::ids().map(|(name, id)| (name.to_owned(), id.into())).collect();
+    Ok(json!({
+        "gobo": env!("CARGO_PKG_VERSION"),
+        "numbers": named(&numbers),
+        "definitions": book.definitions,
+        "conditions": named(&whens),
+        "traits": named(&traits),
+        "profiles": profiles,
+        "specialisation": ids,
+        "resources": resources,
+        "structs": structs(&book.kernels)?,
+        "lists": lists,
+    }))
+}
+
+/// Definitions and kernels that steps and resources refer to.
+#[derive(Default)]
+struct Book {
+    /// Name and formula, parts first.
+    definitions: Vec<Value>,
+    kernels: Vec<&'static KernelDesc>,
+}
+
+impl Book {
+    fn formula(&mut self, formula: &Formula) -> String {
+        for part in formula.parts() {
+            if let Formula::Named(name, of) = part
+                && !self.definitions.iter().any(|known| known["name"] == name)
+            {
+                self.definitions.push(json!({ "name": name, "formula": of.to_string() }));
+            }
+        }
+        formula.to_string()
+    }
+
+    fn formulas(&mut self, formulas: &[Formula]) -> Vec<String> {
+        formulas.iter().map(|it| self.formula(it)).collect()
+    }
+
+    fn step(&mut self, step: &Step, filters: bool) -> Result<Value, Failure> {
+        let when: Vec<_> = step.when.iter().map(|when| when.name()).collect();
+        Ok(match step.work {
+            Work::Clear(all) => {
+                let names: Vec<_> = all.iter().map(|it| it.name()).collect();
+                json!({ "when": when, "clear": names })
+            }
+            Work::Sort(of) => self.sort(&when, of),
+            Work::Kernel { role, groups, sources } => {
+                let variants = variants(role, filters);
+                let bind = bindings(&variants, sources)?;
+                let mut step = json!({
+                    "when": when,
+                    "role": role.name(),
+                    "kernels": self.variants(role, variants),
+                    "bind": bind,
+                });
+                match groups {
+                    Groups::Counts(groups) => step["groups"] = self.formulas(&groups).into(),
+                    Groups::Indirect(dispatch) => {
+                        step["indirect"] =
+                            json!({ "buffer": "dispatches", "offset": dispatch.offset() });
+                    }
+                }
+                step
+            }
+        })
+    }
+
+    /// Steps of a sort, one per digit.
+    fn sort(&mut self, when: &[&str], of: SortOf) -> Value {
+        let (name, names, bits, capacity) = match of {
+            SortOf::Depth => ("depth", KEYS, Is(DEPTH_BITS.into()), Of(Number::FootprintCount)),
+            SortOf::Tile => ("tile", PAIRS, bin::TILE_BITS, Of(Number::PairCapacity)),
+        };
+        let counts = match of {
+            SortOf::Depth => "depth_count",
+            SortOf::Tile => "counters",
+        };
+        let [a, b] = names;
+        let bind = json!({
+            "sort_pass": { "digit": format!("{name}_pass") },
+            "counts": counts,
+            "histograms": format!("{name}_histograms"),
+            "pairs": { "digits": [a, b] },
+            "sorted_pairs": { "digits": [b, a] },
+        });
+        let steps = [
+            ([&sort::WIDE_COUNT, &sort::LONG_COUNT, &sort::SERIAL_COUNT], sort::PARTITION_GROUPS),
+            ([&sort::WIDE_SCAN, &sort::SERIAL_SCAN, &sort::SERIAL_SCAN], sort::SCAN_GROUPS),
+            (
+                [&sort::WIDE_SCATTER, &sort::LONG_SCATTER, &sort::SERIAL_SCATTER],
+                sort::PARTITION_GROUPS,
+            ),
+        ];
+        let steps: Vec<_> = steps
+            .into_iter()
+            .map(|(kernels, groups)| {
+                let whens = [&["wide"][..], &["long"], &[]];
+                let kernels: Vec<_> = kernels
+                    .into_iter()
+                    .zip(whens)
+                    .map(|(desc, traits)| self.choice(desc, "", traits, None))
+                    .collect();
+                let all = self.formulas(&groups);
+                json!({ "kernels": kernels, "groups": all, "bind": bind })
+            })
+            .collect();
+        json!({
+            "when": when,
+            "sort": name,
+            "numbers": {
+                "key_bits": self.formula(&bits),
+                "sort_capacity": self.formula(&capacity),
+            },
+            "repeat": self.formula(&sort::DIGITS),
+            "steps": steps,
+        })
+    }
+
+    /// Variants in order: the first whose traits and nodes a list has is used.
+    fn variants(&mut self, role: Role, variants: Variants) -> Vec<Value> {
+        let mut choices = Vec::new();
+        for (traits, desc) in
+            variants.special.iter().copied().chain([(&[][..], variants.otherwise)])
+        {
+            let names: Vec<_> = traits.iter().map(|it| it.name()).collect();
+            for cut in cuts(desc).iter().rev() {
+                let nodes = [&cut.constants, desc.constants].concat();
+                let nodes =
+                    nodes.iter().find(|(name, _)| *name == "NODES").map(|(_, nodes)| *nodes as u32);
+                let mut names = names.clone();
+                if cut.suffix == "_wide" {
+                    names.push("wide");
+                }
+                choices.push(self.choice(desc, cut.suffix, &names, nodes));
+            }
+        }
+        debug_assert!(!choices.is_empty(), "{}", role.name());
+        choices
+    }
+
+    fn choice(
+        &mut self,
+        desc: &'static KernelDesc,
+        suffix: &str,
+        traits: &[&str],
+        nodes: Option<u32>,
+    ) -> Value {
+        if !self.kernels.iter().any(|known| known.name == desc.name) {
+            self.kernels.push(desc);
+        }
+        let mut choice = json!({ "traits": traits });
+        if let Some(nodes) = nodes {
+            choice["nodes"] = nodes.into();
+        }
+        // A kernel with a single tier runs on both.
+        for (name, tier) in [("core", Tier::Core), ("native", Tier::Native)] {
+            let tier = if desc.tiers.contains(&tier) { tier } else { desc.tiers[0] };
+            choice[name] = id(desc, suffix, tier).into();
+        }
+        choice
+    }
+
+    fn resource(&mut self, resource: &ResourceDesc) -> Value {
+        let format = |format| format!("{format:?}").to_lowercase();
+        let mut value = match resource.kind {
+            Kind::Storage { element, count } => json!({
+                "kind": "storage", "element_size": element, "count": self.formula(&count),
+            }),
+            Kind::Uniform { fields } => {
+                json!({ "kind": "uniform", "words": self.formulas(fields) })
+            }
+            Kind::Words { words } => {
+                json!({ "kind": "storage", "words": self.formulas(words) })
+            }
+            Kind::UniformOfDigits { fields, sort } => json!({
+                "kind": "uniform", "per_digit": true, "sort": sort.name(),
+                "words": self.formulas(fields),
+            }),
+            Kind::HostUniform { size } => json!({ "kind": "uniform", "size": size }),
+            Kind::Records { format: of, texels } => {
+                let texels = self.formula(&texels);
+                records(&format(of), &texels)
+            }
+            Kind::Texture { format: of, size, sort } => {
+                let [width, height] = size.map(|it| self.formula(&it));
+                json!({
+                    "kind": "texture", "format": format(of), "sort": sort.name(),
+                    "width": width, "height": height,
+                })
+            }
+            Kind::Array { format: of, size } => {
+                let [width, height, layers] = size.map(|it| self.formula(&it));
+                json!({
+                    "kind": "texture_array", "format": format(of),
+                    "width": width, "height": height, "layers": layers,
+                })
+            }
+        };
+        value["name"] = resource.name.into();
+        value["initial"] = match resource.initial {
+            Initial::Any => "any",
+            Initial::Zero => "zero, by a step of each list",
+            Initial::ZeroOnce => "zero, before the first frame",
+            Initial::One => "any, or one: then a blocking list without casters may be left out",
+            Initial::Host => match resource.kind {
+                Kind::Words { .. } | Kind::Uniform { .. } | Kind::UniformOfDigits { .. } => {
+                    "its words"
+                }
+                _ => "the host's",
+            },
+        }
+        .into();
+        if !resource.note.is_empty() {
+            value["note"] = resource.note.into();
+        }
+        if let (true, Kind::Storage { count, .. }) = (SUMS.contains(&resource.name), resource.kind)
+        {
+            value["native"] = records("r32uint", &count.to_string());
+        }
+        value
+    }
+}
+
+/// A texture of records.
+fn records(format: &str, texels: &str) -> Value {
+    let height = format!("div_up({texels}, {ROW})");
+    json!({ "kind": "texture", "format": format, "width": ROW.to_string(), "height": height })
+}
+
+/// Union of the bindings of a kernel's variants.
+fn bindings(
+    variants: &Variants,
+    sources: &[(&'static str, Source)],
+) -> Result<Map<String, Value>, Failure> {
+    let mut bound = Map::new();
+    let descs = variants.special.iter().map(|&(_, desc)| desc).chain([variants.otherwise]);
+    for desc in descs {
+        for &tier in desc.tiers {
+            let linked = desc.link(tier).map_err(Error::from)?;
+            for binding in linked.bindings().map_err(Error::from)? {
+                let source = sources.iter().find(|(name, _)| *name == binding.name);
+                let source = match source.map(|(_, source)| *source) {
+                    None => binding.name.into(),
+                    Some(Source::Is(name)) => name.into(),
+                    Some(Source::Sorted(names, SortOf::Depth)) => {
+                        json!({ "sorted": "depth", "of": names })
+                    }
+                    Some(Source::Sorted(names, SortOf::Tile)) => {
+                        json!({ "sorted": "tile", "of": names })
+                    }
+                    Some(Source::Curves(a, b)) => {
+                        json!({ "trait": "curves", "then": a, "otherwise": b })
+                    }
+                    Some(Source::Composed(a, b)) => {
+                        json!({ "trait": "composed", "then": a, "otherwise": b })
+                    }
+                };
+                bound.insert(binding.name.to_owned(), source);
+            }
+        }
+    }
+    Ok(bound)
+}
+
+/// Layouts of all structs of the kernels, and of the records that the host writes.
+fn structs(kernels: &[&KernelDesc]) -> Result<Map<String, Value>, Failure> {
+    let mut found = BTreeMap::new();
+    for desc in kernels {
+        for &tier in desc.tiers {
+            let linked = desc.link(tier).map_err(Error::from)?;
+            let module = naga::front::wgsl::parse_str(&linked.wgsl)
+                .map_err(|error| Failure::Wrong(format!("{}: {error}", desc.name)))?;
+            add_structs(&module, &mut found);
+        }
+    }
+    found.insert(Caster::NAME.to_owned(), host_struct::<Caster>());
+    found.insert(TriangleRecord::NAME.to_owned(), host_struct::<TriangleRecord>());
+    Ok(found.into_iter().collect())
+}
+
+fn host_struct<T: GpuLayout>() -> Value {
+    let field =
+        |Field { name, offset, size }| json!({ "name": name, "offset": offset, "size": size });
+    let fields: Vec<_> = T::fields().into_iter().map(field).collect();
+    json!({ "size": T::SIZE, "fields": fields })
+}
+
+/// Adds the structs in buffers, and those nested in them.
+fn add_structs(module: &Module, found: &mut BTreeMap<String, Value>) {
+    let mut layouter = naga::proc::Layouter::default();
+    if layouter.update(module.to_ctx()).is_err() {
+        return;
+    }
+    let bound = module.global_variables.iter().filter(|(_, global)| global.binding.is_some());
+    let mut pending: Vec<_> = bound.map(|(_, global)| global.ty).collect();
+    while let Some(ty) = pending.pop() {
+        match &module.types[ty].inner {
+            &TypeInner::Array { base, .. } => pending.push(base),
+            TypeInner::Struct { members, span } => {
+                pending.extend(members.iter().map(|member| member.ty));
+                let field = |member: &naga::StructMember| {
+                    json!({
+                        "name": member.name,
+                        "type": type_name(module, member.ty),
+                        "offset": member.offset,
+                        "size": layouter[member.ty].size,
+                    })
+                };
+                let fields: Vec<_> = members.iter().map(field).collect();
+                let name = module.types[ty].name.clone().unwrap_or_default();
+                found.insert(name, json!({ "size": span, "fields": fields }));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Name of a type in WGSL.
+fn type_name(module: &Module, ty: naga::Handle<naga::Type>) -> String {
+    let scalar = |scalar: naga::Scalar| match scalar.kind {
+        naga::ScalarKind::Sint => "i32",
+        naga::ScalarKind::Float => "f32",
+        _ => "u32",
+    };
+    match module.types[ty].inner {
+        TypeInner::Scalar(of) | TypeInner::Atomic(of) => scalar(of).to_owned(),
+        TypeInner::Vector { size, scalar: of } => format!("vec{}<{}>", size as u32, scalar(of)),
+        TypeInner::Matrix { columns, rows, scalar: of } => {
+            format!("mat{}x{}<{}>", columns as u32, rows as u32, scalar(of))
+        }
+        TypeInner::Array { base, size: naga::ArraySize::Constant(count), .. } => {
+            format!("array<{}, {count}>", type_name(module, base))
+        }
+        TypeInner::Array { base, .. } => format!("array<{}>", type_name(module, base)),
+        _ => module.types[ty].name.clone().unwrap_or_default(),
+    }
+}

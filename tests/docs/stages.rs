@@ -1,0 +1,62 @@
+//! docs/stages.md has a section for each stage, with all of its kernels.
+use gobo::stage::KERNELS;
+use std::{collections::BTreeSet, fs, path::Path};
+
+const PARTS: [&str; 4] = ["**Principle.**", "**Formula.**", "**Kernels.**", "**Cost.**"];
+
+/// Sections of a text, each with its name.
+fn sections(text: &str) -> Vec<(&str, &str)> {
+    text.split("\n## ").skip(1).map(|section| section.split_once('\n').unwrap()).collect()
+}
+
+/// Stages: files of `src/stage/` with kernels of their own.
+fn stages() -> BTreeSet<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/stage");
+    let mut stages = BTreeSet::new();
+    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        let text =
+            fs::read_to_string(if path.is_dir() { path.join("kernels.rs") } else { path }).unwrap();
+        let has_kernels = text.contains("KernelDesc = ") || text.contains("KernelDesc {");
+        // Neither the list of all kernels nor those of one adapter.
+        if has_kernels && !["mod", "llvmpipe"].contains(&name.as_str()) {
+            stages.insert(name);
+        }
+    }
+    stages
+}
+
+/// Omissions and errors of a text.
+fn faults(text: &str) -> Vec<String> {
+    let mut faults = Vec::new();
+    let found: BTreeSet<String> =
+        sections(text).iter().map(|(name, _)| (*name).to_owned()).collect();
+    for name in stages().symmetric_difference(&found) {
+        faults.push(format!("{name} is a section or a stage, not both"));
+    }
+    for (name, section) in sections(text) {
+        let missing = PARTS.iter().filter(|part| !section.contains(**part));
+        faults.extend(missing.map(|part| format!("{name} has no {part}")));
+    }
+    for desc in KERNELS {
+        if !text.contains(&format!("`wgsl/{}`", desc.root)) {
+            faults.push(format!("{} is nowhere", desc.root));
+        }
+    }
+    faults
+}
+
+#[test]
+fn every_stage_has_its_section() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/stages.md");
+    let text = fs::read_to_string(path).unwrap();
+    let found = faults(&text);
+    assert!(found.is_empty(), "{}", found.join("\n"));
+    for wrong in [
+        text.replace("## bin\n", "## binning\n"),
+        text.replacen("**Cost.**", "", 1),
+        text.replace("`wgsl/bin/bin_scan.wgsl`", ""),
+    ] {
+        assert!(!faults(&wrong).is_empty());
+    }
+}
