@@ -9,7 +9,7 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web viewer fuzz soak doc deny \
+.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web viewer bevy fuzz soak doc deny \
 	bench results native tables quality man setup
 
 # Renders the scenes of data/ and says where the pictures are.
@@ -63,6 +63,10 @@ web:
 # The window of examples/viewer on a screen without a monitor: fails where it shows nothing.
 viewer: setup
 	sh tools/viewer.sh
+
+# The plugin of examples/bevy without a window: fails if its picture is flat.
+bevy: setup
+	sh tools/bevy.sh
 
 # Every exported kernel through spirv-val and glslangValidator.
 export-check: setup

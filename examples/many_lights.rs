@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             &views,
             maps,
             PictureRoom::default(),
-            &Default::default(),
+            &mut Default::default(),
         )?;
         let mut times: Vec<[f64; 3]> = Vec::new();
         for _ in 0..=RUNS {

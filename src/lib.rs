@@ -91,8 +91,8 @@ pub use records::{CurveMap, Picture, ViewMaps};
 pub use render::{Frame, RenderOptions, Renderer};
 pub use shadows::{
     CasterCount, CasterLoader, ConvertedMaps, FLYING_WGSL, FilterFormat, HostCasters, HostDepth,
-    HostInputs, LightBindings, LightPoints, MapLayout, Maps, PointBuffers, Prepared, Shadows,
-    Simulation,
+    HostInputs, LightBindings, LightMasks, LightPoints, MapLayout, Maps, MaskSlot, MaskView,
+    PointBuffers, Prepared, ShadowFunction, Shadows, Simulation,
 };
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

@@ -41,3 +41,5 @@ override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
 // Some map is read with another filter than the spline, or with a slope-scaled bias.
 override HAS_FILTERS: bool = false;
+// Some light of the picture reads maps, because it has no mask.
+override HAS_SHADOWS: bool = true;

@@ -59,14 +59,14 @@ fn run(reader: &Reader, time: Duration, seed: u64, out: &Path) -> std::io::Resul
     while clock.elapsed() < time {
         let bytes = mutate::mutated(&reader.seeds, &mut chance);
         fs::write(&input, &bytes)?;
-        let start = Instant::now();
-        let result = catch_unwind(AssertUnwindSafe(|| {
-            // Moving parts are set to another time.
-            scene::load(path).map(|mut scene| scene.set_time(1.25)).is_ok()
-        }));
+        let (mut result, mut took) = load(path);
+        if took > SLOW {
+            // Other processes may have taken the cores.
+            (result, took) = load(path);
+        }
         let fault = match result {
             Err(_) => Some("panics"),
-            Ok(_) if start.elapsed() > SLOW => Some("is slow"),
+            Ok(_) if took > SLOW => Some("is slow"),
             Ok(is_scene) => {
                 read += u64::from(is_scene);
                 None
@@ -82,4 +82,14 @@ fn run(reader: &Reader, time: Duration, seed: u64, out: &Path) -> std::io::Resul
     }
     println!("{}: {count} inputs, {read} of them scenes, {findings} findings", reader.name);
     Ok(findings)
+}
+
+/// Whether a file is a scene, and how long that took.
+fn load(path: &Path) -> (std::thread::Result<bool>, Duration) {
+    let start = Instant::now();
+    let result = catch_unwind(AssertUnwindSafe(|| {
+        // Moving parts are set to another time.
+        scene::load(path).map(|mut scene| scene.set_time(1.25)).is_ok()
+    }));
+    (result, start.elapsed())
 }

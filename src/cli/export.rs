@@ -25,13 +25,13 @@ struct Manifest {
     gobo: &'static str,
     language: &'static str,
     kernels: Vec<KernelEntry>,
-    /// What shaders of the host's call.
+    /// Light look-ups for shaders of the host.
     look_ups: Vec<LookUp>,
 }
 
 #[derive(Serialize)]
 struct KernelEntry {
-    /// No other kernel has the same.
+    /// Unique id.
     id: String,
     name: &'static str,
     /// `core`, or `native` for the variant that needs `features`.
@@ -39,9 +39,9 @@ struct KernelEntry {
     #[serde(flatten)]
     outcome: Outcome,
     bindings: Vec<BindingEntry>,
-    /// Values that are compiled in, or that hold where no other is given.
+    /// Values of the overrides; defaults of those in `specialisation`.
     constants: BTreeMap<String, f64>,
-    /// Those for which others may be given, by the ids that they have in SPIR-V.
+    /// Overrides that can be specialised, with their ids in SPIR-V.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     specialisation: BTreeMap<String, u32>,
 }
@@ -53,7 +53,7 @@ enum Outcome {
         file: String,
         entry_point: String,
         workgroup_size: [u32; 3],
-        /// Beyond core WebGPU.
+        /// Required features beyond core WebGPU.
         features: Vec<&'static str>,
         #[serde(skip_serializing_if = "Option::is_none")]
         buffer_sizes: Option<BufferSizes>,
@@ -67,7 +67,7 @@ enum Outcome {
 pub(super) struct BindingEntry {
     group: u32,
     binding: u32,
-    /// Place within the resource's own kind, in a language that has few.
+    /// Index among the resources of its kind, for languages with few slots.
     #[serde(skip_serializing_if = "Option::is_none")]
     slot: Option<u8>,
     name: &'static str,
@@ -75,7 +75,7 @@ pub(super) struct BindingEntry {
     kind: Kind,
 }
 
-/// Names of WebGPU.
+/// WebGPU's names.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Kind {
@@ -99,14 +99,14 @@ enum Kind {
     },
 }
 
-/// A kernel made with other constants.
+/// A variant of a kernel with other constants.
 pub(crate) struct Cut {
-    /// Of its id.
+    /// Suffix of its id.
     pub(crate) suffix: &'static str,
     pub(crate) constants: Vec<Constant>,
 }
 
-/// What is exported of a kernel: as it is, then as it is cut otherwise.
+/// Exported variants of a kernel, the kernel itself first.
 pub(crate) fn cuts(desc: &KernelDesc) -> Vec<Cut> {
     let mut cuts = vec![Cut { suffix: "", constants: Vec::new() }];
     if desc.constants.iter().any(|&(name, _)| name == "NODES") {
@@ -120,7 +120,7 @@ pub(crate) fn cuts(desc: &KernelDesc) -> Vec<Cut> {
     cuts
 }
 
-/// What tells a kernel from all others.
+/// Unique id of a kernel.
 pub(crate) fn id(desc: &KernelDesc, suffix: &str, tier: Tier) -> String {
     let tier = match tier {
         Tier::Core => "",
@@ -149,7 +149,7 @@ pub(crate) fn run(
     let (gobo, language) = (env!("CARGO_PKG_VERSION"), target.version());
     let manifest = Manifest { gobo, language, kernels, look_ups };
     write_json(&out.join("passes.json"), &passes::passes()?)?;
-    // Last: it names files that are there.
+    // The manifest is last: all files that it names exist.
     write_json(&out.join("manifest.json"), &manifest)
 }
 

@@ -1,5 +1,4 @@
-//! What a frame of a scene uploads, and its maps, bit for bit: what an engine without wgpu is checked
-//! against.
+//! Uploads of a scene's frame, and its maps, bit for bit: reference for engines without wgpu.
 use super::{failure::Failure, files};
 use gobo::{
     Gpu, Maps, Shadows,
@@ -13,13 +12,13 @@ use gobo::{
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
-/// Writes the arrays to `out`, and returns what `frame.json` says of them.
+/// Writes the arrays to `out`, and returns their entries for `frame.json`.
 pub(super) fn write(path: &Path, set: &[(String, String)], out: &Path) -> Result<Value, Failure> {
     let scene = scene::load_with(path, set)?;
     files::warn(&scene.notes);
     let dir = out.join("frame");
     files::create_dir(&dir)?;
-    // The name that `frame.json` has.
+    // Name in `frame.json`.
     let file = |name: &str, bytes: &[u8]| {
         files::write(&dir.join(name), bytes).map(|()| format!("frame/{name}"))
     };
@@ -60,7 +59,7 @@ pub(super) fn write(path: &Path, set: &[(String, String)], out: &Path) -> Result
     Ok(frame)
 }
 
-/// Each map, row by row, layer after layer.
+/// Each map, row by row, layer by layer.
 fn bits(gpu: &Gpu, maps: &Maps) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     let mut all = vec![
         ("filters", gpu.try_read_texture(&maps.filters)?),

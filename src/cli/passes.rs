@@ -1,5 +1,5 @@
-//! `passes.json`: how a frame's maps are made of the exported kernels, from the tables that the library
-//! itself records from. `docs/export.md` says how to read it.
+//! `passes.json`: the passes that make a frame's maps from the exported kernels, by the tables that the
+//! library itself records from. Format: `docs/export.md`.
 use super::{
     export::{cuts, id},
     failure::Failure,
@@ -27,7 +27,7 @@ use naga::{Module, TypeInner};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// Lists of a batch, and whether they filter.
+/// Lists of a batch, and whether they filter light.
 const LISTS: [(&str, bool); 2] = [("blocking", false), ("filtering", true)];
 
 pub(super) fn passes() -> Result<Value, Failure> {
@@ -93,7 +93,7 @@ pub(super) fn passes() -> Result<Value, Failure> {
     }))
 }
 
-/// What steps and resources mention.
+/// Definitions and kernels that steps and resources refer to.
 #[derive(Default)]
 struct Book {
     /// Name and formula, parts first.
@@ -146,7 +146,7 @@ impl Book {
         })
     }
 
-    /// A step for each digit.
+    /// Steps of a sort, one per digit.
     fn sort(&mut self, when: &[&str], of: SortOf) -> Value {
         let (name, names, bits, capacity) = match of {
             SortOf::Depth => ("depth", KEYS, Is(DEPTH_BITS.into()), Of(Number::FootprintCount)),
@@ -197,7 +197,7 @@ impl Book {
         })
     }
 
-    /// The first counts whose traits, and nodes, a list has.
+    /// Variants in order: the first whose traits and nodes a list has is used.
     fn variants(&mut self, role: Role, variants: Variants) -> Vec<Value> {
         let mut choices = Vec::new();
         for (traits, desc) in
@@ -233,7 +233,7 @@ impl Book {
         if let Some(nodes) = nodes {
             choice["nodes"] = nodes.into();
         }
-        // One that knows but one tier runs on both.
+        // A kernel with a single tier runs on both.
         for (name, tier) in [("core", Tier::Core), ("native", Tier::Native)] {
             let tier = if desc.tiers.contains(&tier) { tier } else { desc.tiers[0] };
             choice[name] = id(desc, suffix, tier).into();
@@ -308,7 +308,7 @@ fn records(format: &str, texels: &str) -> Value {
     json!({ "kind": "texture", "format": format, "width": ROW.to_string(), "height": height })
 }
 
-/// What all variants of a kernel bind.
+/// Union of the bindings of a kernel's variants.
 fn bindings(
     variants: &Variants,
     sources: &[(&'static str, Source)],
@@ -366,7 +366,7 @@ fn host_struct<T: GpuLayout>() -> Value {
     json!({ "size": T::SIZE, "fields": fields })
 }
 
-/// Those that are bound, in buffers or in each other.
+/// Adds the structs in buffers, and those nested in them.
 fn add_structs(module: &Module, found: &mut BTreeMap<String, Value>) {
     let mut layouter = naga::proc::Layouter::default();
     if layouter.update(module.to_ctx()).is_err() {
@@ -396,7 +396,7 @@ fn add_structs(module: &Module, found: &mut BTreeMap<String, Value>) {
     }
 }
 
-/// As WGSL writes it.
+/// Name of a type in WGSL.
 fn type_name(module: &Module, ty: naga::Handle<naga::Type>) -> String {
     let scalar = |scalar: naga::Scalar| match scalar.kind {
         naga::ScalarKind::Sint => "i32",

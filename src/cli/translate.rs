@@ -1,5 +1,5 @@
-//! One kernel in another shading language. Override constants stay open where the language has such, as
-//! far as they are flags; the others are resolved.
+//! Translation of a kernel to another shading language. Flags stay override constants if the language has
+//! such; other constants are resolved.
 use super::{
     arguments::Target,
     specialise,
@@ -68,15 +68,15 @@ pub(crate) struct Kernel {
     target: Target,
     /// Values of the overrides.
     pub(crate) constants: BTreeMap<String, f64>,
-    /// Those that stay open, by their ids in SPIR-V.
+    /// Overrides that stay open, by their ids in SPIR-V.
     pub(crate) open: BTreeMap<String, u32>,
     /// Size by binding: of a whole uniform, of an array's element [bytes].
     pub(crate) sizes: HashMap<u32, u64>,
 }
 
 impl Kernel {
-    /// Each `override` that does not stay open becomes a `const`: naga's own resolution leaves the
-    /// lengths of workgroup arrays open, and its WGSL loses them.
+    /// Each closed `override` becomes a `const`: naga's own resolution leaves the lengths of workgroup
+    /// arrays open, and its WGSL loses them.
     pub(crate) fn new(
         name: &'static str,
         mut wgsl: String,
@@ -98,7 +98,7 @@ impl Kernel {
             };
             let id = specialise::ids().find(|&(known, _)| known == name && ty == "bool");
             let keyword = match (target, id) {
-                // What naga makes of it, `specialise` turns into a specialisation constant.
+                // `specialise` turns naga's translation of it into a specialisation constant.
                 (Target::Spirv, Some(_)) => "var<private>",
                 (Target::Wgsl, Some(_)) => "override",
                 _ => "const",
@@ -192,8 +192,8 @@ fn parse(wgsl: &str) -> Result<Module, String> {
 }
 
 fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, String> {
-    // Flags that stay open are uniform, but their stand-ins are private variables. The kernels as they
-    // are stand before naga's whole judgement in the tests.
+    // Open flags are uniform, but their stand-ins are private variables. The tests validate the original
+    // kernels in full.
     let flags = ValidationFlags::all() - ValidationFlags::CONTROL_FLOW_UNIFORMITY;
     Validator::new(flags, capabilities)
         .subgroup_stages(ShaderStages::COMPUTE)

@@ -14,6 +14,11 @@ impl Memory {
         }
     }
 
+    /// Adds all of `other`.
+    pub(crate) fn add_all(&mut self, other: &Self) {
+        other.0.iter().for_each(|&(name, bytes)| self.add(name, bytes));
+    }
+
     /// Sum over all names [bytes].
     pub fn total(&self) -> u64 {
         self.0.iter().map(|(_, bytes)| bytes).sum()

@@ -32,7 +32,7 @@ impl Default for Camera {
 /// Error of a matrix that is no perspective projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the camera's matrix cannot be used: {0}")]
-pub struct InvalidCamera(&'static str);
+pub struct InvalidCamera(pub(crate) &'static str);
 
 impl Camera {
     /// The camera of a perspective projection: `clip_from_world` as columns, reversed z or not, infinite

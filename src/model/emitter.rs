@@ -328,7 +328,7 @@ impl Flock {
         self.step = step;
     }
 
-    /// The same of particles that press and drag each other: all take every step together, from the first on.
+    /// [`Self::advance_to`] for a fluid: all particles advance together, step by step from the first on.
     pub fn advance_fluid_to(&mut self, forces: &Forces, fluid: &Fluid, step: u32, last: u32) {
         if step < self.step {
             *self = Self::default();

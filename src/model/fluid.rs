@@ -1,41 +1,40 @@
-//! Particles that press and drag each other: smoothed particle hydrodynamics after Müller, Charypar and Gross
-//! 2003, sections 3.2 to 3.5. Sums, products, divisions and square roots in a fixed order: the same on every
-//! machine.
+//! Smoothed particle hydrodynamics after Müller, Charypar and Gross 2003, sections 3.2 to 3.5. Sums,
+//! products, divisions and square roots in a fixed order: the same on every machine.
 use super::emitter::Flying;
 use glam::{IVec3, Vec3};
 use std::f32::consts::PI;
 
-/// What particles are to each other. Density is 1 where they lie in a lattice of `spacing`, about.
+/// Interaction of particles. A lattice of `spacing` has a density of about 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fluid {
-    /// Between particles at rest; the cube of it is a particle's mass [m].
+    /// Distance between particles at rest; its cube is a particle's mass [m].
     pub spacing: f32,
-    /// How far a particle's kernel goes, `h` [m].
+    /// Support radius of the kernels, `h` [m].
     pub reach: f32,
-    /// Pressure where the density is 1 too high: the square of the speed of sound [m^2/s^2].
+    /// Pressure per excess density: the square of the speed of sound [m^2/s^2].
     pub stiffness: f32,
-    /// Kinematic [m^2/s].
+    /// Kinematic viscosity [m^2/s].
     pub viscosity: f32,
 }
 
 impl Fluid {
-    /// Particles of one emitter, at most.
+    /// Most particles of one emitter.
     pub const MOST: u32 = 10_000;
 
-    /// Of a particle, where water at rest has 1 in each m^3.
+    /// Mass of a particle; water at rest has a mass of 1 per m^3.
     fn mass(&self) -> f32 {
         self.spacing * self.spacing * self.spacing
     }
 
-    /// Müller et al. 2003, equation 20: `poly6` [1/m^3].
+    /// Kernel `poly6` at a squared distance [1/m^3]: equation 20.
     fn weight(&self, square: f32) -> f32 {
         let whole = self.reach * self.reach;
-        // Shares of the reach: its ninth power may leave 32 bits.
+        // In units of `reach`, whose ninth power may leave the range of an `f32`.
         let left = (1.0 - square / whole).max(0.0);
         315.0 / (64.0 * PI) * (left * left * left) / (whole * self.reach)
     }
 
-    /// Of each particle at these places, its own share included: equation 3.
+    /// Density at each particle, its own included: equation 3.
     pub fn densities(&self, places: &[Vec3]) -> Vec<f32> {
         self.densities_by(places, &Cells::new(places, self.reach))
     }
@@ -51,11 +50,11 @@ impl Fluid {
         places.iter().map(density).collect()
     }
 
-    /// What the others do to each particle [m/s^2].
+    /// Acceleration of each particle by the others [m/s^2].
     ///
-    /// Equations 10, 12 and 14 with the spiky kernel's gradient and the viscous one's Laplacian (21, 22), by the
-    /// product of both densities: what one particle does to another, this does to it. Unlike the paper: less than
-    /// the density at rest pulls nothing together, smoke may thin out.
+    /// Equations 10, 12 and 14 with the gradient of the spiky kernel and the Laplacian of the viscous one
+    /// (21, 22), divided by both densities, so that forces between two particles are equal and opposite.
+    /// Unlike the paper: below the density at rest there is no tension, so that smoke may thin out.
     pub fn accelerations(&self, flying: &[Flying]) -> Vec<Vec3> {
         let places: Vec<Vec3> = flying.iter().map(|flying| flying.position).collect();
         let cells = Cells::new(&places, self.reach);
@@ -68,7 +67,7 @@ impl Fluid {
             cells.near(own.position, |j| {
                 let aside = own.position - places[j];
                 let distance = aside.length();
-                // Where two lie on each other there is no way apart.
+                // Particles at the same position have no direction apart.
                 if j == i || distance >= self.reach || distance == 0.0 {
                     return;
                 }
@@ -84,10 +83,10 @@ impl Fluid {
     }
 }
 
-/// Particles by the cube of the reach's edge that each is in.
+/// Particles by grid cell, with `reach` as the edge.
 struct Cells {
     edge: f32,
-    /// Ascending.
+    /// Cell and particle, ascending.
     members: Vec<([i32; 3], usize)>,
 }
 
@@ -103,7 +102,7 @@ impl Cells {
         (place / edge).floor().as_ivec3()
     }
 
-    /// Those in the cell of the place and in its 26 neighbours, in a fixed order.
+    /// Visits the particles in the position's cell and its 26 neighbours, in a fixed order.
     fn near(&self, place: Vec3, mut visit: impl FnMut(usize)) {
         let [x, y, z] = Self::cell(place, self.edge).to_array();
         let around = |v: i32| v.saturating_sub(1)..=v.saturating_add(1);

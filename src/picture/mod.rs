@@ -4,8 +4,7 @@ mod bands;
 mod clusters;
 pub mod debug;
 mod lists;
-mod masks;
 mod prepared;
 mod shading;
 
-pub use prepared::{PictureRoom, PreparedPicture};
+pub use prepared::{Kept, PictureRoom, PreparedPicture};

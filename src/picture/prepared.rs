@@ -4,7 +4,6 @@ use super::{
     bands::{TileRect, band_tiles},
     clusters::Clusters,
     lists::CameraList,
-    masks::{MaskMemory, PreparedMasks},
     shading::{BandMemory, ShadeFeatures, Shading, ToShade},
 };
 use crate::{
@@ -13,8 +12,12 @@ use crate::{
     model::{Class, Environment, Scene, View},
     records::{ClusterCounters, FormerSlots, Grid, LightRecords, MaskSlots, Picture},
     shadows::{
-        AreaLevels, CasterSet, Maps, Pipeline, context::view_uniform, kernels::Kernels,
-        list::ListCounters, plan::Plan,
+        AreaLevels, CasterSet, Maps, Pipeline,
+        context::view_uniform,
+        kernels::Kernels,
+        list::ListCounters,
+        masks::{MaskMemory, MaskTextures, PreparedMasks},
+        plan::Plan,
     },
     stage::{bin::BatchCounters, hits::Features, shade::PictureParams},
 };
@@ -22,6 +25,15 @@ use glam::UVec2;
 use half::f16;
 use std::sync::Arc;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+
+/// State that a picture takes over from the previous one.
+#[derive(Debug, Default)]
+pub struct Kept {
+    /// Mask slots of the lights.
+    pub slots: FormerSlots,
+    masks: Option<Arc<MaskTextures>>,
+    band: Option<Arc<BandMemory>>,
+}
 
 /// A picture, bound and ready to be recorded after the maps that light it.
 #[derive(Debug)]
@@ -40,6 +52,8 @@ pub struct PreparedPicture {
     solid: CameraList,
     clear: CameraList,
     shading: Shading,
+    #[expect(dead_code, reason = "as long as it is here, no other picture takes it")]
+    band: Arc<BandMemory>,
     part_count: usize,
     tile_count: u32,
     /// Counters of the lists, part by part.
@@ -89,10 +103,10 @@ impl Pipeline {
         views: &[View],
         maps: &Maps,
         room: PictureRoom,
-        former: &FormerSlots,
+        kept: &mut Kept,
     ) -> Result<PreparedPicture, Error> {
         let planned =
-            self.plan_picture(device, queue, casters, scene, camera, views, maps, room, former)?;
+            self.plan_picture(device, queue, casters, scene, camera, views, maps, room, kept)?;
         self.kernels.finish()?;
         Ok(planned)
     }
@@ -109,7 +123,7 @@ impl Pipeline {
         views: &[View],
         maps: &Maps,
         room: PictureRoom,
-        former: &FormerSlots,
+        kept: &mut Kept,
     ) -> Result<PreparedPicture, Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
@@ -175,8 +189,17 @@ impl Pipeline {
         )?;
         let at_once = parts.len() == 1 && room.rounds == 1;
         let tiles_of_band = band_tiles(tiles, scene.mask.is_some(), at_once);
-        let panes = clear.list.footprint_count > 0 && clear.features.triangles;
-        let memory_of_band = BandMemory::new(&mut allocator, room.rounds, tiles_of_band, panes)?;
+        let has_layers = clear.list.footprint_count > 0;
+        let panes = has_layers && clear.features.triangles;
+        let memory_of_band = BandMemory::take(
+            &mut kept.band,
+            device,
+            room.rounds,
+            tiles_of_band,
+            has_layers,
+            panes,
+        )?;
+        allocator.memory.add_all(&memory_of_band.memory);
         let blocking = maps.colored.as_ref().unwrap_or(&maps.opaques);
         let resources = casters
             .resources()
@@ -201,25 +224,28 @@ impl Pipeline {
         };
         let (air_volume, air) =
             PreparedAir::new(&mut allocator, queue, kernels, of_maps, scene, &resources)?;
-        let slots = scene.mask.as_ref().map(|own| MaskSlots::new(scene, own, camera, former));
+        let slots = scene.mask.as_ref().map(|own| MaskSlots::new(scene, own, camera, &kept.slots));
         let slots = slots.unwrap_or_default();
         let masks = match &scene.mask {
             Some(own) if slots.count > 0 => {
-                let slots = slots.clone();
-                let memory = MaskMemory::new(&mut allocator, queue, own, slots, camera.size)?;
-                let passes = PreparedMasks::new(
-                    &mut allocator,
-                    queue,
-                    kernels,
-                    of_maps,
-                    &memory,
-                    &resources,
-                )?;
+                let size = camera.size;
+                let textures = MaskTextures::take(&mut kept.masks, device, size, own.half, &slots)?;
+                let memory = MaskMemory::new(queue, own, slots.clone(), textures);
+                allocator.memory.add_all(memory.memory());
+                let make = |variant, features| {
+                    Ok((kernels.plan(device, variant, features)?.clone(), None))
+                };
+                let passes = PreparedMasks::new(device, queue, of_maps, &memory, &resources, make)?;
                 Some((memory, passes))
             }
             _ => None,
         };
-        let of_maps = Features { masks: masks.is_some(), ..of_maps };
+        let shadows = !views.is_empty();
+        let of_maps = Features { masks: masks.is_some(), shadows, ..of_maps };
+        let (of_surfaces, unmasked) = match &masks {
+            Some((memory, _)) => (Some(memory.of_surfaces()), memory.slots.unmasked > 0),
+            None => (None, shadows),
+        };
         let resources = match &masks {
             Some((memory, _)) => resources.and(&memory.resources()),
             None => resources,
@@ -229,7 +255,15 @@ impl Pipeline {
             allocator: &mut allocator,
             queue,
             kernels,
-            features: ShadeFeatures::new(&solid, &clear, of_maps, config.count_cost, scene),
+            features: ShadeFeatures::new(
+                &solid,
+                &clear,
+                of_maps,
+                of_surfaces,
+                unmasked,
+                config.count_cost,
+                scene,
+            ),
             solid: &solid,
             clear: &clear,
             rounds: room.rounds,
@@ -250,6 +284,7 @@ impl Pipeline {
             solid,
             clear,
             shading,
+            band: memory_of_band,
             part_count: parts.len(),
             tile_count: tiles.element_product(),
             counters,
@@ -370,7 +405,11 @@ impl PreparedPicture {
     /// The masks, layer by layer and row by row, at the picture's size; empty without masks. Blocks.
     pub fn read_masks(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>, Error> {
         match &self.masks {
-            Some((memory, _)) => gpu.try_read_texture(memory.masks()),
+            Some((memory, _)) => {
+                let mut texels = gpu.try_read_texture(memory.masks())?;
+                texels.truncate((self.slots.count * self.size.element_product()) as usize);
+                Ok(texels)
+            }
             None => Ok(Vec::new()),
         }
     }

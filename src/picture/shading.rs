@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Resources, Timeline},
+    gpu::{Allocator, Memory, Resources, Timeline},
     model::Scene,
     shadows::kernels::{Kernels, Variant},
     stage::{
@@ -13,6 +13,7 @@ use crate::{
         shade::{CARRIED, LAYER_TEXELS, PIXEL_POINTS, POINT_TEXELS, PointBatch, point_grid},
     },
 };
+use std::sync::Arc;
 use wgpu::{BindGroup, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
 /// Intermediate data of the pixels of a band.
@@ -27,32 +28,69 @@ pub(super) struct BandMemory {
     pub tiles: u32,
     /// Points of one pixel.
     points_of_pixel: u32,
+    /// Whether data is carried from round to round.
+    carries: bool,
+    has_layers: bool,
+    /// Bytes by buffer and texture.
+    pub memory: Memory,
 }
 
 impl BandMemory {
-    /// `panes`: whether pixels have points for panes.
-    pub(super) fn new(
-        allocator: &mut Allocator<'_>,
+    /// `layers`, `panes`: whether pixels have translucent layers, and points for panes.
+    fn new(
+        device: &wgpu::Device,
         rounds: u32,
         tiles: u32,
+        layers: bool,
         panes: bool,
     ) -> Result<Self, Error> {
+        let mut memory = Memory::default();
+        let allocator = &mut Allocator { device, memory: &mut memory };
         let storage = TextureUsages::STORAGE_BINDING;
         let uint = TextureFormat::Rgba32Uint;
         let pixels = u64::from(pixels_of(tiles));
         let points_of_pixel = if panes { PIXEL_POINTS } else { 1 };
         let points = pixels * u64::from(points_of_pixel);
-        let carried = if rounds > 1 { pixels * u64::from(CARRIED) } else { 1 };
+        let carries = rounds > 1;
+        let carried = if carries { pixels * u64::from(CARRIED) } else { 1 };
+        let layer_texels = if layers { pixels * u64::from(LAYER_TEXELS) } else { 1 };
         let none = BufferUsages::empty();
         Ok(Self {
             seen: allocator.records("seen", uint, pixels, storage)?,
-            layers: allocator.records("layers", uint, pixels * u64::from(LAYER_TEXELS), storage)?,
+            layers: allocator.records("layers", uint, layer_texels, storage)?,
             points: allocator.records("points", uint, points * u64::from(POINT_TEXELS), storage)?,
             lit: allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?,
             carried: allocator.storage::<[u32; 4]>("carried", carried, none)?,
             tiles,
             points_of_pixel,
+            carries,
+            has_layers: layers,
+            memory,
         })
+    }
+
+    /// `former`, or new memory if `former` is shared or too small.
+    pub(super) fn take(
+        former: &mut Option<Arc<Self>>,
+        device: &wgpu::Device,
+        rounds: u32,
+        tiles: u32,
+        layers: bool,
+        panes: bool,
+    ) -> Result<Arc<Self>, Error> {
+        let points = if panes { PIXEL_POINTS } else { 1 };
+        let has_room = |own: &Self| {
+            own.tiles == tiles
+                && own.points_of_pixel == points
+                && own.carries >= (rounds > 1)
+                && own.has_layers >= layers
+        };
+        let own = match former.take().filter(|own| Arc::strong_count(own) == 1) {
+            Some(own) if has_room(&own) => own,
+            _ => Arc::new(Self::new(device, rounds, tiles, layers, panes)?),
+        };
+        *former = Some(Arc::clone(&own));
+        Ok(own)
     }
 
     pub(super) fn resources(&self) -> Resources<'_> {
@@ -72,15 +110,24 @@ pub(super) struct ShadeFeatures {
     layers: Features,
     surfaces: Features,
     panes: Features,
+    /// Features of visible opaque surfaces.
     light: Features,
+    /// Features of particles.
+    casters: Features,
     composite: Features,
+    /// Kernel that stores the surfaces for masks, if lights have masks.
+    masks: Option<Variant>,
 }
 
 impl ShadeFeatures {
+    /// `masks`: the kernel of [`MaskMemory::of_surfaces`](super::masks::MaskMemory::of_surfaces);
+    /// `unmasked`: some light without a mask casts shadows.
     pub(super) fn new(
         solid: &CameraList,
         clear: &CameraList,
         light: Features,
+        masks: Option<Variant>,
+        unmasked: bool,
         cost: bool,
         scene: &Scene,
     ) -> Self {
@@ -98,7 +145,10 @@ impl ShadeFeatures {
                 environment,
                 ..Features::NONE
             },
-            light,
+            // Panes read the maps, with or without masks.
+            light: Features { shadows: light.shadows && (unmasked || panes), ..light },
+            casters: light,
+            masks,
             composite: Features { cost, air, layers: has_layers, panes, ..Features::NONE },
         }
     }
@@ -195,11 +245,8 @@ impl ToShade<'_, '_> {
         let of_solid = of_solid.with("band", &band);
         let of_clear = of_clear.with("band", &band);
         let surfaces = self.bind(Variant::ShadeSurfaces, features.surfaces, &of_solid)?;
-        let masks = if features.light.masks {
-            Some(self.bind(Variant::MaskSurfaces, Features::NONE, &of_solid)?)
-        } else {
-            None
-        };
+        let bind_masks = |variant| self.bind(variant, Features::NONE, &of_solid);
+        let masks = features.masks.map(bind_masks).transpose()?;
         let panes = if features.composite.panes {
             Some(self.bind(Variant::ShadePanes, features.panes, &of_clear)?)
         } else {
@@ -228,7 +275,7 @@ impl ToShade<'_, '_> {
             runs.push(LitCasters {
                 groups: point_grid(batch.count),
                 points: self.bind(Variant::ShadeCasters, Features::NONE, &resources)?,
-                light: self.bind(Variant::LightPoints, features.light, &resources)?,
+                light: self.bind(Variant::LightPoints, features.casters, &resources)?,
             });
         }
         Ok(runs)
@@ -257,7 +304,7 @@ impl Shading {
         }
         let casters = to.casters(resources)?;
         let keeps_surfaces =
-            features.light.masks && matches!(&bands[..], [part] if part.len() == 1);
+            features.masks.is_some() && matches!(&bands[..], [part] if part.len() == 1);
         let light_groups = point_grid(batch.count);
         Ok(Self { features, bands, casters, light, light_groups, keeps_surfaces })
     }
@@ -273,7 +320,7 @@ impl Shading {
         for run in &self.casters {
             let points = kernels.get(Variant::ShadeCasters, Features::NONE);
             points.record(&mut pass, &run.points, run.groups);
-            let light = kernels.get(Variant::LightPoints, self.features.light);
+            let light = kernels.get(Variant::LightPoints, self.features.casters);
             light.record(&mut pass, &run.light, run.groups);
         }
     }
@@ -296,8 +343,8 @@ impl Shading {
                 record(Variant::ShadeSeen, features.solid, round);
             }
             record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
-            if let Some(masks) = &band.masks {
-                record(Variant::MaskSurfaces, Features::NONE, masks);
+            if let (Some(variant), Some(masks)) = (features.masks, &band.masks) {
+                record(variant, Features::NONE, masks);
             }
         }
     }

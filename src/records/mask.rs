@@ -1,55 +1,88 @@
-//! Shadow masks: which light is in which, and what their kernels read.
+//! Shadow masks: the slots of lights, and the parameters of kernels.
 //!
-//! A mask is a layer of four 8-bit channels. It has four *slots* for lights that are blocked in all colours
-//! alike, or one, of three channels, for a light that something tints. Lights that do not overlap on the
-//! screen share a slot.
+//! A mask is a layer of four 8-bit channels. It has four *slots* for lights that are blocked alike in all
+//! channels, or one, of three channels, for a light that some caster tints. Lights that do not overlap on
+//! the screen share a slot.
 use super::Reach;
 use crate::model::{Bounds, Class, Light, LightKind, MaskSettings, Scene, View};
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DVec2, DVec3, Mat4, UVec2};
 use std::collections::HashMap;
 
 /// Slots of a mask. WGSL: `wgsl/records/mask.wgsl`.
 pub const SLOTS: u32 = 4;
 /// Flag of a slot: the light owns all channels of its mask.
 pub const COLORED_BIT: u32 = 1 << 31;
-/// Flag of a surface: it belongs to a particle.
-pub const ROUND_BIT: u32 = 4;
+/// Flag of a slot on the device: the host's shadow function applies to the light.
+pub const JOINED_BIT: u32 = 1 << 30;
 
 /// WGSL: `wgsl/records/mask.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MaskParams {
-    /// Size of the masks as they are computed [pixels].
+    /// Size of the masks that are computed [pixels].
     pub size: UVec2,
-    /// Pixels of the picture along a pixel of the masks.
+    /// Pixels of the picture per pixel of the masks, along an edge.
     pub step: u32,
-    /// Blur taps to each side of the middle.
+    /// Blur taps to each side of the centre.
     pub taps: u32,
-    /// The axis of the blur.
-    pub along: UVec2,
-    /// To depth, of the distance.
+    /// Edge-stopping strength, as [`MaskSettings::sensitivity`].
     pub sensitivity: f32,
-    /// Distance at which the blur is as wide as it gets [m]; 0: everywhere.
+    /// Distance up to which the blur has its full width [m]; 0: everywhere.
     pub depth_scale: f32,
+    /// 1: a column is blurred, 0: a row.
+    pub column: u32,
+    pub mask_count: u32,
 }
-crate::gpu_layout!(MaskParams { size, step, taps, along, sensitivity, depth_scale });
+crate::gpu_layout!(MaskParams { size, step, taps, sensitivity, depth_scale, column, mask_count });
 
-/// Slots by the lights' names: those of the frame before stay where they are.
+/// Camera of a host's depths. WGSL: `wgsl/records/mask.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct HostView {
+    /// Inverse of the matrix that the depths were rendered with.
+    pub world_from_clip: Mat4,
+    /// Rotation of the normals to world space.
+    pub world_from_normal: Mat4,
+    /// Depth of pixels without a surface.
+    pub empty: f32,
+    /// 1: depths are light depths of the view.
+    pub is_light_depth: u32,
+    /// Format of the normals: [`NORMALS_NONE`] and so on.
+    pub normals: u32,
+    pub pad_0: u32,
+}
+crate::gpu_layout!(HostView {
+    world_from_clip,
+    world_from_normal,
+    empty,
+    is_light_depth,
+    normals,
+    pad_0
+});
+
+/// No normals: they are derived from the depths.
+pub const NORMALS_NONE: u32 = 0;
+/// Normals in a float or snorm format.
+pub const NORMALS_SIGNED: u32 = 1;
+/// Normals in a unorm format: 0 is -1.
+pub const NORMALS_UNORM: u32 = 2;
+
+/// Slots of the previous frame by the lights' names; lights keep them.
 pub type FormerSlots = HashMap<String, u32>;
 
-/// Which light is in which mask.
+/// Assignment of lights to slots of masks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MaskSlots {
     /// Slot of each light, packed as `mask_slot` of `wgsl/records/mask.wgsl` reads it; 0 for none.
     pub of_lights: Vec<u32>,
-    /// Masks.
+    /// Number of masks.
     pub count: u32,
-    /// Lights that cast shadows into the picture and found no slot.
+    /// Lights that cast shadows into the picture but have no slot.
     pub unmasked: u32,
 }
 
-/// What of the picture a light reaches: slopes to the right and down, and depths [m].
+/// Part of the picture that a light reaches: slopes to the right and down, and depths [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScreenBounds {
     low: DVec3,
@@ -60,7 +93,7 @@ impl ScreenBounds {
     const EVERYWHERE: Self =
         Self { low: DVec3::splat(f64::NEG_INFINITY), high: DVec3::splat(f64::INFINITY) };
 
-    /// Conservative; `None` beside the picture.
+    /// Conservative bounds; `None` outside the picture.
     pub fn new(light: &Light, camera: &View) -> Option<Self> {
         let reach = Reach::new(light, camera);
         if reach.per_radius == 0.0 {
@@ -69,7 +102,7 @@ impl ScreenBounds {
         let mut center = reach.center.as_dvec3();
         let mut radius = 1.0 / f64::from(reach.per_radius);
         if let LightKind::Spot { direction, angle, .. } = light.kind.with_unit_direction() {
-            // The sphere around the cone.
+            // Bounding sphere of the cone.
             let axis = camera.view_from_world.transform_vector3(direction).as_dvec3();
             let axis = axis * DVec3::new(1.0, -1.0, -1.0);
             let (sine, cosine) = (f64::from(angle) * 0.5).sin_cos();
@@ -97,7 +130,7 @@ impl ScreenBounds {
     }
 }
 
-/// Between which slopes a circle is seen; `None` behind the eye.
+/// Slopes between which a circle is seen; `None` behind the eye.
 fn slopes(center: DVec2, radius: f64) -> Option<DVec2> {
     if center.y + radius <= 0.0 {
         return None;
@@ -117,7 +150,7 @@ fn slopes(center: DVec2, radius: f64) -> Option<DVec2> {
 }
 
 impl MaskSlots {
-    /// Greedy, in the order of the lights; those that have a slot already keep it where they can.
+    /// Greedy assignment in the order of the lights; lights keep their former slots if possible.
     pub fn new(
         scene: &Scene,
         settings: &MaskSettings,
@@ -135,7 +168,8 @@ impl MaskSlots {
         Self::assign(&wants, &names, settings.limit, former)
     }
 
-    /// `wants`: of each light that casts into the picture, where, and whether in colour.
+    /// `wants`: for each light that casts shadows into the picture, its bounds, and whether its shadows are
+    /// coloured.
     pub fn assign(
         wants: &[Option<(ScreenBounds, bool)>],
         names: &[&str],
@@ -144,7 +178,7 @@ impl MaskSlots {
     ) -> Self {
         let mut taken: Vec<Vec<(u32, ScreenBounds)>> = Vec::new();
         let mut of_lights = vec![0; wants.len()];
-        // A mask has the kind of the first that came.
+        // All slots of a mask are of the kind of its first light.
         let fits = |taken: &[Vec<(u32, ScreenBounds)>], slot: u32, bounds: &ScreenBounds| {
             let mask = ((slot & !COLORED_BIT) - 1) / SLOTS;
             let others = taken.get(mask as usize).map_or(&[][..], Vec::as_slice);
@@ -184,9 +218,9 @@ impl MaskSlots {
         Self { of_lights, count: taken.len() as u32, unmasked }
     }
 
-    /// For the frame that follows.
-    pub fn former(&self, scene: &Scene) -> FormerSlots {
-        let names = scene.lights.iter().map(|light| light.name.clone());
+    /// Slots by the lights' names, for the next frame.
+    pub fn former<'a>(&self, lights: impl Iterator<Item = &'a Light>) -> FormerSlots {
+        let names = lights.map(|light| light.name.clone());
         names.zip(self.of_lights.iter().copied()).filter(|&(_, slot)| slot != 0).collect()
     }
 }
@@ -215,7 +249,7 @@ fn is_tinted(light: &Light, tinting: &Bounds) -> bool {
     !tinting.is_empty() && nearest.distance(position) <= range
 }
 
-/// Masks of half a picture's width and height [pixels].
+/// Size of the masks of a picture [pixels].
 pub fn mask_size(size: UVec2, half: bool) -> UVec2 {
     if half { (size + 1) / 2 } else { size }
 }

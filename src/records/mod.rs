@@ -51,7 +51,8 @@ pub use light::{
 };
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use mask::{
-    COLORED_BIT, FormerSlots, MaskParams, MaskSlots, ROUND_BIT, SLOTS, ScreenBounds, mask_size,
+    COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskParams, MaskSlots, NORMALS_NONE,
+    NORMALS_SIGNED, NORMALS_UNORM, SLOTS, ScreenBounds, mask_size,
 };
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};

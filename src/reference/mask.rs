@@ -1,30 +1,30 @@
-//! Twin of `wgsl/mask/*.wgsl`: per pixel, the light that each light of a mask still sends there.
+//! Twin of `wgsl/mask/*.wgsl`: the share of each light that reaches each pixel.
 use super::{
-    shading::{Lighting, Point, PointKind, world_point},
+    shading::{Lighting, Point, PointKind},
     threads::each,
 };
 use crate::{
     model::{MaskSettings, View},
     records::{COLORED_BIT, GpuView, MaskSlots, SLOTS, mask_size},
 };
-use glam::{IVec2, Mat4, UVec2, Vec2, Vec3, Vec4};
+use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
-/// Sum of four neighbours' weights below which the best neighbour alone is taken.
+/// Sum of four neighbours' weights below which only the best neighbour is used.
 pub const LEAST_WEIGHT: f32 = 1e-3;
-/// What a right angle between two surfaces counts as, in what the blur tolerates of depth.
+/// Error of a right angle between two normals, in units of the blur's tolerance in depth.
 pub const TURNED: f32 = 8.0;
-/// Distance of the last tap from the middle, in standard deviations.
+/// Distance of the last tap from the centre, in standard deviations.
 pub const WIDTHS: f32 = 2.0;
 
-/// What the camera sees in a pixel of the picture.
+/// Surface that the camera sees in a pixel of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenSurface {
-    /// Light depth of the camera; 1 where there is nothing.
+    /// Light depth in the camera's view; 1 without a surface.
     pub depth: f32,
     pub point: Option<Point>,
 }
 
-/// A pixel of the masks, and the pixel of the picture that it is.
+/// A pixel of the masks, and its pixel in the picture.
 #[derive(Clone, Copy, Debug)]
 struct Surface {
     depth: f32,
@@ -32,17 +32,17 @@ struct Surface {
     pixel: UVec2,
 }
 
-/// The masks of a picture, of its size.
+/// Masks of a picture, at the picture's size.
 #[derive(Clone, Debug)]
 pub struct Masks {
     slots: MaskSlots,
     size: UVec2,
-    /// Layer by layer, row by row.
+    /// Values layer by layer, row by row.
     values: Vec<Vec<Vec4>>,
 }
 
 impl Masks {
-    /// What a mask says of a light at a pixel; `None` where the light has none.
+    /// Share of a light at a pixel; `None` if the light has no mask.
     pub fn share(&self, light: usize, point: &Point) -> Option<Vec3> {
         let slot = self.slots.of_lights[light];
         if slot == 0 || point.kind != PointKind::Solid {
@@ -61,18 +61,18 @@ impl Masks {
     }
 }
 
-/// Mask and channel.
+/// Mask and channel of a slot.
 fn place(slot: u32) -> (usize, usize) {
     let at = (slot & !COLORED_BIT) - 1;
     ((at / SLOTS) as usize, (at % SLOTS) as usize)
 }
 
-/// As a mask stores it.
+/// Value rounded to the format of masks.
 fn stored(value: Vec4) -> Vec4 {
     (value.clamp(Vec4::ZERO, Vec4::ONE) * 255.0).round() / 255.0
 }
 
-/// The camera, and what it sees row by row.
+/// Camera, and its visible surfaces row by row.
 #[derive(Debug)]
 pub struct MaskInput<'a> {
     pub settings: &'a MaskSettings,
@@ -96,26 +96,25 @@ impl Grid {
 struct Filter<'a> {
     settings: &'a MaskSettings,
     view: GpuView,
-    world_from_view: Mat4,
 }
 
-/// A surface that others are held against.
+/// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here +
+/// turn . o) - off` from the plane, in units of the blur's tolerance.
 struct Plane {
-    point: Vec3,
-    /// View space.
+    pixel: Vec2,
+    /// Interpolated normal, world space.
     normal: Vec3,
-    world: Vec3,
+    /// Distance of the pixel's surface along the camera's axis [m].
     distance: f32,
+    here: f32,
+    turn: Vec2,
+    off: f32,
 }
 
 impl MaskInput<'_> {
     pub fn masks(&self, slots: MaskSlots) -> Masks {
         let view = self.camera.to_gpu(0, UVec2::ZERO, 0);
-        let filter = Filter {
-            settings: self.settings,
-            view,
-            world_from_view: self.camera.view_from_world.inverse(),
-        };
+        let filter = Filter { settings: self.settings, view };
         let size = self.camera.size;
         let pixel = |i: u32| UVec2::new(i % size.x, i / size.x);
         let whole = |(i, seen): (u32, &SeenSurface)| Surface {
@@ -128,7 +127,7 @@ impl MaskInput<'_> {
         let own = half.as_ref().unwrap_or(&whole);
         let values = (0..slots.count as usize)
             .map(|mask| {
-                let mut values = self.look_up(own, &filter, &slots, mask);
+                let mut values = self.look_up(own, &slots, mask);
                 if self.settings.taps > 1 {
                     values = filter.blur(own, &values, IVec2::X);
                     values = filter.blur(own, &values, IVec2::Y);
@@ -142,25 +141,17 @@ impl MaskInput<'_> {
         Masks { slots, size, values }
     }
 
-    /// Looks one mask up.
-    fn look_up(
-        &self,
-        grid: &Grid,
-        filter: &Filter<'_>,
-        slots: &MaskSlots,
-        mask: usize,
-    ) -> Vec<Vec4> {
+    /// Look-up of one mask.
+    fn look_up(&self, grid: &Grid, slots: &MaskSlots, mask: usize) -> Vec<Vec4> {
         each(grid.surfaces.len(), |i| {
             let surface = &grid.surfaces[i];
             let mut passed = Vec4::ONE;
             let Some(point) = surface.point.filter(|_| surface.depth < 1.0) else { return passed };
-            let pixel = surface.pixel.as_vec2() + 0.5;
-            let position = world_point(&filter.view, &filter.world_from_view, pixel, surface.depth);
             for (light, &slot) in self.lighting.lights().iter().zip(&slots.of_lights) {
                 if slot == 0 || place(slot).0 != mask {
                     continue;
                 }
-                let share = self.lighting.mask_share(light, &Point { position, ..point });
+                let share = self.lighting.mask_share(light, &point);
                 if slot & COLORED_BIT != 0 {
                     passed = passed.min(share.extend(1.0));
                 } else {
@@ -174,28 +165,35 @@ impl MaskInput<'_> {
 }
 
 impl Filter<'_> {
-    /// View space [m].
-    fn point(&self, surface: &Surface) -> Vec3 {
-        let slope = (surface.pixel.as_vec2() + 0.5 - self.view.size * 0.5) / self.view.scale;
-        let distance = self.view.near + surface.depth * (self.view.far - self.view.near);
-        Vec3::new(slope.x, -slope.y, -1.0) * distance
+    /// Distance along the camera's axis [m].
+    fn distance(&self, depth: f32) -> f32 {
+        self.view.near + depth * (self.view.far - self.view.near)
     }
 
     fn plane(&self, surface: &Surface, seen: &Point) -> Plane {
-        let point = self.point(surface);
-        let normal = self.view.view_from_world.transform_vector3(seen.face);
-        Plane { point, normal, world: seen.normal, distance: -point.z }
+        let view = &self.view;
+        let pixel = surface.pixel.as_vec2() + 0.5;
+        let slope = (pixel - view.size * 0.5) / view.scale;
+        let face = view.view_from_world.transform_vector3(seen.face);
+        let distance = self.distance(surface.depth);
+        let tolerated = self.settings.sensitivity / distance;
+        let here = (face.x * slope.x - face.y * slope.y - face.z) * tolerated;
+        let turn = Vec2::new(face.x, -face.y) / view.scale * tolerated;
+        Plane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
     }
 
-    fn error(&self, plane: &Plane, point: Vec3) -> f32 {
-        plane.normal.dot(point - plane.point).abs() * self.settings.sensitivity / plane.distance
+    /// Distance of a surface from the plane, in units of the blur's tolerance.
+    fn error(&self, plane: &Plane, surface: &Surface) -> f32 {
+        let pixel = surface.pixel.as_vec2() + 0.5;
+        let ray = plane.here + plane.turn.dot(pixel - plane.pixel);
+        (self.distance(surface.depth) * ray - plane.off).abs()
     }
 
-    /// How much a surface counts to another; nothing where there is none.
+    /// Weight of a surface for the pixel of a plane; 0 without a surface.
     fn weight(&self, plane: &Plane, surface: &Surface) -> f32 {
         let Some(seen) = surface.point.filter(|_| surface.depth < 1.0) else { return 0.0 };
-        let facing = plane.world.dot(seen.normal).max(0.0);
-        (1.0 - self.error(plane, self.point(surface))).max(0.0) * facing.powi(8)
+        let facing = plane.normal.dot(seen.normal).max(0.0);
+        (1.0 - self.error(plane, surface)).max(0.0) * facing.powi(8)
     }
 
     fn blur(&self, grid: &Grid, values: &[Vec4], along: IVec2) -> Vec<Vec4> {
@@ -208,17 +206,23 @@ impl Filter<'_> {
             let nearer = if scale > 0.0 { (scale / plane.distance).min(1.0) } else { 1.0 };
             let width = (side as f32 / WIDTHS * nearer).max(0.01);
             let at = UVec2::new(i as u32 % grid.size.x, i as u32 / grid.size.x).as_ivec2();
+            // Gaussian by differences: the ratio of successive taps falls by a constant factor.
+            let narrow = 0.5 / (width * width);
+            let (mut most, mut falls) = ((-narrow).exp(), (-3.0 * narrow).exp());
+            let steeper = (-2.0 * narrow).exp();
             let (mut sum, mut weights) = (values[i], 1.0);
-            for step in (-side..=side).filter(|&step| step != 0) {
-                let place = at + along * step;
-                if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
-                    continue;
+            for step in 1..=side {
+                for place in [at - along * step, at + along * step] {
+                    if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
+                        continue;
+                    }
+                    let place = place.as_uvec2();
+                    let weight = most * self.weight(&plane, grid.at(place));
+                    sum += values[(place.y * grid.size.x + place.x) as usize] * weight;
+                    weights += weight;
                 }
-                let place = place.as_uvec2();
-                let off = step as f32 / width;
-                let weight = (-0.5 * off * off).exp() * self.weight(&plane, grid.at(place));
-                sum += values[(place.y * grid.size.x + place.x) as usize] * weight;
-                weights += weight;
+                most *= falls;
+                falls *= steeper;
             }
             stored(sum / weights)
         })
@@ -241,8 +245,8 @@ impl Filter<'_> {
                 let weight = near.element_product() * self.weight(&plane, other);
                 let value = values[(place.y * half.size.x + place.x) as usize];
                 let is_seen = other.depth < 1.0;
-                let turned = other.point.map_or(0.0, |other| 1.0 - plane.world.dot(other.normal));
-                let off = self.error(&plane, self.point(other)) + TURNED * turned;
+                let turned = other.point.map_or(0.0, |other| 1.0 - plane.normal.dot(other.normal));
+                let off = self.error(&plane, other) + TURNED * turned;
                 let error = if is_seen { off } else { 1e20 };
                 sum += value * weight;
                 weights += weight;
@@ -255,7 +259,7 @@ impl Filter<'_> {
     }
 }
 
-/// Keeps one of each 2 x 2 pixels, in turns the nearest and the farthest.
+/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest.
 fn shrunk(whole: &Grid) -> Grid {
     let size = mask_size(whole.size, true);
     let chosen = |i: u32| {

@@ -5,10 +5,10 @@ use crate::{
     gpu::{Gpu, KernelJob, Timeline, while_made},
     model::{Counters, ReceiverPoint, Scene, View},
     picture::{
-        PictureRoom, PreparedPicture,
+        Kept, PictureRoom, PreparedPicture,
         debug::{self, DebugMode},
     },
-    records::{CurveMap, FormerSlots, NO_OWNER, Picture, ViewMaps, stored_tag},
+    records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
     reference,
     shadows::{Config, HostInputs, Maps, PointBuffers, Prepared, Shadows},
     stage::sort::pair_limit,
@@ -26,8 +26,8 @@ pub(super) struct GpuEngine {
     room: Option<PictureRoom>,
     /// Whether a frame with the same casters has counted its pairs.
     has_counted: bool,
-    /// Mask slots of the lights in the previous frame.
-    slots: FormerSlots,
+    /// State of the previous picture.
+    kept: Kept,
 }
 
 type Record =
@@ -53,8 +53,8 @@ impl GpuEngine {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        let slots = FormerSlots::new();
-        Ok(Self { gpu, shadows, timeline, room: None, has_counted: false, slots })
+        let kept = Kept::default();
+        Ok(Self { gpu, shadows, timeline, room: None, has_counted: false, kept })
     }
 
     pub(super) fn render(
@@ -100,7 +100,7 @@ impl GpuEngine {
         if scene.samples > 1 {
             picture = self.shade_samples(&lit, &whole, budget, picture.light)?;
         }
-        self.slots = shown.slots().former(scene);
+        self.kept.slots = shown.slots().former(scene.lights.iter());
         let clusters = shown.read_cluster_counters(&self.gpu)?;
         let debug = options
             .debug
@@ -277,11 +277,11 @@ impl GpuEngine {
     }
 
     fn plan_picture(&mut self, lit: &Lit<'_>, room: PictureRoom) -> Result<PreparedPicture, Error> {
-        let Self { gpu, shadows, slots, .. } = self;
+        let Self { gpu, shadows, kept, .. } = self;
         let Lit { scene, camera, views, maps } = lit;
         let (device, queue) = (&gpu.device, &gpu.queue);
         shadows.with_casters(|pipeline, casters| {
-            pipeline.plan_picture(device, queue, casters, scene, camera, views, maps, room, slots)
+            pipeline.plan_picture(device, queue, casters, scene, camera, views, maps, room, kept)
         })
     }
 

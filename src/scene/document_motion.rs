@@ -127,7 +127,7 @@ pub(super) struct EmitterTable {
     pub alpha: Option<Vec<f32>>,
 }
 
-/// How particles of one emitter press and drag each other.
+/// Fluid of an emitter's particles.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FluidTable {

@@ -30,7 +30,7 @@ const MOST_FLOWN: u64 = 1 << 32;
 #[derive(Clone, Debug)]
 struct Emitter {
     forces: Forces,
-    /// `None` where particles know nothing of each other.
+    /// Interaction of its particles; `None` without.
     fluid: Option<Fluid>,
     material: u32,
     /// Caster id of its first particle.
@@ -272,8 +272,8 @@ impl Loader<'_> {
         };
         let spacing = within("spacing", spacing, 1e-3..=1e3)?;
         let reach = within("reach", reach.unwrap_or(2.0 * spacing), spacing..=4.0 * spacing)?;
-        // What a step of 1/60 s carries without trembling: sound a fraction of the reach, and drag half of
-        // what two particles' velocities differ by.
+        // Limits for stable steps of 1/60 s: sound travels a fraction of the reach, and drag halves the
+        // difference of two particles' velocities.
         let (fastest, thickest) = ((24.0 * reach).powi(2), 2.0 * reach * reach);
         let stiffness = stiffness.unwrap_or(fastest / 4.0);
         let viscosity = viscosity.unwrap_or(thickest / 10.0);

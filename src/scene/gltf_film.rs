@@ -1,11 +1,11 @@
-//! Thin films of glTF materials (`KHR_materials_iridescence`): what they mirror, seen head-on.
+//! Thin films of glTF materials (`KHR_materials_iridescence`): their reflectance at normal incidence.
 use serde_json::Value;
 use std::f32::consts::PI;
 
-/// A film on a material.
+/// Thin film on a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Film {
-    /// Share of the surface that has it.
+    /// Share of the surface that it covers.
     factor: f32,
     /// Index of refraction.
     ior: f32,
@@ -16,7 +16,7 @@ pub(super) struct Film {
 /// Wavelengths of red, green and blue [nm].
 const WAVELENGTHS: [f32; 3] = [650.0, 550.0, 450.0];
 
-/// Share that a polished surface mirrors head-on without a film (Schlick 1994, index 1.5).
+/// Reflectance of a polished surface at normal incidence without a film (Schlick 1994, index 1.5).
 const BARE: f32 = 0.04;
 
 /// Films by material; `None` without one.
@@ -30,7 +30,7 @@ pub(super) fn films(root: &Value) -> Vec<Option<Film>> {
         let factor = number("iridescenceFactor", 0.0, 0.0..=1.0);
         let [least, most] = [("Minimum", 100.0), ("Maximum", 400.0)]
             .map(|(end, usual)| number(&format!("iridescenceThickness{end}"), usual, 0.0..=1e5));
-        // Without a texture it is the maximum everywhere, with one anything between.
+        // The maximum without a texture; the mean with one.
         let is_textured = film.get("iridescenceThicknessTexture").is_some();
         let thickness = if is_textured { (least + most) / 2.0 } else { most };
         let ior = number("iridescenceIor", 1.3, 1.0..=5.0);
@@ -41,15 +41,15 @@ pub(super) fn films(root: &Value) -> Vec<Option<Film>> {
 }
 
 impl Film {
-    /// Reflectivity of the material below air, with index `base`: what the film mirrors more than polish does.
+    /// Reflectivity of a material of index `base` in air: the film's reflectance beyond that of polish.
     pub(super) fn reflectivity(&self, base: f32) -> f32 {
         let all = WAVELENGTHS.map(|wavelength| self.mirrored(base, wavelength));
         let mean = all.iter().sum::<f32>() / all.len() as f32;
         self.factor * ((mean - BARE) / (1.0 - BARE)).clamp(0.0, 1.0)
     }
 
-    /// Share of a wavelength [nm] that is mirrored head-on: the sum over all ways between the film's two faces
-    /// (Airy 1833).
+    /// Reflectance at a wavelength [nm] and normal incidence: the sum over all paths between the film's two
+    /// faces (Airy 1833).
     pub(super) fn mirrored(&self, base: f32, wavelength: f32) -> f32 {
         let amplitude = |from: f32, to: f32| (from - to) / (from + to);
         let (top, bottom) = (amplitude(1.0, self.ior), amplitude(self.ior, base));
@@ -63,7 +63,7 @@ impl Film {
 mod tests {
     use super::*;
 
-    /// Amplitudes of the ways with 0, 1, 2 ... turns in the film, one by one.
+    /// Sum of the amplitudes of paths with 0, 1, 2 ... round trips in the film, one by one.
     fn summed(film: &Film, base: f32, wavelength: f32) -> f32 {
         let reflected = |from: f32, to: f32| f64::from((from - to) / (from + to));
         let passed = |from: f32, to: f32| f64::from(2.0 * from / (from + to));
@@ -91,7 +91,7 @@ mod tests {
                 }
             }
         }
-        // A film of no thickness is none.
+        // A film without thickness has no effect.
         let none = Film { factor: 1.0, ior: 1.7, thickness: 0.0 };
         assert!(none.reflectivity(1.5) < 1e-4);
     }

@@ -119,7 +119,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     Ok(scene)
 }
 
-/// Whether the file itself says where the camera is, so that it follows no model.
+/// Whether the file itself sets the camera's position, so that no model does.
 fn has_own_camera(document: &Document) -> bool {
     let places = document.camera.as_ref().is_some_and(|table| {
         let CameraTable { eye, target, up, .. } = table.get_ref();

@@ -9,7 +9,7 @@ use crate::{
         Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
     },
     model::{
-        Casters, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
+        Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
         ShadowSettings, View,
     },
     stage::{hits::Features, sort::pair_limit},
@@ -47,6 +47,8 @@ pub struct Prepared {
     pub(super) caster_count: u64,
     /// Whether blending depends on the order of the casters.
     pub(super) ordered: bool,
+    /// Whether some material filters light.
+    pub(super) tints: bool,
     pub(super) views: Vec<View>,
     pub(super) settings: ShadowSettings,
     maps: Maps,
@@ -209,6 +211,7 @@ impl Shadows {
             frame: *frame,
             caster_count: (casters.particles.len() + casters.triangles.len()) as u64,
             ordered: new.is_ordered(),
+            tints: casters.materials.iter().any(|own| Class::FILTERING.contains(&Class::of(own))),
             views: views.to_vec(),
             settings: *settings,
             maps: prepared.maps.clone(),
@@ -250,7 +253,7 @@ impl Shadows {
         change(&mut lock(&self.engine).pipeline.config);
     }
 
-    /// What a frame of the casters of the last [`Self::prepare`] uploads.
+    /// Uploads of a frame with the casters of the last [`Self::prepare`].
     #[doc(hidden)]
     pub fn uploads(&mut self, casters: &Casters<'_>, views: &[View]) -> Result<Uploads, Error> {
         let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.room.pairs);

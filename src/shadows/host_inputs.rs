@@ -73,7 +73,14 @@ impl Shadows {
         wgsl: &str,
         layout: &BindGroupLayout,
     ) -> Result<CasterLoader, Error> {
-        let host = HostText { label, wgsl, layout, choice: load::LOADER, shared: &["Caster"] };
+        let host = HostText {
+            label,
+            wgsl,
+            layout,
+            choice: load::LOADER,
+            constants: &[],
+            shared: &["Caster"],
+        };
         let (device, tier) = self.device();
         Ok(CasterLoader { kernel: Kernel::with_host_text(device, &load::CASTERS, tier, &host)? })
     }

@@ -84,7 +84,7 @@ fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
     Features { nodes, gain, filters: true, ..Features::NONE }.constants()
 }
 
-/// As [`Maps::wgsl`], of maps with so many nodes, with `gain` casters or without; and what it binds.
+/// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` casters.
 #[doc(hidden)]
 pub fn look_up_text(
     nodes: u32,
@@ -129,7 +129,7 @@ impl Prepared {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let with_areas = choice.files == OF_AREA.files;
-        let source = self.light_source(&mut allocator, lights, chosen, with_areas)?;
+        let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
         let none = match &source.levels {
             None if with_areas => {
                 Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)

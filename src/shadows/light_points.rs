@@ -58,7 +58,7 @@ impl Prepared {
         let maps = self.maps();
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let source = self.light_source(&mut allocator, lights, chosen, true)?;
+        let source = self.light_source(&mut allocator, lights, chosen, true, None)?;
         let answers = u64::from(points.count) * chosen.len() as u64;
         let copied = BufferUsages::COPY_SRC;
         let shares = allocator.storage::<[f32; 3]>("point_shares", answers, copied)?;

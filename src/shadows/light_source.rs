@@ -4,11 +4,12 @@ use super::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
     gpu::{Allocator, Resources, write_records},
-    model::Light,
+    model::{Light, View},
     records::LightRecords,
     stage::{hits::Features, shade::PictureParams},
 };
 use bytemuck::Zeroable as _;
+use glam::Mat4;
 use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
 
 /// Some lights on the device.
@@ -36,13 +37,14 @@ fn of_maps(maps: &Maps) -> Resources<'_> {
 
 impl Prepared {
     /// Uploads `chosen` of `lights`, which the views were made of; `with_areas`: whether area lights keep
-    /// their size.
+    /// their size; `camera`: the view whose pixels the points are, if any.
     pub(super) fn light_source(
         &self,
         allocator: &mut Allocator<'_>,
         lights: &[Light],
         chosen: &[usize],
         with_areas: bool,
+        camera: Option<&View>,
     ) -> Result<LightSource, Error> {
         for &index in chosen {
             let (what, problem) = ("light", "it is not among the lights");
@@ -60,6 +62,10 @@ impl Prepared {
             light_count: chosen.len() as u32,
             colored: u32::from(maps.colored.is_some()),
             first_area: records.first_area(),
+            world_from_view: camera.map_or(Mat4::IDENTITY, |it| it.view_from_world.inverse()),
+            // No pixel is in a cluster.
+            tile: 1,
+            first_slice: 1.0,
             ..PictureParams::zeroed()
         };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));

@@ -100,7 +100,7 @@ impl ListPlan {
         self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
     }
 
-    /// What holds of it, but for what reads it.
+    /// Conditions of the list, without those of its readers.
     pub(crate) fn conditions(&self, shape: Shape, pair_capacity: u32) -> Conditions {
         Conditions::default()
             .with(When::Particles, !self.particle_chunks.is_empty())
@@ -109,7 +109,7 @@ impl ListPlan {
             .with(When::MayOverflow, self.may_overflow(shape, pair_capacity))
     }
 
-    /// What its sizes and workgroup counts are made of, as far as it knows.
+    /// Variables of the list's sizes and workgroup counts, as far as they are known.
     pub(crate) fn numbers(&self, shape: Shape) -> Numbers {
         let is = u64::from;
         bin::numbers(shape)

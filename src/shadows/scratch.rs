@@ -127,7 +127,7 @@ impl ScratchSizes {
         }
     }
 
-    /// What sizes are made of.
+    /// Variables of the sizes.
     fn numbers(&self, config: &Config) -> Numbers {
         bin::numbers(config.profile.shape)
             .with(Number::FootprintCount, self.footprints)

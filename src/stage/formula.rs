@@ -1,10 +1,10 @@
-//! Sizes and workgroup counts of a frame as formulas: the library evaluates them, and `gobo export`
-//! prints them for engines that run the frame by themselves.
+//! Sizes and workgroup counts of a frame as formulas: the library evaluates them, and `gobo export` prints
+//! them for engines that run a frame by themselves.
 use std::fmt;
 
 macro_rules! numbers {
     ($($variant:ident $name:literal $meaning:literal,)*) => {
-        /// What formulas are made of: what a frame has, and how its work is cut.
+        /// Variables of formulas: properties of a frame, and the partition of its work.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Number {
             $(#[doc = $meaning] $variant,)*
@@ -17,7 +17,7 @@ macro_rules! numbers {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// What it counts.
+            /// Meaning of the variable.
             pub const fn meaning(self) -> &'static str {
                 match self { $(Self::$variant => $meaning,)* }
             }
@@ -62,7 +62,7 @@ numbers! {
 
 const COUNT: usize = Number::ALL.len();
 
-/// Values of numbers; 0 where none is given.
+/// Values of variables; 0 by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Numbers([u64; COUNT]);
 
@@ -78,15 +78,15 @@ impl Numbers {
     }
 }
 
-/// A whole number, computed from others; nothing overflows or is divided by nothing.
+/// An integer formula without overflow or division by zero.
 #[derive(Clone, Copy, Debug)]
 pub enum Formula {
     Is(u64),
     Of(Number),
-    /// A part with a name of its own.
+    /// A named subformula.
     Named(&'static str, &'static Self),
     Sum(&'static Self, &'static Self),
-    /// 0 where the second is larger.
+    /// 0 if the second is larger.
     Difference(&'static Self, &'static Self),
     Product(&'static Self, &'static Self),
     /// Rounded down.
@@ -96,11 +96,11 @@ pub enum Formula {
     Remainder(&'static Self, &'static Self),
     Least(&'static Self, &'static Self),
     Most(&'static Self, &'static Self),
-    /// Two to the power of it, up to 63.
+    /// Two to the power of a number up to 63.
     Power(&'static Self),
-    /// Of the number in binary.
+    /// Number of binary digits.
     Bits(&'static Self),
-    /// The fewest rows that cut so many workgroups evenly, with no more than 65,535 in each.
+    /// Fewest rows that divide a number of workgroups evenly, with at most 65,535 in each.
     Rows(&'static Self),
 }
 
@@ -125,12 +125,12 @@ impl Formula {
         }
     }
 
-    /// As [`Self::of`], of what fits.
+    /// Like [`Self::of`], clamped to `u32`.
     pub fn count(&self, numbers: &Numbers) -> u32 {
         u32::try_from(self.of(numbers)).unwrap_or(u32::MAX)
     }
 
-    /// It and all that it is made of, parts first.
+    /// The formula and all its parts, parts first.
     pub fn parts(&self) -> Vec<Self> {
         let mut parts = match *self {
             Self::Is(_) | Self::Of(_) => Vec::new(),
@@ -155,7 +155,7 @@ fn rows(count: u64) -> u64 {
     (1..=count).find(fits).unwrap_or(1)
 }
 
-/// As `docs/export.md` says: names, numbers, `+ - * / %` in parentheses, functions.
+/// Syntax of `docs/export.md`: names, numbers, `+ - * / %` in parentheses, functions.
 impl fmt::Display for Formula {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

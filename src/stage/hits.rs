@@ -51,6 +51,10 @@ pub struct Features {
     pub filters: bool,
     /// Lights of the picture have masks; no property of casters.
     pub masks: bool,
+    /// Some light of the picture reads maps; no property of casters.
+    pub shadows: bool,
+    /// Masks that one invocation computes: 1, 2 or 4; no property of casters.
+    pub masks_at_once: u32,
 }
 
 impl Features {
@@ -83,6 +87,8 @@ impl Features {
         areas: false,
         filters: false,
         masks: false,
+        shadows: true,
+        masks_at_once: 1,
     };
 
     pub const ALL: Self = Self {
@@ -113,6 +119,8 @@ impl Features {
         areas: false,
         filters: false,
         masks: false,
+        shadows: true,
+        masks_at_once: 1,
     };
 
     /// Whether segments are composed one by one, and tiny particles are not scattered.
@@ -151,6 +159,8 @@ impl Features {
             areas: false,
             filters: false,
             masks: false,
+            shadows: true,
+            masks_at_once: 1,
         }
     }
 
@@ -190,8 +200,10 @@ impl Features {
             ("HAS_LAYERS", self.layers),
             ("HAS_PANES", self.panes),
             ("HAS_FILTERS", self.filters),
+            ("HAS_SHADOWS", self.shadows),
         ];
         let flags = flags.map(|(name, is)| (name, f64::from(u8::from(is))));
-        flags.into_iter().chain([("NODES", f64::from(self.nodes))]).collect()
+        let counts = [("NODES", f64::from(self.nodes)), ("MASKS", f64::from(self.masks_at_once))];
+        flags.into_iter().chain(counts).collect()
     }
 }

@@ -1,27 +1,57 @@
-//! mask: per pixel of the picture, the light that each light still sends there.
+//! mask: the share of each light that reaches each pixel of the picture.
 //!
-//! In: what the camera sees, the shadow maps, the lights of its clusters. `surfaces` keeps depths and
-//! normals of all bands, `shrink` one of each 2 x 2 pixels, `look_up` asks the maps, `blur` and `enlarge`
-//! filter across pixels of one surface. Out: `light_masks`, which `light_points` reads.
+//! In: visible surfaces, the shadow maps, the lights of the camera's clusters. `surfaces` keeps depths and
+//! normals of all bands; for masks of half the size also one of each 2 x 2 pixels. `look_up` reads the
+//! maps, `blur` and `enlarge` filter across the pixels of one surface. Out: `light_masks`, which
+//! `light_points` reads.
 use super::{
     levels::{OF_AREA, OF_POINT},
-    shade::of_pixels,
+    shade::{SEEN_STATE, of_pixels},
+    walk::IN_ORDER,
 };
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Edge of a workgroup [pixels].
 pub const GROUP_SIZE: u32 = 8;
+
+/// Number of masks that one invocation computes, of `count`.
+pub fn masks_at_once(count: u32) -> u32 {
+    count.next_power_of_two().min(4)
+}
 
 const fn of(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc { name, entry: name, root, with: &[], constants: &[], tiers: &[Tier::Core] }
 }
 
-pub const SURFACES: KernelDesc = of_pixels("mask_surfaces_of", "mask/mask_surfaces.wgsl");
-pub const SHRINK: KernelDesc = of("mask_shrink", "mask/mask_shrink.wgsl");
+const KEEP_WHOLE: Choice = Choice::new("keep", "mask/keep_whole.wgsl");
+const KEEP_HALF: Choice = Choice::new("keep", "mask/keep_half.wgsl");
+
+/// Visible surfaces, for masks of the picture's size.
+pub const SURFACES: KernelDesc = KernelDesc {
+    with: &[IN_ORDER, SEEN_STATE, KEEP_WHOLE],
+    ..of_pixels("mask_surfaces_of", "mask/mask_surfaces.wgsl")
+};
+/// Visible surfaces, for masks of half the picture's size.
+pub const HALF_SURFACES: KernelDesc = KernelDesc {
+    name: "half_mask_surfaces_of",
+    with: &[IN_ORDER, SEEN_STATE, KEEP_HALF],
+    ..SURFACES
+};
+/// Surfaces of a host's depths, for masks of the picture's size.
+pub const HOST_SURFACES: KernelDesc =
+    KernelDesc { with: &[KEEP_WHOLE], ..of("mask_host_surfaces", "mask/mask_host_surfaces.wgsl") };
+/// Surfaces of a host's depths, for masks of half the picture's size.
+pub const HALF_HOST_SURFACES: KernelDesc =
+    KernelDesc { name: "half_mask_host_surfaces", with: &[KEEP_HALF], ..HOST_SURFACES };
+
+/// Name of the import that a host's shadow function implements.
+pub const JOINED: &str = "joined";
+const NOT_JOINED: Choice = Choice::new(JOINED, "mask/joined_none.wgsl");
+
 pub const LOOK_UP: KernelDesc =
-    KernelDesc { with: &[OF_POINT], ..of("mask_look_up", "mask/mask_look_up.wgsl") };
-/// Where some light has a size.
+    KernelDesc { with: &[OF_POINT, NOT_JOINED], ..of("mask_look_up", "mask/mask_look_up.wgsl") };
+/// [`LOOK_UP`] with area lights.
 pub const AREA_LOOK_UP: KernelDesc =
-    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA], ..LOOK_UP };
+    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, NOT_JOINED], ..LOOK_UP };
 pub const BLUR: KernelDesc = of("mask_blur", "mask/mask_blur.wgsl");
 pub const ENLARGE: KernelDesc = of("mask_enlarge", "mask/mask_enlarge.wgsl");

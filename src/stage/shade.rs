@@ -36,7 +36,7 @@ const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 /// Translucent layers in front of a pixel's opaque surface.
 const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
 /// Nearest opaque caster of a pixel.
-const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
+pub(super) const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
 
 const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
 const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");

@@ -4,8 +4,8 @@ use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
         AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmitterParams,
-        GpuArea, GpuFlying, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, ImportParams,
-        Listed, LoadCounters, LoadParams, MaskParams,
+        GpuArea, GpuFlying, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, HostView,
+        ImportParams, Listed, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -43,6 +43,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<GpuLight>,
     struct_agrees::<LevelParams>,
     struct_agrees::<MaskParams>,
+    struct_agrees::<HostView>,
     struct_agrees::<PictureParams>,
     struct_agrees::<Band>,
     struct_agrees::<PointBatch>,

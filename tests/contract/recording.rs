@@ -165,7 +165,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
         &views,
         maps,
         PictureRoom::default(),
-        &Default::default(),
+        &mut Default::default(),
     );
     let picture = picture.unwrap();
     submit_all(&gpu);
@@ -204,7 +204,7 @@ fn an_environment_that_stays_is_not_uploaded_again() {
                 &views,
                 &prepared.maps,
                 room,
-                &Default::default(),
+                &mut Default::default(),
             );
             pictures.push(picture.unwrap());
             submit_all(&gpu);

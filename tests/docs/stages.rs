@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, fs, path::Path};
 
 const PARTS: [&str; 4] = ["**Principle.**", "**Formula.**", "**Kernels.**", "**Cost.**"];
 
-/// Sections, their name first.
+/// Sections of a text, each with its name.
 fn sections(text: &str) -> Vec<(&str, &str)> {
     text.split("\n## ").skip(1).map(|section| section.split_once('\n').unwrap()).collect()
 }
@@ -18,7 +18,7 @@ fn stages() -> BTreeSet<String> {
         let text =
             fs::read_to_string(if path.is_dir() { path.join("kernels.rs") } else { path }).unwrap();
         let has_kernels = text.contains("KernelDesc = ") || text.contains("KernelDesc {");
-        // The list of all, and those of one adapter.
+        // Neither the list of all kernels nor those of one adapter.
         if has_kernels && !["mod", "llvmpipe"].contains(&name.as_str()) {
             stages.insert(name);
         }
@@ -26,7 +26,7 @@ fn stages() -> BTreeSet<String> {
     stages
 }
 
-/// What a text leaves out.
+/// Omissions and errors of a text.
 fn faults(text: &str) -> Vec<String> {
     let mut faults = Vec::new();
     let found: BTreeSet<String> =

@@ -1,4 +1,4 @@
-//! Shadow masks: slots, look-up, blur and halving against pencil and paper, 64 bits and the twin.
+//! Shadow masks: slots, look-up, blur and half size, against values by hand, 64 bits and the twin.
 use crate::common::{
     TIERS, gpu,
     scenes::{Chance, empty, light, material, triangle},
@@ -14,7 +14,7 @@ use gobo::{
     view::shadow_views,
 };
 
-const OFF: MaskSettings =
+pub(super) const OFF: MaskSettings =
     MaskSettings { half: false, taps: 1, depth_scale: 0.0, sensitivity: 100.0, limit: 16 };
 
 fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
@@ -24,8 +24,8 @@ fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
     corners.map(|p| Triangle { normals: [normal; 3], ..triangle(p, material) })
 }
 
-/// A ground at y = 0 and a wall at z = -2; a bar before them; a pane where `glass`.
-fn room(glass: bool) -> Scene {
+/// A ground at y = 0, a wall at z = -2, and a bar in front of them; a pane if `glass`.
+pub(super) fn room(glass: bool) -> Scene {
     let mut scene = empty(vec![
         material(Transfer::Opaque),
         Material { tint: Vec4::new(0.9, 0.3, 0.1, 1.0), ..material(Transfer::Filter) },
@@ -54,7 +54,7 @@ fn room(glass: bool) -> Scene {
     scene
 }
 
-/// Four bytes a pixel, layer by layer, and the picture's light.
+/// The masks, four bytes a pixel, layer by layer, and the light of the picture.
 fn masks_of(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 3]>) {
     let options =
         RenderOptions { light: true, debug: &[DebugMode::Masks], ..RenderOptions::default() };
@@ -99,7 +99,8 @@ fn kernels_make_the_masks_of_the_twin() {
     }
 }
 
-/// Unfiltered masks keep all but the rounding to bytes; coloured ones survive blur and halving off edges.
+/// Unfiltered masks change the picture by the rounding to bytes only; coloured masks survive blur and half
+/// size away from edges.
 #[test]
 fn pictures_through_masks_are_those_without() {
     let scene = room(true);
@@ -115,7 +116,7 @@ fn pictures_through_masks_are_those_without() {
         let mut errors = Vec::new();
         for y in 8..56 {
             for x in 8..88 {
-                // All masks are even around what is off edges.
+                // Masks are even around a pixel away from edges.
                 let is_even = (0..17 * 17).all(|i| {
                     let (x, y) = (x + i % 17 - 8, y + i / 17 - 8);
                     let left = steps(at(x, y), at(x.max(1) - 1, y));
@@ -132,13 +133,81 @@ fn pictures_through_masks_are_those_without() {
         assert!(errors.len() > 200, "{}", errors.len());
         assert!(mean < most, "half {half} taps {taps}: {mean} of 255");
     }
-    // The check can fail: without the pane the picture is another.
+    // The check can fail: without the pane the picture differs.
     let (_, clear) = masks_of(&room(false));
     let differ = clear.iter().zip(&plain).filter(|(a, b)| (a[2] - b[2]).abs() > 0.05).count();
     assert!(differ > 100, "{differ}");
 }
 
-/// What a pixel of the room shows, by paper: its place in view space, and its normal.
+/// Lights past the limit, and panes in front of opaque surfaces, read the maps instead of masks.
+#[test]
+fn what_has_no_mask_is_lit_through_none() {
+    let mut scene = room(true);
+    let corner = Vec3::new(-1.2, 0.1, 1.5);
+    scene.triangles.extend(sheet(corner, Vec3::X * 0.9, Vec3::Y, 1));
+    let (_, plain) = masks_of(&scene);
+    let most = plain.iter().flatten().fold(0.0_f32, |most, &v| most.max(v));
+    let differ = |light: &[[f32; 3]]| {
+        let far =
+            |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > 0.02 * most);
+        plain.iter().zip(light).filter(|&pair| far(pair)).count()
+    };
+    scene.mask = Some(MaskSettings { limit: 1, ..OFF });
+    let (masks, light) = masks_of(&scene);
+    assert_eq!(masks.len(), 96 * 64, "the lamp has no mask");
+    // A byte's rounding shows at the shadows' edges next to a lamp.
+    assert!(differ(&light) <= 30, "{}", differ(&light));
+    // The check can fail: without the lamp more than the shadow of the sun differs.
+    scene.lights.truncate(1);
+    assert!(differ(&masks_of(&scene).1) > 300);
+}
+
+/// A ball of `around` x `around / 2` facets, with the normals of a sphere.
+fn ball(center: Vec3, radius: f32, around: u32) -> Vec<Triangle> {
+    let point = |i: u32, j: u32| {
+        let turn = std::f32::consts::TAU / around as f32;
+        let (across, down) = (i as f32 * turn, j as f32 * turn);
+        Vec3::new(across.cos() * down.sin(), down.cos(), across.sin() * down.sin())
+    };
+    let half = |normals: [Vec3; 3]| Triangle {
+        normals,
+        ..triangle(normals.map(|normal| center + radius * normal), 0)
+    };
+    let cells = (0..around).flat_map(|i| (0..around / 2).map(move |j| (i, j)));
+    let cell = |(i, j): (u32, u32)| {
+        let corners = [(i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)].map(|(i, j)| point(i, j));
+        [[corners[0], corners[2], corners[1]], [corners[0], corners[3], corners[2]]].map(half)
+    };
+    let has_area = |own: &Triangle| {
+        let [a, b, c] = own.positions;
+        (b - a).cross(c - a).length() > 1e-6
+    };
+    cells.flat_map(cell).filter(has_area).collect()
+}
+
+/// Masks look up the position of the shading: on the round surface that a coarse mesh approximates.
+#[test]
+fn terminators_are_those_of_the_shading() {
+    let mut scene = room(false);
+    let center = Vec3::new(0.2, 0.7, 1.0);
+    scene.triangles.extend(ball(center, 0.7, 10));
+    let direction = Vec3::new(-0.9, -0.3, -0.3).normalize();
+    // So narrow that its texels are far smaller than the distance of a facet from the round surface.
+    let kind = LightKind::Spot { position: center - 6.0 * direction, direction, angle: 0.3 };
+    scene.lights = vec![Light { size: Some(1024), intensity: 60.0, ..light(kind) }];
+    let (_, plain) = masks_of(&scene);
+    let most = plain.iter().flatten().fold(0.0_f32, |most, &v| most.max(v));
+    scene.mask = Some(OFF);
+    let (_, light) = masks_of(&scene);
+    let error = |i: usize| (light[i][0] - plain[i][0]).abs() / most;
+    let far: Vec<_> = (0..light.len()).filter(|&i| error(i) > 0.004).collect();
+    assert!(far.is_empty(), "{} of {far:?}", far.len());
+    // The ball is visible and has a dark side.
+    let dark = plain.iter().filter(|own| own[0] < 0.1 * most).count();
+    assert!((500..6000).contains(&dark), "{dark}");
+}
+
+/// Surface at a pixel of the room, by hand: its position in view space, and its normal.
 fn seen(scene: &Scene, x: usize, y: usize) -> (DVec3, DVec3) {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let half = camera.size.as_dvec2() * 0.5;
@@ -155,7 +224,7 @@ fn seen(scene: &Scene, x: usize, y: usize) -> (DVec3, DVec3) {
     }
 }
 
-/// One axis of the blur in 64 bits, from what docs/soft.md says.
+/// One axis of the blur in 64 bits, by the formula in docs/soft.md.
 fn blurred(
     scene: &Scene,
     values: &[[f64; 4]],
@@ -211,7 +280,7 @@ fn blurs_are_those_of_64_bits() {
         assert!(far <= 96, "{taps} taps: {far}");
         let moved = (0..soft.len()).filter(|&i| apart(soft[i], sharp[i]) > 20).count();
         assert!(moved > 100, "{taps} taps: {moved}: nothing was blurred");
-        // Fed with a wrong kernel the check fails.
+        // The check can fail: a wrong kernel differs.
         let wrong = MaskSettings { taps: if taps == 3 { 7 } else { taps - 4 }, ..settings };
         let wrong = blurred(&scene, &bytes(&sharp), &wrong, (1, 0));
         let wrong = blurred(&scene, &wrong, &settings, (0, 1));
@@ -220,7 +289,7 @@ fn blurs_are_those_of_64_bits() {
     }
 }
 
-/// A lit pole of a pixel or two before a wall in the shadow: neither takes the other's light.
+/// A lit pole, a pixel or two wide, in front of a wall in shadow: neither gets the other's light.
 #[test]
 fn a_thin_pole_does_not_glow() {
     let mut scene = room(false);
@@ -228,7 +297,7 @@ fn a_thin_pole_does_not_glow() {
     scene.triangles.truncate(4);
     let sun = LightKind::Directional { direction: Vec3::new(0.0, -1.0, -0.2) };
     scene.lights = vec![Light { size: Some(1024), ..light(sun) }];
-    // Over the wall, not over the pole.
+    // Above the wall, not above the pole.
     scene.triangles.extend(sheet(Vec3::new(-9.0, 8.0, -2.5), Vec3::X * 18.0, Vec3::Z * 3.0, 0));
     let width = 2.0 * 0.35_f32.tan() * 3.0 / 64.0 * 1.3;
     scene.triangles.extend(sheet(Vec3::new(0.1, 0.0, 2.0), Vec3::X * width, Vec3::Y * 4.0, 0));
@@ -251,7 +320,7 @@ fn a_thin_pole_does_not_glow() {
             let fits = if is_pole { own[x] > 230 } else { own[x] < 12 };
             assert!(fits, "half {half} taps {taps} {x}: {own:?}");
         }
-        // Where depth does not count, they do.
+        // Without the depth weight they do.
         if taps > 1 {
             let blind = shown(0.0);
             assert!((0..96).any(|x| !pole.contains(&x) && blind[x] > 12), "{blind:?}");
@@ -289,7 +358,7 @@ fn nine_overlapping_lights_use_three_masks_and_lose_none() {
     let mut all = own.of_lights.clone();
     all.sort_unstable();
     assert_eq!(all, (1..=9).collect::<Vec<_>>());
-    // Past the limit they are counted, and their light is there all the same.
+    // Lights past the limit are counted, and still light the picture.
     let few = slots(&scene, 2, &FormerSlots::new());
     assert_eq!((few.count, few.unmasked), (2, 1));
     scene.lights.iter_mut().for_each(|light| (light.size, light.intensity) = (Some(64), 4.0));
@@ -305,7 +374,7 @@ fn nine_overlapping_lights_use_three_masks_and_lose_none() {
         let far = differ(&masks_of(&scene).1);
         assert!(far <= 60, "limit {limit}: {far}");
     }
-    // The check can fail: four lamps less are seen.
+    // The check can fail: without four lamps the picture differs.
     let mut fewer = scene.clone();
     fewer.lights.iter_mut().step_by(2).for_each(|light| light.color = Vec3::ZERO);
     let far = differ(&masks_of(&fewer).1);
@@ -316,7 +385,7 @@ fn nine_overlapping_lights_use_three_masks_and_lose_none() {
     assert_eq!((counters.masks, counters.unmasked_lights), (2, 1));
 }
 
-/// Two lights of one slot never reach the same place, and slots stay.
+/// Lights of one slot never overlap, and slots are kept.
 #[test]
 fn lights_share_slots_where_they_do_not_overlap() {
     let mut chance = Chance::new(17);
@@ -353,12 +422,12 @@ fn lights_share_slots_where_they_do_not_overlap() {
         found.dedup();
         assert_eq!(found.len(), count, "two lights of one slot at {place}");
     }
-    // The first is gone: the others stay where they are.
-    let former = own.former(&scene);
+    // Without the first light, the others keep their slots.
+    let former = own.former(scene.lights.iter());
     let gone = scene.lights.remove(0);
     let next = slots(&scene, 64, &former);
     assert_eq!(next.of_lights, own.of_lights[1..]);
-    // It comes back behind them, and takes its place again.
+    // It returns at the end of the list, and gets its slot again.
     scene.lights.push(gone);
     let back = slots(&scene, 64, &former);
     assert_eq!(back.of_lights.last(), own.of_lights.first());
@@ -369,7 +438,7 @@ fn lights_of_glass_have_a_mask_of_their_own() {
     let mut scene = room(true);
     let own = slots(&scene, 16, &FormerSlots::new());
     assert_eq!(own.of_lights, [1 | COLORED_BIT, (1 + SLOTS) | COLORED_BIT]);
-    // A lamp that does not get to the glass is grey.
+    // A lamp that does not reach the glass needs one channel.
     scene.lights[1].far = Some(0.5);
     scene.lights[1].kind = LightKind::Point { position: Vec3::new(1.5, 0.3, 0.0) };
     let own = slots(&scene, 16, &FormerSlots::new());

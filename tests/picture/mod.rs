@@ -2,6 +2,7 @@
 mod air;
 mod environment;
 mod golden;
+mod host_masks;
 mod masks;
 mod renderer;
 mod samples;

@@ -1,4 +1,4 @@
-//! data/gallery/failures.toml: what its rows show, against the chords of two spheres.
+//! Rows of data/gallery/failures.toml against the chords of two spheres.
 use gobo::{
     ReceiverPoint,
     glam::{DVec2, UVec2, Vec3},
@@ -15,13 +15,13 @@ const OURS: f32 = 3.7;
 fn failures() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/failures.toml");
     let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
-    // The dust that is seen casts nothing.
+    // The visible dust casts no shadow.
     scene.particles.clear();
     scene.samples = 1;
     scene
 }
 
-/// Shares of the sun at places of the ground, by the curve.
+/// Shares of the sun at points of the ground, by the curve.
 fn shares(scene: &Scene, places: &[(f32, f32)]) -> Vec<Vec3> {
     let point =
         |&(x, z): &(f32, f32)| ReceiverPoint { position: Vec3::new(x, 0.0, z), normal: Vec3::Y };
@@ -29,7 +29,7 @@ fn shares(scene: &Scene, places: &[(f32, f32)]) -> Vec<Vec3> {
     Renderer::on_cpu().light_points(scene, &points).unwrap().into_iter().map(Vec3::from).collect()
 }
 
-/// Way through a sphere of the row in front of a place of the ground.
+/// Length inside a sphere of the sunbeam to a point of the ground [m].
 fn chord(center: DVec2, x: f32) -> f64 {
     const RADIUS: f64 = 1.1;
     let toward = DVec2::new(-1.0, 0.36).normalize();
@@ -45,7 +45,7 @@ fn exact(x: f32) -> Vec3 {
     Vec3::new(0.72, 0.52, 0.34).powf(depth as f32)
 }
 
-/// What the ground of the middle row and of ours sends straight up.
+/// Light that the ground of the middle row and of ours sends straight up.
 fn seen(scene: &Scene, x: f32) -> [Vec3; 2] {
     const HEIGHT: f32 = 40.0;
     let middle = (GROUND + OURS) / 2.0;
@@ -53,7 +53,7 @@ fn seen(scene: &Scene, x: f32) -> [Vec3; 2] {
     scene.camera.eye = Vec3::new(x, HEIGHT, middle);
     scene.camera.target = Vec3::new(x, 0.0, middle);
     scene.camera.up = Vec3::NEG_Z;
-    // 101 pixels, of which the rows are 40 off the middle one.
+    // 101 pixels; the rows are 40 off the middle one.
     scene.camera.size = UVec2::new(9, 101);
     scene.camera.fov_y = 2.0 * (middle / HEIGHT * 50.5 / 40.0).atan();
     let options = RenderOptions { light: true, ..RenderOptions::default() };
@@ -65,17 +65,17 @@ fn seen(scene: &Scene, x: f32) -> [Vec3; 2] {
 fn rows_fail_as_they_say_and_ours_does_not() {
     let scene = failures();
     let found = shares(&scene, &[(-1.3, OURS), (1.6, OURS), (2.0, OURS), (2.0, AIR)]);
-    // Before the second cloud's shadow, in the middle of it, and behind.
+    // In front of the second cloud's shadow, in its centre, and behind it.
     for (x, found) in [-1.3, 1.6, 2.0].into_iter().zip(&found) {
         let exact = exact(x);
         assert!((*found - exact).abs().max_element() < 0.02, "{x}: {found} {exact}");
     }
-    // The air between the clouds counts.
+    // The air between the clouds counts as dust.
     assert!(found[3].x < 0.4 * found[2].x, "{found:?}");
-    // Light has not come to the second cloud yet, whose part below the ground counts.
+    // The light has not reached the second cloud yet, but the cloud's part below the ground counts.
     let [ground, ours] = seen(&scene, -0.9);
     assert!(ground.x < 0.75 * ours.x, "{ground} {ours}");
-    // Behind it there is no difference.
+    // Behind the cloud there is no difference.
     let [ground, ours] = seen(&scene, 2.0);
     assert!((ground - ours).abs().max_element() < 0.05 * ours.x, "{ground} {ours}");
 }

@@ -1,5 +1,5 @@
-//! Particles that press and drag each other: against Müller, Charypar and Gross 2003 written out in 64 bits,
-//! and the same whatever came before.
+//! Fluids of particles: against Müller, Charypar and Gross 2003 in 64 bits, and independent of the frames
+//! before.
 use super::emitters::{HEAD, at, emitting, forces};
 use crate::common::files::read;
 use gobo::{
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 
 const FLUID: Fluid = Fluid { spacing: 0.1, reach: 0.2, stiffness: 4.0, viscosity: 0.01 };
 
-/// Where the lattice of `n`^3 places lies whose neighbours are `spacing` apart.
+/// Positions of a lattice of `n`^3 points, `spacing` apart.
 fn lattice(n: i32, spacing: f32) -> Vec<Vec3> {
     let middle = (n - 1) as f32 / 2.0;
     let places =
@@ -28,8 +28,9 @@ fn drop_of(count: u32, extent: f32) -> Vec<Flying> {
     (0..count).map(start).collect()
 }
 
-/// A lattice whose reach is two spacings: a middle particle has itself, 6 neighbours at 1 spacing, 12 at the root
-/// of 2 and 8 at that of 3; those at 2 weigh nothing. `s^3 315 / (64 pi h^9) (h^2 - r^2)^3` of each.
+/// In a lattice whose reach is two spacings, a middle particle has itself, 6 neighbours at 1 spacing, 12 at
+/// the root of 2 and 8 at that of 3; those at 2 have no weight. Each adds `s^3 315 / (64 pi h^9) (h^2 -
+/// r^2)^3`.
 #[test]
 fn a_lattice_has_the_density_of_its_kernel() {
     let exact = 315.0 / (64.0 * PI * 512.0) * (64.0 + 6.0 * 27.0 + 12.0 * 8.0 + 8.0);
@@ -38,10 +39,10 @@ fn a_lattice_has_the_density_of_its_kernel() {
         let densities = fluid.densities(&lattice(5, spacing));
         let middle = f64::from(densities[62]);
         assert!((middle - exact).abs() < 1e-4, "{middle} {exact}");
-        // A corner has an eighth of the room around it.
+        // A corner has an eighth of the volume around it.
         assert!(densities[0] < 0.6 * densities[62], "{}", densities[0]);
     }
-    // Alone: its own share, an eighth of the kernel's middle.
+    // A single particle: its own share, an eighth of the kernel's centre.
     let alone = f64::from(FLUID.densities(&[Vec3::ONE])[0]);
     assert!((alone - 315.0 / (64.0 * PI * 8.0)).abs() < 1e-5, "{alone}");
 }
@@ -105,7 +106,7 @@ fn pushes_are_those_of_the_equations() {
     }
 }
 
-/// Without walls and weight: what one particle does to another, this does to it.
+/// No walls and no gravity: forces between two particles are equal and opposite.
 #[test]
 fn momentum_stays() {
     for fluid in [FLUID, Fluid { stiffness: (24.0 * 0.2f32).powi(2), viscosity: 0.08, ..FLUID }] {
@@ -128,7 +129,7 @@ fn momentum_stays() {
         }
         let lost = (sum(&flying) - momentum).length() / 400.0;
         assert!(lost < 1e-5, "{lost} m/s of each");
-        // The drop was too dense: it spreads, and does not burst.
+        // The drop was too dense: it spreads without bursting.
         assert!(wide(&flying) > 1.1 * width, "{} of {width}", wide(&flying));
         let speed = (energy(&flying) / 400.0).sqrt();
         assert!(speed < 3.0 + fluid.stiffness.sqrt(), "{speed} m/s");
@@ -147,14 +148,14 @@ fn a_moment_of_a_fluid_is_the_same_whatever_came_before() {
         assert!(&at(&mut emitting(SMOKE), seconds) == expected, "{seconds} s alone");
         assert!(&at(&mut in_turn, seconds) == expected, "{seconds} s, back from later");
     }
-    // 150 at a time, none of which is where it would be by itself.
+    // 150 at a time, and nearly all elsewhere than without the fluid.
     assert!((149..=151).contains(&all[4].len()), "{}", all[4].len());
     let single = at(&mut emitting(&SMOKE.replace("fluid = { spacing = 0.15 }\n", "")), 3.1);
     assert_eq!(single.len(), all[4].len());
     assert!(single.iter().zip(&all[4]).filter(|(a, b)| a.center != b.center).count() > 140);
 }
 
-/// Steps and what starts in them are those of particles without neighbours.
+/// Without forces, the steps and the started particles are those without a fluid.
 #[test]
 fn a_fluid_that_does_nothing_is_none() {
     let still = Fluid { stiffness: 0.0, viscosity: 0.0, ..FLUID };

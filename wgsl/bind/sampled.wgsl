@@ -26,13 +26,10 @@
 @group(0) @binding(65) var layers: texture_2d<u32>;
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;
 @group(0) @binding(83) var host_depths: texture_2d<f32>;
+@group(0) @binding(114) var host_normals: texture_2d<f32>;
 @group(0) @binding(70) var raw_curves: texture_2d_array<u32>;
 @group(0) @binding(107) var near_rows: texture_2d_array<f32>;
 @group(0) @binding(108) var near_around: texture_2d_array<f32>;
 @group(0) @binding(109) var row_curves: texture_2d_array<u32>;
 @group(0) @binding(89) var levels: texture_2d<u32>;
-@group(0) @binding(100) var mask_surfaces: texture_2d<u32>;
-@group(0) @binding(101) var half_surfaces: texture_2d<u32>;
-@group(0) @binding(102) var light_masks: texture_2d_array<f32>;
-@group(0) @binding(105) var mask_slots: texture_2d<u32>;
 @group(0) @binding(96) var environment: texture_2d<f32>;

@@ -34,5 +34,6 @@
 @group(0) @binding(69) var clipped_rects: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(87) var new_levels: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(100) var mask_surfaces: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(106) var new_surfaces: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(101) var half_surfaces: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(106) var mask_points: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(103) var new_masks: texture_storage_2d_array<rgba8unorm, write>;

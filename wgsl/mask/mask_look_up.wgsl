@@ -1,48 +1,74 @@
-// mask, look up: the light that each light of a mask still sends to a pixel. One invocation per pixel and
-// mask. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
+// mask, look up: the share of each light of some masks that reaches a pixel. One invocation per pixel and
+// group of masks. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
 
-import package::bind::sampled::mask_surfaces;
-import package::bind::stored::new_masks;
-import package::bind::uniform::{mask_params, views};
+import choice::joined::host_shadow;
+import package::bind::loaded::{mask_points, mask_surfaces};
+import package::bind::uniform::mask_params;
+import package::mask::mask_group::{MASKS, even_group, store_group};
 import package::mask::mask_pixel::shown_pixel;
 import package::records::light::{cluster_list, cluster_of, light_record, listed_index};
-import package::records::mask::{mask_slot, slot_channels, slot_mask, unpack_surface};
+import package::records::mask::{
+    JOINED_BIT, mask_slot, slot_channels, slot_mask, unpack_mask_point, unpack_surface,
+};
 import package::records::point::pixel_number;
 import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
-import package::shade::surface::world_point;
 import package::shade::taps::set_turn;
+
+fn lowered(passed: vec4<f32>, slot: u32, is_own: bool, share: vec3<f32>) -> vec4<f32> {
+    let channels = slot_channels(slot) & vec4(is_own);
+    let is_colored = channels.x && channels.y;
+    // Lights with one channel are blocked alike in all of them.
+    return select(passed, min(passed, select(vec4(share.g), vec4(share, 1.0), is_colored)), channels);
+}
 
 @compute @workgroup_size(8, 8)
 fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    let surface = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
-    let pixel = shown_pixel(id.xy, mask_params.step, surface);
-    let position = world_point(views[0], pixel, surface.depth);
+    let surface = unpack_surface(textureLoad(mask_surfaces, id.xy));
+    let point = unpack_mask_point(textureLoad(mask_points, id.xy));
+    let pixel = shown_pixel(id.xy, mask_params.step, surface.offset);
     let list = cluster_list(cluster_of(pixel, surface.depth));
     let count = select(0u, list.count, surface.depth < 1.0);
     set_turn(pixel_number(pixel));
-    set_receiver(surface.receives, surface.tag, true);
-    var passed = vec4(1.0);
-    for (var i = 0u; i < count; i += 1u) {
-        let index = listed_index(list, i);
-        let slot = mask_slot(index);
+    set_receiver(point.receives, point.tag, true);
+    let first = id.z * MASKS;
+    var passed = even_group(1.0);
+    var next = 0u;
+    while next < count {
+        // Skips the lights of other masks, for which the rest of the loop would be wasted.
+        var index = 0u;
+        var slot = 0u;
+        while slot == 0u && next < count {
+            index = listed_index(list, next);
+            let found = mask_slot(index);
+            slot = select(0u, found, found != 0u && slot_mask(max(found, 1u)) / MASKS == id.z);
+            next += 1u;
+        }
         var light = light_record(index);
-        let arriving = incoming(light, position);
+        let arriving = incoming(light, point.position);
         let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
-        // As `point_light` does of what is solid.
+        // As `point_light` does for opaque points.
         let faces = dot(surface.face, arriving.toward) > 0.0;
         let face = select(surface.normal, surface.face, faces);
-        let is_own = slot != 0u && slot_mask(max(slot, 1u)) == id.z;
-        // A light without views asks no map.
-        light.view_count = select(0u, light.view_count, is_lit && is_own);
-        let share = shadow(light, position, face, arriving.toward, surface.reach);
-        let channels = slot_channels(max(slot, 1u)) & vec4(is_own);
-        let is_colored = channels.x && channels.y;
-        // A mask of one channel is of what blocks all of them alike.
-        passed = select(passed, min(passed, select(vec4(share.g), vec4(share, 1.0), is_colored)), channels);
+        // A light without views reads no map.
+        light.view_count = select(0u, light.view_count, is_lit && slot != 0u);
+        var share = shadow(light, point.position, face, arriving.toward, surface.reach);
+        if (slot & JOINED_BIT) != 0u && is_lit {
+            share *= host_shadow(index, point.position, surface.normal);
+        }
+        let own = max(slot, 1u);
+        let mask = select(MASKS, slot_mask(own) - first, slot != 0u);
+        passed.first = lowered(passed.first, own, mask == 0u, share);
+        if MASKS > 1u {
+            passed.second = lowered(passed.second, own, mask == 1u, share);
+        }
+        if MASKS > 2u {
+            passed.third = lowered(passed.third, own, mask == 2u, share);
+            passed.fourth = lowered(passed.fourth, own, mask == 3u, share);
+        }
     }
-    textureStore(new_masks, id.xy, id.z, passed);
+    store_group(id.xy, id.z, passed);
 }

@@ -1,44 +1,52 @@
-// Where a mask's pixel is, in the camera's view.
+// Position of a mask's pixel in the camera's view, and its weight for another pixel.
 
 import package::bind::uniform::{mask_params, views};
-import package::records::mask::MaskSurface;
+import package::records::mask::{MaskSurface, surface_depth, surface_normal, surface_offset};
 
-// Centre of the picture's pixel that a mask's pixel stands for.
-fn shown_pixel(at: vec2<u32>, step: u32, surface: MaskSurface) -> vec2<f32> {
-    return vec2<f32>(at * step + surface.offset) + 0.5;
+// Centre of the picture's pixel for a pixel of the masks.
+fn shown_pixel(at: vec2<u32>, step: u32, offset: vec2<u32>) -> vec2<f32> {
+    return vec2<f32>(at * step + offset) + 0.5;
 }
 
-// View space [m].
-fn view_point(at: vec2<u32>, step: u32, surface: MaskSurface) -> vec3<f32> {
-    let view = views[0];
-    let slope = (shown_pixel(at, step, surface) - view.size * 0.5) / view.scale;
-    let distance = view.near + surface.depth * (view.far - view.near);
-    return vec3(slope.x, -slope.y, -1.0) * distance;
-}
-
-// A surface that others are held against.
+// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here +
+// turn . o) - off` from the plane, in units of the blur's tolerance.
 struct MaskPlane {
-    point: vec3<f32>,  // view space [m]
-    normal: vec3<f32>, // view space
-    world: vec3<f32>,  // the same normal
-    distance: f32,     // along the axis [m]
+    pixel: vec2<f32>,  // pixel of the picture
+    normal: vec3<f32>, // interpolated, world space
+    distance: f32,     // distance of the surface along the camera's axis [m]
+    here: f32,
+    turn: vec2<f32>,
+    off: f32,
+    near: f32,         // near plane of the camera [m]
+    range: f32,        // distance from its near to its far plane [m]
 }
 
 fn mask_plane(at: vec2<u32>, step: u32, surface: MaskSurface) -> MaskPlane {
-    let point = view_point(at, step, surface);
-    let normal = (views[0].view_from_world * vec4(surface.face, 0.0)).xyz;
-    return MaskPlane(point, normal, surface.normal, -point.z);
+    let view = views[0];
+    let range = view.far - view.near;
+    let pixel = shown_pixel(at, step, surface.offset);
+    let slope = (pixel - view.size * 0.5) / view.scale;
+    let face = (view.view_from_world * vec4(surface.face, 0.0)).xyz;
+    let distance = view.near + surface.depth * range;
+    let tolerated = mask_params.sensitivity / distance;
+    let here = (face.x * slope.x - face.y * slope.y - face.z) * tolerated;
+    let turn = vec2(face.x, -face.y) / view.scale * tolerated;
+    return MaskPlane(pixel, surface.normal, distance, here, turn, distance * here, view.near, range);
 }
 
-// How far a point lies off the plane, in what the blur tolerates: 1 is too far.
-fn plane_error(plane: MaskPlane, point: vec3<f32>) -> f32 {
-    return abs(dot(plane.normal, point - plane.point)) * mask_params.sensitivity / plane.distance;
+// Distance of a surface from the plane, in units of the blur's tolerance.
+fn plane_error(plane: MaskPlane, pixel: vec2<f32>, depth: f32) -> f32 {
+    let ray = plane.here + dot(plane.turn, pixel - plane.pixel);
+    return abs((plane.near + depth * plane.range) * ray - plane.off);
 }
 
-// How much a surface counts to another: by depth, and by the angle between them.
-fn surface_weight(plane: MaskPlane, point: vec3<f32>, normal: vec3<f32>) -> f32 {
-    let facing = max(dot(plane.world, normal), 0.0);
+// Weight of a surface, a texel of `mask_surfaces`, for the pixel of a plane: by depth, and by the angle
+// between the normals.
+fn surface_weight(plane: MaskPlane, at: vec2<u32>, step: u32, other: vec4<u32>) -> f32 {
+    let depth = surface_depth(other);
+    let error = plane_error(plane, shown_pixel(at, step, surface_offset(other)), depth);
+    let facing = max(dot(plane.normal, surface_normal(other)), 0.0);
     let two = facing * facing;
     let four = two * two;
-    return max(1.0 - plane_error(plane, point), 0.0) * four * four;
+    return select(max(1.0 - error, 0.0) * four * four, 0.0, depth >= 1.0);
 }

@@ -1,15 +1,26 @@
-// mask, surfaces: what the camera sees that is solid, as masks read it. One invocation per pixel of a band,
-// after `shade_surfaces`. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
+// mask, surfaces: visible opaque surfaces in the format of masks. One invocation per pixel of a band, after
+// `shade_surfaces`. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
 
+import choice::keep::keep_surface;
 import package::bind::sampled::seen_pixels;
-import package::bind::stored::mask_surfaces;
 import package::bind::uniform::views;
-import package::records::mask::ROUND_BIT;
-import package::records::octahedral::octahedral;
+import package::records::mask::{
+    MaskPoint, MaskSurface, NO_SURFACE, packed_mask_point, packed_surface,
+};
 import package::records::point::{POINT_SOLID, load_point};
 import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::view::TILE_SIZE;
 import package::shade::band::band_pixel;
 import package::walk::lane::LANES;
+
+// Light depth at a pixel, clamped to the picture; `index`: that of `pixel` in the band.
+fn seen_depth(at: vec2<u32>, pixel: vec2<u32>, index: u32) -> f32 {
+    let last = vec2<u32>(views[0].size) - 1u;
+    // Both pixels are in the same tile.
+    let aside = vec2<i32>(min(at, last)) - vec2<i32>(pixel);
+    let own = u32(i32(index) + aside.y * i32(TILE_SIZE) + aside.x);
+    return bitcast<f32>(textureLoad(seen_pixels, record_texel(own), 0).x);
+}
 
 @compute @workgroup_size(LANES)
 fn mask_surfaces_of(
@@ -25,9 +36,15 @@ fn mask_surfaces_of(
     let point = load_point(at.index);
     let seen = textureLoad(seen_pixels, record_texel(at.index), 0);
     let is_round = (seen.y & TRIANGLE_BIT) == 0u;
-    let bits = point.receives | select(0u, ROUND_BIT, is_round) | (point.tag << 16u);
-    let last = select(octahedral(point.normal), bitcast<u32>(point.reach), is_round);
-    let shown = vec4(seen.x, octahedral(point.face), last, bits);
-    let nothing = vec4(bitcast<u32>(1.0), 0u, 0u, 0u);
-    textureStore(mask_surfaces, at.pixel, select(nothing, shown, point.kind == POINT_SOLID));
+    let shown = MaskSurface(bitcast<f32>(seen.x), point.normal, point.face, point.reach, vec2(0u));
+    let surface = select(NO_SURFACE, packed_surface(shown, is_round), point.kind == POINT_SOLID);
+    let place = packed_mask_point(MaskPoint(point.position, point.receives, point.tag));
+    let corner = at.pixel & vec2(0xfffffffeu);
+    let depths = vec4(
+        seen_depth(corner, at.pixel, at.index),
+        seen_depth(corner + vec2(1u, 0u), at.pixel, at.index),
+        seen_depth(corner + vec2(0u, 1u), at.pixel, at.index),
+        seen_depth(corner + vec2(1u, 1u), at.pixel, at.index),
+    );
+    keep_surface(at.pixel, surface, place, depths);
 }

@@ -2,6 +2,7 @@
 
 import choice::mask::masked;
 import package::bind::uniform::picture_params;
+import package::features::HAS_SHADOWS;
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
     POINT_NONE, POINT_PANE, POINT_SOLID, Point,
@@ -69,7 +70,11 @@ fn point_light(point: Point) -> vec3<f32> {
             let mask = masked(index, point);
             // A light without views reads no map.
             light.view_count = select(light.view_count, 0u, mask.is_masked);
-            let passed = arriving.color * mask.share * shadow(light, point.position, face, arriving.toward, point.reach);
+            var through = mask.share;
+            if HAS_SHADOWS {
+                through *= shadow(light, point.position, face, arriving.toward, point.reach);
+            }
+            let passed = arriving.color * through;
             diffuse += passed * scattered(point, cosine);
             let middle = normalize(arriving.toward + to_eye);
             let lobe = highlight(point.normal, middle, point.roughness)

@@ -1,4 +1,4 @@
-//! What the window shows, and what it asks the renderer for.
+//! State of the window, and its requests to the renderer.
 use crate::{
     Arguments,
     knobs::Knobs,
@@ -14,39 +14,39 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// What a picture may take while something moves [ms].
+/// Time budget of a picture while something changes [ms].
 const PATIENCE_MS: f64 = 120.0;
-/// Without a change, after which the picture is made in full.
+/// Time without a change after which the picture is rendered at full resolution.
 const REST: Duration = Duration::from_millis(250);
 
 pub struct App {
     worker: Worker,
     file: PathBuf,
     reading: u64,
-    /// Of what the renderer has read.
+    /// Properties of the scene that was read last.
     pub facts: Option<Facts>,
     pub knobs: Option<Knobs>,
-    /// Pixels of the picture to one of the window, along an edge.
+    /// Pixels of the picture per pixel of the window, along an edge.
     pub scale: f32,
-    /// Of the space that the picture has [pixels].
+    /// Size of the area for the picture [pixels].
     space: UVec2,
     asked: Option<Look>,
     number: u64,
     changed: Instant,
     pub shown: Option<Shown>,
-    /// Of the last picture for which maps were rendered.
+    /// Counters of the last picture for which maps were rendered.
     pub counters: Option<Counters>,
-    /// Each the last time that it ran [ms].
+    /// Stages, each with the time of its last run [ms].
     pub stages: Vec<(&'static str, f64)>,
     texture: Option<TextureHandle>,
     pub insets: Vec<[TextureHandle; 3]>,
     /// Index of the view whose insets are shown.
     pub view: usize,
-    /// Not made yet, of how many, and which is being made.
+    /// Kernels left to compile, their total number, and the one being compiled.
     pub kernels: Option<(usize, usize, &'static str)>,
     pub device: String,
     pub problem: Option<String>,
-    /// Of a picture of a million pixels [ms].
+    /// Time per million pixels of a picture [ms].
     pace: f64,
     script: Option<Script>,
 }
@@ -92,12 +92,12 @@ impl App {
         app
     }
 
-    /// The file's name, for people.
+    /// Name of the file, for people.
     pub fn name(&self) -> String {
         self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy().into_owned()
     }
 
-    /// Reads the file, again or for the first time.
+    /// Reads the file, for the first time or again.
     pub fn read(&mut self) {
         self.reading += 1;
         (self.knobs, self.facts, self.asked, self.problem) = (None, None, None, None);
@@ -158,7 +158,7 @@ impl App {
         let pixels = shown.picture.pixels.len().max(1) as f64;
         self.pace = shown.ms / pixels * 1e6;
         self.problem = None;
-        // A frame whose maps stay counts and times none of them.
+        // A frame that keeps all maps has no counts and times of them.
         if shown.counters.views_rendered > 0 || self.counters.is_none() {
             self.counters = Some(shown.counters.clone());
             self.stages.clone_from(&shown.stages);
@@ -178,7 +178,8 @@ impl App {
         }
     }
 
-    /// Asks for what has changed: coarsely while it changes, where the device is slow.
+    /// Requests a picture if something has changed: at a lower resolution during the change, if the device
+    /// is slow.
     fn ask(&mut self, context: &egui::Context) {
         let Some(knobs) = &self.knobs else { return };
         let full = (self.space.as_vec2() * self.scale).as_uvec2().max(UVec2::splat(16));
@@ -202,7 +203,7 @@ impl App {
         context.request_repaint_after(REST);
     }
 
-    /// Pixels of the window, along an edge, to one of a picture that is made in time.
+    /// Pixels of the window, along an edge, per pixel of a picture that is rendered in time.
     fn coarseness(&self, size: UVec2) -> u32 {
         let ms = self.pace * f64::from(size.element_product()) / 1e6;
         match ms / PATIENCE_MS {
@@ -226,7 +227,7 @@ impl App {
         let drag = response.drag_delta() / response.rect.height().max(1.0);
         let with_shift = ui.input(|input| input.modifiers.shift);
         let turns = response.dragged_by(PointerButton::Primary) && !with_shift;
-        // In the pass that it starts in, a drag counts what the pointer moved before.
+        // In the pass in which it starts, a drag includes earlier movement of the pointer.
         if response.dragged() && !response.drag_started() && drag != egui::Vec2::ZERO {
             if turns {
                 knobs.orbit.turn([drag.x, drag.y]);

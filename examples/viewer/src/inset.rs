@@ -4,16 +4,16 @@ use gobo::{ViewMaps, glam::Vec3};
 
 /// Longest edge of a picture [pixels].
 const EDGE: usize = 160;
-/// Where a map has no depth.
+/// Colour of texels without a depth.
 const NOTHING: Color32 = Color32::from_rgb(24, 34, 58);
 
-/// One view's maps.
+/// Maps of one view.
 #[derive(Clone)]
 pub struct Inset {
     pub view: &'static str,
-    /// Of its map [texels].
+    /// Size of the view's map [texels].
     pub size: [u32; 2],
-    /// Filter, nearest depth, opaque depth.
+    /// Images of the filter, the nearest depth and the opaque depth.
     pub pictures: [ColorImage; 3],
 }
 
@@ -34,7 +34,7 @@ impl Inset {
     }
 }
 
-/// What is nearest is white, what is farthest dark.
+/// Image of depths: the nearest is white, the farthest dark.
 fn depth_picture(size: [u32; 2], depths: &[f32]) -> ColorImage {
     let there = || depths.iter().copied().filter(|&depth| depth < 1.0);
     let (first, last) = there().fold((1.0_f32, 0.0_f32), |(a, b), d| (a.min(d), b.max(d)));
@@ -48,7 +48,7 @@ fn depth_picture(size: [u32; 2], depths: &[f32]) -> ColorImage {
     })
 }
 
-/// Of a map's texels, as many to a pixel as it takes.
+/// Reduced image of a map; `pixel`: colour for the texels of a pixel.
 fn smaller(size: [u32; 2], pixel: impl Fn(&[usize]) -> Color32) -> ColorImage {
     let [width, height] = size.map(|edge| edge as usize);
     let step = width.max(height).div_ceil(EDGE).max(1);

@@ -1,4 +1,4 @@
-//! What the sliders turn.
+//! Settings that the sliders change.
 use crate::{
     orbit::Orbit,
     worker::{Facts, Look},
@@ -10,20 +10,20 @@ use gobo::{
 };
 use std::collections::BTreeMap;
 
-/// The state of all of them, and of the camera.
+/// State of the sliders, and of the camera.
 pub struct Knobs {
     pub orbit: Orbit,
     exposure: f32,
     shadow: ShadowSettings,
     lights: Vec<Light>,
-    /// Those of them that are not as the file says.
+    /// Lights that differ from the file's.
     changed: BTreeMap<usize, Light>,
-    /// The light that is turned, and whose maps are shown.
+    /// Index of the light that is edited, and whose maps are shown.
     pub light: usize,
     pub insets: bool,
     moves: bool,
     time: f64,
-    /// Of the scene, about [m].
+    /// Approximate size of the scene [m].
     reach: f32,
 }
 
@@ -135,7 +135,7 @@ impl Knobs {
     }
 }
 
-/// The compass direction that light comes from, and how high its source stands.
+/// Sliders for the compass direction that light comes from, and for the elevation of its source.
 fn show_direction(ui: &mut Ui, direction: &mut Vec3) {
     let from = -direction.normalize_or(Vec3::NEG_Y);
     let mut azimuth = from.x.atan2(from.z).to_degrees();

@@ -1,7 +1,8 @@
-//! A window on a scene: `viewer data/smoke.toml`.
+//! Viewer of a scene in a window: `viewer data/smoke.toml`.
 //!
-//! Drag to turn, drag with the right or middle button (or with shift) to move, scroll to come nearer; drop another scene on
-//! the window to open it. The renderer has a thread and a device of its own, so the window stays awake while kernels are made.
+//! Drag to orbit, drag with the right or middle button (or with shift) to pan, scroll to zoom; drop another
+//! scene on the window to open it. The renderer has its own thread and device, so that the window responds
+//! while kernels are compiled.
 mod app;
 mod inset;
 mod knobs;

@@ -1,29 +1,29 @@
-//! A camera that turns about a point, with y up.
+//! Orbit camera, with y up.
 use gobo::{
     Camera,
     glam::{UVec2, Vec3},
 };
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Short of the poles, where a turn has no direction [radians].
+/// Largest elevation: at the poles the direction is undefined [radians].
 const MAX_PITCH: f32 = FRAC_PI_2 - 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// What stays in the middle: world space [m].
+    /// Point that the camera orbits, world space [m].
     target: Vec3,
-    /// [m]
+    /// Distance of the eye from the target [m].
     distance: f32,
-    /// About y, 0 where the eye is at +z of the target [radians].
+    /// Rotation about y, 0 where the eye is at +z of the target [radians].
     yaw: f32,
-    /// How far the eye is above the target's level [radians].
+    /// Elevation of the eye above the target [radians].
     pitch: f32,
     /// Vertical field of view [radians].
     fov_y: f32,
 }
 
 impl Orbit {
-    /// Of the same eye, target and field of view; upright.
+    /// Orbit with the eye, target and field of view of a camera; upright.
     pub fn of(camera: &Camera) -> Self {
         let arm = camera.eye - camera.target;
         let distance = arm.length().max(1e-3);
@@ -36,7 +36,7 @@ impl Orbit {
         }
     }
 
-    /// From the target to the eye: of length 1.
+    /// Unit direction from the target to the eye.
     fn arm(&self) -> Vec3 {
         let (sine, cosine) = self.yaw.sin_cos();
         let (up, level) = self.pitch.sin_cos();
@@ -48,14 +48,14 @@ impl Orbit {
         Camera { eye, target: self.target, up: Vec3::Y, fov_y: self.fov_y, size }
     }
 
-    /// A drag over the whole height of the picture is half a turn; `drag` in picture heights, x right
-    /// and y down.
+    /// Orbits by a drag: half a turn for the height of the picture. `drag` in picture heights, x right and
+    /// y down.
     pub fn turn(&mut self, drag: [f32; 2]) {
         self.yaw = (self.yaw - drag[0] * PI).rem_euclid(2.0 * PI);
         self.pitch = (self.pitch + drag[1] * PI).clamp(-MAX_PITCH, MAX_PITCH);
     }
 
-    /// Moves the world with the pointer, exactly at the target's distance. `drag` as in [`Self::turn`].
+    /// Pans with the pointer, exactly at the target's distance. `drag` as in [`Self::turn`].
     pub fn pan(&mut self, drag: [f32; 2]) {
         let height = 2.0 * self.distance * (self.fov_y / 2.0).tan();
         let right = Vec3::Y.cross(self.arm()).normalize();
@@ -63,7 +63,7 @@ impl Orbit {
         self.target += (up * drag[1] - right * drag[0]) * height;
     }
 
-    /// 2 halves the distance.
+    /// Divides the distance by `factor`.
     pub fn zoom(&mut self, factor: f32) {
         self.distance = (self.distance / factor).clamp(1e-3, 1e6);
     }
@@ -84,7 +84,7 @@ mod tests {
         }
     }
 
-    /// Where a point is in the picture: right and down, in picture heights from the middle.
+    /// Position of a point in the picture: right and down from the centre, in picture heights.
     fn seen(camera: &Camera, point: Vec3) -> [f32; 2] {
         let view = View::from_camera(camera, &gobo::Bounds { min: -Vec3::ONE, max: Vec3::ONE });
         let at = view.view_from_world.transform_point3(point);

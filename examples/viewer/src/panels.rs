@@ -3,10 +3,10 @@ use crate::{app::App, inset};
 use eframe::egui::{Color32, ComboBox, Grid, ProgressBar, RichText, ScrollArea, Slider, Ui, vec2};
 use gobo::Counters;
 
-/// What goes wrong.
+/// Colour of errors.
 const RED: Color32 = Color32::from_rgb(255, 110, 100);
 
-/// One line: what is wrong, what is being made, or what renders.
+/// One line: the error, the kernels being compiled, or the device.
 pub fn show_status(app: &App, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         if let Some(problem) = &app.problem {
@@ -64,7 +64,7 @@ fn show_times(app: &App, ui: &mut Ui) {
     ui.label(format!("{width} x {height} pixels in {:.1} ms", shown.ms));
     let kept = shown.counters.views_kept;
     if kept > 0 {
-        let text = format!("the maps of {kept} views stayed; times and counts are those of before");
+        let text = format!("views unchanged: {kept}; times and counts are of their last rendering");
         ui.label(RichText::new(text).small().weak());
     }
     let most = app.stages.iter().map(|(_, ms)| *ms).fold(1e-6, f64::max);
@@ -93,7 +93,7 @@ fn show_counters(app: &App, ui: &mut Ui) {
     });
 }
 
-/// Counters by the names that the program writes; of those that are mostly 0 only what is not.
+/// Counters by their names in the program's output; rarely used ones only if they are not 0.
 fn rows(counters: &Counters) -> impl Iterator<Item = (&'static str, u64)> {
     let always = [
         ("casters", counters.casters),
@@ -146,7 +146,7 @@ pub fn show_insets(app: &mut App, ui: &mut Ui) {
     });
 }
 
-/// 12 345 678
+/// Digits in groups of three: 12 345 678.
 fn spaced(count: u64) -> String {
     let digits = count.to_string();
     let groups: Vec<&str> =

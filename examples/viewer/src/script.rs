@@ -1,4 +1,4 @@
-//! Turns the camera by itself, and takes the window's picture at the end.
+//! Scripted orbit, with a screenshot at the end.
 use crate::{Arguments, shot};
 use eframe::egui::{ColorImage, Context, ViewportCommand};
 use std::{
@@ -9,10 +9,10 @@ use std::{
 pub struct Script {
     file: PathBuf,
     frames: u32,
-    /// Of each frame after the first [turns].
+    /// Rotation before each frame after the first [turns].
     step: f32,
     shown: u32,
-    /// Passes of the window since the last picture came: it is on the screen after one.
+    /// Passes of the window since the last picture arrived: after one the picture is on the screen.
     passes: u32,
     done: Sender<Result<(), String>>,
 }
@@ -25,13 +25,13 @@ impl Script {
         Some(Self { file, frames, step, shown: 0, passes: 0, done })
     }
 
-    /// A picture was shown; how far the camera turns for the next, if any [turns].
+    /// Counts a shown picture; returns the rotation before the next one [turns], if there is one.
     pub fn next(&mut self) -> Option<f32> {
         self.shown += 1;
         (self.shown < self.frames).then_some(self.step)
     }
 
-    /// Once a pass of the window. `picture`: the scene's, `counted`: what is on the screen.
+    /// Called once per pass of the window. `picture`: of the scene.
     pub fn pass(&mut self, context: &Context, picture: Option<&ColorImage>) {
         if self.shown < self.frames {
             return;
@@ -49,16 +49,16 @@ impl Script {
             let outcome = of_scene
                 .and_then(|()| shot::save(&file, &window))
                 .and_then(|()| shot::check("the window", &window));
-            // Whoever waits for it is there until the window is closed.
+            // The receiver exists until the window is closed.
             let _ = done.send(outcome);
             again.send_viewport_cmd(ViewportCommand::Close);
             again.request_repaint();
         });
     }
 
-    /// Nothing more will be shown.
+    /// Ends the script: no further picture is shown.
     pub fn fail(&mut self, context: &Context, problem: &str) {
-        // As above.
+        // The receiver exists until the window is closed.
         let _ = self.done.send(Err(problem.to_owned()));
         context.send_viewport_cmd(ViewportCommand::Close);
     }

@@ -1,8 +1,8 @@
-//! The window's picture as a file.
+//! Screenshot of the window.
 use eframe::egui::ColorImage;
 use std::{collections::BTreeSet, fs::File, io::BufWriter, path::Path};
 
-/// Colours that a picture of a scene has at least.
+/// Least number of colours in a picture of a scene.
 const FEWEST_COLORS: usize = 64;
 
 pub fn save(path: &Path, image: &ColorImage) -> Result<(), String> {
@@ -21,7 +21,7 @@ fn rgb(pixel: eframe::egui::Color32) -> [u8; 3] {
     [pixel.r(), pixel.g(), pixel.b()]
 }
 
-/// Whether a picture of a scene shows something.
+/// Checks that a picture of a scene is not blank.
 pub fn check(name: &str, image: &ColorImage) -> Result<(), String> {
     let colors: BTreeSet<_> = image.pixels.iter().map(|&pixel| rgb(pixel)).collect();
     match colors.len() {

@@ -1,4 +1,4 @@
-//! The renderer, in a thread of its own and on a device of its own: the window never waits for it.
+//! The renderer, with its own thread and device, so that the window never waits for it.
 use crate::inset::Inset;
 use eframe::egui::{self, ColorImage};
 use gobo::{
@@ -17,34 +17,34 @@ use std::{
     time::Instant,
 };
 
-/// What a scene file is shown with, in place of what it says.
+/// Overrides of a scene file's values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
     pub camera: Camera,
-    /// [stops]
+    /// Exposure [stops].
     pub exposure: f32,
     pub shadow: ShadowSettings,
-    /// Those that were changed.
+    /// Lights that were changed, by index.
     pub lights: BTreeMap<usize, Light>,
-    /// Of what moves [s].
+    /// Time of the animation [s].
     pub time: f64,
-    /// The light whose maps come along.
+    /// Light whose maps are read back.
     pub maps_of: Option<usize>,
 }
 
-/// A picture to be made. A later one takes the place of one that was not begun.
+/// Request for a picture. A later one replaces one that has not been started.
 #[derive(Clone, Debug)]
 pub struct Wish {
     pub file: PathBuf,
-    /// The file is read again where this is new.
+    /// Number of the reading: the file is read again if it is new.
     pub reading: u64,
-    /// As the file says, where there is none.
+    /// Overrides; none for the values of the file.
     pub look: Option<Look>,
-    /// Comes back with the picture.
+    /// Number that returns with the picture.
     pub number: u64,
 }
 
-/// What the window must know of a scene.
+/// Properties of a scene that the window needs.
 #[derive(Clone, Debug)]
 pub struct Facts {
     pub camera: Camera,
@@ -52,26 +52,26 @@ pub struct Facts {
     pub shadow: ShadowSettings,
     pub lights: Vec<Light>,
     pub bounds: Bounds,
-    /// Something in it follows the time.
+    /// Whether part of the scene is animated.
     pub moves: bool,
     pub particles: usize,
     pub triangles: usize,
-    /// Sentences for people.
+    /// Remarks about the scene, a sentence each.
     pub notes: Vec<String>,
 }
 
-/// A picture, and what it took.
+/// A picture and its costs.
 #[derive(Clone)]
 pub struct Shown {
     pub number: u64,
     pub picture: ColorImage,
     pub insets: Vec<Inset>,
     pub counters: Counters,
-    /// [ms]
+    /// Time of each stage [ms].
     pub stages: Vec<(&'static str, f64)>,
-    /// [bytes]
+    /// Memory on the device [bytes].
     pub memory: u64,
-    /// From the wish to the picture [ms].
+    /// Time from the request to the picture [ms].
     pub ms: f64,
 }
 
@@ -81,7 +81,7 @@ pub enum News {
         reading: u64,
         facts: Box<Facts>,
     },
-    /// Kernels that are not made yet, of how many, and which is being made.
+    /// Kernels left to compile, their total number, and the one being compiled.
     Kernels {
         left: usize,
         of: usize,
@@ -130,7 +130,7 @@ impl Worker {
         self.mailbox.1.notify_one();
     }
 
-    /// Whether it goes on answering.
+    /// Whether the thread is running.
     pub fn is_alive(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
@@ -141,7 +141,7 @@ impl Drop for Worker {
         lock(&self.mailbox).is_over = true;
         self.mailbox.1.notify_one();
         if let Some(thread) = self.thread.take() {
-            // A thread that failed has said so itself.
+            // A thread that failed has reported its error.
             let _ = thread.join();
         }
     }
@@ -154,7 +154,7 @@ struct Post {
 
 impl Post {
     fn send(&self, news: News) {
-        // A window that is closed reads nothing.
+        // Nothing is received after the window has been closed.
         let _ = self.sender.send(news);
         self.context.request_repaint();
     }
@@ -165,11 +165,11 @@ struct Bench {
     backend: Backend,
     adapter: Option<String>,
     renderer: Option<Renderer>,
-    /// As it was read, and which reading it was.
+    /// The scene as read, and the number of its reading.
     scene: Option<(u64, Scene)>,
-    /// Reading and time that what moves is at.
+    /// Reading and time to which the animation is set.
     posed: Option<(u64, f64)>,
-    /// Reading, nodes and filter of the scene that kernels were made for.
+    /// Reading, nodes and filter for which kernels were compiled.
     made_for: Option<(u64, u32, gobo::ShadowFilter)>,
 }
 
@@ -231,7 +231,7 @@ impl Bench {
         let options =
             RenderOptions { maps, maps_of: look.maps_of, keep: true, ..Default::default() };
         let frame = renderer.render(scene, &options).map_err(|error| {
-            // The next wish finds a device that is not lost.
+            // The next request opens a new device.
             self.renderer = None;
             self.made_for = None;
             text(&error)
@@ -260,7 +260,7 @@ fn take_over(scene: &mut Scene, look: &Look) {
     }
 }
 
-/// Makes kernels on all cores, and tells how far it is. One that the device refuses is an error of the
+/// Compiles kernels on all cores and reports progress. A kernel that the device refuses is an error of the
 /// frame that needs it.
 fn make(post: &Post, jobs: &[KernelJob]) {
     let (next, left) = (AtomicUsize::new(0), AtomicUsize::new(jobs.len()));

@@ -1,4 +1,4 @@
-//! A list's way from casters to maps, as data: what runs in which order, how often, on what. The library
+//! Passes of a list, from casters to maps, as data: their order, workgroup counts and bindings. The library
 //! records and allocates from it, and `gobo export` writes it for engines without wgpu.
 mod readers;
 pub mod resources;
@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-/// A kernel of a list, whichever variant of it runs.
+/// A kernel of a list, in any of its variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     ProjectParticles,
@@ -66,8 +66,7 @@ pub enum Part {
     Resolve,
 }
 
-/// What a step asks for. Where it is not known, it may be taken to hold: the step then finds nothing
-/// to do.
+/// Condition of a step. If it is unknown, it may be assumed: the step then has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {
     Particles,
@@ -113,7 +112,7 @@ impl When {
     }
 }
 
-/// What holds of a list.
+/// Conditions that hold for a list.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conditions(u32);
 
@@ -123,11 +122,11 @@ impl Conditions {
         Self(self.0 | u32::from(holds) << when as u32)
     }
 
-    /// With what the kernels ask for that read a list.
+    /// Adds the conditions of the kernels that read the list.
     #[must_use]
     pub(crate) fn with_readers(self, has_segments: bool, tiny: bool, curves: bool) -> Self {
-        // A tile's pairs meet those of another segment, or what was scattered; the tiles of curves
-        // take the latter themselves.
+        // Segments of a tile, or its pairs and scattered casters, are merged; tiles of curves read
+        // scattered casters themselves.
         let may_scatter = tiny || self.hold(&[When::MayOverflow]);
         self.with(When::Tiny, tiny).with(When::Merged, has_segments || (may_scatter && !curves))
     }
@@ -146,7 +145,7 @@ impl SortOf {
     }
 }
 
-/// Which of the two sorts.
+/// One of the two sorts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SortOf {
     /// Footprints by depth.
@@ -155,19 +154,19 @@ pub enum SortOf {
     Tile,
 }
 
-/// What is bound.
+/// Resource of a binding.
 #[derive(Clone, Copy, Debug)]
 pub enum Source {
     Is(&'static str),
-    /// The first of two where the sort has an even number of digits.
+    /// The first of two if the sort has an even number of digits.
     Sorted([&'static str; 2], SortOf),
-    /// The first where there are curves.
+    /// The first with curves.
     Curves(&'static str, &'static str),
-    /// The first where segments are composed one by one.
+    /// The first if segments are composed one by one.
     Composed(&'static str, &'static str),
 }
 
-/// What decides between sources.
+/// Properties that choose between sources.
 #[derive(Clone, Copy, Debug)]
 pub struct Choices {
     pub curves: bool,
@@ -188,7 +187,7 @@ impl Source {
     }
 }
 
-/// What a list expects to be zero.
+/// Resources that a list expects to be zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cleared {
     Counters,
@@ -206,23 +205,23 @@ impl Cleared {
     }
 }
 
-/// Workgroups.
+/// Workgroup counts.
 #[derive(Clone, Copy, Debug)]
 pub enum Groups {
     Counts([Formula; 3]),
-    /// In `dispatches`.
+    /// Counts in `dispatches`.
     Indirect(Dispatch),
 }
 
 #[derive(Clone, Copy, Debug)]
 pub enum Work {
-    /// To zero.
+    /// Sets resources to zero.
     Clear(&'static [Cleared]),
     Sort(SortOf),
     Kernel {
         role: Role,
         groups: Groups,
-        /// By binding; what is not named is bound to what has its name.
+        /// Sources by binding; other bindings have the resource of their name.
         sources: &'static [(&'static str, Source)],
     },
 }
@@ -251,11 +250,11 @@ pub const PAIRS: [&str; 2] = ["pairs_0", "pairs_1"];
 const SORTED_KEYS: Source = Source::Sorted(KEYS, SortOf::Depth);
 const SORTED_PAIRS: Source = Source::Sorted(PAIRS, SortOf::Tile);
 
-/// What readers of a list bind.
+/// Bindings of the kernels that read a list.
 const READ: &[(&str, Source)] =
     &[("pairs", SORTED_PAIRS), ("partials", Source::Composed("composed", "partials"))];
 
-/// Of each list of a batch: first what blocks light, then what filters it.
+/// Steps of each list of a batch; the list that blocks light comes before the one that filters it.
 pub const STEPS: &[Step] = &[
     Step {
         part: Part::Clear,
@@ -353,7 +352,7 @@ pub(crate) fn parts() -> impl Iterator<Item = (Part, &'static [Step])> {
     STEPS.chunk_by(|a, b| a.part == b.part).map(|steps| (steps[0].part, steps))
 }
 
-/// The kernels of all steps whose conditions hold, and what they bind.
+/// Kernels of all steps whose conditions hold, and their bindings.
 pub(crate) fn kernels(
     conditions: Conditions,
 ) -> impl Iterator<Item = (Role, &'static [(&'static str, Source)])> {

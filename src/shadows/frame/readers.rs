@@ -1,4 +1,4 @@
-//! The kernels that read a list, and which variant of each runs.
+//! Kernels that read a list, and the choice of their variants.
 use super::Role;
 use crate::{
     gpu::KernelDesc,
@@ -9,7 +9,7 @@ use crate::{
 /// The kernels that read a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Readers {
-    /// As the timeline calls it, and its last step.
+    /// Name of the stage in the timeline, and of its last step.
     pub stage: &'static str,
     pub last: &'static str,
     pub tiles: Variant,
@@ -44,7 +44,7 @@ impl Readers {
         overflow: Variant::OccludeOverflow,
         resolve: Variant::ResolveOpaque,
     };
-    /// Where dithering is coloured.
+    /// Readers for coloured dithering.
     pub(crate) const COLORED: Self = Self {
         stage: "gobo occlude",
         last: "gobo occlude",
@@ -63,7 +63,7 @@ impl Readers {
     };
 }
 
-/// What decides between variants.
+/// Property that chooses between variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trait {
     Curves,
@@ -106,7 +106,7 @@ impl Trait {
     }
 }
 
-/// Variants of a kernel: the first one counts whose traits a list has, or else `otherwise`.
+/// Variants of a kernel: the first whose traits the list has, else `otherwise`.
 #[derive(Clone, Copy, Debug)]
 pub struct Variants {
     pub special: &'static [(&'static [Trait], &'static KernelDesc)],
@@ -150,7 +150,7 @@ const RESOLVE_TILES: Variants = Variants {
     otherwise: &resolve::TILES,
 };
 
-/// The kernel of a list that blocks light (without coloured dithering) or filters it.
+/// Variants of a kernel for a list that blocks light (without coloured dithering) or filters it.
 pub const fn variants(role: Role, filters: bool) -> Variants {
     match role {
         Role::ProjectParticles => Variants::only(&project::PARTICLES),
@@ -159,7 +159,7 @@ pub const fn variants(role: Role, filters: bool) -> Variants {
         Role::BinScan => Variants::only(&bin::SCAN),
         Role::BinEmit => Variants::only(&bin::EMIT),
         Role::BinTiles => Variants::only(&bin::TILES),
-        // Of a list that blocks, none is tiny.
+        // Blocking lists have no tiny particles.
         Role::Tiny => Variants::only(&accumulate::TINY),
         Role::Overflow if filters => Variants::only(&accumulate::OVERFLOW),
         Role::Overflow => Variants::only(&occlude::OVERFLOW),

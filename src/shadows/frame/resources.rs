@@ -1,4 +1,4 @@
-//! What the steps read and write: sizes as formulas, and what it holds before.
+//! Resources of the steps: their sizes as formulas, and their initial contents.
 use super::{KEYS, PAIRS, SortOf};
 use crate::{
     model::TILE_SIZE,
@@ -20,7 +20,7 @@ use crate::{
 };
 use wgpu::TextureFormat::{self, R32Float, R32Uint, Rgba8UnormSrgb, Rgba16Float, Rgba32Uint};
 
-/// How a resource is made.
+/// Kind and size of a resource.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// A storage buffer of so many elements of so many bytes.
@@ -29,9 +29,9 @@ pub enum Kind {
     Words { words: &'static [Formula] },
     /// A uniform buffer of these `u32`, the fields of the struct in order.
     Uniform { fields: &'static [Formula] },
-    /// One for each digit of a sort.
+    /// A uniform buffer for each digit of a sort.
     UniformOfDigits { fields: &'static [Formula], sort: SortOf },
-    /// A uniform buffer of the host's, of so many bytes.
+    /// A uniform buffer of the host, of so many bytes.
     HostUniform { size: u64 },
     /// A 2D texture, 4096 texels wide, of at least so many texels.
     Records { format: TextureFormat, texels: Formula },
@@ -41,18 +41,17 @@ pub enum Kind {
     Array { format: TextureFormat, size: [Formula; 3] },
 }
 
-/// What a resource holds before the frame.
+/// Contents of a resource before the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Initial {
     /// Anything: it is written before it is read.
     Any,
     Zero,
-    /// Zero before the first frame; each frame leaves it so.
+    /// Zero before the first frame; each frame resets it.
     ZeroOnce,
-    /// Anything; or 1.0 in each texel, and the list that blocks light is left out where it has no
-    /// casters.
+    /// Anything; or 1.0 in each texel, if the blocking list is left out because it has no casters.
     One,
-    /// What the host puts there.
+    /// Written by the host.
     Host,
 }
 
@@ -61,7 +60,7 @@ pub struct ResourceDesc {
     pub name: &'static str,
     pub kind: Kind,
     pub initial: Initial,
-    /// What it is, where its name does not say it.
+    /// Description, unless the name suffices.
     pub note: &'static str,
 }
 
@@ -104,7 +103,7 @@ const TINY_PARAMS: [Formula; 5] = project::params(Number::TinyChunks);
 const DEPTH_PASS: [Formula; 4] = pass_params(0);
 const TILE_PASS: [Formula; 4] = pass_params(bin::PAIR_COUNT_INDEX);
 
-/// All that the steps bind. What a list writes on the way, the next one may write over.
+/// All resources of the steps. A list may overwrite the intermediate data of the one before.
 pub const RESOURCES: &[ResourceDesc] = &{
     use Initial::{Any, Host, One, Zero, ZeroOnce};
     [
@@ -247,13 +246,13 @@ pub const RESOURCES: &[ResourceDesc] = &{
 /// Sums of light, and nearness: buffers, or textures of r32uint records on the native tier.
 pub const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
-/// The resource of that name.
+/// Resource of a name.
 pub fn resource(name: &str) -> Option<&'static ResourceDesc> {
     RESOURCES.iter().find(|resource| resource.name == name)
 }
 
 impl ResourceDesc {
-    /// Its elements or texels; 0 of what has none.
+    /// Number of elements or texels; 0 for resources without any.
     pub fn count(&self, numbers: &Numbers) -> u64 {
         match self.kind {
             Kind::Storage { count, .. } => count.of(numbers),

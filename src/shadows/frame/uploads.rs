@@ -1,5 +1,5 @@
-//! What a frame uploads and which of the steps it takes: an example of what an engine without this library
-//! brings itself.
+//! Uploads and conditions of a frame: an example of the inputs that an engine without this library
+//! provides.
 use super::{Trait, When};
 use crate::{
     error::Error,
@@ -19,28 +19,28 @@ use crate::{
     },
 };
 
-/// What a frame uploads.
+/// Uploads of a frame.
 #[derive(Debug)]
 pub struct Uploads {
-    /// Of the maps' atlas, the records, and the textures of materials.
+    /// Sizes of the atlas, the records, and the textures of materials.
     pub numbers: Numbers,
     pub casters: Vec<u8>,
     pub triangles: Vec<u8>,
     pub materials: Vec<u8>,
-    /// Layer after layer, each filled up to the largest.
+    /// Layer by layer, each padded to the largest.
     pub images: Vec<u8>,
     pub batches: Vec<BatchUploads>,
 }
 
-/// What a batch of views uploads.
+/// Uploads of a batch of views.
 #[derive(Debug)]
 pub struct BatchUploads {
     pub views: Vec<GpuView>,
-    /// What blocks light, then what filters it.
+    /// The blocking list, then the filtering one.
     pub lists: [ListUploads; 2],
 }
 
-/// What a list uploads, and what it is.
+/// Uploads and properties of a list.
 #[derive(Debug)]
 pub struct ListUploads {
     pub numbers: Numbers,
@@ -53,16 +53,16 @@ pub struct ListUploads {
     pub tiny_chunks: Vec<Chunk>,
 }
 
-/// What of a frame the steps do not make.
+/// Error of a frame that the steps do not cover.
 fn beyond(index: usize, problem: &'static str) -> Error {
     Error::Invalid { what: "frame to be exported", index, problem }
 }
 
 impl Pipeline {
-    /// Of a frame whose casters are `set`, with room for so many pairs.
+    /// Uploads of a frame with the casters of `set` and a pair capacity.
     ///
     /// # Errors
-    /// Where a frame takes other steps than [`STEPS`](super::STEPS), or its maps do not fit.
+    /// If the frame needs steps other than [`STEPS`](super::STEPS), or its maps do not fit.
     pub(in crate::shadows) fn uploads(
         &self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),

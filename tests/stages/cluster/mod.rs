@@ -56,7 +56,7 @@ fn on_device<T>(
         &views,
         &maps.maps,
         PictureRoom::default(),
-        &Default::default(),
+        &mut Default::default(),
     )?;
     let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());

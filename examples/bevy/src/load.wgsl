@@ -1,0 +1,6 @@
+@group(1) @binding(0) var<storage, read> smoke: array<Smoke>;
+
+fn load_caster(index: u32) -> Caster {
+    let one = smoke[index];
+    return Caster(one.place, one.radius, one.color, 0.0, 0u, index);
+}

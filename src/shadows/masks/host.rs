@@ -1,0 +1,300 @@
+//! Shadow masks for a host: its depths, normals and shadow functions in, textures out.
+use super::{MaskMemory, MaskTextures, PreparedMasks, camera::MaskCamera};
+use crate::{
+    error::Error,
+    gpu::{Allocator, HostText, Kernel, KernelDesc, KernelError, Memory, Tier, Timeline},
+    model::{Light, MaskSettings},
+    records::{
+        ALL_LIGHTS, COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds,
+    },
+    shadows::{
+        AreaLevels, Prepared, Shadows, context::view_uniform, kernels::Variant,
+        light_source::LightSource,
+    },
+    stage::{hits::Features, mask},
+};
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+use wgpu::{
+    BindGroup, BindGroupLayout, Texture, TextureFormat::R32Uint, TextureFormat::Rgba32Uint,
+    TextureUsages,
+};
+
+pub use super::camera::MaskView;
+
+/// A shadow function of a host, such as its sky or a traced sun. Clones share its kernels.
+#[derive(Clone, Debug)]
+pub struct ShadowFunction(Arc<Text>);
+
+#[derive(Debug)]
+struct Text {
+    label: String,
+    wgsl: String,
+    layout: BindGroupLayout,
+    tier: Tier,
+    made: Mutex<HashMap<Features, Kernel>>,
+}
+
+impl Shadows {
+    /// Makes a shadow function of WGSL of the host's, which declares
+    ///
+    /// ```wgsl
+    /// fn host_shadow(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32>
+    /// ```
+    ///
+    /// and its bindings in `@group(1)`, of `layout`. It returns the share of a light that reaches a point
+    /// (world space [m], unit normal), which multiplies the share by the maps. `light` is an index into the
+    /// lights that [`LightMasks::prepare`] chose. All other names of the library begin with `gobo_`.
+    /// `label` names the text in errors.
+    ///
+    /// # Errors
+    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
+    pub fn shadow_function(
+        &self,
+        label: &str,
+        wgsl: &str,
+        layout: &BindGroupLayout,
+    ) -> Result<ShadowFunction, Error> {
+        let (device, tier) = self.device();
+        let (label, wgsl) = (label.to_owned(), wgsl.to_owned());
+        let made = Mutex::default();
+        let own =
+            ShadowFunction(Arc::new(Text { label, wgsl, layout: layout.clone(), tier, made }));
+        own.kernel(device, Features::NONE)?;
+        Ok(own)
+    }
+}
+
+impl ShadowFunction {
+    fn kernel(&self, device: &wgpu::Device, features: Features) -> Result<Kernel, KernelError> {
+        let Text { label, wgsl, layout, tier, made } = &*self.0;
+        let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = made.get(&features) {
+            return Ok(kernel.clone());
+        }
+        let constants = features.constants();
+        let choice = mask::JOINED;
+        let host = HostText { label, wgsl, layout, choice, constants: &constants, shared: &[] };
+        let desc: &KernelDesc = if features.areas { &mask::AREA_LOOK_UP } else { &mask::LOOK_UP };
+        let kernel = Kernel::with_host_text(device, desc, *tier, &host)?;
+        Ok(made.entry(features).or_insert(kernel).clone())
+    }
+}
+
+/// Slot of a light in [`LightMasks::texture`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaskSlot {
+    /// Layer of the array.
+    pub layer: u32,
+    /// Channel of the light's share, 0 to 3; `None` if red, green and blue are its shares per channel.
+    pub channel: Option<u32>,
+}
+
+/// Shadow masks for a host's camera. The textures are kept from frame to frame.
+#[derive(Debug, Default)]
+pub struct LightMasks {
+    textures: Option<Arc<MaskTextures>>,
+    former: FormerSlots,
+    frame: Option<Frame>,
+}
+
+#[derive(Debug)]
+struct Frame {
+    memory: MaskMemory,
+    surfaces: (Kernel, BindGroup, [u32; 3]),
+    passes: PreparedMasks,
+    levels: Option<AreaLevels>,
+    bytes: Memory,
+}
+
+impl LightMasks {
+    /// No masks.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Assigns slots to the `chosen` of `lights`, which the views were made of, where they are visible, and
+    /// binds the passes that compute their masks. Lights with names keep their slots as long as possible.
+    /// The textures are kept while the size stays and their capacity suffices.
+    ///
+    /// # Errors
+    /// If a light or an input is invalid, or the device is out of memory.
+    pub fn prepare(
+        &mut self,
+        prepared: &Prepared,
+        lights: &[Light],
+        chosen: &[usize],
+        view: &MaskView<'_>,
+        settings: &MaskSettings,
+    ) -> Result<(), Error> {
+        check(settings)?;
+        let camera = view.camera()?;
+        let (device, queue) = prepared.device();
+        let mut bytes = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut bytes };
+        let source =
+            prepared.light_source(&mut allocator, lights, chosen, true, Some(&camera.view))?;
+        let own: Vec<&Light> = chosen.iter().map(|&index| &lights[index]).collect();
+        let joins = |index: &usize| view.joined.is_some_and(|it| it.lights.contains(index));
+        let wants: Vec<_> = own
+            .iter()
+            .zip(chosen)
+            .map(|(light, index)| {
+                let has_shadow = light.view_count() > 0 || joins(index);
+                let bounds = ScreenBounds::new(light, &camera.view).filter(|_| has_shadow);
+                let colored = prepared.tints || prepared.settings.colored || joins(index);
+                bounds.map(|bounds| (bounds, colored))
+            })
+            .collect();
+        let names: Vec<_> = own.iter().map(|light| light.name.as_str()).collect();
+        let slots = MaskSlots::assign(&wants, &names, settings.limit, &self.former);
+        self.former = slots.former(own.iter().copied());
+        self.former.remove("");
+        let size = camera.view.size;
+        // Frees the bindings of the previous frame.
+        self.frame = None;
+        let textures = MaskTextures::take(&mut self.textures, device, size, settings.half, &slots)?;
+        let joined = chosen.iter().map(|index| if joins(index) { JOINED_BIT } else { 0 });
+        let memory = MaskMemory::joined(queue, settings, slots, textures, joined);
+        let frame = Inputs { prepared, source, camera, view, memory }.bind(allocator)?;
+        self.frame = Some(Frame { bytes, ..frame });
+        Ok(())
+    }
+
+    /// Records the masks, after the maps and the host's depths; records nothing before [`Self::prepare`].
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.record_timed(encoder, &mut Timeline::untimed());
+    }
+
+    /// Like [`Self::record`], with timestamps around each pass.
+    pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        let Some(Frame { surfaces, passes, levels, .. }) = &self.frame else { return };
+        if let Some(levels) = levels {
+            levels.record(encoder);
+        }
+        let (kernel, bindings, groups) = surfaces;
+        kernel.record(&mut timeline.pass(encoder, "gobo mask"), bindings, *groups);
+        passes.record(encoder, timeline);
+        timeline.end(encoder);
+    }
+
+    /// Array of `rgba8unorm` masks, of the size of the host's depths; usages `TEXTURE_BINDING`,
+    /// `STORAGE_BINDING` and `COPY_SRC`. Kept from one `prepare` to the next while its capacity suffices.
+    /// It may have more layers than there are masks.
+    pub fn texture(&self) -> Option<&Texture> {
+        self.frame.as_ref().map(|frame| frame.memory.masks())
+    }
+
+    /// Slot of each chosen light; `None` if it has no shadow, is outside the picture or has no slot.
+    pub fn slots(&self) -> Vec<Option<MaskSlot>> {
+        let of_lights = self.frame.iter().flat_map(|frame| &frame.memory.slots.of_lights);
+        of_lights
+            .map(|&slot| {
+                let place = (slot & !COLORED_BIT).checked_sub(1)?;
+                let channel = (slot & COLORED_BIT == 0).then_some(place % SLOTS);
+                Some(MaskSlot { layer: place / SLOTS, channel })
+            })
+            .collect()
+    }
+
+    /// Number of masks of the frame.
+    pub fn count(&self) -> u32 {
+        self.frame.as_ref().map_or(0, |frame| frame.memory.slots.count)
+    }
+
+    /// Lights that cast shadows into the picture but have no slot within [`MaskSettings::limit`]: shade
+    /// them without masks.
+    pub fn unmasked(&self) -> u32 {
+        self.frame.as_ref().map_or(0, |frame| frame.memory.slots.unmasked)
+    }
+
+    /// Bytes by buffer and texture.
+    pub fn memory(&self) -> Memory {
+        let mut all = Memory::default();
+        if let Some(frame) = &self.frame {
+            all.add_all(&frame.bytes);
+            all.add_all(frame.memory.memory());
+        }
+        all
+    }
+}
+
+/// Inputs of a frame's bindings.
+struct Inputs<'a> {
+    prepared: &'a Prepared,
+    source: LightSource,
+    camera: MaskCamera,
+    view: &'a MaskView<'a>,
+    memory: MaskMemory,
+}
+
+impl Inputs<'_> {
+    fn bind(self, mut allocator: Allocator<'_>) -> Result<Frame, Error> {
+        let Inputs { prepared, source, camera, view, memory } = self;
+        let (device, queue) = prepared.device();
+        let maps = prepared.maps();
+        let gpu_view = camera.view.to_gpu(0, glam::UVec2::ZERO, 0);
+        let views = view_uniform(&mut allocator, queue, &[gpu_view]);
+        let params = allocator.uniform::<HostView>("host_view");
+        queue.write_buffer(&params, 0, bytemuck::bytes_of(&camera.params));
+        let copied = TextureUsages::COPY_DST;
+        let clusters = allocator.records("clusters", R32Uint, 2, copied)?;
+        let all = bytemuck::cast_slice(&[ALL_LIGHTS, 0]).to_vec();
+        crate::gpu::write_records(queue, &clusters, all);
+        let none = match &source.levels {
+            None => Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?),
+            Some(_) => None,
+        };
+        let resources = source
+            .resources(maps)
+            .with("views", &views)
+            .with("host_view", &params)
+            .with("clusters", &clusters)
+            .with("host_depths", &camera.depths)
+            .with("host_normals", camera.normals.as_ref().unwrap_or(&camera.depths));
+        let resources = none.iter().fold(resources, |own, none| own.with("levels", none));
+        let is_half = memory.is_half();
+        let variant = if is_half { Variant::HalfHostSurfaces } else { Variant::HostSurfaces };
+        let kernel = prepared.kernel(variant, Features::NONE)?;
+        let bindings = kernel.bind(device, &resources.clone().and(&memory.resources()))?;
+        let size = camera.view.size;
+        let edge = mask::GROUP_SIZE;
+        let groups = [size.x.div_ceil(edge), size.y.div_ceil(edge), 1];
+        let own = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let areas = source.levels.is_some();
+        let features = Features { areas, filters: source.is_filtered, ..own };
+        let make = |variant, features| match view.joined {
+            Some(joined) if variant == Variant::MaskLookUp => {
+                let kernel = joined.function.kernel(device, features)?;
+                Ok((kernel, Some(joined.bindings.clone())))
+            }
+            _ => Ok((prepared.kernel(variant, features)?, None)),
+        };
+        let passes = PreparedMasks::new(device, queue, features, &memory, &resources, make)?;
+        Ok(Frame {
+            memory,
+            surfaces: (kernel, bindings, groups),
+            passes,
+            levels: source.levels,
+            bytes: Memory::default(),
+        })
+    }
+}
+
+fn check(settings: &MaskSettings) -> Result<(), Error> {
+    let MaskSettings { taps, depth_scale, sensitivity, limit, .. } = *settings;
+    let invalid = |problem| Err(Error::Invalid { what: "mask setting", index: 0, problem });
+    if taps % 2 == 0 || taps > MaskSettings::MAX_TAPS {
+        return invalid("taps must be odd, 1 to 15");
+    }
+    if !(1..=MaskSettings::MAX_LIMIT).contains(&limit) {
+        return invalid("limit must be 1 to 64");
+    }
+    let is_usable = |v: f32| v.is_finite() && v >= 0.0;
+    if !(is_usable(depth_scale) && is_usable(sensitivity)) {
+        return invalid("depth_scale and sensitivity must be finite and not negative");
+    }
+    Ok(())
+}

@@ -1,0 +1,260 @@
+//! Shadow masks, bound and ready to be recorded after the visible surfaces.
+mod camera;
+mod host;
+
+pub use host::{LightMasks, MaskSlot, MaskView, ShadowFunction};
+
+use super::kernels::Variant;
+use crate::{
+    error::Error,
+    gpu::{Allocator, Kernel, Memory, Resources, Timeline, write_records},
+    model::MaskSettings,
+    records::{MaskParams, MaskSlots, mask_size},
+    stage::{
+        hits::Features,
+        mask::{GROUP_SIZE, masks_at_once},
+    },
+};
+use glam::UVec2;
+use std::sync::Arc;
+use wgpu::{
+    BindGroup, Buffer, Texture,
+    TextureFormat::{R32Uint, Rgba8Unorm, Rgba32Uint},
+    TextureUsages,
+};
+
+/// Look-up, rows, columns, enlarging.
+const PASSES: usize = 4;
+
+/// Textures of masks, kept from frame to frame while their capacity suffices.
+#[derive(Debug)]
+pub(crate) struct MaskTextures {
+    /// Size of the picture [pixels].
+    size: UVec2,
+    half: bool,
+    masks: u32,
+    lights: u32,
+    /// Visible surfaces, at the picture's size.
+    surfaces: Texture,
+    /// Surfaces of masks of half the size.
+    half_surfaces: Option<Texture>,
+    /// Receiver points, at the masks' size.
+    points: Texture,
+    slot_table: Texture,
+    /// Targets of look-up and blur, alternating.
+    made: [Texture; 2],
+    /// Masks at the picture's size, if they are computed at half of it.
+    enlarged: Option<Texture>,
+    params: [Buffer; PASSES],
+    /// Bytes by texture.
+    pub memory: Memory,
+}
+
+impl MaskTextures {
+    fn new(
+        device: &wgpu::Device,
+        size: UVec2,
+        half: bool,
+        masks: u32,
+        lights: u32,
+    ) -> Result<Self, Error> {
+        let mut memory = Memory::default();
+        let allocator = &mut Allocator { device, memory: &mut memory };
+        let storage = TextureUsages::STORAGE_BINDING;
+        let own = mask_size(size, half);
+        let extent = |size: UVec2, layers| [u64::from(size.x), u64::from(size.y), layers];
+        let mut surfaces =
+            |name, size| allocator.texture(name, Rgba32Uint, extent(size, 1), storage);
+        let whole = surfaces("mask_surfaces", size)?;
+        let half_surfaces = half.then(|| surfaces("half_surfaces", own)).transpose()?;
+        let points = surfaces("mask_points", own)?;
+        let usage = storage | TextureUsages::COPY_SRC;
+        let mut of_size =
+            |size| allocator.texture("masks", Rgba8Unorm, extent(size, masks.into()), usage);
+        let made = [of_size(own)?, of_size(own)?];
+        let enlarged = half.then(|| of_size(size)).transpose()?;
+        let read = storage | TextureUsages::COPY_DST;
+        let slot_table = allocator.records("mask_slots", R32Uint, lights.into(), read)?;
+        let params = std::array::from_fn(|_| allocator.uniform::<MaskParams>("mask_params"));
+        Ok(Self {
+            size,
+            half,
+            masks,
+            lights,
+            surfaces: whole,
+            half_surfaces,
+            points,
+            slot_table,
+            made,
+            enlarged,
+            params,
+            memory,
+        })
+    }
+
+    fn has_room(&self, size: UVec2, half: bool, masks: u32, lights: u32) -> bool {
+        (self.size, self.half) == (size, half) && self.masks >= masks && self.lights >= lights
+    }
+
+    /// `former`, or new textures if it is shared or too small.
+    pub(crate) fn take(
+        former: &mut Option<Arc<Self>>,
+        device: &wgpu::Device,
+        size: UVec2,
+        half: bool,
+        slots: &MaskSlots,
+    ) -> Result<Arc<Self>, Error> {
+        let (masks, lights) = (slots.count.max(1), slots.of_lights.len() as u32);
+        let own = former.take().filter(|own| Arc::strong_count(own) == 1);
+        let own = match own {
+            Some(own) if own.has_room(size, half, masks, lights) => own,
+            _ => Arc::new(Self::new(device, size, half, masks, lights)?),
+        };
+        *former = Some(Arc::clone(&own));
+        Ok(own)
+    }
+}
+
+/// Resources of a frame's masks.
+#[derive(Debug)]
+pub(crate) struct MaskMemory {
+    pub slots: MaskSlots,
+    settings: MaskSettings,
+    textures: Arc<MaskTextures>,
+}
+
+impl MaskMemory {
+    pub(crate) fn new(
+        queue: &wgpu::Queue,
+        settings: &MaskSettings,
+        slots: MaskSlots,
+        textures: Arc<MaskTextures>,
+    ) -> Self {
+        let none = std::iter::repeat_n(0, slots.of_lights.len());
+        Self::joined(queue, settings, slots, textures, none)
+    }
+
+    /// `joined`: flags of each light's slot on the device.
+    fn joined(
+        queue: &wgpu::Queue,
+        settings: &MaskSettings,
+        slots: MaskSlots,
+        textures: Arc<MaskTextures>,
+        joined: impl Iterator<Item = u32>,
+    ) -> Self {
+        let bits = slots.of_lights.iter().zip(joined);
+        let table: Vec<u32> =
+            bits.map(|(&slot, bits)| if slot == 0 { 0 } else { slot | bits }).collect();
+        write_records(queue, &textures.slot_table, bytemuck::cast_slice(&table).to_vec());
+        Self { slots, settings: *settings, textures }
+    }
+
+    /// The masks at the picture's size, four channels per layer; there may be more layers than masks.
+    pub(crate) fn masks(&self) -> &Texture {
+        // The result after a look-up, a row and a column.
+        self.textures.enlarged.as_ref().unwrap_or(&self.textures.made[0])
+    }
+
+    /// Resources for readers of the masks, and for the kernel that fills `mask_surfaces`.
+    pub(crate) fn resources(&self) -> Resources<'_> {
+        let MaskTextures { surfaces, half_surfaces, points, slot_table, .. } = &*self.textures;
+        let own = Resources::new()
+            .with("mask_surfaces", surfaces)
+            .with("mask_points", points)
+            .with("mask_slots", slot_table)
+            .with("light_masks", self.masks());
+        half_surfaces.iter().fold(own, |own, half| own.with("half_surfaces", half))
+    }
+
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.textures.memory
+    }
+
+    fn is_half(&self) -> bool {
+        self.settings.half
+    }
+
+    /// Kernel that stores the visible surfaces of a picture.
+    #[cfg(feature = "picture")]
+    pub(crate) fn of_surfaces(&self) -> Variant {
+        if self.settings.half { Variant::HalfMaskSurfaces } else { Variant::MaskSurfaces }
+    }
+}
+
+/// A bound kernel with its workgroups.
+#[derive(Debug)]
+struct MaskPass {
+    kernel: Kernel,
+    bindings: BindGroup,
+    /// Bind group of the host.
+    beside: Option<BindGroup>,
+    groups: [u32; 3],
+}
+
+#[derive(Debug)]
+pub(crate) struct PreparedMasks {
+    passes: Vec<MaskPass>,
+}
+
+impl PreparedMasks {
+    /// `resources`: views, lights, clusters and maps; `features`: of the maps; `make` compiles a kernel and
+    /// returns the host's bind group for it.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        features: Features,
+        memory: &MaskMemory,
+        resources: &Resources<'_>,
+        mut make: impl FnMut(Variant, Features) -> Result<(Kernel, Option<BindGroup>), Error>,
+    ) -> Result<Self, Error> {
+        let MaskMemory { slots, settings, textures } = memory;
+        let own = mask_size(textures.size, settings.half);
+        let at_once = masks_at_once(slots.count);
+        let layers = slots.count.div_ceil(at_once);
+        let mut passes = Vec::new();
+        let mut add = |variant, size: UVec2, column, bound: Resources<'_>| {
+            let params = &textures.params[passes.len()];
+            let values = MaskParams {
+                size,
+                step: if settings.half && size == own { 2 } else { 1 },
+                taps: settings.taps / 2,
+                sensitivity: settings.sensitivity,
+                depth_scale: settings.depth_scale,
+                column: u32::from(column),
+                mask_count: slots.count,
+            };
+            queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
+            let of_variant = if variant == Variant::MaskLookUp { features } else { Features::NONE };
+            let (kernel, beside) =
+                make(variant, Features { masks_at_once: at_once, ..of_variant })?;
+            let bound = resources.clone().and(&bound).with("mask_params", params);
+            let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), layers];
+            let bindings = kernel.bind(device, &bound)?;
+            passes.push(MaskPass { kernel, bindings, beside, groups });
+            Ok::<(), Error>(())
+        };
+        let [first, second] = &textures.made;
+        let seen = textures.half_surfaces.as_ref().unwrap_or(&textures.surfaces);
+        let on = |to| memory.resources().with("mask_surfaces", seen).with("new_masks", to);
+        add(Variant::MaskLookUp, own, false, on(first))?;
+        if settings.taps > 1 {
+            add(Variant::MaskBlur, own, false, on(second).with("light_masks", first))?;
+            add(Variant::MaskBlur, own, true, on(first).with("light_masks", second))?;
+        }
+        if let Some(enlarged) = &textures.enlarged {
+            let bound = memory.resources().with("light_masks", first);
+            add(Variant::MaskEnlarge, textures.size, false, bound.with("new_masks", enlarged))?;
+        }
+        Ok(Self { passes })
+    }
+
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        for MaskPass { kernel, bindings, beside, groups } in &self.passes {
+            let mut pass = timeline.pass(encoder, "gobo mask");
+            if let Some(beside) = beside {
+                pass.set_bind_group(1, beside, &[]);
+            }
+            kernel.record(&mut pass, bindings, *groups);
+        }
+    }
+}

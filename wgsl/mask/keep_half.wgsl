@@ -1,0 +1,23 @@
+// Surfaces of masks of half the picture's size: one of each 2 x 2 pixels, alternately the nearest and the
+// farthest, so that two surfaces that meet there are both among four neighbours.
+
+import package::bind::stored::{half_surfaces, mask_points, mask_surfaces};
+import package::records::mask::offset_bits;
+
+// `place`: a texel of `mask_points`; `depths`: of the 2 x 2 pixels that contain this one.
+fn keep_surface(pixel: vec2<u32>, surface: vec4<u32>, place: vec4<u32>, depths: vec4<f32>) {
+    textureStore(mask_surfaces, pixel, surface);
+    let half = pixel / 2u;
+    let is_near = ((half.x + half.y) & 1u) == 0u;
+    // A pixel without a surface is not the farthest.
+    let ranks = select(select(depths, 1.0 - depths, is_near), vec4(-1.0), depths >= vec4(1.0));
+    let best = max(max(ranks.x, ranks.y), max(ranks.z, ranks.w));
+    let second = select(select(3u, 2u, ranks.z == best), 1u, ranks.y == best);
+    let chosen = select(second, 0u, ranks.x == best);
+    let offset = pixel & vec2(1u);
+    if chosen == offset.x + 2u * offset.y {
+        let own = vec4(surface.xy, surface.z | offset_bits(offset), surface.w);
+        textureStore(half_surfaces, half, own);
+        textureStore(mask_points, half, place);
+    }
+}
