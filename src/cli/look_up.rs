@@ -68,7 +68,8 @@ pub(super) fn write(target: Target, out: &Path) -> Result<Vec<LookUp>, Failure> 
 
 /// Without what only a whole shader has, and with the probe where it is asked for.
 fn guarded(text: &str) -> String {
-    let whole = ["#version", "layout(local_size_x", "precision "];
+    let whole =
+        ["#version", "#extension GL_ARB_compute_shader", "layout(local_size_x", "precision "];
     let lines = text.lines().filter(|line| !whole.iter().any(|start| line.starts_with(start)));
     let (mut part, mut probe) = (String::new(), String::new());
     let starts = ["void main()", "[numthreads(", "kernel void gobo_probe("];

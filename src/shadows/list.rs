@@ -53,6 +53,7 @@ pub(crate) struct List {
     depth_sort: Option<SortBindings>,
     tile_sort: Option<SortBindings>,
     /// Index of the pair texture that holds the sorted pairs.
+    #[cfg_attr(not(feature = "picture"), expect(dead_code, reason = "only pictures read it"))]
     pub sorted_pairs: usize,
     bound: Vec<(Role, BindGroup)>,
 }

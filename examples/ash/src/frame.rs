@@ -182,7 +182,8 @@ impl Frame<'_> {
                 Resource::Buffer(buffer)
             }
             _ => {
-                let layers = if kind["layers"].is_string() { numbers.of(&kind["layers"])? } else { 1 };
+                let layers =
+                    if kind["layers"].is_string() { numbers.of(&kind["layers"])? } else { 1 };
                 let size = [numbers.of(&kind["width"])?, numbers.of(&kind["height"])?, layers];
                 let format = Format::named(kind["format"].as_str().unwrap_or_default())?;
                 let image = self.vulkan.image(format, size.map(|edge| edge as u32))?;

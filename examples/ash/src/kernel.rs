@@ -1,5 +1,8 @@
 //! Pipelines of exported kernels, and what is bound to them.
-use crate::{Failure, vulkan::{Buffer, Image, Vulkan}};
+use crate::{
+    Failure,
+    vulkan::{Buffer, Image, Vulkan},
+};
 use ash::vk;
 use serde_json::Value;
 use std::path::Path;
@@ -67,15 +70,15 @@ impl Kernel {
         let bindings = bindings.map(binding).collect::<Result<Vec<_>, _>>()?;
         // Each a VkBool32, side by side.
         let ids = entry["specialisation"].as_object().into_iter().flatten();
-        let given = ids.filter_map(|(name, id)| Some((id.as_u64()? as u32, constants[name].as_f64()?)));
+        let given =
+            ids.filter_map(|(name, id)| Some((id.as_u64()? as u32, constants[name].as_f64()?)));
         let (mut entries, mut values) = (Vec::new(), Vec::<u8>::new());
         for (id, value) in given {
             let offset = values.len() as u32;
             entries.push(vk::SpecializationMapEntry { constant_id: id, offset, size: 4 });
             values.extend(u32::from(value != 0.0).to_le_bytes());
         }
-        let specialisation =
-            vk::SpecializationInfo::default().map_entries(&entries).data(&values);
+        let specialisation = vk::SpecializationInfo::default().map_entries(&entries).data(&values);
         let declared: Vec<_> = bindings
             .iter()
             .map(|it| {
@@ -91,8 +94,8 @@ impl Kernel {
         // until the calls return, and nothing is destroyed.
         unsafe {
             let device = &vulkan.device;
-            let module =
-                device.create_shader_module(&vk::ShaderModuleCreateInfo::default().code(&words), None)?;
+            let module = device
+                .create_shader_module(&vk::ShaderModuleCreateInfo::default().code(&words), None)?;
             let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&declared);
             let set_layout = device.create_descriptor_set_layout(&info, None)?;
             let set_layouts = [set_layout];

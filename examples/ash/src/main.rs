@@ -50,14 +50,17 @@ fn main() -> Result<(), Failure> {
                     let Resource::Image(image) = maps[name] else { continue };
                     let wanted = read(&dir.join(file))?;
                     let got = vulkan.read_image(&image)?;
-                    let (different, texels) = compare(&passes, &frame, &dir, &image, &got, &wanted)?;
+                    let (different, texels) =
+                        compare(&passes, &frame, &dir, &image, &got, &wanted)?;
                     // The comparison sees a bit.
                     let mut wrong = got.clone();
                     wrong.iter_mut().for_each(|byte| *byte ^= 1);
                     let seen = compare(&passes, &frame, &dir, &image, &wrong, &got)?;
                     assert_eq!(seen, (texels, texels));
                     let profile = profile["name"].as_str().unwrap_or_default();
-                    println!("{tier:6} {profile:6} {steps}: {name}: {different} of {texels} texels differ");
+                    println!(
+                        "{tier:6} {profile:6} {steps}: {name}: {different} of {texels} texels differ"
+                    );
                     differing += different;
                 }
             }
@@ -112,8 +115,8 @@ fn compare(
             let (x, y) = (whole(origin_at), whole(origin_at + 4));
             let [across, down] = [edge(size_at), edge(size_at + 4)];
             let first = whole(layer_at) * per_view;
-            for (layer, row) in
-                (first..first + per_view).flat_map(|layer| (y..y + down).map(move |row| (layer, row)))
+            for (layer, row) in (first..first + per_view)
+                .flat_map(|layer| (y..y + down).map(move |row| (layer, row)))
             {
                 let start = ((layer * height + row) * width + x) * texel;
                 let range = start..start + across * texel;

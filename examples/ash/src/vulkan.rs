@@ -85,8 +85,8 @@ impl Vulkan {
                 .queue_family_index(family)
                 .queue_priorities(&[1.0])];
             // `rg32uint` as storage is one of the extended formats.
-            let features = vk::PhysicalDeviceFeatures::default()
-                .shader_storage_image_extended_formats(true);
+            let features =
+                vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);
             let mut zeroed = vk::PhysicalDeviceZeroInitializeWorkgroupMemoryFeatures::default()
                 .shader_zero_initialize_workgroup_memory(true);
             let info = vk::DeviceCreateInfo::default()
@@ -130,12 +130,12 @@ impl Vulkan {
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
-        let flags =
-            vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
+        let flags = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
         // SAFETY: the memory is the buffer's alone, large enough and mapped once, as a whole.
         let buffer = unsafe {
             let buffer = self.device.create_buffer(&info, None)?;
-            let memory = self.allocate(self.device.get_buffer_memory_requirements(buffer), flags)?;
+            let memory =
+                self.allocate(self.device.get_buffer_memory_requirements(buffer), flags)?;
             self.device.bind_buffer_memory(buffer, memory, 0)?;
             let whole = vk::MemoryMapFlags::empty();
             let mapped = self.device.map_memory(memory, 0, vk::WHOLE_SIZE, whole)?.cast();
@@ -316,14 +316,17 @@ impl Image {
             .aspect_mask(vk::ImageAspectFlags::COLOR)
             .layer_count(self.size[2]);
         let [width, height, _] = self.size;
-        vk::BufferImageCopy::default()
-            .image_subresource(layers)
-            .image_extent(vk::Extent3D { width, height, depth: 1 })
+        vk::BufferImageCopy::default().image_subresource(layers).image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })
     }
 
     /// For a binding of a 2D texture, or of an array.
     pub fn view(&self, vulkan: &Vulkan, is_array: bool) -> Result<vk::ImageView, Failure> {
-        let kind = if is_array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
+        let kind =
+            if is_array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
         let info = vk::ImageViewCreateInfo::default()
             .image(self.image)
             .view_type(kind)

@@ -124,6 +124,7 @@ pub(crate) struct MaskMemory {
 }
 
 impl MaskMemory {
+    #[cfg(feature = "picture")]
     pub(crate) fn new(
         queue: &wgpu::Queue,
         settings: &MaskSettings,

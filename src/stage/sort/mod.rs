@@ -376,8 +376,10 @@ impl SortBindings {
 pub fn digits(bits: Range<u32>, most: u32) -> impl ExactSizeIterator<Item = Range<u32>> {
     let end = bits.end.min(32);
     let start = bits.start.min(end);
-    let digit_count = (end - start).div_ceil(most);
-    let edge = move |digit: u32| start + (end - start) * digit / digit_count;
+    let numbers =
+        Numbers::default().with(Number::KeyBits, end - start).with(Number::DigitBits, most);
+    let digit_count = DIGITS.count(&numbers);
+    let edge = move |digit: u32| start + SHIFT.count(&numbers.with(Number::Digit, digit));
     (0..digit_count).map(move |digit| edge(digit)..edge(digit + 1))
 }
 
