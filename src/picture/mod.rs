@@ -3,6 +3,7 @@ mod air;
 mod bands;
 mod clusters;
 pub mod debug;
+mod environment;
 mod lists;
 mod prepared;
 mod shading;

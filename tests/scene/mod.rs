@@ -9,6 +9,7 @@ mod failures;
 mod far;
 mod fluids;
 mod gltf;
+mod gltf_animation;
 mod gltf_files;
 mod hostile;
 mod issues;

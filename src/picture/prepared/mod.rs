@@ -1,16 +1,19 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
+mod read;
+
 use super::{
     air::PreparedAir,
     bands::{TileRect, band_tiles},
     clusters::Clusters,
+    environment::environment_texture,
     lists::CameraList,
     shading::{BandMemory, ShadeFeatures, Shading, ToShade},
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Gpu, Memory, Timeline, write_records},
-    model::{Class, Environment, Scene, View},
-    records::{ClusterCounters, FormerSlots, Grid, LightRecords, MaskSlots, Picture},
+    gpu::{Allocator, Gpu, Memory, Timeline},
+    model::{Class, Scene, View},
+    records::{FormerSlots, LightRecords, MaskSlots},
     shadows::{
         AreaLevels, CasterSet, Maps, Pipeline,
         context::view_uniform,
@@ -22,7 +25,6 @@ use crate::{
     stage::{bin::BatchCounters, hits::Features, shade::PictureParams},
 };
 use glam::UVec2;
-use half::f16;
 use std::sync::Arc;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
@@ -396,91 +398,4 @@ impl PreparedPicture {
         }
         Ok((room != self.room).then_some(room))
     }
-
-    /// Mask slot of each light.
-    pub fn slots(&self) -> &MaskSlots {
-        &self.slots
-    }
-
-    /// The masks, layer by layer and row by row, at the picture's size; empty without masks. Blocks.
-    pub fn read_masks(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>, Error> {
-        match &self.masks {
-            Some((memory, _)) => {
-                let mut texels = gpu.try_read_texture(memory.masks())?;
-                texels.truncate((self.slots.count * self.size.element_product()) as usize);
-                Ok(texels)
-            }
-            None => Ok(Vec::new()),
-        }
-    }
-
-    /// Reads the counters of the clusters. Blocks.
-    pub fn read_cluster_counters(&self, gpu: &Gpu) -> Result<ClusterCounters, Error> {
-        self.clusters.read_counters(gpu)
-    }
-
-    /// Grid of the camera's clusters.
-    pub fn grid(&self) -> &Grid {
-        &self.clusters.grid
-    }
-
-    /// Light list of each cluster, ascending; `None` if all lights are evaluated. Blocks.
-    pub fn read_clusters(&self, gpu: &Gpu) -> Result<Vec<Option<Vec<u32>>>, Error> {
-        self.clusters.read(gpu)
-    }
-
-    /// The picture before its tone curve, row by row: linear light, and the light depth of the opaque
-    /// surface, 1 for the sky. Blocks.
-    pub fn read_radiance(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
-        gpu.try_read_texture(&self.radiance)
-    }
-
-    /// Light that each visible translucent particle sends to the eye, per unit of its colour. Blocks.
-    pub fn read_lit(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
-        let mut texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.lit_texture)?;
-        texels.truncate(self.clear.first_setup as usize);
-        Ok(texels)
-    }
-
-    /// Cost of each pixel, if [`crate::shadows::Config::count_cost`] is set: pairs that were walked, and
-    /// lights that were evaluated, both up to 65,535. Blocks.
-    pub fn read_costs(&self, gpu: &Gpu) -> Result<Vec<[u16; 2]>, Error> {
-        gpu.try_read(&self.pixels)
-    }
-
-    /// Reads the picture. Blocks.
-    pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
-        let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
-        let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-        Ok(Picture { size: self.size, rgb, light: Vec::new() })
-    }
-}
-
-/// Texture of the environment; a single texel without one. The texture of `last` is reused while its
-/// environment stays.
-fn environment_texture(
-    allocator: &mut Allocator<'_>,
-    queue: &wgpu::Queue,
-    scene: &Scene,
-    last: &mut Option<(Arc<Environment>, Texture)>,
-) -> Result<Texture, Error> {
-    const NAME: &str = "environment";
-    let (format, usage) = (TextureFormat::Rgba16Float, TextureUsages::COPY_DST);
-    let Some(environment) = &scene.environment else {
-        return allocator.records(NAME, format, 0, usage);
-    };
-    if let Some((known, texture)) = last
-        && Arc::ptr_eq(known, environment)
-    {
-        let texels = u64::from(texture.width()) * u64::from(texture.height());
-        allocator.memory.add(NAME, texels * size_of::<[f16; 4]>() as u64);
-        return Ok(texture.clone());
-    }
-    let texels = environment.texels().iter();
-    let halves: Vec<[f16; 4]> =
-        texels.map(|texel| texel.extend(1.0).to_array().map(f16::from_f32)).collect();
-    let texture = allocator.records(NAME, format, halves.len() as u64, usage)?;
-    write_records(queue, &texture, bytemuck::cast_slice(&halves).to_vec());
-    *last = Some((environment.clone(), texture.clone()));
-    Ok(texture)
 }
