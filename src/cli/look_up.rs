@@ -79,7 +79,7 @@ fn guarded(text: &str) -> String {
         *to += line;
         *to += "\n";
     }
-    format!("{}\n#ifdef {GUARD}\n{probe}#endif\n", part.trim())
+    format!("{}\n\n#ifdef {GUARD}\n{probe}#endif\n", part.trim())
 }
 
 #[cfg(test)]
