@@ -118,7 +118,9 @@ impl BoundList {
                 Part::Pairs => drop(list.record_pairs(kernels, encoder, timeline)),
                 Part::Tiles => list.record_tiles(kernels, encoder, timeline),
                 Part::Tiny | Part::Overflow | Part::Read | Part::Resolve => {
-                    if steps.iter().any(|step| self.conditions.hold(step.when)) {
+                    // Every frame has a time for these two, also one without segments.
+                    let is_timed = matches!(part, Part::Read | Part::Resolve);
+                    if is_timed || steps.iter().any(|step| self.conditions.hold(step.when)) {
                         let Readers { stage, last, .. } = self.readers;
                         let label = if part == Part::Resolve { last } else { stage };
                         let mut pass = timeline.pass(encoder, label);
