@@ -52,7 +52,7 @@ fn window(size: u32, at: u32, radius: u32) -> impl Iterator<Item = (f32, u32)> {
     })
 }
 
-/// Blurs the filter map and the curves of a view; `radius` of the window [texels].
+/// Blurs the filter map and the curves of a view over windows of `radius` texels to each side.
 pub fn blur(maps: &mut ViewMaps, radius: u32) {
     if radius == 0 {
         return;
