@@ -28,6 +28,11 @@ pub fn mean_on_screen(samples: impl ExactSizeIterator<Item = Vec3>) -> [u8; 3] {
     )
 }
 
+/// Light on the screen.
+pub fn to_screen(light: Vec3) -> [u8; 3] {
+    to_srgb(tone_mapped(light))
+}
+
 /// sRGB (IEC 61966-2-1) of linear light.
 fn to_srgb(linear: Vec3) -> [u8; 3] {
     linear.to_array().map(|v| {
