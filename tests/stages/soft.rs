@@ -331,7 +331,6 @@ fn a_rising_slat_has_an_even_shadow() {
     let steps = found.windows(2).map(|pair| (pair[1].x - pair[0].x).abs()).fold(0.0, f32::max);
     let worst = errors.iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
     let mean = errors.iter().map(|error| error.abs()).sum::<f64>() / errors.len() as f64;
-    println!("slat: {mean:.4}, {:.4}, worst {worst:.4}", errors.iter().sum::<f64>() / 400.0);
     assert!(mean < 0.02 && worst < 0.1 && steps < 0.06, "{mean}, {worst}, {steps}");
 }
 
@@ -403,7 +402,7 @@ fn thin_slanted_bars_have_no_beads() {
             let rows: Vec<_> = [-1.0, -0.6, 0.0, 0.4, 0.9].map(row).into();
             let (mean, ripple) = along_a_bar(&scene, &rows);
             println!("{name}, {width} m: {mean:.4}, ripple {ripple:.4}");
-            assert!(mean < 0.016 && ripple < 0.012, "{name}, {width} m: {mean} {ripple}");
+            assert!(mean < 0.014 && ripple < 0.009, "{name}, {width} m: {mean} {ripple}");
         }
     }
 }
