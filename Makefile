@@ -39,7 +39,8 @@ examples: setup
 # Most of the time lavapipe compiles kernels, each on one core: without LLVM's optimisations in half
 # of it, to the same results, and with other tests beside.
 test: setup
-	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test
+	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --lib --bins --tests
+	cargo test --quiet --doc
 
 # And the long sweeps, which `make test` leaves out.
 test-all: test

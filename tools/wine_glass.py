@@ -7,7 +7,8 @@ import math
 import struct
 import sys
 
-SIDES = 64
+SIDES = 72
+CUTS = 4  # of a smooth segment
 # Radius and height [cm], from the axis at the bottom, outside up and inside down to the axis.
 GLASS = [
     (0, 0), (3.4, 0), (3.5, 0.1), (3.4, 0.2), (2.2, 0.35), (1.0, 0.7), (0.5, 1.3), (0.38, 2.5), (0.36, 5),
@@ -21,37 +22,63 @@ WINE = [
 ]
 
 
-def lathe(profile):
-    """Positions, normals and triangles; corners of the profile sharper than 40 degrees stay sharp."""
-    rings = []
-    for (r0, y0), (r1, y1) in zip(profile, profile[1:]):
-        length = math.hypot(r1 - r0, y1 - y0)
-        rings.append(((y1 - y0) / length, (r0 - r1) / length))
+def corners(profile):
+    """Whether each point is a corner: an end, or sharper than 40 degrees."""
+    def heading(a, b):
+        return math.atan2(b[1] - a[1], b[0] - a[0])
 
-    def normal(segment, neighbour):
-        if not 0 <= neighbour < len(rings):
-            return rings[segment]
-        a, b = rings[segment], rings[neighbour]
-        if a[0] * b[0] + a[1] * b[1] < math.cos(math.radians(40)):
-            return a
-        size = math.hypot(a[0] + b[0], a[1] + b[1])
-        return ((a[0] + b[0]) / size, (a[1] + b[1]) / size)
+    sharp = [True]
+    for a, b, c in zip(profile, profile[1:], profile[2:]):
+        turn = heading(b, c) - heading(a, b)
+        sharp.append(abs(math.remainder(turn, 2 * math.pi)) > math.radians(40))
+    return sharp + [True]
+
+
+def smooth(profile):
+    """The profile through the same points, rounded between its corners (Catmull and Rom 1974)."""
+    sharp, points = corners(profile), [profile[0]]
+    for i, (b, c) in enumerate(zip(profile, profile[1:])):
+        if sharp[i] and sharp[i + 1]:
+            points.append(c)
+            continue
+        a = b if sharp[i] else profile[i - 1]
+        d = c if sharp[i + 1] else profile[i + 2]
+        for cut in range(1, CUTS + 1):
+            t = cut / CUTS
+            weights = (-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, -t**2 + t**3)
+            points.append(tuple(sum(w * p[k] for w, p in zip(weights, (a, b, c, d))) / 2 for k in (0, 1)))
+    return points
+
+
+def lathe(profile):
+    """Positions, normals and triangles of the body; its corners stay sharp."""
+    points = smooth(profile)
+    sharp = corners(points)
+    ways = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, points[1:])]
+
+    def ring(at, *segments):
+        x = sum(ways[s][0] / math.hypot(*ways[s]) for s in segments)
+        y = sum(ways[s][1] / math.hypot(*ways[s]) for s in segments)
+        n = (y / math.hypot(x, y), -x / math.hypot(x, y))
+        first, (r, height) = len(positions), points[at]
+        for side in range(SIDES):
+            c, s = math.cos(2 * math.pi * side / SIDES), math.sin(2 * math.pi * side / SIDES)
+            positions.append((r * c / 100, height / 100, -r * s / 100))
+            normals.append((n[0] * c, n[1], -n[0] * s))
+        return first
 
     positions, normals, triangles = [], [], []
-    for segment in range(len(rings)):
-        first = len(positions)
-        for at, n in ((segment, normal(segment, segment - 1)), (segment + 1, normal(segment, segment + 1))):
-            r, y = profile[at]
-            for side in range(SIDES):
-                c, s = math.cos(2 * math.pi * side / SIDES), math.sin(2 * math.pi * side / SIDES)
-                positions.append((r * c / 100, y / 100, -r * s / 100))
-                normals.append((n[0] * c, n[1], -n[0] * s))
+    upper = None
+    for segment in range(len(ways)):
+        lower = ring(segment, segment) if sharp[segment] else upper
+        ends = (segment,) if sharp[segment + 1] else (segment, segment + 1)
+        upper = ring(segment + 1, *ends)
         for side in range(SIDES):
-            a, b = first + side, first + (side + 1) % SIDES
-            if profile[segment][0] > 0:
-                triangles.append((a, b, b + SIDES))
-            if profile[segment + 1][0] > 0:
-                triangles.append((a, b + SIDES, a + SIDES))
+            turned = (side + 1) % SIDES
+            if points[segment][0] > 0:
+                triangles.append((lower + side, lower + turned, upper + turned))
+            if points[segment + 1][0] > 0:
+                triangles.append((lower + side, upper + turned, upper + side))
     return positions, normals, triangles
 
 
@@ -77,7 +104,7 @@ def main(path):
             "POSITION": add(positions, "f", 5126, "VEC3", 34962),
             "NORMAL": add(normals, "f", 5126, "VEC3", 34962),
         }
-        indices = add(triangles, "I", 5125, "SCALAR", 34963)
+        indices = add(triangles, "H", 5123, "SCALAR", 34963)
         meshes.append({"primitives": [{"attributes": attributes, "indices": indices, "material": material}]})
 
     def body(name, color, distance, roughness):
@@ -113,4 +140,5 @@ def main(path):
         file.write(struct.pack("<II", len(binary), 0x004E4942) + binary)
 
 
-main(sys.argv[1])
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -59,7 +59,7 @@ pub struct View {
     pub projection: Projection,
     /// Size of the map [texels].
     pub size: UVec2,
-    /// First depth along the view axis [m].
+    /// First depth along the view axis [m]; not below 0 in perspective.
     pub near: f32,
     /// Last depth along the view axis [m].
     pub far: f32,

@@ -139,7 +139,12 @@ impl<'a> Source<'a> {
     ) -> Result<(), SceneError> {
         let path = format!("{parents}{key}");
         let fault = |value: &Spanned<DeValue<'_>>, help: String| {
-            let message = format!("`{path}` is {} here, not a table", kind_of(value.get_ref()));
+            let message = match value.get_ref() {
+                DeValue::Table(_) => {
+                    format!("`{path}` is a single table here, not a list of tables")
+                }
+                other => format!("`{path}` is {} here, not a table", kind_of(other)),
+            };
             Err(self.error(value.span(), message, Some(help)))
         };
         let tables = match value.get_ref() {

@@ -10,7 +10,7 @@ use crate::{
     },
     model::{
         Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
-        ShadowSettings, View,
+        Projection, ShadowSettings, View,
     },
     stage::{features::Features, sort::pair_limit},
 };
@@ -364,7 +364,11 @@ pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Err
             return invalid(index, "its map's size must be 16 to 4096 texels");
         }
         let finite = view.view_from_world.is_finite() && view.far.is_finite();
-        if !(finite && view.near >= 0.0 && view.near < view.far) {
+        let first = match view.projection {
+            Projection::Orthographic => f32::MIN,
+            Projection::Perspective => 0.0,
+        };
+        if !(finite && view.near >= first && view.near < view.far) {
             return invalid(index, "its planes must be finite, the near one before the far one");
         }
     }

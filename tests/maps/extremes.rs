@@ -1,7 +1,9 @@
 //! Scenes at the limits of validity: every scene that is read keeps what [`Scene`] promises of its numbers,
 //! and every view can project.
 use crate::common::{
+    TIERS,
     files::{Folder, read, read_with},
+    render,
     scenes::Chance,
 };
 use gobo::{
@@ -142,6 +144,30 @@ fn valid_extremes() {
     assert!(skipped > 0 && skipped + scene.particles.len() as u64 == 20, "{skipped}");
     let beyond = BASE.replace("scale = [4, 1, 4]", "translation = [1e7, 0, 0]\nscale = [9, 1, 9]");
     assert!(read(&beyond).unwrap_err().to_string().contains("beyond 1e7 m"));
+}
+
+/// Planes before all casters change depths, and nothing else.
+#[test]
+fn the_first_plane_of_a_sun_may_be_behind_its_light() {
+    let scene = read(BASE).unwrap();
+    let planes: Vec<_> = shadow_views(&scene).iter().map(|view| (view.near, view.far)).collect();
+    assert_eq!(planes[0], (-1.0, 9.0));
+    let from_zero = read(&BASE.replace("near = -1", "near = 0")).unwrap();
+    for tier in TIERS {
+        let maps = &render(tier, &scene).maps[0];
+        let expected = &render(tier, &from_zero).maps[0];
+        let mut hits = 0;
+        for i in 0..maps.filter.len() {
+            let apart = (0..3).map(|c| (maps.filter[i][c] - expected.filter[i][c]).abs());
+            assert!(apart.fold(0.0, f32::max) <= 1e-3, "{i}: {:?}", maps.filter[i]);
+            if expected.nearest[i] < 1.0 {
+                let depth = (expected.nearest[i] * 9.0 + 1.0) / 10.0;
+                assert!((maps.nearest[i] - depth).abs() <= 1e-5, "{i}: {depth}");
+                hits += 1;
+            }
+        }
+        assert!(hits > 1000, "{hits}");
+    }
 }
 
 #[test]

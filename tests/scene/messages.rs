@@ -65,6 +65,7 @@ fn every_refusal_is_plain_and_has_a_remedy() {
         ("[shadow]\nreceiver = 4", "text"),
         ("[shadow]\nreceiver = \"fast\"", "fast"),
         ("[light]\nkind = \"point\"", "[[light]]"),
+        ("[light]\nkind = \"point\"", "a single table"),
         ("light = [1]", "[[light]]"),
         ("light = [[\"a\", \"point\"]]", "[[light]]"),
         ("[[light]]\nname = \"x\"", "kind"),
