@@ -80,7 +80,7 @@ impl Batch {
             first..pairs.len() as u32
         });
         pairs.extend([0; GAP as usize]);
-        let opaque = |i: u32| if i % 5 == 0 { 0.3 + (i % 7) as f32 * 0.1 } else { 1.0 };
+        let opaque = |i: u32| if i.is_multiple_of(5) { 0.3 + (i % 7) as f32 * 0.1 } else { 1.0 };
         let opaques = (0..ATLAS.iter().product::<u32>()).map(opaque).collect();
         Self { footprints, pairs, runs, opaques }
     }
