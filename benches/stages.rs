@@ -205,7 +205,7 @@ fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
             .expect("the casters fit");
             let prepared = pipeline
                 .prepare(device, queue, &casters, &[view()], None)
-                .expect("the device has room");
+                .expect("the device has the memory");
             for stage in ["project", "bin", "accumulate"] {
                 let mut group = criterion.benchmark_group(format!("gpu/{stage}"));
                 group.throughput(Throughput::Elements(count.into()));

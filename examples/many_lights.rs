@@ -5,7 +5,7 @@
 use gobo::{
     gpu::{Gpu, Timeline},
     model::View,
-    picture::{PictureRoom, PreparedPicture},
+    picture::{PictureCapacity, PictureRequest, PreparedPicture},
     scene::load_with,
     shadows::{CasterSet, Config, Pipeline},
     view::shadow_views,
@@ -40,18 +40,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut pictures = Vec::new();
     for (name, budget) in [("clusters", scene.clusters.budget), ("all lights", 0)] {
         scene.clusters.budget = budget;
-        let maps = &prepared.maps;
-        let picture = pipeline.prepare_picture(
+        let request = PictureRequest {
             device,
             queue,
-            &casters,
-            &scene,
-            &View::from_camera(&scene.camera, &scene.bounds()),
-            &views,
-            maps,
-            PictureRoom::default(),
-            &mut Default::default(),
-        )?;
+            casters: &casters,
+            scene: &scene,
+            camera: &View::from_camera(&scene.camera, &scene.bounds()),
+            views: &views,
+            maps: &prepared.maps,
+            capacity: PictureCapacity::default(),
+        };
+        let picture = pipeline.prepare_picture(&request, &mut Default::default())?;
         let mut times: Vec<[f64; 3]> = Vec::new();
         for _ in 0..=RUNS {
             times.push(frame(&gpu, &mut pipeline, &picture)?);

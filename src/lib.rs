@@ -90,7 +90,7 @@ pub use records::{CurveMap, Picture, ViewMaps};
 #[cfg(feature = "picture")]
 pub use render::{Frame, RenderOptions, Renderer};
 pub use shadows::{
-    CasterCount, CasterLoader, ConvertedMaps, FLYING_WGSL, FilterFormat, HostCasters, HostDepth,
+    CasterCount, CasterLoader, ConvertedMaps, EMITTED_WGSL, FilterFormat, HostCasters, HostDepth,
     HostInputs, LightBindings, LightMasks, LightPoints, MapLayout, Maps, MaskSlot, MaskView,
     PointBuffers, Prepared, ShadowFunction, Shadows, Simulation,
 };

@@ -173,10 +173,10 @@ fn compare_accumulate(gpu: &Gpu) {
             &Casters { particles: &particles, materials: &materials, ..Casters::default() },
         )
         .expect("the casters fit");
-        let room = lists.pairs.len() as u32;
+        let pair_count = lists.pairs.len() as u32;
         let prepared = pipeline
-            .prepare(device, queue, &casters, &[view()], Some(room))
-            .expect("the device has room");
+            .prepare(device, queue, &casters, &[view()], Some(pair_count))
+            .expect("the device has the memory");
         let mut map = vec![[f32::NAN; 4]; (SIZE * SIZE) as usize];
         let (mut kernel, mut native) = (Times::default(), Times::default());
         for run in 0..WARM_UP + RUNS {
@@ -187,7 +187,7 @@ fn compare_accumulate(gpu: &Gpu) {
             native.add(run, timed(|| accumulate::accumulate(level, threads, &lists, &mut map)));
         }
         let counters = prepared.read_counters(device, queue).expect("the device works").1;
-        assert_eq!(counters.pair_count, room, "both have the same pairs");
+        assert_eq!(counters.pair_count, pair_count, "both have the same pairs");
         assert_eq!(counters.scattered + counters.overflowed, 0);
         let ours = kernel_map(gpu, &prepared);
         let difference =
@@ -195,7 +195,7 @@ fn compare_accumulate(gpu: &Gpu) {
         map[12_345][1] += 2.0 * FILTER_TOLERANCE;
         assert!(compare(&ours, &map).is_err(), "a wrong texel is noticed");
         println!(
-            "{count:>8} {footprint:>6} {room:>8} {difference:>8.6} {kernel:>24} {native:>24} {:>6.2}",
+            "{count:>8} {footprint:>6} {pair_count:>8} {difference:>8.6} {kernel:>24} {native:>24} {:>6.2}",
             kernel.median() / native.median()
         );
     }

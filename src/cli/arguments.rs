@@ -102,14 +102,14 @@ pub(crate) struct RenderArguments {
     /// A model or particle file by itself gets no floor
     #[arg(long)]
     pub(crate) no_ground: bool,
-    /// Also draw, beside the picture, what it is made of
+    /// Also draw a debug picture
     #[arg(long, value_name = "MODE")]
     pub(crate) debug: Vec<DebugName>,
     /// Replace a value of the scene file: shadow.size=512
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(crate) set: Vec<(String, String)>,
-    /// Leave frames that are there already, whole and of the same scene and options; writes what tells,
-    /// `frame_0000.json`, beside each
+    /// Skip frames that are there already, whole and of the same scene and options; writes a sidecar,
+    /// `frame_0000.json`, beside each to tell
     #[arg(long)]
     pub(crate) skip_existing: bool,
     /// Print one line of JSON a frame
@@ -214,13 +214,13 @@ impl From<BackendName> for Backend {
 pub(crate) enum DebugName {
     /// Lights of the cluster that each pixel is in
     Clusters,
-    /// Pairs that each pixel walked, and lights that it asked
+    /// Pairs that each pixel walked, and lights that it evaluated
     Cost,
     /// The cascade that each pixel's surface is in
     Cascades,
     /// The maps of all views as they are packed
     Atlas,
-    /// The shadow masks of the picture, where the scene asks for some
+    /// The shadow masks of the picture, if the scene has a `[mask]`
     Masks,
 }
 

@@ -21,6 +21,7 @@ mod render;
 mod sidecar;
 mod specialise;
 mod stop;
+mod structs;
 mod translate;
 mod verify;
 mod writers;

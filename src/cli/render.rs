@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     };
     let progress = progress_bar(frames.len() as u64);
     for index in frames {
-        if stop::is_asked() {
+        if stop::is_stopped() {
             return Err(Failure::Stopped { frame: index });
         }
         if let Some(inputs) = &inputs
@@ -180,8 +180,8 @@ fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
         let casters = 128 * scene.particles.len() + 384 * scene.triangles.len();
         bytes += most * twin + casters as u64;
     }
-    let room = usize::try_from(bytes).map_err(|_| Failure::Memory(bytes))?;
-    Vec::<u8>::new().try_reserve_exact(room).map_err(|_| Failure::Memory(bytes))
+    let length = usize::try_from(bytes).map_err(|_| Failure::Memory(bytes))?;
+    Vec::<u8>::new().try_reserve_exact(length).map_err(|_| Failure::Memory(bytes))
 }
 
 /// Progress bar on standard error, hidden unless that is a terminal.

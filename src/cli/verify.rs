@@ -13,8 +13,8 @@ pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
     let sidecars: BTreeMap<u32, Option<Sidecar>> =
         names.filter_map(frame_of).map(|frame| (frame, Sidecar::read(dir, frame))).collect();
     let ranges = sidecars.values().flatten().map(|sidecar| sidecar.frames);
-    let asked = ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-    let Some([first, end]) = asked else {
+    let frames = ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let Some([first, end]) = frames else {
         return Err(Failure::Wrong(format!(
             "{}: no frame has a sidecar; `gobo render --skip-existing` writes them",
             dir.display()

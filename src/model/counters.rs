@@ -50,7 +50,7 @@ pub struct Counters {
     pub pairs_needed: u32,
     /// Pair capacity of a batch: casters past it were scattered. `Shadows::grow_from` grows it.
     #[cfg_attr(feature = "scene", serde(skip))]
-    pub pair_room: u32,
+    pub pair_capacity: u32,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

@@ -81,7 +81,7 @@ pub struct Forces {
 
 /// A live particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flying {
+pub struct EmittedParticle {
     /// Index among the particles of its emitter.
     pub number: u32,
     /// Position [m].
@@ -115,7 +115,7 @@ fn in_ball(seed: u32, number: u32, index: u32, axes: Vec3) -> Vec3 {
 
 impl Forces {
     /// Particle `number` as it starts.
-    pub fn start(&self, number: u32) -> Flying {
+    pub fn start(&self, number: u32) -> EmittedParticle {
         let axis = |k: u32| draw(self.seed, number, k) - 0.5;
         let aside = match self.source {
             Source::Point => Vec3::ZERO,
@@ -125,7 +125,7 @@ impl Forces {
         };
         let [least, most] = self.lifetime;
         let life = least + (most - least) * draw(self.seed, number, 0);
-        Flying {
+        EmittedParticle {
             number,
             position: self.position
                 + self.gone(f64::from(number) / self.rate)
@@ -180,40 +180,40 @@ impl Forces {
     }
 
     /// Advances a particle by one time step, number `step`.
-    pub fn advance(&self, flying: &mut Flying, step: u32) {
-        let share = flying.age as f32 / flying.life as f32;
+    pub fn advance(&self, emitted: &mut EmittedParticle, step: u32) {
+        let share = emitted.age as f32 / emitted.life as f32;
         let lift = self.buoyancy * (1.0 - share) - self.gravity;
         let mut air = self.wind;
         if self.turbulence > 0.0 {
             let rise = Vec3::Y * (self.evolve * STEP * step as f32);
-            air += whirl((flying.position + self.origin - rise) * self.frequency, self.seed)
+            air += curl_noise((emitted.position + self.origin - rise) * self.frequency, self.seed)
                 * self.turbulence;
         }
         // Implicit drag: it never overshoots.
-        let pushed = flying.velocity + (Vec3::Y * lift + air * self.drag) * STEP;
-        flying.velocity = pushed / (1.0 + self.drag * STEP);
-        flying.position += flying.velocity * STEP;
-        flying.age += 1;
+        let pushed = emitted.velocity + (Vec3::Y * lift + air * self.drag) * STEP;
+        emitted.velocity = pushed / (1.0 + self.drag * STEP);
+        emitted.position += emitted.velocity * STEP;
+        emitted.age += 1;
         if let Some(ground) = self.ground
-            && flying.position.y < ground
+            && emitted.position.y < ground
         {
-            flying.position.y = ground;
-            self.strike(flying, Vec3::Y);
+            emitted.position.y = ground;
+            self.collide(emitted, Vec3::Y);
         }
         for corners in &self.boxes {
-            if let Some((place, out)) = pushed_out(flying.position, corners) {
-                flying.position = place;
-                self.strike(flying, out);
+            if let Some((place, out)) = pushed_out(emitted.position, corners) {
+                emitted.position = place;
+                self.collide(emitted, out);
             }
         }
     }
 
     /// Collides with a surface of normal `out`.
-    fn strike(&self, flying: &mut Flying, out: Vec3) {
-        let into = flying.velocity.dot(out);
+    fn collide(&self, emitted: &mut EmittedParticle, out: Vec3) {
+        let into = emitted.velocity.dot(out);
         if into < 0.0 {
-            let along = flying.velocity - out * into;
-            flying.velocity = along * self.slide - out * (into * self.bounce);
+            let along = emitted.velocity - out * into;
+            emitted.velocity = along * self.slide - out * (into * self.bounce);
         }
     }
 }
@@ -239,7 +239,7 @@ fn pushed_out(place: Vec3, &[min, max]: &[Vec3; 2]) -> Option<(Vec3, Vec3)> {
 
 /// Velocity of divergence-free whirls: the cross product of two noise gradients (`DeWolf` 2005), of
 /// magnitude about 1.
-pub fn whirl(at: Vec3, seed: u32) -> Vec3 {
+pub fn curl_noise(at: Vec3, seed: u32) -> Vec3 {
     const SCALE: f32 = 0.875;
     noise_gradient(at, seed).cross(noise_gradient(at, seed ^ 0x9e37_79b9)) * SCALE
 }
@@ -279,13 +279,13 @@ fn noise_gradient(at: Vec3, seed: u32) -> Vec3 {
 pub struct Flock {
     /// Time steps that have passed.
     step: u32,
-    flying: Vec<Flying>,
+    emitted: Vec<EmittedParticle>,
 }
 
 impl Flock {
     /// Live particles in the order of their numbers.
-    pub fn flying(&self) -> &[Flying] {
-        &self.flying
+    pub fn emitted(&self) -> &[EmittedParticle] {
+        &self.emitted
     }
 
     /// Advances to time step `step` from the present one; the result is the same as from step 0. No
@@ -302,15 +302,15 @@ impl Flock {
         // Particles that start and end in between are never seen.
         let oldest = forces.started_before(step.saturating_sub(longest).min(last));
         let end = forces.started_before(step.min(last));
-        let older = self.flying.iter().copied().map(|flying| (flying, self.step));
+        let older = self.emitted.iter().copied().map(|emitted| (emitted, self.step));
         let newer = (first.max(oldest)..end).map(|n| (forces.start(n), forces.starts_in(n)));
-        let mut all: Vec<(Flying, u32)> = older.chain(newer).collect();
-        let fly = |(flying, from): &mut (Flying, u32)| {
+        let mut all: Vec<(EmittedParticle, u32)> = older.chain(newer).collect();
+        let fly = |(emitted, from): &mut (EmittedParticle, u32)| {
             for step in *from..step {
-                if flying.age >= flying.life {
+                if emitted.age >= emitted.life {
                     break;
                 }
-                forces.advance(flying, step);
+                forces.advance(emitted, step);
             }
         };
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -324,7 +324,7 @@ impl Flock {
                 }
             });
         }
-        self.flying = all.into_iter().map(|(f, _)| f).filter(|f| f.age < f.life).collect();
+        self.emitted = all.into_iter().map(|(f, _)| f).filter(|f| f.age < f.life).collect();
         self.step = step;
     }
 
@@ -336,13 +336,13 @@ impl Flock {
         while self.step < step {
             let started = |step: u32| forces.started_before(step.min(last));
             let new = started(self.step)..started(self.step + 1);
-            self.flying.extend(new.map(|number| forces.start(number)));
-            let pushes = fluid.accelerations(&self.flying);
-            for (flying, push) in self.flying.iter_mut().zip(pushes) {
-                flying.velocity += push * STEP;
-                forces.advance(flying, self.step);
+            self.emitted.extend(new.map(|number| forces.start(number)));
+            let pushes = fluid.accelerations(&self.emitted);
+            for (emitted, push) in self.emitted.iter_mut().zip(pushes) {
+                emitted.velocity += push * STEP;
+                forces.advance(emitted, self.step);
             }
-            self.flying.retain(|flying| flying.age < flying.life);
+            self.emitted.retain(|emitted| emitted.age < emitted.life);
             self.step += 1;
         }
     }

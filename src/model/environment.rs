@@ -326,10 +326,10 @@ fn rough(maps: &[Map], roughness: f32) -> Map {
     let texel = |i: usize| {
         let n = level.direction(i);
         let (x, y) = n.any_orthonormal_pair();
-        let asked = rays.iter().map(|&(ray, weight, map)| {
+        let samples = rays.iter().map(|&(ray, weight, map)| {
             maps[map].nearest(x * ray.x + y * ray.y + n * ray.z) * weight
         });
-        asked.sum::<Vec3>() / weights
+        samples.sum::<Vec3>() / weights
     };
     Map { size: ROUGH_SIZE, texels: (0..(ROUGH_SIZE * ROUGH_SIZE) as usize).map(texel).collect() }
 }

@@ -1,6 +1,6 @@
 //! Smoothed particle hydrodynamics after Müller, Charypar and Gross 2003, sections 3.2 to 3.5. Sums,
 //! products, divisions and square roots in a fixed order: the same on every machine.
-use super::emitter::Flying;
+use super::emitter::EmittedParticle;
 use glam::{IVec3, Vec3};
 use std::f32::consts::PI;
 
@@ -55,14 +55,14 @@ impl Fluid {
     /// Equations 10, 12 and 14 with the gradient of the spiky kernel and the Laplacian of the viscous one
     /// (21, 22), divided by both densities, so that forces between two particles are equal and opposite.
     /// Unlike the paper: below the density at rest there is no tension, so that smoke may thin out.
-    pub fn accelerations(&self, flying: &[Flying]) -> Vec<Vec3> {
-        let places: Vec<Vec3> = flying.iter().map(|flying| flying.position).collect();
+    pub fn accelerations(&self, emitted: &[EmittedParticle]) -> Vec<Vec3> {
+        let places: Vec<Vec3> = emitted.iter().map(|emitted| emitted.position).collect();
         let cells = Cells::new(&places, self.reach);
         let densities = self.densities_by(&places, &cells);
         let pressure = |density: f32| self.stiffness * (density - 1.0).max(0.0);
         let whole = self.reach * self.reach * self.reach;
         let scale = self.mass() / whole * 45.0 / (PI * whole);
-        let of = |(i, own): (usize, &Flying)| {
+        let of = |(i, own): (usize, &EmittedParticle)| {
             let mut sum = Vec3::ZERO;
             cells.near(own.position, |j| {
                 let aside = own.position - places[j];
@@ -74,12 +74,12 @@ impl Fluid {
                 let left = self.reach - distance;
                 let weight = scale * left / (densities[i] * densities[j]);
                 let push = (pressure(densities[i]) + pressure(densities[j])) * 0.5;
-                let drag = (flying[j].velocity - own.velocity) * self.viscosity;
+                let drag = (emitted[j].velocity - own.velocity) * self.viscosity;
                 sum += (aside * (push * left / distance) + drag) * weight;
             });
             sum
         };
-        flying.iter().enumerate().map(of).collect()
+        emitted.iter().enumerate().map(of).collect()
     }
 }
 

@@ -5,7 +5,7 @@ use crate::{
     model::Scene,
     records::{AirParams, air_columns},
     shadows::kernels::{Kernels, Variant},
-    stage::{air::GROUP_SIZE, hits::Features},
+    stage::{air::GROUP_SIZE, features::Features},
 };
 use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 

@@ -41,7 +41,7 @@ impl Clusters {
         records: &LightRecords,
     ) -> Result<Self, Error> {
         limit("lights of a picture", MAX_LIGHTS, scene.lights.len())?;
-        limit("texels that a point asks", MAX_TAPS as usize, records.taps())?;
+        limit("texels that a point compares", MAX_TAPS as usize, records.taps())?;
         limit("shadow views of a picture", MAX_SHADOW_VIEWS, records.views.len())?;
         let light_count = scene.lights.len();
         let grid = Grid::new(&scene.clusters, camera, light_count);

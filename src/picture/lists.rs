@@ -12,7 +12,7 @@ use crate::{
         scratch::Scratch,
     },
     stage::{
-        hits::Features,
+        features::Features,
         shade::{PointBatch, point_grid},
         sort::PAIR_FORMAT,
     },

@@ -8,4 +8,4 @@ mod lists;
 mod prepared;
 mod shading;
 
-pub use prepared::{Kept, PictureRoom, PreparedPicture};
+pub use prepared::{Kept, PictureCapacity, PictureRequest, PreparedPicture};

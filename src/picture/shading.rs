@@ -9,7 +9,7 @@ use crate::{
     model::Scene,
     shadows::kernels::{Kernels, Variant},
     stage::{
-        hits::Features,
+        features::Features,
         shade::{CARRIED, LAYER_TEXELS, PIXEL_POINTS, POINT_TEXELS, PointBatch, point_grid},
     },
 };
@@ -79,14 +79,14 @@ impl BandMemory {
         panes: bool,
     ) -> Result<Arc<Self>, Error> {
         let points = if panes { PIXEL_POINTS } else { 1 };
-        let has_room = |own: &Self| {
+        let suffices = |own: &Self| {
             own.tiles == tiles
                 && own.points_of_pixel == points
                 && own.carries >= (rounds > 1)
                 && own.has_layers >= layers
         };
         let own = match former.take().filter(|own| Arc::strong_count(own) == 1) {
-            Some(own) if has_room(&own) => own,
+            Some(own) if suffices(&own) => own,
             _ => Arc::new(Self::new(device, rounds, tiles, layers, panes)?),
         };
         *former = Some(Arc::clone(&own));
@@ -124,7 +124,7 @@ impl ShadeFeatures {
     /// `unmasked`: some light without a mask casts shadows.
     pub(super) fn new(
         solid: &CameraList,
-        clear: &CameraList,
+        blended: &CameraList,
         light: Features,
         masks: Option<Variant>,
         unmasked: bool,
@@ -133,15 +133,15 @@ impl ShadeFeatures {
     ) -> Self {
         let (air, environment) = (scene.air.is_some(), scene.environment.is_some());
         let Features { triangles, textures, .. } = solid.features;
-        let has_layers = clear.list.footprint_count > 0;
-        let panes = has_layers && clear.features.triangles;
+        let has_layers = blended.list.footprint_count > 0;
+        let panes = has_layers && blended.features.triangles;
         Self {
             solid: Features { cost, nodes: 0, ..solid.features },
-            layers: Features { cost, air, nodes: 0, ..clear.features },
+            layers: Features { cost, air, nodes: 0, ..blended.features },
             surfaces: Features { triangles, textures, environment, ..Features::NONE },
             panes: Features {
                 triangles: true,
-                textures: clear.features.textures,
+                textures: blended.features.textures,
                 environment,
                 ..Features::NONE
             },
@@ -195,7 +195,7 @@ pub(super) struct ToShade<'a, 'b> {
     pub kernels: &'a mut Kernels,
     pub features: ShadeFeatures,
     pub solid: &'a CameraList,
-    pub clear: &'a CameraList,
+    pub blended: &'a CameraList,
     pub rounds: u32,
     pub memory: &'a BandMemory,
     /// Light of the particles.
@@ -221,15 +221,15 @@ impl ToShade<'_, '_> {
 
     fn band(&mut self, rect: &TileRect, resources: &Resources<'_>) -> Result<ShadedBand, Error> {
         let features = self.features;
-        let (solid, clear) = (self.solid, self.clear);
+        let (solid, blended) = (self.solid, self.blended);
         let of_solid = resources
             .clone()
             .and(&solid.scratch.resources())
             .with("pairs", &solid.scratch.pairs[solid.list.sorted_pairs]);
-        let of_clear = resources
+        let of_blended = resources
             .clone()
-            .and(&clear.scratch.resources())
-            .with("pairs", &clear.scratch.pairs[clear.list.sorted_pairs])
+            .and(&blended.scratch.resources())
+            .with("pairs", &blended.scratch.pairs[blended.list.sorted_pairs])
             .with("lit", self.lit_casters);
         let (mut seen, mut layers) = (Vec::new(), Vec::new());
         for round in 0..self.rounds {
@@ -237,18 +237,18 @@ impl ToShade<'_, '_> {
             let of_solid = of_solid.clone().with("band", &band);
             seen.push(self.bind(Variant::ShadeSeen, features.solid, &of_solid)?);
             if features.composite.layers {
-                let of_clear = of_clear.clone().with("band", &band);
-                layers.push(self.bind(Variant::ShadeLayers, features.layers, &of_clear)?);
+                let of_blended = of_blended.clone().with("band", &band);
+                layers.push(self.bind(Variant::ShadeLayers, features.layers, &of_blended)?);
             }
         }
         let band = self.uniform("band", &rect.band(0, self.memory.tiles));
         let of_solid = of_solid.with("band", &band);
-        let of_clear = of_clear.with("band", &band);
+        let of_blended = of_blended.with("band", &band);
         let surfaces = self.bind(Variant::ShadeSurfaces, features.surfaces, &of_solid)?;
         let bind_masks = |variant| self.bind(variant, Features::NONE, &of_solid);
         let masks = features.masks.map(bind_masks).transpose()?;
         let panes = if features.composite.panes {
-            Some(self.bind(Variant::ShadePanes, features.panes, &of_clear)?)
+            Some(self.bind(Variant::ShadePanes, features.panes, &of_blended)?)
         } else {
             None
         };
@@ -258,18 +258,18 @@ impl ToShade<'_, '_> {
 
     /// Runs of particles, as many at a time as the band's memory holds points.
     fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<LitCasters>, Error> {
-        let room = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
+        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         // Triangles follow the particles.
-        let count = self.clear.first_setup;
-        let clear = self.clear;
+        let count = self.blended.first_setup;
+        let blended = self.blended;
         let features = self.features;
         let mut runs = Vec::new();
-        for first in (0..count).step_by(room as usize) {
-            let batch = PointBatch { first, count: room.min(count - first), has_normals: 0 };
+        for first in (0..count).step_by(at_a_time as usize) {
+            let batch = PointBatch { first, count: at_a_time.min(count - first), has_normals: 0 };
             let buffer = self.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
-                .and(&clear.scratch.resources())
+                .and(&blended.scratch.resources())
                 .with("lit", self.lit_casters)
                 .with("point_batch", &buffer);
             runs.push(LitCasters {

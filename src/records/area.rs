@@ -179,8 +179,8 @@ impl LightRecords {
         bytes.extend_from_slice(bytemuck::cast_slice(&self.areas));
         if !self.areas.is_empty() {
             // The leveled views begin at an offset that does not depend on the number of areas.
-            let room = MAX_AREAS.saturating_sub(self.areas.len()) * size_of::<GpuArea>();
-            bytes.resize(bytes.len() + room, 0);
+            let unused = MAX_AREAS.saturating_sub(self.areas.len()) * size_of::<GpuArea>();
+            bytes.resize(bytes.len() + unused, 0);
         }
         bytes.extend_from_slice(bytemuck::cast_slice(&self.leveled));
         bytes

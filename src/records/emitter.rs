@@ -1,5 +1,5 @@
 //! Emitters and their particles as kernels read them. WGSL: `wgsl/records/emitter.wgsl`.
-use crate::model::emitter::{Flying, Forces, MAX_BOXES};
+use crate::model::emitter::{EmittedParticle, Forces, MAX_BOXES};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
@@ -123,20 +123,20 @@ impl EmitterParams {
 /// A particle, alive or ended.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuFlying {
+pub struct GpuEmitted {
     pub position: Vec3,
     pub number: u32,
     pub velocity: Vec3,
     /// Age in the low, lifetime in the high 16 bits [steps].
     pub age_life: u32,
 }
-crate::gpu_layout!(GpuFlying { position, number, velocity, age_life });
+crate::gpu_layout!(GpuEmitted { position, number, velocity, age_life });
 
-impl GpuFlying {
+impl GpuEmitted {
     /// The particle; `None` if it has ended.
-    pub fn flying(&self) -> Option<Flying> {
+    pub fn emitted(&self) -> Option<EmittedParticle> {
         let (age, life) = (self.age_life & 0xffff, self.age_life >> 16);
         let Self { position, number, velocity, .. } = *self;
-        (age < life).then_some(Flying { number, position, velocity, age, life })
+        (age < life).then_some(EmittedParticle { number, position, velocity, age, life })
     }
 }

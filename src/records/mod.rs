@@ -36,7 +36,7 @@ pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
 };
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
-pub use emitter::{EmitterParams, GpuFlying, STEPS_AT_ONCE};
+pub use emitter::{EmitterParams, GpuEmitted, STEPS_AT_ONCE};
 pub use footprint::{
     CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
     TileRect,

@@ -20,8 +20,8 @@ pub fn light_points(
     let shares = |point| lighting.lights().iter().map(move |light| (light, point));
     let runs: Vec<_> = points.chunks(RUN).collect();
     let of_runs = each(runs.len(), |run| {
-        let asked = runs[run].iter().flat_map(shares);
-        asked.map(|(light, point)| lighting.share(light, point).to_array()).collect::<Vec<_>>()
+        let pairs = runs[run].iter().flat_map(shares);
+        pairs.map(|(light, point)| lighting.share(light, point).to_array()).collect::<Vec<_>>()
     });
     of_runs.concat()
 }

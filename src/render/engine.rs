@@ -5,7 +5,7 @@ use crate::{
     gpu::{Gpu, KernelJob, Timeline, while_made},
     model::{Counters, ReceiverPoint, Scene, View},
     picture::{
-        Kept, PictureRoom, PreparedPicture,
+        Kept, PictureCapacity, PictureRequest, PreparedPicture,
         debug::{self, DebugMode},
     },
     records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
@@ -23,7 +23,7 @@ pub(super) struct GpuEngine {
     pub(super) shadows: Shadows,
     timeline: Timeline,
     /// Buffer sizes of the last picture, if all its pairs fitted.
-    room: Option<PictureRoom>,
+    capacity: Option<PictureCapacity>,
     /// Whether a frame with the same casters has counted its pairs.
     has_counted: bool,
     /// State of the previous picture.
@@ -54,7 +54,7 @@ impl GpuEngine {
             Timeline::new(&gpu.device, &gpu.queue)
         };
         let kept = Kept::default();
-        Ok(Self { gpu, shadows, timeline, room: None, has_counted: false, kept })
+        Ok(Self { gpu, shadows, timeline, capacity: None, has_counted: false, kept })
     }
 
     pub(super) fn render(
@@ -69,11 +69,11 @@ impl GpuEngine {
         let camera = whole.clone().through(first);
         // Compiles the picture's kernels while the device renders the maps of a first frame.
         let ahead = |engine: &mut Self, prepared: &Prepared| {
-            if engine.room.is_some() {
+            if engine.capacity.is_some() {
                 return Ok(Vec::new());
             }
             let lit = Lit { scene, camera: camera.clone(), views: &views, maps: prepared.maps() };
-            engine.plan_picture(&lit, PictureRoom::default())?;
+            engine.plan_picture(&lit, PictureCapacity::default())?;
             Ok(engine.shadows.kernels().pending())
         };
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
@@ -86,7 +86,7 @@ impl GpuEngine {
         };
         let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
         let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
-        let (shown, room, overflowed) = self.shade_whole_picture(&lit, budget)?;
+        let (shown, capacity, overflowed) = self.shade_whole_picture(&lit, budget)?;
         let of_picture: f64 = self.timeline.read(&self.gpu.device).iter().map(|(_, ms)| ms).sum();
         stages.push(("picture", of_picture));
         let mut memory = prepared.memory().clone();
@@ -105,7 +105,7 @@ impl GpuEngine {
         let debug = options
             .debug
             .iter()
-            .map(|&mode| Ok((mode, self.shade_debug(mode, &lit, &shown, &picture, room)?)))
+            .map(|&mode| Ok((mode, self.shade_debug(mode, &lit, &shown, &picture, capacity)?)))
             .collect::<Result<_, Error>>()?;
         self.gpu.check()?;
         if !options.keep {
@@ -135,7 +135,7 @@ impl GpuEngine {
         self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
         let prepared = self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
         let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
-        self.plan_picture(&lit, self.room.unwrap_or_default())?;
+        self.plan_picture(&lit, self.capacity.unwrap_or_default())?;
         Ok(self.shadows.kernels().pending())
     }
 
@@ -157,9 +157,9 @@ impl GpuEngine {
         let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(Vec::new()))?;
         let chosen: Vec<_> = (0..scene.lights.len()).collect();
         let answers = limits.max_storage_buffer_binding_size as usize / size_of::<[f32; 3]>();
-        let room = (answers / chosen.len().max(1)).clamp(1, MOST);
+        let at_a_time = (answers / chosen.len().max(1)).clamp(1, MOST);
         let mut shares = Vec::with_capacity(points.len() * chosen.len());
-        for some in points.chunks(room) {
+        for some in points.chunks(at_a_time) {
             let upload = |of: fn(&ReceiverPoint) -> Vec3| {
                 let vectors: Vec<[f32; 3]> = some.iter().map(|point| of(point).into()).collect();
                 self.gpu.upload("points", &vectors, wgpu::BufferUsages::STORAGE)
@@ -236,12 +236,12 @@ impl GpuEngine {
         &mut self,
         lit: &Lit<'_>,
         budget: u32,
-    ) -> Result<(PreparedPicture, PictureRoom, u64), Error> {
-        let known = self.room.take();
-        let (mut room, mut only_counts) = (known.unwrap_or_default(), known.is_none());
+    ) -> Result<(PreparedPicture, PictureCapacity, u64), Error> {
+        let known = self.capacity.take();
+        let (mut capacity, mut only_counts) = (known.unwrap_or_default(), known.is_none());
         let mut overflowed = 0;
         loop {
-            let picture = self.prepare_picture(lit, room)?;
+            let picture = self.prepare_picture(lit, capacity)?;
             if only_counts {
                 self.submit_picture(&picture, PreparedPicture::record_counts)?;
             } else {
@@ -252,16 +252,16 @@ impl GpuEngine {
                     if only_counts {
                         self.submit_picture(&picture, PreparedPicture::record)?;
                     }
-                    self.room = Some(room).filter(|room| !room.is_in_parts());
-                    return Ok((picture, room, overflowed));
+                    self.capacity = Some(capacity).filter(|capacity| !capacity.is_in_parts());
+                    return Ok((picture, capacity, overflowed));
                 }
                 // The picture is drawn in parts of the largest size that the budget allows.
                 Some(needs) if overflowed == 0 && needs.is_in_parts() => {
-                    let [solid, clear] = picture.read_counters(&self.gpu)?;
-                    overflowed = u64::from(solid.overflowed + clear.overflowed);
-                    (room, only_counts) = (needs, true);
+                    let [solid, blended] = picture.read_counters(&self.gpu)?;
+                    overflowed = u64::from(solid.overflowed + blended.overflowed);
+                    (capacity, only_counts) = (needs, true);
                 }
-                Some(needs) => (room, only_counts) = (needs, true),
+                Some(needs) => (capacity, only_counts) = (needs, true),
             }
         }
     }
@@ -269,19 +269,25 @@ impl GpuEngine {
     fn prepare_picture(
         &mut self,
         lit: &Lit<'_>,
-        room: PictureRoom,
+        capacity: PictureCapacity,
     ) -> Result<PreparedPicture, Error> {
-        let planned = self.plan_picture(lit, room)?;
+        let planned = self.plan_picture(lit, capacity)?;
         self.shadows.kernels().finish()?;
         Ok(planned)
     }
 
-    fn plan_picture(&mut self, lit: &Lit<'_>, room: PictureRoom) -> Result<PreparedPicture, Error> {
+    fn plan_picture(
+        &mut self,
+        lit: &Lit<'_>,
+        capacity: PictureCapacity,
+    ) -> Result<PreparedPicture, Error> {
         let Self { gpu, shadows, kept, .. } = self;
-        let Lit { scene, camera, views, maps } = lit;
-        let (device, queue) = (&gpu.device, &gpu.queue);
+        let &Lit { scene, ref camera, views, maps } = lit;
+        let Gpu { device, queue, .. } = &*gpu;
         shadows.with_casters(|pipeline, casters| {
-            pipeline.plan_picture(device, queue, casters, scene, camera, views, maps, room, kept)
+            let request =
+                PictureRequest { device, queue, casters, scene, camera, views, maps, capacity };
+            pipeline.plan_picture(&request, kept)
         })
     }
 
@@ -302,7 +308,7 @@ impl GpuEngine {
         lit: &Lit<'_>,
         shown: &PreparedPicture,
         picture: &Picture,
-        room: PictureRoom,
+        capacity: PictureCapacity,
     ) -> Result<Picture, Error> {
         let &Lit { scene, views, maps, .. } = lit;
         match mode {
@@ -312,7 +318,7 @@ impl GpuEngine {
             DebugMode::Masks => debug::masks(&self.gpu, shown, picture),
             DebugMode::Cost => {
                 self.shadows.configure(|config| config.count_cost = true);
-                let counting = self.prepare_picture(lit, room);
+                let counting = self.prepare_picture(lit, capacity);
                 self.shadows.configure(|config| config.count_cost = false);
                 let counting = counting?;
                 self.submit_picture(&counting, PreparedPicture::record)?;

@@ -92,8 +92,8 @@ pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
         return;
     }
     // Corners stay within the largest coordinates of a scene.
-    let room = FARTHEST - place.abs().max_element();
-    let edge = (extent * 2.0 * GROUND).min(2.0 * room).max(extent);
+    let left = FARTHEST - place.abs().max_element();
+    let edge = (extent * 2.0 * GROUND).min(2.0 * left).max(extent);
     let transform = Mat4::from_translation(place) * Mat4::from_scale(Vec3::splat(edge));
     let material = scene.materials.len() as u32;
     scene.materials.push(Material {

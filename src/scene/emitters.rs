@@ -97,18 +97,18 @@ impl Emitter {
         }
         // On from the last whole step.
         let part = (steps - f64::from(step)) as f32;
-        particles.extend(flock.flying().iter().filter_map(|flying| {
-            let share = ((flying.age as f32 + part) / flying.life as f32).min(1.0);
+        particles.extend(flock.emitted().iter().filter_map(|emitted| {
+            let share = ((emitted.age as f32 + part) / emitted.life as f32).min(1.0);
             let alpha = mixed(&self.alpha, share, |a, b, t| a + (b - a) * t);
-            let center = flying.position + flying.velocity * (part * STEP);
-            let turn = (pcg(flying.number ^ self.forces.seed) >> 8) as f32 / (1 << 24) as f32;
+            let center = emitted.position + emitted.velocity * (part * STEP);
+            let turn = (pcg(emitted.number ^ self.forces.seed) >> 8) as f32 / (1 << 24) as f32;
             (alpha > 0.0 && center.abs().max_element() <= FARTHEST).then(|| Particle {
                 center,
                 radius: mixed(&self.radius, share, |a, b, t| a + (b - a) * t),
                 color: mixed(&self.color, share, Vec3::lerp).extend(alpha),
                 rotation: turn * std::f32::consts::TAU,
                 material: self.material,
-                id: self.first_id.wrapping_add(flying.number),
+                id: self.first_id.wrapping_add(emitted.number),
             })
         }));
     }

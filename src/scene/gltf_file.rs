@@ -159,8 +159,8 @@ impl File {
                 .checked_sub(1)
                 .and_then(|last| last.checked_mul(stride))
                 .and_then(|start| start.checked_add(offset)?.checked_add(size));
-            let room = self.view(view)?.len();
-            if stride >= size && end.is_some_and(|end| end <= room) {
+            let length = self.view(view)?.len();
+            if stride >= size && end.is_some_and(|end| end <= length) {
                 return Ok(());
             }
             Err(bad("reaches beyond its buffer view, or is empty"))

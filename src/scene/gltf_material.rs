@@ -137,10 +137,10 @@ impl<'a> Materials<'a> {
         let id = self.materials.len() as u32;
         let transmission =
             source.transmission().map_or(0.0, |t| t.transmission_factor().clamp(0.0, 1.0));
-        let is_clear = transmission > 0.0;
+        let transmits = transmission > 0.0;
         let transmission_texture =
-            source.transmission().filter(|_| is_clear).and_then(|t| t.transmission_texture());
-        let attenuation = match source.volume().filter(|_| is_clear) {
+            source.transmission().filter(|_| transmits).and_then(|t| t.transmission_texture());
+        let attenuation = match source.volume().filter(|_| transmits) {
             Some(volume) => self.attenuation(&volume, scale)?,
             None => None,
         };
@@ -161,7 +161,7 @@ impl<'a> Materials<'a> {
             self.ignore("texture coordinates of emissive textures ignored");
         }
         let mut color = Vec3::new(base[0], base[1], base[2]);
-        if is_clear {
+        if transmits {
             color *= transmission;
         }
         let mut volume = (Vec3::ONE, f32::INFINITY);
@@ -194,7 +194,7 @@ impl<'a> Materials<'a> {
         self.materials.push(Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
             transfer: match source.alpha_mode() {
-                _ if is_clear => Transfer::Filter,
+                _ if transmits => Transfer::Filter,
                 AlphaMode::Opaque => Transfer::Opaque,
                 AlphaMode::Mask => Transfer::Cutout,
                 AlphaMode::Blend => Transfer::Filter,

@@ -83,12 +83,12 @@ impl<'a> Body<'a> {
             _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
         };
         // The last line of an ascii file may lack its line end.
-        let room = (self.rest.len() + 1) / least.max(1);
-        if element.count <= room || least == 0 && self.encoding != Encoding::Ascii {
+        let most = (self.rest.len() + 1) / least.max(1);
+        if element.count <= most || least == 0 && self.encoding != Encoding::Ascii {
             return Ok(());
         }
         Err(self.invalid(format!(
-            "the header promises {} rows of {}, but the file has room for {room} at most",
+            "the header promises {} rows of {}, but the file is long enough for {most} at most",
             element.count,
             quoted(&element.name)
         )))

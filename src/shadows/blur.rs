@@ -1,7 +1,7 @@
 //! Blur of the filter maps and curves, in place, after all batches. Only rendered maps are blurred: maps
 //! that are kept already are.
 use super::{
-    context::view_uniform,
+    context::{map_groups, view_uniform},
     kernels::{Kernels, Variant},
     maps::Maps,
     plan::Plan,
@@ -12,10 +12,9 @@ use crate::{
     model::BLUR_DEVIATIONS,
     stage::{
         blur::{BlurParams, GROUP_SIZE},
-        hits::Features,
+        features::Features,
     },
 };
-use glam::Vec2;
 use wgpu::{
     BindGroup, Texture,
     TextureFormat::{Rgba32Float, Rgba32Uint},
@@ -98,8 +97,6 @@ impl Blur {
         let pass = |plan: &Plan| {
             let views = view_uniform(allocator, queue, &plan.views);
             let resources = resources.clone().with("views", &views);
-            let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
-            let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));
             let variant = |variant| kernels.get(variant, self.features);
             let curves = |row_curves: &Texture| {
                 let resources = resources.clone().with("row_curves", row_curves);
@@ -113,7 +110,7 @@ impl Blur {
                 rows: kernels.blur_rows.bind(device, &resources)?,
                 columns: kernels.blur_columns.bind(device, &resources)?,
                 curves: self.row_curves.as_ref().map(curves).transpose()?,
-                groups: [groups.x, groups.y, plan.views.len() as u32],
+                groups: map_groups(&plan.views, GROUP_SIZE),
             })
         };
         self.passes = plans.iter().map(pass).collect::<Result<_, Error>>()?;

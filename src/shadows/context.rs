@@ -9,6 +9,7 @@ use crate::{
         project::{Chunk, ProjectParams},
     },
 };
+use glam::Vec2;
 use std::sync::Arc;
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
@@ -56,7 +57,7 @@ impl Context<'_, '_> {
     }
 
     /// Buffers for `count` chunks that a kernel writes and counts.
-    pub(crate) fn room_for_chunks(
+    pub(crate) fn written_chunk_buffers(
         &mut self,
         plan: &ListPlan,
         count: u32,
@@ -127,4 +128,10 @@ pub(crate) fn view_uniform(
     let buffer = allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
     queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&array));
     buffer
+}
+
+/// Workgroups of `edge` x `edge` texels that cover the largest map of a batch, and its views in z.
+pub(crate) fn map_groups(views: &[GpuView], edge: u32) -> [u32; 3] {
+    let largest = views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size)).as_uvec2();
+    [largest.x.div_ceil(edge), largest.y.div_ceil(edge), views.len() as u32]
 }

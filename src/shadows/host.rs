@@ -1,6 +1,6 @@
 //! Interface of the library: casters and views of a host in, maps to be recorded out.
 use super::{
-    CasterSet, Config, HostInputs, Maps, Pipeline, PreparedMaps, Room, frame::Uploads,
+    CasterSet, Config, HostInputs, Maps, PairCapacity, Pipeline, PreparedMaps, frame::Uploads,
     host_depths::depth_inputs, kernels::Variant,
 };
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
         Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
         Projection, ShadowSettings, View,
     },
-    stage::{hits::Features, sort::pair_limit},
+    stage::{features::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -23,7 +23,7 @@ pub struct Shadows {
     device: wgpu::Device,
     queue: wgpu::Queue,
     engine: Arc<Mutex<Engine>>,
-    room: Room,
+    capacity: PairCapacity,
 }
 
 /// State shared by [`Shadows`] and the last [`Prepared`].
@@ -115,7 +115,7 @@ impl Shadows {
             device: device.clone(),
             queue: queue.clone(),
             engine: Arc::new(Mutex::new(engine)),
-            room: Room::new(MAX_PAIRS),
+            capacity: PairCapacity::new(MAX_PAIRS),
         })
     }
 
@@ -177,12 +177,12 @@ impl Shadows {
             let problem = "coloured dithering has depths by channel, which it cannot lower";
             return Err(Error::Invalid { what: "depth map of the host's", index: 0, problem });
         }
-        let Self { device, queue, room, .. } = self;
-        room.budget = settings.pair_budget.min(pair_limit(device));
+        let Self { device, queue, capacity, .. } = self;
+        capacity.budget = settings.pair_budget.min(pair_limit(device));
         let mut engine = lock(&self.engine);
         let Engine { pipeline, casters: set, maps, frame } = &mut *engine;
         pipeline.config = Config {
-            pair_budget: room.budget,
+            pair_budget: capacity.budget,
             soften: settings.soften,
             colored: settings.colored,
             blur: settings.blur,
@@ -191,15 +191,15 @@ impl Shadows {
             ..pipeline.config
         };
         let kept = set.take().and_then(|mut set| {
-            (set.has_room(inputs.casters) && set.update(queue, casters)).then_some(set)
+            (set.suffices(inputs.casters) && set.update(queue, casters)).then_some(set)
         });
         let mut new = match kept {
             Some(kept) => kept,
-            None => CasterSet::with_room(device, queue, casters, inputs.casters)?,
+            None => CasterSet::reserving(device, queue, casters, inputs.casters)?,
         };
         new.take_host(device, queue, casters.materials, inputs.casters)?;
         let new = set.insert(new);
-        let (pairs, earlier) = (room.pairs, maps.take());
+        let (pairs, earlier) = (capacity.pairs, maps.take());
         let request = pipeline.request(device, queue, new, views, pairs);
         let prepared = pipeline.prepare_from(&request.with_depths(&depths), earlier)?;
         *frame += 1;
@@ -232,7 +232,7 @@ impl Shadows {
     /// slower scatter path, and the next [`Self::prepare`] has the capacity for them.
     #[expect(clippy::needless_pass_by_value, reason = "what was counted is used up")]
     pub fn grow_from(&mut self, counters: Counters) -> bool {
-        let grows = self.room.grow(counters.pairs_needed, counters.pair_room);
+        let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity);
         if let Some(maps) = lock(&self.engine).maps.as_mut().filter(|_| grows) {
             maps.forget();
         }
@@ -244,7 +244,7 @@ impl Shadows {
         let mut engine = lock(&self.engine);
         (engine.casters, engine.maps) = (None, None);
         engine.frame += 1;
-        self.room.pairs = None;
+        self.capacity.pairs = None;
     }
 
     /// Changes the configuration of the next frames beyond [`ShadowSettings`]: for tests and measurements.
@@ -256,7 +256,7 @@ impl Shadows {
     /// Uploads of a frame with the casters of the last [`Self::prepare`].
     #[doc(hidden)]
     pub fn uploads(&mut self, casters: &Casters<'_>, views: &[View]) -> Result<Uploads, Error> {
-        let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.room.pairs);
+        let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.capacity.pairs);
         self.with_casters(|pipeline, set| {
             pipeline.uploads((&device, &queue), set, casters, views, pairs)
         })

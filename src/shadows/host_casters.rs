@@ -76,14 +76,14 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
 }
 
 /// Number of records that sets need: whole groups.
-pub(super) fn room(sets: &[HostCasters<'_>]) -> u32 {
+pub(super) fn record_count(sets: &[HostCasters<'_>]) -> u32 {
     sets.iter()
         .map(|set| group_count(set.count.capacity()).saturating_mul(CHUNK_SIZE))
         .fold(0, u32::saturating_add)
 }
 
 impl HostSets {
-    /// Binds the sets. `first_caster`: first record reserved in `casters`, see [`room`]. `None` without
+    /// Binds the sets. `first_caster`: first record reserved in `casters`, see [`record_count`]. `None` without
     /// sets.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,

@@ -88,7 +88,7 @@ impl HostChunks {
         views: &Buffer,
     ) -> Result<Self, Error> {
         let entries = host.entry_count();
-        let buffers = context.room_for_chunks(plan, entries)?;
+        let buffers = context.written_chunk_buffers(plan, entries)?;
         let values = CullParams {
             view_count: host.view_count(),
             group_count: host.groups.len() as u32,

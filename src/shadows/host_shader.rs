@@ -5,7 +5,7 @@ use crate::{
     gpu::{Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory},
     model::Light,
     stage::{
-        hits::Features,
+        features::Features,
         levels::{OF_AREA, OF_POINT},
     },
 };

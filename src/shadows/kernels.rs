@@ -6,8 +6,8 @@ use super::{
 use crate::{
     gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
     stage::{
-        air, bin, blur, cluster, colored, filter, hits::Features, import, levels, llvmpipe, load,
-        mask, occlude, profile::Profile, shade, sort::Sort,
+        air, bin, blur, cluster, colored, features::Features, filter, import, levels, llvmpipe,
+        load, mask, occlude, profile::Profile, shade, sort::Sort,
     },
 };
 use std::{

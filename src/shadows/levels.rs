@@ -5,7 +5,7 @@ use crate::{
     gpu::{Allocator, Kernel, Resources},
     records::{BLOCK_TEXELS, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
     stage::{
-        hits::Features,
+        features::Features,
         levels::{GROUP_SIZE, LevelParams},
     },
 };

@@ -6,7 +6,7 @@ use crate::{
     gpu::{Allocator, Kernel, Memory},
     model::Light,
     stage::{
-        hits::Features,
+        features::Features,
         shade::{PointBatch, point_grid},
     },
 };

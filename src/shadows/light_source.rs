@@ -6,7 +6,7 @@ use crate::{
     gpu::{Allocator, Resources, write_records},
     model::{Light, View},
     records::LightRecords,
-    stage::{hits::Features, shade::PictureParams},
+    stage::{features::Features, shade::PictureParams},
 };
 use bytemuck::Zeroable as _;
 use glam::Mat4;

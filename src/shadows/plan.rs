@@ -15,8 +15,8 @@ use crate::{
     records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
         bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
+        features::Features,
         formula::{Number, Numbers},
-        hits::Features,
         project::Chunk,
         shade::ROUND_LENGTH,
         sort::Shape,

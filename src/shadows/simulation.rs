@@ -4,7 +4,7 @@ use crate::{
     error::Error,
     gpu::{Allocator, Kernel, Memory, Resources},
     model::emitter::Forces,
-    records::{EmitterParams, GpuFlying, STEPS_AT_ONCE},
+    records::{EmitterParams, GpuEmitted, STEPS_AT_ONCE},
     stage::{shade::point_grid, simulate},
 };
 use wgpu::{BindGroup, Buffer, BufferUsages};
@@ -18,21 +18,21 @@ pub struct Simulation {
     kernel: Kernel,
     /// Parameters and bindings of each dispatch that one recording may make.
     rounds: Vec<(Buffer, BindGroup)>,
-    flying: Buffer,
+    emitted: Buffer,
     capacity: u32,
     step: u32,
     memory: Memory,
 }
 
 /// WGSL for a [`Shadows::caster_loader`] that reads the particles of a [`Simulation`]: it goes before the
-/// host's own `load_caster` and declares `flying_particles[index]` and `flying_share`. The buffer is
+/// host's own `load_caster` and declares `emitted_particles[index]` and `life_share`. The buffer is
 /// binding 0 of the host's group.
-pub const FLYING_WGSL: &str = "
-struct Flying { position: vec3<f32>, number: u32, velocity: vec3<f32>, age_life: u32 }
-@group(1) @binding(0) var<storage, read> flying_particles: array<Flying>;
+pub const EMITTED_WGSL: &str = "
+struct EmittedParticle { position: vec3<f32>, number: u32, velocity: vec3<f32>, age_life: u32 }
+@group(1) @binding(0) var<storage, read> emitted_particles: array<EmittedParticle>;
 
 // Age over life; 1 of a particle that has ended, which is to have no alpha.
-fn flying_share(particle: Flying) -> f32 {
+fn life_share(particle: EmittedParticle) -> f32 {
     let life = particle.age_life >> 16u;
     return select(f32(particle.age_life & 0xffffu) / f32(max(life, 1u)), 1.0, life == 0u);
 }
@@ -54,18 +54,18 @@ impl Shadows {
         let mut allocator = Allocator { device, memory: &mut memory };
         let capacity = forces.most();
         let copied = BufferUsages::COPY_SRC;
-        let flying = allocator.storage::<GpuFlying>("flying", u64::from(capacity), copied)?;
+        let emitted = allocator.storage::<GpuEmitted>("emitted", u64::from(capacity), copied)?;
         let kernel = self.kernel_of(&simulate::PARTICLES)?;
         let mut rounds = Vec::new();
         for _ in 0..ROUNDS {
             let params = allocator.uniform::<EmitterParams>("emitter_params");
             let resources =
-                Resources::new().with("emitter_params", &params).with("flying", &flying);
+                Resources::new().with("emitter_params", &params).with("emitted", &emitted);
             let bindings = kernel.bind(device, &resources)?;
             rounds.push((params, bindings));
         }
         let (queue, forces) = (queue.clone(), forces.clone());
-        Ok(Simulation { queue, forces, kernel, rounds, flying, capacity, step: 0, memory })
+        Ok(Simulation { queue, forces, kernel, rounds, emitted, capacity, step: 0, memory })
     }
 }
 
@@ -98,9 +98,9 @@ impl Simulation {
         self.step - first
     }
 
-    /// Particles, as [`FLYING_WGSL`] reads them: [`Self::capacity`] of them. Usages `STORAGE` and `COPY_SRC`.
+    /// Particles, as [`EMITTED_WGSL`] reads them: [`Self::capacity`] of them. Usages `STORAGE` and `COPY_SRC`.
     pub fn particles(&self) -> &Buffer {
-        &self.flying
+        &self.emitted
     }
 
     /// Largest number of particles that are alive at once.

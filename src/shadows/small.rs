@@ -125,7 +125,7 @@ impl SmallTriangles {
         timeline: &mut Timeline,
     ) {
         let SmallDepths { depths, far } = &scratch.small;
-        let far = far.as_ref().expect("there is room where there are triangles");
+        let far = far.as_ref().expect("there are depths where there are triangles");
         timeline.step(encoder, "gobo occlude");
         encoder.copy_buffer_to_buffer(far, 0, depths, 0, u64::from(texels) * 4);
         let mut pass = timeline.pass(encoder, "gobo occlude");

@@ -1,6 +1,6 @@
 //! Softening of dithered maps: holes become a grey filter, after all batches.
 use super::{
-    context::view_uniform,
+    context::{map_groups, view_uniform},
     kernels::{Kernels, OnDemand, Variant},
     maps::Maps,
     plan::Plan,
@@ -9,11 +9,10 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources, Timeline},
     stage::{
+        features::Features,
         filter::{CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams, GROUP_SIZE},
-        hits::Features,
     },
 };
-use glam::Vec2;
 use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 
 /// Both passes, bound for each batch of views.
@@ -110,13 +109,11 @@ impl Soften {
         let pass = |plan: &Plan| {
             let views = view_uniform(allocator, queue, &plan.views);
             let resources = resources.clone().with("views", &views);
-            let largest = plan.views.iter().fold(Vec2::ZERO, |size, view| size.max(view.size));
-            let groups = largest.as_uvec2().map(|edge| edge.div_ceil(GROUP_SIZE));
             Ok(Pass {
                 rows: rows_kernel.bind(device, &resources)?,
                 columns: columns_kernel.bind(device, &resources)?,
                 curves: self.bind_curves(device, kernels, &resources, soft)?,
-                groups: [groups.x, groups.y, plan.views.len() as u32],
+                groups: map_groups(&plan.views, GROUP_SIZE),
             })
         };
         self.passes = plans.iter().map(pass).collect::<Result<_, Error>>()?;

@@ -69,7 +69,7 @@ impl Prepared {
             disordered: sum(|c| c.disordered),
             unordered: u64::from(translucent.overflowed) * u64::from(self.ordered),
             pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
-            pair_room: maps.pair_capacity(),
+            pair_capacity: maps.pair_capacity(),
             skipped,
             ..Counters::default()
         }

@@ -38,7 +38,7 @@ pub const COMPOSED_TEXELS: Formula = {
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
 /// State of eight texels per lane, for soft discs of the `filter` transfer only.
 pub(super) const DISCS: Choice = Choice::new("state", "state/discs.wgsl");
-const DISC_WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/discs_subgroup.wgsl");
+const DISC_CANDIDATE: Choice = Choice::new("candidate", "state/discs.wgsl");
 pub(super) const MAPS: Choice = Choice::new("store", "state/maps.wgsl");
 /// Replaces [`MAPS`] where segments are composed one by one.
 pub(super) const ORDERED_MAPS: Choice = Choice::new("store", "state/ordered.wgsl");
@@ -94,7 +94,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_disc_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[IN_ORDER, DISCS, MAPS, STORED, DISC_WALK],
+    with: &[IN_ORDER, DISCS, MAPS, STORED, WALK, DISC_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -103,7 +103,7 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_disc_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
-    with: &[DISCS, MAPS, DISC_WALK, SUMS],
+    with: &[DISCS, MAPS, WALK, DISC_CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

@@ -8,7 +8,7 @@ use super::{
         Formula::{self, Is, Of, Product, Quotient, Sum},
         Number,
     },
-    walk::{IN_ORDER, SUMS},
+    walk::{CANDIDATE, IN_ORDER, SUMS},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -34,12 +34,11 @@ pub const PARTIAL_COUNT: Formula = {
 const PAIRS: Choice =
     Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", "curve/pairs_loaded.wgsl");
 const WALK: Choice = Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slabs_subgroup.wgsl");
-const DISC_WALK: Choice =
-    Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slab_discs_subgroup.wgsl");
 const CURVES: Choice = Choice::new("state", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Visits soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
+const DISC_CANDIDATE: Choice = Choice::new("candidate", "curve/visit_discs.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
 const TILE: Choice = Choice::new("store", "curve/tile.wgsl");
@@ -50,7 +49,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[IN_ORDER, CURVES, HITS, TILE, PAIRS, WALK, SUMS],
+    with: &[IN_ORDER, CURVES, HITS, TILE, PAIRS, WALK, CANDIDATE, SUMS],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
@@ -59,7 +58,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
-    with: &[CURVES, HITS, SEGMENT, PAIRS, WALK],
+    with: &[CURVES, HITS, SEGMENT, PAIRS, WALK, CANDIDATE],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
@@ -68,7 +67,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_tiles",
     entry: "walk_tile",
     root: "driver/tile.wgsl",
-    with: &[IN_ORDER, CURVES, DISCS, TILE, PAIRS, DISC_WALK, SUMS],
+    with: &[IN_ORDER, CURVES, DISCS, TILE, PAIRS, WALK, DISC_CANDIDATE, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };
@@ -77,7 +76,7 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_segments",
     entry: "walk_segment",
     root: "driver/segment.wgsl",
-    with: &[CURVES, DISCS, SEGMENT, PAIRS, DISC_WALK],
+    with: &[CURVES, DISCS, SEGMENT, PAIRS, WALK, DISC_CANDIDATE],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };

@@ -40,7 +40,7 @@ numbers! {
     ImageWidth "image_width" "of the largest texture of a material, at least 1 [texels]",
     ImageHeight "image_height" "of the largest texture of a material, at least 1 [texels]",
     ImageCount "image_count" "textures of materials, at least 1",
-    PairCapacity "pair_capacity" "(caster, tile) that there is room for: any number from 1; what does not fit is scattered, which costs time and no light",
+    PairCapacity "pair_capacity" "(caster, tile) that there is memory for: any number from 1; what does not fit is scattered, which costs time and no light",
     SegmentLength "segment_length" "pairs that one workgroup walks",
     Nodes "nodes" "nodes of a curve: 4, 8 or 16; 0 for the nearest depth alone",
     Changes "changes" "1: the list has `over` or volumes, whose segments leave more",
@@ -55,7 +55,7 @@ numbers! {
     SortLanes "sort_lanes" "partitions, and digits, of a workgroup of the sort",
     DigitBits "digit_bits" "bits of a digit of the sort at most",
     PartitionLimit "partition_limit" "partitions of the list that is sorted, by its capacity",
-    SortCapacity "sort_capacity" "pairs that the sort at hand has room for",
+    SortCapacity "sort_capacity" "pairs that the sort at hand has memory for",
     KeyBits "key_bits" "bits of the keys that the sort at hand goes by",
     Digit "digit" "number of the digit at hand, lowest first",
 }

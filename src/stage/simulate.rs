@@ -1,6 +1,6 @@
 //! simulate: particles of emitters, moved on the device.
 //!
-//! In and out: `flying`, the particles of one emitter, in a ring. `simulate_particles` advances up to eight
+//! In and out: `emitted`, the particles of one emitter, in a ring. `simulate_particles` advances up to eight
 //! time steps, starts the particles that begin in them, and reads nothing back: a particle's slot follows
 //! from its number.
 use crate::gpu::{KernelDesc, Tier};

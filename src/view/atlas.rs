@@ -96,8 +96,9 @@ impl Atlas {
             if least_layers > u64::from(limits.layers) || least_layers * area(size) > most {
                 continue;
             }
-            let room = limits.layers.min(u32::try_from(most / area(size)).unwrap_or(u32::MAX));
-            if let Some(atlas) = Self::pack_into(size, room, sizes)
+            let layer_limit =
+                limits.layers.min(u32::try_from(most / area(size)).unwrap_or(u32::MAX));
+            if let Some(atlas) = Self::pack_into(size, layer_limit, sizes)
                 && texels(atlas.layers) <= most
             {
                 best = Some(atlas);
@@ -106,7 +107,7 @@ impl Atlas {
         best
     }
 
-    fn pack_into(size: UVec2, room: u32, sizes: &[UVec2]) -> Option<Self> {
+    fn pack_into(size: UVec2, layer_limit: u32, sizes: &[UVec2]) -> Option<Self> {
         let options = AllocatorOptions {
             alignment: size2(TILE_SIZE as i32, TILE_SIZE as i32),
             ..AllocatorOptions::default()
@@ -126,7 +127,7 @@ impl Atlas {
             let wanted = size2(edge.x as i32, edge.y as i32);
             let found = loop {
                 if open == layers.len() {
-                    if open as u32 == room {
+                    if open as u32 == layer_limit {
                         return None;
                     }
                     let whole = size2(size.x as i32, size.y as i32);

@@ -61,7 +61,10 @@ fn a_host_that_grows_has_no_overflow_and_the_same_map() {
     let crowded = submit(&gpu, &prepared);
     let counters = prepared.counters().unwrap();
     assert!(counters.overflowed > 0, "{counters:?}");
-    assert_eq!((first.pairs_needed, first.pair_room), (counters.pairs_needed, counters.pair_room));
+    assert_eq!(
+        (first.pairs_needed, first.pair_capacity),
+        (counters.pairs_needed, counters.pair_capacity)
+    );
     assert!(shadows.grow_from(counters));
     let prepared = shadows.prepare(&casters, views, &settings).unwrap();
     let roomy = submit(&gpu, &prepared);

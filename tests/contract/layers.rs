@@ -80,7 +80,7 @@ fn heads(tree: &str) -> Vec<String> {
 }
 
 /// Modules and re-exported macros of the crate's root.
-fn rooms() -> BTreeSet<String> {
+fn modules() -> BTreeSet<String> {
     let entries = fs::read_dir(folder(Path::new("src"))).unwrap();
     entries
         .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
@@ -89,25 +89,25 @@ fn rooms() -> BTreeSet<String> {
 }
 
 /// `from -> to: file` for every import that [`MAY_IMPORT`] does not name.
-fn faults(room: &str, file: &str, source: &str) -> Vec<String> {
-    let rooms = rooms();
-    let allowed = MAY_IMPORT.iter().find(|(name, _)| *name == room).map_or(&[][..], |row| row.1);
+fn faults(module: &str, file: &str, source: &str) -> Vec<String> {
+    let modules = modules();
+    let allowed = MAY_IMPORT.iter().find(|(name, _)| *name == module).map_or(&[][..], |row| row.1);
     imports(source)
         .into_iter()
-        .filter(|to| rooms.contains(to) && to != room && !allowed.contains(&to.as_str()))
-        .map(|to| format!("{room} -> {to}: {file}"))
+        .filter(|to| modules.contains(to) && to != module && !allowed.contains(&to.as_str()))
+        .map(|to| format!("{module} -> {to}: {file}"))
         .collect()
 }
 
 #[test]
 fn no_folder_imports_from_above() {
     let mut found = Vec::new();
-    for room in rooms() {
-        let path = folder(Path::new("src")).join(&room);
+    for module in modules() {
+        let path = folder(Path::new("src")).join(&module);
         let path = if path.is_dir() { path } else { path.with_extension("rs") };
         for file in files(&path) {
             let source = fs::read_to_string(&file).unwrap();
-            found.extend(faults(&room, &file.to_string_lossy(), &source));
+            found.extend(faults(&module, &file.to_string_lossy(), &source));
         }
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
@@ -131,7 +131,7 @@ fn an_arrow_upwards_is_found() {
 fn the_layers_have_no_circle() {
     let mut left: BTreeMap<_, BTreeSet<_>> =
         MAY_IMPORT.iter().map(|(from, to)| (*from, to.iter().copied().collect())).collect();
-    assert_eq!(left.len(), rooms().len(), "every folder has a row");
+    assert_eq!(left.len(), modules().len(), "every folder has a row");
     while !left.is_empty() {
         let free: Vec<_> =
             left.iter().filter(|(_, to)| to.is_empty()).map(|(from, _)| *from).collect();

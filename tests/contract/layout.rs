@@ -4,7 +4,7 @@ use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
         AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmitterParams,
-        GpuArea, GpuFlying, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, HostView,
+        GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, HostView,
         ImportParams, Listed, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
@@ -55,7 +55,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<ImportParams>,
     struct_agrees::<ConvertParams>,
     struct_agrees::<EmitterParams>,
-    struct_agrees::<GpuFlying>,
+    struct_agrees::<GpuEmitted>,
 ];
 
 /// The list is complete: the sources are searched for `gpu_layout!`.

@@ -8,7 +8,7 @@ use gobo::{
     glam::{Vec3, Vec4},
     gpu::{Gpu, Tier, Timeline},
     model::{Environment, LightKind, Material, Pattern, Sky, Transfer, View},
-    picture::PictureRoom,
+    picture::{PictureCapacity, PictureRequest},
     scene::Scene,
     shadows::{CasterSet, Config, Pipeline, PreparedMaps},
     view::shadow_views,
@@ -154,20 +154,18 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
     let scene = &cases()[0].scene;
     let (casters, views) = (casters(&gpu, scene), shadow_views(scene));
     let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
-    let maps = &prepared.maps;
     let Gpu { device, queue, .. } = &gpu;
-    let picture = pipeline.prepare_picture(
+    let request = PictureRequest {
         device,
         queue,
-        &casters,
+        casters: &casters,
         scene,
-        &View::from_camera(&scene.camera, &scene.bounds()),
-        &views,
-        maps,
-        PictureRoom::default(),
-        &mut Default::default(),
-    );
-    let picture = picture.unwrap();
+        camera: &View::from_camera(&scene.camera, &scene.bounds()),
+        views: &views,
+        maps: &prepared.maps,
+        capacity: PictureCapacity::default(),
+    };
+    let picture = pipeline.prepare_picture(&request, &mut Default::default()).unwrap();
     submit_all(&gpu);
     let mut timeline = Timeline::untimed();
     let mut frame = || {
@@ -193,19 +191,17 @@ fn an_environment_that_stays_is_not_uploaded_again() {
     let mut pictures = Vec::new();
     let mut bytes = |scene: &Scene| {
         let made = made(&gpu.device, || {
-            let camera = View::from_camera(&scene.camera, &scene.bounds());
-            let room = PictureRoom::default();
-            let picture = pipeline.prepare_picture(
-                &gpu.device,
-                &gpu.queue,
-                &casters,
+            let request = PictureRequest {
+                device: &gpu.device,
+                queue: &gpu.queue,
+                casters: &casters,
                 scene,
-                &camera,
-                &views,
-                &prepared.maps,
-                room,
-                &mut Default::default(),
-            );
+                camera: &View::from_camera(&scene.camera, &scene.bounds()),
+                views: &views,
+                maps: &prepared.maps,
+                capacity: PictureCapacity::default(),
+            };
+            let picture = pipeline.prepare_picture(&request, &mut Default::default());
             pictures.push(picture.unwrap());
             submit_all(&gpu);
         });

@@ -4,9 +4,9 @@ use crate::common::{TIERS, gpu};
 use gobo::{
     CasterCount, HostCasters,
     gpu::Gpu,
-    model::emitter::{Flock, Flying, Forces, Source},
-    records::GpuFlying,
-    shadows::{FLYING_WGSL, Simulation},
+    model::emitter::{EmittedParticle, Flock, Forces, Source},
+    records::GpuEmitted,
+    shadows::{EMITTED_WGSL, Simulation},
     wgpu,
 };
 
@@ -60,18 +60,19 @@ fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
 }
 
 /// Live particles, by number.
-fn read(gpu: &Gpu, simulation: &Simulation) -> Vec<Flying> {
-    let records: Vec<GpuFlying> = gpu.read(simulation.particles());
-    let mut flying: Vec<_> = records.iter().filter_map(GpuFlying::flying).collect();
-    flying.sort_by_key(|flying| flying.number);
-    flying
+fn read(gpu: &Gpu, simulation: &Simulation) -> Vec<EmittedParticle> {
+    let records: Vec<GpuEmitted> = gpu.read(simulation.particles());
+    let mut emitted: Vec<_> = records.iter().filter_map(GpuEmitted::emitted).collect();
+    emitted.sort_by_key(|emitted| emitted.number);
+    emitted
 }
 
 /// Asserts that both hold the same particles of the same ages. Returns the share whose positions differ by
 /// more than `near` [m].
-fn share_off(found: &[Flying], expected: &[Flying], near: f32) -> f64 {
-    let whole =
-        |flying: &[Flying]| flying.iter().map(|f| (f.number, f.age, f.life)).collect::<Vec<_>>();
+fn share_off(found: &[EmittedParticle], expected: &[EmittedParticle], near: f32) -> f64 {
+    let whole = |emitted: &[EmittedParticle]| {
+        emitted.iter().map(|f| (f.number, f.age, f.life)).collect::<Vec<_>>()
+    };
     assert_eq!(whole(found), whole(expected));
     let pairs = found.iter().zip(expected);
     let off = pairs.filter(|(a, b)| a.position.distance(b.position) > near).count();
@@ -94,15 +95,15 @@ fn the_kernel_flies_as_the_twin() {
                 assert_eq!(simulation.step(), step);
                 flock.advance_to(&forces, step, u32::MAX);
                 let found = read(&gpu, &simulation);
-                let share = share_off(&found, flock.flying(), near);
+                let share = share_off(&found, flock.emitted(), near);
                 assert!(share <= off, "{tier}, step {step}: {share} of the particles");
                 assert!(found.len() as u32 <= simulation.capacity());
             }
-            assert!(flock.flying().len() > 300);
+            assert!(flock.emitted().len() > 300);
             // Another seed makes other smoke.
             let mut other = Flock::default();
             other.advance_to(&Forces { seed: 12, ..forces.clone() }, step, u32::MAX);
-            let [a, b] = [&other, &flock].map(|flock| flock.flying()[0].position);
+            let [a, b] = [&other, &flock].map(|flock| flock.emitted()[0].position);
             assert!(a.distance(b) > near);
         }
     }
@@ -117,7 +118,7 @@ fn a_million_fly_as_the_twin() {
     let mut flock = Flock::default();
     flock.advance_to(&forces, 168, u32::MAX);
     advance(&gpu, &mut simulation, 168);
-    let (found, expected) = (read(&gpu, &simulation), flock.flying());
+    let (found, expected) = (read(&gpu, &simulation), flock.emitted());
     assert!(expected.len() > 950_000, "{}", expected.len());
     let share = share_off(&found, expected, 1e-3);
     assert!(share < 1e-3, "{share} of the particles");
@@ -137,8 +138,8 @@ fn a_path_is_refused() {
 
 const LOADER: &str = "
 fn load_caster(index: u32) -> Caster {
-    let one = flying_particles[index];
-    let share = flying_share(one);
+    let one = emitted_particles[index];
+    let share = life_share(one);
     // Ended particles have no radius and are left out.
     let radius = select(0.0, 0.02 + 0.1 * share, share < 1.0);
     return Caster(one.position, radius, vec4(0.9, 0.6, 0.3, 0.5), 0.0, 0u, one.number);
@@ -172,22 +173,22 @@ fn smoke_on_the_device_casts_the_shadow_of_an_upload() {
                 resource: simulation.particles().as_entire_binding(),
             }],
         });
-        let text = format!("{FLYING_WGSL}{LOADER}");
+        let text = format!("{EMITTED_WGSL}{LOADER}");
         let loader = shadows.caster_loader("smoke.wgsl", &text, &layout).unwrap();
         let count = CasterCount::Fixed(simulation.capacity());
         let set = HostCasters::new(&loader, &bindings, count, &[0]).least_alpha(0.01);
         let settings = ShadowSettings::default();
         // In the order of the ring.
-        let records: Vec<GpuFlying> = gpu.read(simulation.particles());
-        let particle = |flying: Flying| Particle {
-            center: flying.position,
-            radius: 0.02 + 0.1 * (flying.age as f32 / flying.life as f32),
+        let records: Vec<GpuEmitted> = gpu.read(simulation.particles());
+        let particle = |emitted: EmittedParticle| Particle {
+            center: emitted.position,
+            radius: 0.02 + 0.1 * (emitted.age as f32 / emitted.life as f32),
             color: Vec4::new(0.9, 0.6, 0.3, 0.5),
             rotation: 0.0,
             material: 0,
-            id: flying.number,
+            id: emitted.number,
         };
-        let all: Vec<_> = records.iter().filter_map(GpuFlying::flying).map(particle).collect();
+        let all: Vec<_> = records.iter().filter_map(GpuEmitted::emitted).map(particle).collect();
         let expected = uploaded(&gpu, &mut shadows, &all, &settings);
         let prepared = on_device(&mut shadows, &[], &[set], &settings);
         assert!(submit(&gpu, &prepared) == expected, "{tier}");

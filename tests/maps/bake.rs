@@ -292,7 +292,7 @@ fn maps_that_change_places_stay() {
 
 /// Where pairs do not fit at first, the views are rendered again, and the next frame keeps them.
 #[test]
-fn a_frame_that_needed_more_room_is_kept() {
+fn a_frame_that_needed_more_pairs_is_kept() {
     let mut scene = scene();
     scene.lights.iter_mut().for_each(|light| light.size = Some(1024));
     for particle in &mut scene.particles {

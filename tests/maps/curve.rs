@@ -256,7 +256,7 @@ fn gpu_matches_twin_of_every_kind() {
 }
 
 #[test]
-fn what_has_no_room_falls_behind() {
+fn overflow_goes_behind() {
     let mut scene = discs(8);
     scene.shadow.pair_budget = 3000;
     let frame = render(Tier::Native, &scene);

@@ -20,7 +20,7 @@ fn square(corner: Vec3, x: Vec3, y: Vec3) -> [[Vec3; 3]; 2] {
 }
 
 /// Flat squares, parallelograms and single triangles.
-fn sheets(chance: &mut Chance, count: usize) -> Vec<[Vec3; 3]> {
+fn rectangles(chance: &mut Chance, count: usize) -> Vec<[Vec3; 3]> {
     let mut triangles = Vec::new();
     for _ in 0..count {
         let size = 0.5 * 40_f32.powf(chance.unit());
@@ -81,7 +81,7 @@ fn what_is_hidden_is_behind_opaque_triangles() {
     let (mut hidden, mut seen, mut whole) = (0, 0, 0);
     for _ in 0..150 {
         let count = 1 + chance.below(30);
-        let triangles = sheets(&mut chance, count);
+        let triangles = rectangles(&mut chance, count);
         let around = Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
         let size = [64, 256, 1024][chance.below(3)];
         for view in light_views(0, &random_light(&mut chance), size, None, &around).unwrap() {
@@ -197,7 +197,7 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
     let high = ground(12.0).map(|t| t.map(|c| if c.x > 0.0 { c.with_y(40.0) } else { c }));
     assert!(!hides(&high));
     // More polygons than are examined, with the largest among them.
-    let mut many: Vec<[Vec3; 3]> = sheets(&mut Chance::new(3), 2000)
+    let mut many: Vec<[Vec3; 3]> = rectangles(&mut Chance::new(3), 2000)
         .iter()
         .map(|t| t.map(|corner| corner * 0.05 + Vec3::Y * 5.0))
         .collect();

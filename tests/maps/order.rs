@@ -39,13 +39,12 @@ fn pane(center: Vec3, x: Vec3, y: Vec3, material: u32) -> [Triangle; 2] {
     [[a, b, c], [a, c, d]].map(|positions| triangle(positions, material))
 }
 
-/// Checks all modes of a scene; returns the counters of twin and tiers.
+/// Checks both modes of a scene.
 fn assert_ordered(scene: &Scene, tolerance: Tolerance) {
     let mut curves = scene.clone();
     curves.shadow.receiver = Receiver::Curve;
     for scene in [scene, &curves] {
-        assert_agrees(scene, tolerance);
-        for counters in all_counters(scene) {
+        for counters in assert_agrees(scene, tolerance) {
             assert_eq!((counters.disordered, counters.unordered), (0, 0));
         }
     }
@@ -109,7 +108,7 @@ fn smoke_in_a_spot_is_in_order() {
 }
 
 /// One large triangle across the sun, `tilt` [m] higher at one end.
-fn sheet(height: f32, tilt: f32, material: u32) -> Triangle {
+fn tilted(height: f32, tilt: f32, material: u32) -> Triangle {
     let corner = |x: f32, z: f32| Vec3::new(x, height + tilt * x / 6.0, z);
     triangle([corner(-6.0, -6.0), corner(6.0, -6.0), corner(0.0, 9.0)], material)
 }
@@ -125,7 +124,7 @@ fn hits_on_both_sides_of_a_segments_end_are_in_order() {
         scene.particles.push(Particle { id, material: 2, ..particle(center, 20.0, Vec4::ONE) });
     }
     // Its last pair is in front at one end of the map, and behind the next pair at the other.
-    scene.triangles = vec![sheet(4.0, 3.0, 1), sheet(4.0, 0.0, 0)];
+    scene.triangles = vec![tilted(4.0, 3.0, 1), tilted(4.0, 0.0, 0)];
     let (_, counters) = render_maps(&scene, &shadow_views(&scene));
     assert_eq!((counters.pairs, counters.segments), (2049, 2));
     assert_ordered(&scene, EDGED);
@@ -135,9 +134,9 @@ fn hits_on_both_sides_of_a_segments_end_are_in_order() {
 fn hits_whose_place_is_lost_are_counted() {
     let mut scene = lit_by(sun(), vec![over(RED), over(BLUE)]);
     for i in 0..12 {
-        scene.triangles.push(sheet(4.0 + i as f32 * 0.01, 3.0, 1));
+        scene.triangles.push(tilted(4.0 + i as f32 * 0.01, 3.0, 1));
     }
-    scene.triangles.push(sheet(4.0, 0.0, 0));
+    scene.triangles.push(tilted(4.0, 0.0, 0));
     for receiver in [Receiver::Nearest, Receiver::Curve] {
         scene.shadow.receiver = receiver;
         for counters in all_counters(&scene) {

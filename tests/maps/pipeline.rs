@@ -230,7 +230,7 @@ fn overflow_costs_no_light() {
 /// 10,000 discs, alone and with 400 panes, nine tenths of whose pairs fit: the rest is counted, and loses
 /// no light.
 #[test]
-fn what_a_small_budget_has_no_room_for_is_counted_and_scattered() {
+fn pairs_past_a_small_budget_are_counted_and_scattered() {
     let mut scene = empty(materials());
     scene.lights = lights()[..1].to_vec(); // one view, one batch
     scene.shadow.size = 128;

@@ -185,9 +185,9 @@ fn stage() -> Scene {
     scene.camera.eye = Vec3::new(0.5, 0.4, 5.0);
     scene.triangles = pane(0.3, 3.0, 0).to_vec();
     for (x, material) in [(-1.0, 3), (1.0, 4)] {
-        let mut sheet = pane(-0.1, 0.7, material);
-        sheet.iter_mut().flat_map(|t| &mut t.positions).for_each(|p| p.x += x);
-        scene.triangles.extend(sheet);
+        let mut glass = pane(-0.1, 0.7, material);
+        glass.iter_mut().flat_map(|t| &mut t.positions).for_each(|p| p.x += x);
+        scene.triangles.extend(glass);
     }
     for (i, x) in [-1.2f32, 0.0, 1.2].into_iter().enumerate() {
         let material = [1, 2, 0][i];

@@ -7,7 +7,7 @@ use gobo::{
     View,
     glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec3},
     gpu::{Gpu, Timeline},
-    picture::PictureRoom,
+    picture::{PictureCapacity, PictureRequest},
     scene::Scene,
     shadows::CasterSet,
     view::shadow_views,
@@ -37,11 +37,17 @@ fn shown(gpu: &Gpu, scene: &Scene) -> Shown {
     let views = shadow_views(scene);
     let maps = pipeline.prepare(device, queue, &casters, &views, None).unwrap();
     let camera = View::from_camera(&scene.camera, &scene.bounds());
-    let room = PictureRoom::default();
-    let kept = &mut Default::default();
-    let picture = pipeline
-        .prepare_picture(device, queue, &casters, scene, &camera, &views, &maps.maps, room, kept)
-        .unwrap();
+    let request = PictureRequest {
+        device,
+        queue,
+        casters: &casters,
+        scene,
+        camera: &camera,
+        views: &views,
+        maps: &maps.maps,
+        capacity: PictureCapacity::default(),
+    };
+    let picture = pipeline.prepare_picture(&request, &mut Default::default()).unwrap();
     let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());
     maps.record(pipeline.kernels(), &mut encoder, &mut timeline);

@@ -4,7 +4,7 @@ use gobo::{
     glam::{DVec3, Vec3},
     model::{
         Particle,
-        emitter::{Flying, Forces, STEP, Source, whirl},
+        emitter::{EmittedParticle, Forces, STEP, Source, curl_noise},
     },
     scene::Scene,
 };
@@ -47,10 +47,10 @@ pub(super) fn forces() -> Forces {
     }
 }
 
-fn flown(forces: &Forces, steps: u32) -> Flying {
-    let mut flying = forces.start(7);
-    (0..steps).for_each(|step| forces.advance(&mut flying, step));
-    flying
+fn flown(forces: &Forces, steps: u32) -> EmittedParticle {
+    let mut emitted = forces.start(7);
+    (0..steps).for_each(|step| forces.advance(&mut emitted, step));
+    emitted
 }
 
 const WILD: &str = "rate = 300\nlifetime = [0.5, 2]\nshape = 'sphere'\nextent = [1, 0.5, 1]\nspread = 1\nbuoyancy = 3\n\
@@ -98,10 +98,10 @@ fn as_many_fly_as_rate_and_lifetime_say() {
 fn thrown_particles_fall_as_they_should() {
     let forces = Forces { gravity: 9.81, ..forces() };
     for steps in [1, 10, 60] {
-        let flying = flown(&forces, steps);
+        let emitted = flown(&forces, steps);
         let (n, dt) = (f64::from(steps), f64::from(STEP));
         let exact = DVec3::new(n * dt, 2.0 * n * dt - 9.81 * dt * dt * n * (n + 1.0) / 2.0, 0.0);
-        assert!((flying.position.as_dvec3() - exact).length() < 1e-4, "{flying:?} {exact}");
+        assert!((emitted.position.as_dvec3() - exact).length() < 1e-4, "{emitted:?} {exact}");
         let parabola = 2.0 * n * dt - 9.81 * (n * dt).powi(2) / 2.0;
         assert!((exact.y - parabola).abs() <= 9.81 * dt * n * dt / 2.0 + 1e-9);
     }
@@ -111,9 +111,9 @@ fn thrown_particles_fall_as_they_should() {
 fn air_takes_particles_with_it() {
     let wind = Vec3::new(3.0, 0.0, -1.0);
     let long = Forces { wind, drag: 4.0, gravity: 2.0, lifetime: [60.0; 2], ..forces() };
-    let flying = flown(&long, 1000);
+    let emitted = flown(&long, 1000);
     // Terminal velocity.
-    assert!(flying.velocity.distance(wind - Vec3::Y * 0.5) < 1e-4, "{flying:?}");
+    assert!(emitted.velocity.distance(wind - Vec3::Y * 0.5) < 1e-4, "{emitted:?}");
     // Buoyancy falls to half in the middle of a life and to zero at its end.
     let rising = Forces { buoyancy: 8.0, drag: 100.0, lifetime: [4.0; 2], ..forces() };
     let lift = flown(&rising, 120).velocity.y * 100.0;
@@ -135,11 +135,11 @@ fn nothing_goes_through_ground_or_boxes() {
     };
     let mut struck = 0;
     for number in 0..200 {
-        let mut flying = wild.start(number);
+        let mut emitted = wild.start(number);
         for step in 0..240 {
-            wild.advance(&mut flying, step);
-            let Vec3 { x, y, z } = flying.position;
-            assert!(y >= 0.0, "{flying:?}");
+            wild.advance(&mut emitted, step);
+            let Vec3 { x, y, z } = emitted.position;
+            assert!(y >= 0.0, "{emitted:?}");
             assert!(
                 !((0.5 + 1e-6..1.5 - 1e-6).contains(&x) && y < 2.0 - 1e-6 && z.abs() < 2.0 - 1e-6)
             );
@@ -149,9 +149,9 @@ fn nothing_goes_through_ground_or_boxes() {
     assert!(struck > 20, "{struck} struck the box");
     // Half the speed upwards, the full speed along the ground.
     let fall = Forces { ground: Some(0.0), ..forces() };
-    let mut flying = Flying { velocity: Vec3::new(1.0, -3.0, 2.0), ..fall.start(0) };
-    fall.advance(&mut flying, 0);
-    assert_eq!((flying.position.y, flying.velocity), (0.0, Vec3::new(1.0, 1.5, 2.0)));
+    let mut emitted = EmittedParticle { velocity: Vec3::new(1.0, -3.0, 2.0), ..fall.start(0) };
+    fall.advance(&mut emitted, 0);
+    assert_eq!((emitted.position.y, emitted.velocity), (0.0, Vec3::new(1.0, 1.5, 2.0)));
 }
 
 /// Turbulence is divergence-free, has no mean, and has about the speed that is set.
@@ -161,11 +161,11 @@ fn whirls_have_no_sources() {
     for i in 0..20_000u32 {
         let at = Vec3::new((i * 7 % 1013) as f32, (i * 13 % 1009) as f32, (i * 17 % 997) as f32)
             * 0.0371;
-        let velocity = whirl(at, 9);
+        let velocity = curl_noise(at, 9);
         sum += velocity.as_dvec3();
         square += f64::from(velocity.length_squared());
         let slope = |axis: Vec3| {
-            (whirl(at + axis * 5e-3, 9) - whirl(at - axis * 5e-3, 9)).dot(axis) * 100.0
+            (curl_noise(at + axis * 5e-3, 9) - curl_noise(at - axis * 5e-3, 9)).dot(axis) * 100.0
         };
         let inside = (at - at.floor() - 0.5).abs().max_element() < 0.49;
         if inside {
@@ -177,8 +177,8 @@ fn whirls_have_no_sources() {
     assert!(worst < 0.1 && count > 10_000, "divergence {worst}");
     assert!(mean.length() < 0.05 && (0.5..1.6).contains(&speed), "{mean} {speed}");
     // No jump from cell to cell.
-    let step =
-        whirl(Vec3::new(3.0 - 1e-4, 0.3, 0.6), 9) - whirl(Vec3::new(3.0 + 1e-4, 0.3, 0.6), 9);
+    let step = curl_noise(Vec3::new(3.0 - 1e-4, 0.3, 0.6), 9)
+        - curl_noise(Vec3::new(3.0 + 1e-4, 0.3, 0.6), 9);
     assert!(step.length() < 0.01, "{step}");
 }
 

@@ -5,7 +5,7 @@ use crate::common::files::read;
 use gobo::{
     glam::{DVec3, Vec3},
     model::{
-        emitter::{Flock, Flying, Forces, STEP, Source},
+        emitter::{EmittedParticle, Flock, Forces, STEP, Source},
         fluid::Fluid,
     },
 };
@@ -21,10 +21,10 @@ fn lattice(n: i32, spacing: f32) -> Vec<Vec3> {
     places.map(|place| (place - middle) * spacing).collect()
 }
 
-fn drop_of(count: u32, extent: f32) -> Vec<Flying> {
+fn drop_of(count: u32, extent: f32) -> Vec<EmittedParticle> {
     let source =
         Forces { source: Source::Sphere, extent: Vec3::splat(extent), spread: 0.5, ..forces() };
-    let start = |number| Flying { life: 60_000, ..source.start(number) };
+    let start = |number| EmittedParticle { life: 60_000, ..source.start(number) };
     (0..count).map(start).collect()
 }
 
@@ -48,13 +48,13 @@ fn a_lattice_has_the_density_of_its_kernel() {
 }
 
 /// Equations 3, 10, 12 and 14 and the kernels 20 to 22, particle by particle.
-fn brute_force(fluid: &Fluid, flying: &[Flying]) -> Vec<DVec3> {
+fn brute_force(fluid: &Fluid, emitted: &[EmittedParticle]) -> Vec<DVec3> {
     let [s, h, k, nu] =
         [fluid.spacing, fluid.reach, fluid.stiffness, fluid.viscosity].map(f64::from);
     let mass = s.powi(3);
-    let place: Vec<DVec3> = flying.iter().map(|f| f.position.as_dvec3()).collect();
-    let velocity: Vec<DVec3> = flying.iter().map(|f| f.velocity.as_dvec3()).collect();
-    let all = 0..flying.len();
+    let place: Vec<DVec3> = emitted.iter().map(|f| f.position.as_dvec3()).collect();
+    let velocity: Vec<DVec3> = emitted.iter().map(|f| f.velocity.as_dvec3()).collect();
+    let all = 0..emitted.len();
     let density: Vec<f64> = all
         .clone()
         .map(|i| {
@@ -86,12 +86,12 @@ fn brute_force(fluid: &Fluid, flying: &[Flying]) -> Vec<DVec3> {
 
 #[test]
 fn pushes_are_those_of_the_equations() {
-    let flying = drop_of(300, 0.7);
+    let emitted = drop_of(300, 0.7);
     let fluid = Fluid { reach: 0.23, ..FLUID };
-    let exact = brute_force(&fluid, &flying);
+    let exact = brute_force(&fluid, &emitted);
     let most = exact.iter().map(|push| push.length()).fold(0.0, f64::max);
     let worst = |fluid: &Fluid| {
-        let pushes = fluid.accelerations(&flying);
+        let pushes = fluid.accelerations(&emitted);
         let apart = pushes.iter().zip(&exact).map(|(a, b)| a.as_dvec3().distance(*b));
         apart.fold(0.0, f64::max) / most
     };
@@ -110,28 +110,31 @@ fn pushes_are_those_of_the_equations() {
 #[test]
 fn momentum_stays() {
     for fluid in [FLUID, Fluid { stiffness: (24.0 * 0.2f32).powi(2), viscosity: 0.08, ..FLUID }] {
-        let mut flying = drop_of(400, 0.6);
-        let sum = |flying: &[Flying]| flying.iter().map(|f| f.velocity.as_dvec3()).sum::<DVec3>();
-        let energy =
-            |flying: &[Flying]| flying.iter().map(|f| f.velocity.length_squared()).sum::<f32>();
-        let wide = |flying: &[Flying]| {
-            let middle = flying.iter().map(|f| f.position).sum::<Vec3>() / flying.len() as f32;
-            flying.iter().map(|f| f.position.distance(middle)).sum::<f32>() / flying.len() as f32
+        let mut emitted = drop_of(400, 0.6);
+        let sum = |emitted: &[EmittedParticle]| {
+            emitted.iter().map(|f| f.velocity.as_dvec3()).sum::<DVec3>()
+        };
+        let energy = |emitted: &[EmittedParticle]| {
+            emitted.iter().map(|f| f.velocity.length_squared()).sum::<f32>()
+        };
+        let wide = |emitted: &[EmittedParticle]| {
+            let middle = emitted.iter().map(|f| f.position).sum::<Vec3>() / emitted.len() as f32;
+            emitted.iter().map(|f| f.position.distance(middle)).sum::<f32>() / emitted.len() as f32
         };
         let (momentum, width, free) =
-            (sum(&flying), wide(&flying), Forces { gravity: 0.0, ..forces() });
+            (sum(&emitted), wide(&emitted), Forces { gravity: 0.0, ..forces() });
         for step in 0..180 {
-            let pushes = fluid.accelerations(&flying);
-            for (flying, push) in flying.iter_mut().zip(pushes) {
-                flying.velocity += push * STEP;
-                free.advance(flying, step);
+            let pushes = fluid.accelerations(&emitted);
+            for (emitted, push) in emitted.iter_mut().zip(pushes) {
+                emitted.velocity += push * STEP;
+                free.advance(emitted, step);
             }
         }
-        let lost = (sum(&flying) - momentum).length() / 400.0;
+        let lost = (sum(&emitted) - momentum).length() / 400.0;
         assert!(lost < 1e-5, "{lost} m/s of each");
         // The drop was too dense: it spreads without bursting.
-        assert!(wide(&flying) > 1.1 * width, "{} of {width}", wide(&flying));
-        let speed = (energy(&flying) / 400.0).sqrt();
+        assert!(wide(&emitted) > 1.1 * width, "{} of {width}", wide(&emitted));
+        let speed = (energy(&emitted) / 400.0).sqrt();
         assert!(speed < 3.0 + fluid.stiffness.sqrt(), "{speed} m/s");
     }
 }
@@ -164,9 +167,9 @@ fn a_fluid_that_does_nothing_is_none() {
     for (step, last) in [(0, 50), (1, 50), (40, 50), (100, 50)] {
         fluid.advance_fluid_to(&forces, &still, step, last);
         plain.advance_to(&forces, step, last);
-        assert_eq!(fluid.flying(), plain.flying(), "{step}");
+        assert_eq!(fluid.emitted(), plain.emitted(), "{step}");
     }
-    assert!(plain.flying().len() > 10);
+    assert!(plain.emitted().len() > 10);
 }
 
 #[test]

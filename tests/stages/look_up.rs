@@ -27,7 +27,7 @@ const FILTERS: [ShadowFilter; 6] = [
 ];
 
 /// A parallelogram of two triangles, by a corner and two edges.
-fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [gobo::Triangle; 2] {
+fn rectangle(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [gobo::Triangle; 2] {
     let far = corner + right + up;
     [[corner, corner + right, far], [corner, far, corner + up]].map(|p| triangle(p, material))
 }
@@ -35,7 +35,8 @@ fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [gobo::Triangle;
 /// A pane at y = 1 that ends at x = 0, under a sun: opaque, or of glass.
 fn edge(transfer: Transfer, filter: ShadowFilter, receiver: Receiver) -> Scene {
     let mut scene = empty(vec![Material { tint: GLASS.extend(1.0), ..material(transfer) }]);
-    scene.triangles = sheet(Vec3::new(-2.0, 1.0, -2.0), Vec3::X * 2.0, Vec3::Z * 4.0, 0).to_vec();
+    scene.triangles =
+        rectangle(Vec3::new(-2.0, 1.0, -2.0), Vec3::X * 2.0, Vec3::Z * 4.0, 0).to_vec();
     // Fixes the extent of the map.
     scene.triangles.push(triangle([Vec3::new(2.0, 1.0, 2.0); 3], 0));
     let down = LightKind::Directional { direction: Vec3::NEG_Y };
@@ -133,7 +134,8 @@ fn crowd(receiver: Receiver) -> Scene {
     let glass = Material { tint: Vec4::new(0.9, 0.5, 0.7, 0.3), ..material(Transfer::Filter) };
     let mut scene = empty(vec![glass, material(Transfer::Opaque)]);
     scene.particles = random_discs(300, 5);
-    scene.triangles = sheet(Vec3::new(-2.0, -0.5, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, 1).to_vec();
+    scene.triangles =
+        rectangle(Vec3::new(-2.0, -0.5, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, 1).to_vec();
     scene.shadow.receiver = receiver;
     let kinds = [
         LightKind::Directional { direction: Vec3::new(0.3, -1.0, 0.2) },
@@ -212,7 +214,7 @@ fn biases_cover_what_the_slope_hides() {
     let mut scene = empty(vec![material(Transfer::Opaque)]);
     let up = Vec3::new(0.0, 3f32.sqrt(), 1.0);
     let low = Vec3::new(-1.0, -(3f32.sqrt()), -1.0);
-    scene.triangles = sheet(low, Vec3::X * 2.0, up * 2.0, 0).to_vec();
+    scene.triangles = rectangle(low, Vec3::X * 2.0, up * 2.0, 0).to_vec();
     scene.lights = vec![Light { size: Some(32), ..light(down) }];
     let normal = up.cross(Vec3::X).normalize();
     let normal = if normal.y > 0.0 { normal } else { -normal };

@@ -1,6 +1,8 @@
 //! Tests of single stages.
+mod accumulate;
 mod bin;
 mod blur;
+mod by_hand;
 mod cluster;
 mod cull;
 mod cull_bound;
@@ -11,6 +13,7 @@ mod light_points;
 mod look_up;
 mod occlude;
 mod project;
+mod resolve;
 mod soft;
 mod soften_curves;
 mod sort;

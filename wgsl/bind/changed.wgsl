@@ -3,7 +3,7 @@
 import package::records::bin::BatchCounters;
 import package::records::chunk::Chunk;
 import package::records::cluster::ClusterCounters;
-import package::records::emitter::GpuFlying;
+import package::records::emitter::GpuEmitted;
 import package::records::host::{HostGroup, Listed, LoadCounters};
 import package::records::tile::Segment;
 
@@ -31,4 +31,4 @@ import package::records::tile::Segment;
 @group(0) @binding(76) var<storage, read_write> host_groups: array<HostGroup>;
 @group(0) @binding(77) var<storage, read_write> listed: Listed;
 @group(0) @binding(78) var<storage, read_write> listed_counts: array<u32>;
-@group(0) @binding(97) var<storage, read_write> flying: array<GpuFlying>;
+@group(0) @binding(97) var<storage, read_write> emitted: array<GpuEmitted>;

@@ -16,7 +16,6 @@ import choice::visit::{blocked, slabbed};
 
 const ROWS: u32 = 4u; // texels that an invocation holds, in a column
 
-const SLAB_PAIRS: u32 = 128u;
 const TRACE: f32 = 0.0000152587890625; // opacity below which a hit sets no start or end: 2^-16
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
@@ -33,14 +32,18 @@ var<private> open_added: Light4; // added by `over`
 // Scale of the affine transfer of all hits, for light from behind a segment.
 var<private> scale: Light4;
 
-// Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
-fn slab_count() -> u32 {
-    return NODES + NODES / 2u;
-}
-
 // Most hits of a texel that are inserted into its curve one by one.
 fn max_exact_hits() -> vec4<u32> {
     return vec4(2u * NODES);
+}
+
+// Whether hits at or behind `front` may still change `few` or the nearest depths.
+fn is_counting(front: f32) -> bool {
+    return any((hit_count <= max_exact_hits()) | (nearest > vec4(front)));
+}
+
+fn end_count() {
+    few = hit_count <= max_exact_hits();
 }
 
 // Whether the next hit is inserted alone, without a merge.

@@ -6,7 +6,7 @@
 
 import package::curve::light4::{Light4, black4, encode_lights, encode_means, white4};
 import package::curve::merge::{before, best, best_cost, close_up, merged_span, weigh};
-import package::curve::room::make_room;
+import package::curve::between::insert_between;
 import package::features::{HAS_GAIN, HAS_OVER, NODES};
 import choice::visit::ordered;
 
@@ -130,7 +130,7 @@ fn add_node(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is:
         node_lights[NODES] = encode_lights(passed);
         node_means[NODES] = encode_means(passed);
     } else {
-        make_room(span, light, passed, last, counts);
+        insert_between(span, light, passed, last, counts);
     }
     return counts;
 }

@@ -11,7 +11,7 @@ import package::curve::loaded::loaded_node;
 import package::curve::node::CURVE_SEGMENT;
 import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::partial::{first_node, partial_size};
-import package::curve::tile::store_pair;
+import package::curve::tile::store_curves;
 import package::curve::volumes::{
     Ramp4, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
     rest_steps, surface_light,
@@ -196,16 +196,5 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
         textureStore(filters, texel, view.layer, vec4(blackened(filtered), 1.0));
         textureStore(nearests, texel, view.layer, vec4(nearest[i]));
     }
-    store_pair(view, at, 0u);
-    store_pair(view, at, 1u);
-    if NODES > 4u {
-        store_pair(view, at, 2u);
-        store_pair(view, at, 3u);
-    }
-    if NODES > 8u {
-        store_pair(view, at, 4u);
-        store_pair(view, at, 5u);
-        store_pair(view, at, 6u);
-        store_pair(view, at, 7u);
-    }
+    store_curves(view, at);
 }

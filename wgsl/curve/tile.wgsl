@@ -60,6 +60,14 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
         textureStore(filters, row, view.layer, vec4(blackened(light_texel(all, i)), 1.0));
         textureStore(nearests, row, view.layer, vec4(nearest[i]));
     }
+    store_curves(view, at);
+    if disordered > 0u {
+        atomicAdd(&counters.disordered, disordered);
+    }
+}
+
+// `at`: first of the four texels, in the atlas.
+fn store_curves(view: GpuView, at: vec2<u32>) {
     store_pair(view, at, 0u);
     store_pair(view, at, 1u);
     if NODES > 4u {
@@ -71,9 +79,6 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
         store_pair(view, at, 5u);
         store_pair(view, at, 6u);
         store_pair(view, at, 7u);
-    }
-    if disordered > 0u {
-        atomicAdd(&counters.disordered, disordered);
     }
 }
 

@@ -4,7 +4,9 @@
 import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
 import package::curve::light4::Light4;
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_disc, rest_profile};
+import package::hit::disc::{
+    Disc, Profile4, broadcast_disc, column_rest, disc_profile, disc_touches, prepare_disc, rest_profile,
+};
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
@@ -52,6 +54,7 @@ fn count_disc(view: GpuView, disc: Disc) {
     see(met.depth, opacity);
 }
 
+// Returns where the hit has a depth of its own.
 fn visit_disc(view: GpuView, disc: Disc) -> vec4<bool> {
     let met = texels_profile(view, disc);
     return join(disc_light(disc, met.profile), met.depth, met.profile * disc.slope);
@@ -64,4 +67,35 @@ fn count_hits(view: GpuView, footprint: Footprint) {
 // Returns true if the hits must be inserted at once.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
     return must_flush(visit_disc(view, prepare_disc(view, footprint)));
+}
+
+// A disc as a lane's candidate for a visit. A lane offers it prepared for texels.
+alias Candidate = Footprint;
+
+fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
+    return footprint;
+}
+
+// Whether it may touch texel centres in the box lo..hi.
+fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    return disc_touches(view, candidate.place, lo, hi);
+}
+
+alias Offer = Disc;
+
+// What a lane offers of it to the others.
+fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
+    return prepare_disc(view, candidate);
+}
+
+// Counts the hits of the candidate of lane `lane`.
+fn count_lane(view: GpuView, offer: Offer, lane: u32) {
+    count_disc(view, broadcast_disc(offer, lane));
+}
+
+// Visits the candidate of lane `lane`. Single hits are appended at once, all others wait for the end of
+// their slab, so none must be inserted.
+fn visit_lane(view: GpuView, offer: Offer, lane: u32) -> bool {
+    let placed = visit_disc(view, broadcast_disc(offer, lane));
+    return false;
 }

@@ -11,7 +11,9 @@ import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::{Face, face_crossing, volume_face};
 import package::hit::hit_order::{Hit4, WAITING, hits_of, next_waiting, pass_on};
 import package::records::footprint::Footprint;
+import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
+import package::walk::candidate::Offer;
 
 fn ordered() -> bool {
     return false;
@@ -26,6 +28,8 @@ fn slabbed() -> bool {
 }
 
 fn count_hits(view: GpuView, footprint: Footprint) {}
+
+fn count_lane(view: GpuView, offer: Offer, lane: u32) {}
 
 fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
     let hit = caster_hit(view, footprint, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
@@ -79,6 +83,11 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
         return must_flush(ramps | join_hits(pass_on(came)));
     }
     return must_flush(ramps | join_hits(came));
+}
+
+// Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
+fn visit_lane(view: GpuView, offer: Offer, lane: u32) -> bool {
+    return subgroupAny(visit(view, load_footprint(subgroupShuffle(offer, lane))));
 }
 
 fn join_hits(hits: Hit4) -> vec4<bool> {

@@ -54,8 +54,24 @@ fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
     return disc;
 }
 
+// The disc of lane `lane` of the subgroup.
+fn broadcast_disc(disc: Disc, lane: u32) -> Disc {
+    var other: Disc;
+    other.center = subgroupShuffle(disc.center, lane);
+    other.bend = subgroupShuffle(disc.bend, lane);
+    other.depth = subgroupShuffle(disc.depth, lane);
+    other.slope = subgroupShuffle(disc.slope, lane);
+    other.absorbed = subgroupShuffle(disc.absorbed, lane);
+    if PERSPECTIVE {
+        other.tilt = subgroupShuffle(disc.tilt, lane);
+        other.tilt_bend = subgroupShuffle(disc.tilt_bend, lane);
+        other.start = subgroupShuffle(disc.start, lane);
+    }
+    return other;
+}
+
 // Whether a disc may touch a block of texels with centres from `lo` to `hi`.
-fn touches(view: GpuView, place: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+fn disc_touches(view: GpuView, place: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let radius = place.z;
     let center = place.xy;
     if PERSPECTIVE && is_beside(place) {

@@ -1,28 +1,22 @@
-// Like wgsl/walk/discs_subgroup.wgsl, for subgroups of eight lanes on a software adapter, where branches,
-// reductions and writes within loops are expensive and lanes are neighbours in a row. In crowded tiles the
-// discs that touch the subgroup's block are collected in a queue; eight at a time are multiplied in, with
-// no branch in between. CPU twin: src/reference/accumulate.rs.
+// Walks a tile's soft discs like wgsl/walk/subgroup.wgsl, for subgroups of eight lanes on a software
+// adapter, where branches, reductions and writes within loops are expensive and lanes are neighbours in a
+// row. In crowded tiles the discs that touch the subgroup's block are collected in a queue; eight at a time
+// are multiplied in, with no branch in between. CPU twin: src/reference/accumulate.rs.
 
 import package::bind::loaded::{footprints, pairs};
-import package::hit::disc::{Disc, prepare_disc, touches};
+import package::hit::disc::{Disc, broadcast_disc, disc_touches, prepare_disc};
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::{load_footprint, load_place};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::state::discs::{corner, seeks, settled, visit_behind, visit_disc};
-import package::walk::disc_lanes::broadcast_disc;
+import package::state::discs::{corner, seeks, settled, visit_disc};
+import package::walk::subgroup_block::Block;
 import choice::state::ROWS;
 
 // Tiles have many discs.
 override DENSE: bool = true;
 
 const QUEUE: u32 = 8u; // lanes of the subgroup
-
-struct Block {
-    lane: u32,
-    lo: vec2<f32>, // of its texel centres
-    hi: vec2<f32>,
-}
 
 struct Queue {
     footprints: vec3<u32>, // per lane: of the next discs, of those behind them, and so on
@@ -66,8 +60,8 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
         let pair = queue.base + block.lane;
         let a = pair_disc(pair, end);
         let b = pair_disc(pair + QUEUE, end);
-        let touches_a = pair < end && touches(view, load_place(a), block.lo, block.hi);
-        let touches_b = pair + QUEUE < end && touches(view, load_place(b), block.lo, block.hi);
+        let touches_a = pair < end && disc_touches(view, load_place(a), block.lo, block.hi);
+        let touches_b = pair + QUEUE < end && disc_touches(view, load_place(b), block.lo, block.hi);
         let marked =
             join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
         let ranks_a = ranks(marked & 0x11111111u);
@@ -113,14 +107,14 @@ fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
     while wanted == (CHANGES | SEEKS) && (queue.base < end || queue.count > 0u) {
         queue = fill(view, queue, end, block);
         let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
-        visit_disc(view, broadcast_disc(eight.disc, 0u));
-        visit_disc(view, broadcast_disc(eight.disc, 1u));
-        visit_disc(view, broadcast_disc(eight.disc, 2u));
-        visit_disc(view, broadcast_disc(eight.disc, 3u));
-        visit_disc(view, broadcast_disc(eight.disc, 4u));
-        visit_disc(view, broadcast_disc(eight.disc, 5u));
-        visit_disc(view, broadcast_disc(eight.disc, 6u));
-        visit_disc(view, broadcast_disc(eight.disc, 7u));
+        visit_disc(view, broadcast_disc(eight.disc, 0u), true);
+        visit_disc(view, broadcast_disc(eight.disc, 1u), true);
+        visit_disc(view, broadcast_disc(eight.disc, 2u), true);
+        visit_disc(view, broadcast_disc(eight.disc, 3u), true);
+        visit_disc(view, broadcast_disc(eight.disc, 4u), true);
+        visit_disc(view, broadcast_disc(eight.disc, 5u), true);
+        visit_disc(view, broadcast_disc(eight.disc, 6u), true);
+        visit_disc(view, broadcast_disc(eight.disc, 7u), true);
         queue = without_eight(queue);
         wanted = wants(eight.front, block.lane);
     }
@@ -128,14 +122,14 @@ fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
     while (wanted & CHANGES) != 0u && (queue.base < end || queue.count > 0u) {
         queue = fill(view, queue, end, block);
         let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
-        visit_behind(view, broadcast_disc(eight.disc, 0u));
-        visit_behind(view, broadcast_disc(eight.disc, 1u));
-        visit_behind(view, broadcast_disc(eight.disc, 2u));
-        visit_behind(view, broadcast_disc(eight.disc, 3u));
-        visit_behind(view, broadcast_disc(eight.disc, 4u));
-        visit_behind(view, broadcast_disc(eight.disc, 5u));
-        visit_behind(view, broadcast_disc(eight.disc, 6u));
-        visit_behind(view, broadcast_disc(eight.disc, 7u));
+        visit_disc(view, broadcast_disc(eight.disc, 0u), false);
+        visit_disc(view, broadcast_disc(eight.disc, 1u), false);
+        visit_disc(view, broadcast_disc(eight.disc, 2u), false);
+        visit_disc(view, broadcast_disc(eight.disc, 3u), false);
+        visit_disc(view, broadcast_disc(eight.disc, 4u), false);
+        visit_disc(view, broadcast_disc(eight.disc, 5u), false);
+        visit_disc(view, broadcast_disc(eight.disc, 6u), false);
+        visit_disc(view, broadcast_disc(eight.disc, 7u), false);
         queue = without_eight(queue);
         wanted = wants(eight.front, block.lane);
     }
@@ -146,10 +140,10 @@ fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
         let pair = base + block.lane;
         let id = pair_disc(pair, end);
         let stretch = prepare(view, id, true);
-        let touched = pair < end && touches(view, load_place(id), block.lo, block.hi);
+        let touched = pair < end && disc_touches(view, load_place(id), block.lo, block.hi);
         var mask = join_lanes(select(0u, 1u << block.lane, touched), block.lane);
         for (; mask != 0u; mask &= mask - 1u) {
-            visit_disc(view, broadcast_disc(stretch.disc, firstTrailingBit(mask)));
+            visit_disc(view, broadcast_disc(stretch.disc, firstTrailingBit(mask)), true);
         }
         base = select(end, base + QUEUE, (wants(stretch.front, block.lane) & CHANGES) != 0u);
     }
@@ -158,7 +152,7 @@ fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = u32(corner.x) & 7u;
     let lo = corner - vec2(f32(lane), 0.0) + 0.5;
-    let block = Block(lane, lo, lo + vec2(7.0, f32(ROWS) - 1.0));
+    let block = Block(lane, QUEUE, lo, lo + vec2(7.0, f32(ROWS) - 1.0));
     if DENSE {
         walk_crowded(view, first, end, block);
     } else {

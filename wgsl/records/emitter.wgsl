@@ -31,7 +31,7 @@ struct EmitterParams {
     boxes: array<vec4<f32>, 16>,     // lower and upper corners [m]
 }
 
-struct GpuFlying {
+struct GpuEmitted {
     position: vec3<f32>, // [m]
     number: u32,         // index among the emitter's particles
     velocity: vec3<f32>, // [m/s]

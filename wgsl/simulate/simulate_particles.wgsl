@@ -2,13 +2,13 @@
 // `capacity`, which is free again when it has ended. One invocation per slot. CPU twin:
 // src/model/emitter.rs. Host: src/stage/simulate.rs.
 
-import package::bind::changed::flying;
+import package::bind::changed::emitted;
 import package::bind::uniform::emitter_params;
 import package::hit::hash::{pcg, unit_float};
 import package::records::emitter::{
-    GpuFlying, SOURCE_BOX, SOURCE_DISC, SOURCE_SPHERE, STEPS_AT_ONCE, STEPS_PER_SECOND, STEP_SECONDS,
+    GpuEmitted, SOURCE_BOX, SOURCE_DISC, SOURCE_SPHERE, STEPS_AT_ONCE, STEPS_PER_SECOND, STEP_SECONDS,
 };
-import package::simulate::whirl::whirl;
+import package::simulate::curl_noise::curl_noise;
 
 const TRIES: u32 = 8u; // of points in a cube for one in the ball
 
@@ -40,17 +40,17 @@ fn aside(number: u32) -> vec3<f32> {
     }
 }
 
-fn started_particle(number: u32) -> GpuFlying {
+fn started_particle(number: u32) -> GpuEmitted {
     let position = emitter_params.position + aside(number) * emitter_params.extent;
     let velocity = emitter_params.velocity + in_ball(number, 40u, vec3(1.0)) * emitter_params.spread;
     let range = emitter_params.life_most - emitter_params.life_least;
     let seconds = emitter_params.life_least + range * draw(number, 0u);
     let life = clamp(u32(seconds * STEPS_PER_SECOND), 1u, 0xffffu);
-    return GpuFlying(position, number, velocity, life << 16u);
+    return GpuEmitted(position, number, velocity, life << 16u);
 }
 
 // Velocity after a collision with a surface of normal `out`.
-fn struck(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
+fn collided(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
     let into = dot(velocity, out);
     let along = velocity - out * into;
     let kept = along * emitter_params.slide - out * (into * emitter_params.bounce);
@@ -71,16 +71,16 @@ fn way_out(place: vec3<f32>, low: vec3<f32>, high: vec3<f32>) -> vec4<f32> {
     return nearest;
 }
 
-fn advanced(particle: GpuFlying, step: u32) -> GpuFlying {
+fn advanced(particle: GpuEmitted, step: u32) -> GpuEmitted {
     let age = particle.age_life & 0xffffu;
     let share = f32(age) / f32(particle.age_life >> 16u);
     let lift = emitter_params.buoyancy * (1.0 - share) - emitter_params.gravity;
     var air = emitter_params.wind;
-    let whirls = select(0.0, emitter_params.turbulence, particle.age_life > 0u);
-    if whirls > 0.0 {
+    let turbulence = select(0.0, emitter_params.turbulence, particle.age_life > 0u);
+    if turbulence > 0.0 {
         let rise = vec3(0.0, emitter_params.evolve * STEP_SECONDS * f32(step), 0.0);
         let at = (particle.position + emitter_params.origin - rise) * emitter_params.frequency;
-        air += whirl(at, emitter_params.seed) * whirls;
+        air += curl_noise(at, emitter_params.seed) * turbulence;
     }
     // Implicit drag: it never overshoots.
     let pushed = particle.velocity + (vec3(0.0, lift, 0.0) + air * emitter_params.drag) * STEP_SECONDS;
@@ -89,7 +89,7 @@ fn advanced(particle: GpuFlying, step: u32) -> GpuFlying {
     let ground = select(-1e30, emitter_params.ground, emitter_params.has_ground != 0u);
     if position.y < ground {
         position.y = ground;
-        velocity = struck(velocity, vec3(0.0, 1.0, 0.0));
+        velocity = collided(velocity, vec3(0.0, 1.0, 0.0));
     }
     let box_count = select(0u, emitter_params.box_count, particle.age_life > 0u);
     for (var i = 0u; i < box_count; i += 1u) {
@@ -98,10 +98,10 @@ fn advanced(particle: GpuFlying, step: u32) -> GpuFlying {
         if all(position > low) && all(position < high) {
             let out = way_out(position, low, high);
             position = select(position, select(low, high, out.xyz > vec3(0.0)), out.xyz != vec3(0.0));
-            velocity = struck(velocity, out.xyz);
+            velocity = collided(velocity, out.xyz);
         }
     }
-    return GpuFlying(position, particle.number, velocity, particle.age_life + 1u);
+    return GpuEmitted(position, particle.number, velocity, particle.age_life + 1u);
 }
 
 @compute @workgroup_size(64)
@@ -114,7 +114,7 @@ fn simulate_particles(
     if place >= capacity {
         return;
     }
-    var particle = flying[place];
+    var particle = emitted[place];
     let steps = select(0u, min(emitter_params.step_count, STEPS_AT_ONCE), place < capacity);
     for (var i = 0u; i < steps; i += 1u) {
         let before = emitter_params.started[i / 4u][i % 4u];
@@ -128,5 +128,5 @@ fn simulate_particles(
             particle = advanced(particle, emitter_params.step + i);
         }
     }
-    flying[place] = particle;
+    emitted[place] = particle;
 }

@@ -3,7 +3,9 @@
 
 import package::bind::sampled::opaques;
 import package::features::{FAINT, HAS_OPAQUE, PERSPECTIVE};
-import package::hit::disc::{Disc, Profile4, column_rest, disc_profile, prepare_disc, rest_profile};
+import package::hit::disc::{
+    Disc, Profile4, broadcast_disc, column_rest, disc_profile, disc_touches, prepare_disc, rest_profile,
+};
 import package::records::footprint::Footprint;
 import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
@@ -85,23 +87,46 @@ fn seek_nearest(disc: Disc, met: Profile4, i: u32) {
     nearest[i] = select(nearest[i], met.depth, nearer);
 }
 
-fn visit_disc(view: GpuView, disc: Disc) {
+// `seeks`: the disc may be nearer than the nearest depths.
+fn visit_disc(view: GpuView, disc: Disc, seeks: bool) {
     let met = column_profile(view, disc);
     multiply(disc, met[0].profile, 0u);
     multiply(disc, met[1].profile, 1u);
-    seek_nearest(disc, met[0], 0u);
-    seek_nearest(disc, met[1], 1u);
+    if seeks {
+        seek_nearest(disc, met[0], 0u);
+        seek_nearest(disc, met[1], 1u);
+    }
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
-    visit_disc(view, prepare_disc(view, footprint));
+    visit_disc(view, prepare_disc(view, footprint), true);
 }
 
-// Like `visit_disc`, for a disc behind the nearest depths.
-fn visit_behind(view: GpuView, disc: Disc) {
-    let met = column_profile(view, disc);
-    multiply(disc, met[0].profile, 0u);
-    multiply(disc, met[1].profile, 1u);
+// A disc as a lane's candidate for a visit. A lane offers it prepared for texels.
+alias Candidate = Footprint;
+
+fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
+    return footprint;
+}
+
+// Whether it may touch texel centres in the box lo..hi.
+fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    return disc_touches(view, candidate.place, lo, hi);
+}
+
+struct Offer {
+    disc: Disc,
+    seeks: bool, // some lane's disc may be nearer than some lane's nearest depths
+}
+
+// What a lane offers of it to the others. `front`: depth in front of which it is not.
+fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
+    return Offer(prepare_disc(view, candidate), subgroupAny(seeks(front)));
+}
+
+// Visits the candidate of lane `lane`.
+fn visit_lane(view: GpuView, offer: Offer, lane: u32) {
+    visit_disc(view, broadcast_disc(offer.disc, lane), offer.seeks);
 }
 
 // Whether a disc at or behind `front` may be the nearest.

@@ -16,7 +16,7 @@ import package::state::filter::{
     ROWS, added_texel, crossed, finish, nearest, nearest_texel, owner, passed,
 };
 import package::sums::merge::merge;
-import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_room, unpack_pair};
+import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_capacity, unpack_pair};
 import package::sums::sums::{
     FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
 };
@@ -25,7 +25,8 @@ import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_n
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     finish();
-    let composed = index < partial_room(arrayLength(&partials)) && segment_count(tile_of(textureLoad(tiles, record_texel(segment.tile), 0))) > 1u;
+    let tile = tile_of(textureLoad(tiles, record_texel(segment.tile), 0));
+    let composed = index < partial_capacity(arrayLength(&partials)) && segment_count(tile) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
@@ -68,10 +69,10 @@ fn load_partial(texel: u32) -> Partial {
 }
 
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
-    let room = partial_room(arrayLength(&partials));
+    let capacity = partial_capacity(arrayLength(&partials));
     let first = tile.merged - 1u;
     let count = segment_count(tile);
-    let composed = select(0u, min(count, max(room, first) - first), count > 1u);
+    let composed = select(0u, min(count, max(capacity, first) - first), count > 1u);
     for (var i = 0u; i < 4u; i += 1u) {
         let sum = sum_index(tile_id, place + vec2(0u, i));
         var passed = vec3(1.0);

@@ -82,7 +82,9 @@ struct Candidate {
     box: vec3<f32>, // centre and half edge
 }
 
-fn candidate(id: u32, footprint: Footprint) -> Candidate {
+alias Offer = TriangleSetup;
+
+fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
     return Candidate(load_triangle(setup_of(footprint)), footprint.place.xyz);
 }
 
@@ -96,15 +98,22 @@ fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
 }
 
 // Whether the triangle may touch texel centres in the box lo..hi.
-fn touches(view: GpuView, own: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    let outside = abs(own.box.xy - clamp(own.box.xy, lo, hi));
-    return max(outside.x, outside.y) <= own.box.z && edge_touches(own.triangle.edges[0], lo, hi)
-        && edge_touches(own.triangle.edges[1], lo, hi) && edge_touches(own.triangle.edges[2], lo, hi);
+fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let box = candidate.box;
+    let outside = abs(box.xy - clamp(box.xy, lo, hi));
+    let edges = candidate.triangle.edges;
+    return max(outside.x, outside.y) <= box.z && edge_touches(edges[0], lo, hi)
+        && edge_touches(edges[1], lo, hi) && edge_touches(edges[2], lo, hi);
 }
 
-// Visits another lane's triangle.
-fn visit_lane(view: GpuView, own: Candidate, lane: u32) {
-    visit_triangle(broadcast_triangle(own.triangle, lane));
+// What a lane offers of it to the others. `front`: depth in front of which it is not.
+fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
+    return candidate.triangle;
+}
+
+// Visits the candidate of lane `lane`.
+fn visit_lane(view: GpuView, offer: Offer, lane: u32) {
+    visit_triangle(broadcast_triangle(offer, lane));
 }
 
 fn broadcast_triangle(triangle: TriangleSetup, j: u32) -> TriangleSetup {

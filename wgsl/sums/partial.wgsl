@@ -40,6 +40,6 @@ fn pack_partial(p: Partial) -> vec4<u32> {
 }
 
 // Number of segments that fit in `length` texels of `partials`.
-fn partial_room(length: u32) -> u32 {
+fn partial_capacity(length: u32) -> u32 {
     return length / (PARTIAL_TEXELS * sum_index(1u, vec2(0u)));
 }

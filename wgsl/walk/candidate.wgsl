@@ -1,4 +1,4 @@
-// Any caster as a lane's candidate for a visit. Lanes broadcast its id, and all load its footprint.
+// Any caster as a lane's candidate for a visit. A lane offers its id, and all load its footprint.
 
 import package::hit::reach::touches_box;
 import package::records::footprint::Footprint;
@@ -11,17 +11,24 @@ struct Candidate {
     footprint: Footprint,
 }
 
-fn candidate(id: u32, footprint: Footprint) -> Candidate {
+alias Offer = u32;
+
+fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
     return Candidate(id, footprint);
 }
 
 // Whether it may touch texel centres in the box lo..hi.
-fn touches(view: GpuView, own: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    return touches_box(view, own.footprint, lo, hi);
+fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    return touches_box(view, candidate.footprint, lo, hi);
 }
 
-// Visits another lane's candidate.
-fn visit_lane(view: GpuView, own: Candidate, lane: u32) {
-    let visited = subgroupShuffle(own.id, lane);
+// What a lane offers of it to the others. `front`: depth in front of which it is not.
+fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
+    return candidate.id;
+}
+
+// Visits the candidate of lane `lane`.
+fn visit_lane(view: GpuView, offer: Offer, lane: u32) {
+    let visited = subgroupShuffle(offer, lane);
     visit(view, visited, load_footprint(visited));
 }

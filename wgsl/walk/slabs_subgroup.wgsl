@@ -1,88 +1,130 @@
-// Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup fetches one
-// footprint and tests it against the subgroup's block of texels; those that touch it are visited by
-// all lanes. CPU twin: src/reference/curve/tile.rs, `walk`.
+// Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup makes a candidate of one
+// footprint and tests it against the subgroup's block of texels; all lanes visit those that touch it. CPU
+// twin: src/reference/curve/tile.rs, `walk`.
+//
+// Drivers execute a loop once at least and take both sides of branches, but they leave loops: insertion into
+// the curves is outside of the loop that visits, and rare work has loops of its own.
 
-import package::curve::gather::{SLAB_PAIRS, corner, flush, settled, slab_count};
-import package::curve::pair_key::pair_key;
-import package::curve::volumes::rest_steps;
-import package::hit::reach::touches_box;
+import package::curve::behind::{open_behind, steps_behind};
+import package::curve::gather::{append_single, end_count, flush, is_counting, is_single, settled};
+import package::curve::slab::{Slab, first_slab, is_within};
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
+import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
+import package::walk::subgroup_block::{
+    Block, first_lane, has_lanes, subgroup_block, without_first,
+};
+import choice::candidate::{Offer, candidate_of, offer_of, touches};
 import choice::pairs::pair_footprint;
-import choice::store::open_rest;
-import choice::visit::{join_waiting, visit, waiting_steps};
+import choice::visit::{count_lane, slabbed, visit_lane};
 
-fn walk(view: GpuView, first: u32, end: u32) {
-    let lane = subgroupExclusiveAdd(1u);
-    let all_lanes = subgroupBallot(true);
-    let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
-    // The block of texels, as in wgsl/walk/subgroup.wgsl.
-    let texel = vec2<u32>(corner);
-    let lo = vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5;
-    let hi = vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, 3.5);
-    var base = first;
-    var slab_first = first;
-    var slab_key = 0u;
-    var reach = 0u;
-    if first < end {
-        slab_key = pair_key(first);
-        reach = (pair_key(end - 1u) - slab_key) / slab_count();
+var<private> base: u32; // next pair
+var<private> slab: Slab;
+
+// A run of pairs, one per lane, up to the end of the slab.
+struct Stretch {
+    offer: Offer,
+    ballot: vec2<u32>, // lanes whose candidate touches the block
+    count: u32,        // pairs within the slab
+    key: u32,          // key of the lane's pair
+}
+
+fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
+    let index = base + block.lane;
+    // An empty tile has no pair, but the load needs a valid index.
+    let id = pair_footprint(min(index, max(end, 1u) - 1u));
+    let footprint = load_footprint(id);
+    let key = footprint_key(footprint);
+    let candidate = candidate_of(id, footprint);
+    let within = index < end && is_within(slab, index, key);
+    let in_slab = subgroupBallot(within);
+    let ballot = subgroupBallot(within && touches(view, candidate, block.lo, block.hi));
+    let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
+    // Made before the test, an offer would share terms with it, which changes the rounding of some drivers.
+    return Stretch(offer_of(view, candidate, key_depth(slab.key)), ballot.xy, count, key);
+}
+
+// Moves on behind the first `count` pairs of a stretch. Returns true at the end of the slab, where the
+// next begins.
+fn move_on(stretch: Stretch, count: u32, block: Block) -> bool {
+    let key = subgroupShuffle(stretch.key, min(stretch.count, block.size - 1u));
+    base += count;
+    let whole = count == stretch.count && count < block.size;
+    slab.first = select(slab.first, base, whole);
+    slab.key = select(slab.key, key, whole);
+    return whole;
+}
+
+// Counts the texels' hits in all pairs, as one slab.
+fn count_pairs(view: GpuView, first: u32, end: u32, block: Block) {
+    base = first;
+    var front = 0.0;
+    while base < end && subgroupAny(is_counting(front)) {
+        slab = Slab(base, 0u, INVISIBLE);
+        let stretch = fetch(view, end, block);
+        for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {
+            count_lane(view, stretch.offer, first_lane(lanes));
+        }
+        front = key_depth(subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u));
+        base += stretch.count;
     }
-    var rests = 0u;
-    // Drivers take both sides of a branch, but they leave loops: insertion into the curves is outside of
-    // the loop that visits.
+    end_count();
+}
+
+// Visits slabs while hits are inserted one by one.
+fn visit_singles(view: GpuView, end: u32, block: Block) {
+    while base < end && subgroupAny(any(is_single())) {
+        for (var whole = false; !whole;) {
+            let stretch = fetch(view, end, block);
+            for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {
+                let forced = visit_lane(view, stretch.offer, first_lane(lanes));
+                append_single();
+            }
+            whole = move_on(stretch, stretch.count, block);
+        }
+        flush(true);
+    }
+}
+
+// Visits slabs, and then what is behind all pairs.
+fn visit_slabs(view: GpuView, end: u32, block: Block) {
+    var step = 0u; // behind all pairs
     loop {
         var whole = false;
-        var forced = false;
-        var key = 0u;
+        var forced = false; // some hit must be inserted before the next
         while !whole && !forced {
-            let index = base + lane;
-            // An empty tile has no pair, but the load needs a valid index.
-            let pair = min(index, max(end, 1u) - 1u);
-            let id = pair_footprint(pair);
-            let footprint = load_footprint(id);
-            key = footprint_key(footprint);
-            let slab = index < end && index - slab_first < SLAB_PAIRS && key - slab_key <= reach;
-            let touches = slab && touches_box(view, footprint, lo, hi);
-            let in_slab = subgroupBallot(slab);
-            let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
-            let ballot = subgroupBallot(touches);
-            var low = ballot.x;
-            var high = ballot.y;
-            var j = 0u;
-            while (low | high) != 0u && !forced {
-                if low != 0u {
-                    j = firstTrailingBit(low);
-                    low &= low - 1u;
-                } else {
-                    j = 32u + firstTrailingBit(high);
-                    high &= high - 1u;
-                }
-                let now = visit(view, load_footprint(subgroupShuffle(id, j)));
-                forced = subgroupAny(now);
+            let stretch = fetch(view, end, block);
+            var lane = 0u;
+            for (var lanes = stretch.ballot; has_lanes(lanes) && !forced; lanes = without_first(lanes)) {
+                lane = first_lane(lanes);
+                forced = visit_lane(view, stretch.offer, lane);
             }
-            whole = !forced && count < size;
-            base += select(count, j + 1u, forced);
-            // The next slab begins where this one ends.
-            key = subgroupShuffle(key, min(count, size - 1u));
+            whole = move_on(stretch, select(stretch.count, lane + 1u, forced), block);
         }
         flush(whole);
         if whole {
-            slab_first = base;
-            slab_key = key;
-            if rests == waiting_steps() + rest_steps() {
+            if step == steps_behind() {
                 break;
             }
-            if base >= end || subgroupAll(settled(key_depth(key))) {
+            if base >= end || subgroupAll(settled(key_depth(slab.key))) {
                 base = end;
-                if rests < waiting_steps() {
-                    join_waiting();
-                } else {
-                    open_rest(view, rests - waiting_steps());
-                }
-                rests += 1u;
+                open_behind(view, step);
+                step += 1u;
             }
         }
     }
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    let block = subgroup_block();
+    if slabbed() {
+        count_pairs(view, first, end, block);
+    }
+    base = first;
+    slab = first_slab(first, end);
+    if slabbed() {
+        visit_singles(view, end, block);
+    }
+    visit_slabs(view, end, block);
 }

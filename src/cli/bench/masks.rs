@@ -40,10 +40,10 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     let columns = ["lights", "picture", "pcf 5x5", "full", "half", "pcf/full", "pcf/half", "masks"];
     let columns: Vec<_> = columns.iter().map(|name| format!("{name:>9}")).collect();
     files::print(&format!("{:>10}{}", "size", columns.join(" ")))?;
-    let asked = if arguments.lights == [1] { LIGHTS.to_vec() } else { arguments.lights.clone() };
+    let counts = if arguments.lights == [1] { LIGHTS.to_vec() } else { arguments.lights.clone() };
     let mut rows = Vec::new();
     for size in SIZES {
-        for &lights in &asked {
+        for &lights in &counts {
             let row = measure(&mut renderer, arguments.runs, size, lights)?;
             files::print(&line(&row))?;
             rows.push(row);
@@ -122,13 +122,13 @@ fn scene(
         ..Scene::default()
     };
     let ground = [Vec3::new(-HALF, 0.0, HALF), Vec3::X * 2.0 * HALF, Vec3::NEG_Z * 2.0 * HALF];
-    scene.triangles.extend(sheet(ground));
+    scene.triangles.extend(rectangle(ground));
     for i in 0..64_u8 {
         let at = Vec2::new(f32::from(i % 8), f32::from(i / 8)) * 2.0 - 7.0;
         for (x, z) in [(1.0, 0.0), (0.0, 1.0)] {
             let right = Vec3::new(x, 0.0, z) * 0.4;
             let corner = Vec3::new(at.x, 0.0, at.y) - right * 0.5;
-            scene.triangles.extend(sheet([corner, right, Vec3::Y * 1.2]));
+            scene.triangles.extend(rectangle([corner, right, Vec3::Y * 1.2]));
         }
     }
     let side = f64::from(lights).sqrt().ceil() as u32;
@@ -156,7 +156,7 @@ fn scene(
 }
 
 /// Pane of a corner and two edges.
-fn sheet([corner, right, up]: [Vec3; 3]) -> [Triangle; 2] {
+fn rectangle([corner, right, up]: [Vec3; 3]) -> [Triangle; 2] {
     let (far, normal) = (corner + right + up, right.cross(up).normalize());
     let half = |positions| Triangle {
         positions,

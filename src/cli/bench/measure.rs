@@ -12,7 +12,7 @@ use crate::cli::{failure::Failure, render::as_map};
 use gobo::{
     gpu::{Gpu, Timeline},
     model::{Casters, Particle, View},
-    shadows::{CasterSet, Config, ListCounters, Pipeline, PreparedMaps, Room},
+    shadows::{CasterSet, Config, ListCounters, PairCapacity, Pipeline, PreparedMaps},
     wgpu,
 };
 use half::f16;
@@ -228,8 +228,8 @@ impl Bench {
         casters: &CasterSet,
         views: &[View],
     ) -> Result<PreparedMaps, Failure> {
-        let mut room = Room::new(self.pipeline.config.pair_budget);
-        room.until_it_fits(|pairs| {
+        let mut capacity = PairCapacity::new(self.pipeline.config.pair_budget);
+        capacity.until_it_fits(|pairs| {
             let Gpu { device, queue, .. } = &self.gpu;
             let prepared = self.pipeline.prepare(device, queue, casters, views, pairs)?;
             self.compute(&prepared)?;

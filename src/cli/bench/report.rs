@@ -91,7 +91,7 @@ pub(super) fn line(row: &Row) -> String {
         line += &format!("; {} scattered", row.scattered);
     }
     if row.overflowed > 0 {
-        line += &format!(", {} of them for lack of room", row.overflowed);
+        line += &format!(", {} of them past the pair capacity", row.overflowed);
     }
     line
 }

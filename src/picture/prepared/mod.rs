@@ -1,5 +1,8 @@
 //! The picture: the camera is one more view, whose lists are shaded instead of summed.
 mod read;
+mod request;
+
+pub use request::{Kept, PictureCapacity, PictureRequest};
 
 use super::{
     air::PreparedAir,
@@ -11,36 +14,26 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Gpu, Memory, Timeline},
-    model::{Class, Scene, View},
-    records::{FormerSlots, LightRecords, MaskSlots},
+    gpu::{Allocator, Memory, Timeline},
+    model::Class,
+    records::{LightRecords, MaskSlots},
     shadows::{
-        AreaLevels, CasterSet, Maps, Pipeline,
+        AreaLevels, Pipeline,
         context::view_uniform,
         kernels::Kernels,
-        list::ListCounters,
         masks::{MaskMemory, MaskTextures, PreparedMasks},
         plan::Plan,
     },
-    stage::{bin::BatchCounters, hits::Features, shade::PictureParams},
+    stage::{bin::BatchCounters, features::Features, shade::PictureParams},
 };
 use glam::UVec2;
 use std::sync::Arc;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 
-/// State that a picture takes over from the previous one.
-#[derive(Debug, Default)]
-pub struct Kept {
-    /// Mask slots of the lights.
-    pub slots: FormerSlots,
-    masks: Option<Arc<MaskTextures>>,
-    band: Option<Arc<BandMemory>>,
-}
-
 /// A picture, bound and ready to be recorded after the maps that light it.
 #[derive(Debug)]
 pub struct PreparedPicture {
-    room: PictureRoom,
+    capacity: PictureCapacity,
     clusters: Clusters,
     /// Levels of area lights, if there are any.
     levels: Option<AreaLevels>,
@@ -52,7 +45,7 @@ pub struct PreparedPicture {
     lit_texture: Texture,
     size: UVec2,
     solid: CameraList,
-    clear: CameraList,
+    blended: CameraList,
     shading: Shading,
     #[expect(dead_code, reason = "as long as it is here, no other picture takes it")]
     band: Arc<BandMemory>,
@@ -66,84 +59,43 @@ pub struct PreparedPicture {
     pub memory: Memory,
 }
 
-/// Capacities that a picture is prepared with. The default suffices for most; [`PreparedPicture::needs`]
-/// returns what a recorded picture needed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PictureRoom {
-    /// Pair capacity, within the budget.
-    pairs: Option<u32>,
-    /// Parts of the picture that are binned one after another, if not all pairs fit.
-    parts: u32,
-    /// Rounds in which the pairs of the longest tile are walked.
-    rounds: u32,
-}
-
-impl Default for PictureRoom {
-    fn default() -> Self {
-        Self { pairs: None, parts: 1, rounds: 1 }
-    }
-}
-
-impl PictureRoom {
-    /// Whether the pairs do not fit at once.
-    pub fn is_in_parts(&self) -> bool {
-        self.parts > 1
-    }
-}
-
 impl Pipeline {
-    /// `camera`: of the scene, through a sample position of its pixels; `views` and `maps`: the shadow
-    /// views of the scene's lights.
-    #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
+    /// Prepares a picture, with what it can take over from `kept`.
     pub fn prepare_picture(
         &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        casters: &CasterSet,
-        scene: &Scene,
-        camera: &View,
-        views: &[View],
-        maps: &Maps,
-        room: PictureRoom,
+        request: &PictureRequest<'_>,
         kept: &mut Kept,
     ) -> Result<PreparedPicture, Error> {
-        let planned =
-            self.plan_picture(device, queue, casters, scene, camera, views, maps, room, kept)?;
+        let planned = self.plan_picture(request, kept)?;
         self.kernels.finish()?;
         Ok(planned)
     }
 
     /// Like [`Self::prepare_picture`], except that kernels may not be compiled yet.
-    #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     pub(crate) fn plan_picture(
         &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        casters: &CasterSet,
-        scene: &Scene,
-        camera: &View,
-        views: &[View],
-        maps: &Maps,
-        room: PictureRoom,
+        request: &PictureRequest<'_>,
         kept: &mut Kept,
     ) -> Result<PreparedPicture, Error> {
+        let &PictureRequest { device, queue, casters, scene, camera, views, maps, capacity } =
+            request;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let tiles = camera.tiles();
         let view = camera.to_gpu(0, UVec2::ZERO, 0);
         let camera_views = view_uniform(&mut allocator, queue, &[view]);
-        let parts = TileRect { origin: UVec2::ZERO, size: tiles }.parts(room.parts);
+        let parts = TileRect { origin: UVec2::ZERO, size: tiles }.parts(capacity.parts);
         let Self { config, kernels, environment, .. } = self;
         let config = *config;
         let mut list = |allocator: &mut Allocator<'_>, classes| {
             let plan = Plan::of_camera(view, tiles.element_product(), casters, &classes);
-            let (views, pairs) = (&camera_views, room.pairs);
+            let (views, pairs) = (&camera_views, capacity.pairs);
             CameraList::new(
                 allocator, queue, kernels, &config, casters, &plan, views, pairs, &parts,
             )
         };
         let solid = list(&mut allocator, Class::SOLID)?;
-        let clear = list(&mut allocator, Class::BLENDED)?;
+        let blended = list(&mut allocator, Class::BLENDED)?;
 
         let shadow_views: Vec<_> = views
             .iter()
@@ -160,7 +112,7 @@ impl Pipeline {
             ambient: scene.mean_ambient(),
             light_count: scene.lights.len() as u32,
             background: scene.background,
-            first_setup: clear.first_setup,
+            first_setup: blended.first_setup,
             near: grid.near,
             depth_range: grid.depth_range,
             cells: grid.cells,
@@ -180,7 +132,7 @@ impl Pipeline {
         let size = [u64::from(camera.size.x), u64::from(camera.size.y), 1];
         let float = TextureFormat::Rgba32Float;
         let radiance = allocator.texture("radiance", float, size, read)?;
-        let lit_count = u64::from(clear.first_setup);
+        let lit_count = u64::from(blended.first_setup);
         let lit_texture = allocator.records("lit_casters", float, lit_count, read)?;
         let pixel_count = u64::from(camera.size.element_product());
         let pixels = allocator.storage::<u32>("pixels", pixel_count, BufferUsages::COPY_SRC)?;
@@ -189,14 +141,14 @@ impl Pipeline {
             parts.len() as u64,
             BufferUsages::COPY_SRC,
         )?;
-        let at_once = parts.len() == 1 && room.rounds == 1;
+        let at_once = parts.len() == 1 && capacity.rounds == 1;
         let tiles_of_band = band_tiles(tiles, scene.mask.is_some(), at_once);
-        let has_layers = clear.list.footprint_count > 0;
-        let panes = has_layers && clear.features.triangles;
+        let has_layers = blended.list.footprint_count > 0;
+        let panes = has_layers && blended.features.triangles;
         let memory_of_band = BandMemory::take(
             &mut kept.band,
             device,
-            room.rounds,
+            capacity.rounds,
             tiles_of_band,
             has_layers,
             panes,
@@ -259,7 +211,7 @@ impl Pipeline {
             kernels,
             features: ShadeFeatures::new(
                 &solid,
-                &clear,
+                &blended,
                 of_maps,
                 of_surfaces,
                 unmasked,
@@ -267,15 +219,15 @@ impl Pipeline {
                 scene,
             ),
             solid: &solid,
-            clear: &clear,
-            rounds: room.rounds,
+            blended: &blended,
+            rounds: capacity.rounds,
             memory: &memory_of_band,
             lit_casters: &lit_texture,
         };
         let resources = resources.with("air", &air_volume).with("environment", &environment);
         let shading = Shading::new(to_shade, &parts, &resources)?;
         Ok(PreparedPicture {
-            room,
+            capacity,
             clusters,
             levels,
             masks,
@@ -284,7 +236,7 @@ impl Pipeline {
             lit_texture,
             size: camera.size,
             solid,
-            clear,
+            blended,
             shading,
             band: memory_of_band,
             part_count: parts.len(),
@@ -312,7 +264,7 @@ impl PreparedPicture {
         if let Some(air) = &self.air {
             air.record(kernels, encoder, timeline);
         }
-        for list in [&self.solid, &self.clear] {
+        for list in [&self.solid, &self.blended] {
             list.record_footprints(kernels, encoder, timeline);
         }
         self.shading.record_casters(kernels, encoder, timeline);
@@ -338,7 +290,7 @@ impl PreparedPicture {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        for list in [&self.solid, &self.clear] {
+        for list in [&self.solid, &self.blended] {
             list.record_footprints(kernels, encoder, timeline);
         }
         for part in 0..self.part_count {
@@ -354,48 +306,10 @@ impl PreparedPicture {
         timeline: &mut Timeline,
     ) {
         const SIZE: u64 = size_of::<BatchCounters>() as u64;
-        for (i, list) in (0..).zip([&self.solid, &self.clear]) {
+        for (i, list) in (0..).zip([&self.solid, &self.blended]) {
             list.record_pairs(part, kernels, encoder, timeline);
             let at = (2 * part as u64 + i) * SIZE;
             encoder.copy_buffer_to_buffer(list.list.counters(), 0, &self.counters, at, SIZE);
         }
-    }
-
-    /// Counters of the lists, part by part: of opaque, and of translucent casters. Blocks.
-    fn read_parts(&self, gpu: &Gpu) -> Result<Vec<[ListCounters; 2]>, Error> {
-        gpu.try_read(&self.counters)
-    }
-
-    /// Counters of the solid and of the translucent list, summed over the parts. Blocks.
-    pub fn read_counters(&self, gpu: &Gpu) -> Result<[ListCounters; 2], Error> {
-        let mut sums = [ListCounters::default(); 2];
-        for part in self.read_parts(gpu)? {
-            sums[0].add(&part[0]);
-            sums[1].add(&part[1]);
-        }
-        Ok(sums)
-    }
-
-    /// Capacities with which nothing is missing in the picture; `None` if they suffice already. `budget`:
-    /// of pairs. Blocks.
-    pub fn needs(&self, gpu: &Gpu, budget: u32) -> Result<Option<PictureRoom>, Error> {
-        let parts = self.read_parts(gpu)?;
-        let lists = || parts.iter().flatten();
-        let mut room = self.room;
-        // Rounds of the longest tile; every other tile has two at least.
-        let rounds = lists().map(|counted| {
-            counted.segment_count.saturating_sub(2 * counted.merged_count.saturating_sub(1))
-        });
-        room.rounds = rounds.max().unwrap_or(1).max(self.room.rounds);
-        let needed = lists().map(|counted| counted.pairs_needed).max().unwrap_or(0);
-        let capacity = [&self.solid, &self.clear].map(|list| list.scratch.pair_capacity);
-        let capacity = capacity[0].min(capacity[1]);
-        if needed > capacity && capacity < budget {
-            room.pairs = Some(needed);
-        } else if lists().any(|counted| counted.overflowed > 0) {
-            let more = needed.div_ceil(capacity.max(1)).max(2);
-            room.parts = self.room.parts.saturating_mul(more).min(self.tile_count);
-        }
-        Ok((room != self.room).then_some(room))
     }
 }

@@ -1,9 +1,10 @@
-//! Reads back what a picture holds: pixels, light, masks, clusters and costs.
-use super::PreparedPicture;
+//! Reads back what a picture holds: pixels, light, masks, clusters, costs and counters.
+use super::{PictureCapacity, PreparedPicture};
 use crate::{
     error::Error,
     gpu::Gpu,
     records::{ClusterCounters, Grid, MaskSlots, Picture},
+    shadows::list::ListCounters,
 };
 
 impl PreparedPicture {
@@ -48,7 +49,7 @@ impl PreparedPicture {
     /// Light that each visible translucent particle sends to the eye, per unit of its colour. Blocks.
     pub fn read_lit(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
         let mut texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.lit_texture)?;
-        texels.truncate(self.clear.first_setup as usize);
+        texels.truncate(self.blended.first_setup as usize);
         Ok(texels)
     }
 
@@ -63,5 +64,43 @@ impl PreparedPicture {
         let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
         let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         Ok(Picture { size: self.size, rgb, light: Vec::new() })
+    }
+
+    /// Counters of the lists, part by part: of opaque, and of translucent casters. Blocks.
+    fn read_parts(&self, gpu: &Gpu) -> Result<Vec<[ListCounters; 2]>, Error> {
+        gpu.try_read(&self.counters)
+    }
+
+    /// Counters of the solid and of the translucent list, summed over the parts. Blocks.
+    pub fn read_counters(&self, gpu: &Gpu) -> Result<[ListCounters; 2], Error> {
+        let mut sums = [ListCounters::default(); 2];
+        for part in self.read_parts(gpu)? {
+            sums[0].add(&part[0]);
+            sums[1].add(&part[1]);
+        }
+        Ok(sums)
+    }
+
+    /// Capacities with which nothing is missing in the picture; `None` if they suffice already. `budget`:
+    /// of pairs. Blocks.
+    pub fn needs(&self, gpu: &Gpu, budget: u32) -> Result<Option<PictureCapacity>, Error> {
+        let parts = self.read_parts(gpu)?;
+        let lists = || parts.iter().flatten();
+        let mut wanted = self.capacity;
+        // Rounds of the longest tile; every other tile has two at least.
+        let rounds = lists().map(|counted| {
+            counted.segment_count.saturating_sub(2 * counted.merged_count.saturating_sub(1))
+        });
+        wanted.rounds = rounds.max().unwrap_or(1).max(self.capacity.rounds);
+        let needed = lists().map(|counted| counted.pairs_needed).max().unwrap_or(0);
+        let capacity = [&self.solid, &self.blended].map(|list| list.scratch.pair_capacity);
+        let capacity = capacity[0].min(capacity[1]);
+        if needed > capacity && capacity < budget {
+            wanted.pairs = Some(needed);
+        } else if lists().any(|counted| counted.overflowed > 0) {
+            let more = needed.div_ceil(capacity.max(1)).max(2);
+            wanted.parts = self.capacity.parts.saturating_mul(more).min(self.tile_count);
+        }
+        Ok((wanted != self.capacity).then_some(wanted))
     }
 }

@@ -19,19 +19,19 @@ impl Eye<'_> {
     /// Blends translucent casters over the opaque surfaces of a tile.
     pub(super) fn composite(
         &self,
-        clear: &Seen<'_>,
+        blended: &Seen<'_>,
         lit: &[Vec3],
         index: usize,
         tile: &Tile,
         surfaces: &TileTexels<(Vec3, f32)>,
     ) -> TileTexels<Vec3> {
-        let mut pixels = TileTexels::filled(Pixel::clear(0.0));
+        let mut pixels = TileTexels::filled(Pixel::empty(0.0));
         for (place, at) in tile.texels() {
-            pixels[place] = Pixel::clear(metres_per_depth(&self.view, at));
+            pixels[place] = Pixel::empty(metres_per_depth(&self.view, at));
         }
-        for pair in clear.bins.tile(index) {
-            let footprint = &clear.casters.footprints[pair.footprint as usize];
-            let target = Target::new(clear.records(), footprint);
+        for pair in blended.bins.tile(index) {
+            let footprint = &blended.casters.footprints[pair.footprint as usize];
+            let target = Target::new(blended.records(), footprint);
             let material = target.material;
             for (place, at) in tile.texels() {
                 let (_, opaque) = surfaces[place];
@@ -43,7 +43,7 @@ impl Eye<'_> {
                     continue;
                 };
                 if footprint.caster & TRIANGLE_BIT != 0 {
-                    pixel.wait(self.layer(clear, footprint, material, &hit, at));
+                    pixel.wait(self.layer(blended, footprint, material, &hit, at));
                     continue;
                 }
                 pixel.lay_waiting(hit.depth);
@@ -66,7 +66,7 @@ impl Eye<'_> {
             pixel.passed *= pixel.fog.to(opaque);
             let mut color = pixel.color;
             for ((footprint, material, hit), passed) in &pixel.lit {
-                let point = self.pane(clear, footprint, material, hit, at);
+                let point = self.pane(blended, footprint, material, hit, at);
                 let before = self.air_before(at, hit.depth);
                 color += passed * self.lighting.light(&point, None) * before.left;
             }
@@ -78,7 +78,7 @@ impl Eye<'_> {
     /// Layer of a pane: its effect on a pixel except for the light that it scatters and mirrors.
     fn layer<'s>(
         &self,
-        clear: &'s Seen<'_>,
+        blended: &'s Seen<'_>,
         footprint: &'s Footprint,
         material: &'s Material,
         hit: &Hit,
@@ -86,15 +86,15 @@ impl Eye<'_> {
     ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
         let (depth, opacity) = (hit.depth, hit.opacity);
         let before = self.air_before(pixel, depth);
-        let setup = clear.setup(footprint);
+        let setup = blended.setup(footprint);
         let met = setup.hit(pixel);
-        let emitted = opacity * clear.emission(material, met) * before.left;
+        let emitted = opacity * blended.emission(material, met) * before.left;
         if material.transfer == Transfer::None {
             let own = emitted + opacity * seen_color(hit, material) * before.left;
             return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
         }
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
-        let [_, normal] = clear.normals(footprint, met, to_eye);
+        let [_, normal] = blended.normals(footprint, met, to_eye);
         let mirrored = mirrored_share(material, hit, normal, to_eye);
         // The transfer `over` already attenuates by its coverage.
         let covers = material.transfer == Transfer::Over;
@@ -104,7 +104,7 @@ impl Eye<'_> {
         let light = if gathers { Vec3::ONE } else { hit.light };
         let passed = light * ((1.0 - mirrored) * (1.0 - scattered));
         let face = Face {
-            absorption: clear.records.absorptions[setup.material as usize],
+            absorption: blended.records.absorptions[setup.material as usize],
             leaves: setup.ties & BACK_BIT != 0,
         };
         let own = emitted + before.light * (1.0 - passed);
@@ -114,13 +114,13 @@ impl Eye<'_> {
     /// Point at which a pane's scattered and mirrored light is evaluated.
     fn pane(
         &self,
-        clear: &Seen<'_>,
+        blended: &Seen<'_>,
         footprint: &Footprint,
         material: &Material,
         hit: &Hit,
         pixel: Vec2,
     ) -> Point {
-        let surface = self.triangle(clear, footprint, material, hit, pixel);
+        let surface = self.triangle(blended, footprint, material, hit, pixel);
         let mirrored = mirrored_share(material, hit, surface.normal, surface.to_eye);
         let reflected = (-surface.to_eye).reflect(surface.normal);
         let share = scattered_share(material, hit.opacity) * (1.0 - mirrored);

@@ -78,7 +78,7 @@ impl Fog {
 
 impl<P: Copy> Pixel<P> {
     /// An empty pixel; `metres`: length of the ray per unit of light depth [m].
-    pub(super) fn clear(metres: f32) -> Self {
+    pub(super) fn empty(metres: f32) -> Self {
         let (color, passed) = (Vec3::ZERO, Vec3::ONE);
         Self { color, passed, waiting: Vec::new(), lit: Vec::new(), fog: Fog::new(metres) }
     }

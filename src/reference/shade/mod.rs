@@ -74,17 +74,17 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
         .map(|air| AirVolume::new(&view, &world_from_view, lighting, &air));
     let mut eye = Eye { view, world_from_view, lighting, air, masks: None };
     let solid_scene = of_classes(scene, Class::SOLID);
-    let clear_scene = of_classes(scene, Class::BLENDED);
+    let blended_scene = of_classes(scene, Class::BLENDED);
     let solid = Seen::new(&solid_scene, &view);
-    let clear = Seen::new(&clear_scene, &view);
-    let lit: Vec<Vec3> = each(clear.casters.footprints.len(), |i| eye.light_caster(&clear, i));
+    let blended = Seen::new(&blended_scene, &view);
+    let lit: Vec<Vec3> = each(blended.casters.footprints.len(), |i| eye.light_caster(&blended, i));
     let tile_count = (view.tiles_x * camera.tiles().y) as usize;
     let size = scene.camera.size;
     eye.masks = eye.picture_masks(scene, camera, &solid);
     let tiles = each(tile_count, |index| {
         let tile = Tile::new(&view, index as u32);
         let surfaces = eye.surfaces(&solid, index, &tile);
-        eye.composite(&clear, &lit, index, &tile, &surfaces)
+        eye.composite(&blended, &lit, index, &tile, &surfaces)
     });
     let mut light = vec![Vec3::ZERO; size.element_product() as usize];
     for (index, colors) in tiles.iter().enumerate() {
@@ -150,13 +150,13 @@ impl Eye<'_> {
         self.world_from_view.w_axis.truncate()
     }
 
-    fn light_caster(&self, clear: &Seen<'_>, footprint: usize) -> Vec3 {
-        let caster = clear.casters.footprints[footprint].caster;
-        if clear.casters.rects[footprint].tiles().next().is_none() || caster & TRIANGLE_BIT != 0 {
+    fn light_caster(&self, blended: &Seen<'_>, footprint: usize) -> Vec3 {
+        let caster = blended.casters.footprints[footprint].caster;
+        if blended.casters.rects[footprint].tiles().next().is_none() || caster & TRIANGLE_BIT != 0 {
             return Vec3::ZERO;
         }
-        let caster = &clear.records.casters[caster as usize];
-        let material = &clear.records.materials[caster.material() as usize];
+        let caster = &blended.records.casters[caster as usize];
+        let material = &blended.records.materials[caster.material() as usize];
         let point = Point {
             kind: PointKind::Particle,
             position: caster.center,

@@ -10,7 +10,7 @@ use crate::{
         maps::Maps,
         scratch::Scratch,
     },
-    stage::{formula::Number, hits::Features},
+    stage::{features::Features, formula::Number},
 };
 use wgpu::{BindGroup, Buffer};
 

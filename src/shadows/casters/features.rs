@@ -2,7 +2,7 @@
 use crate::{
     model::{CLASSES, Class, Material, Particle, Receives, Shape, Transfer, Triangle},
     shadows::host_inputs::HostCasters,
-    stage::hits::Features,
+    stage::features::Features,
 };
 
 pub(super) fn features_of(

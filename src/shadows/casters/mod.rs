@@ -7,7 +7,7 @@ mod upload;
 
 use super::{
     groups::{Group, Groups, Members, next_generation, sort_by_place},
-    host_casters::{HostSets, room},
+    host_casters::{HostSets, record_count},
     host_inputs::HostCasters,
     plan::LISTS,
 };
@@ -20,7 +20,7 @@ use crate::{
     },
     records::{CASTER_TEXELS, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks},
     shadows::cull::Occluders,
-    stage::hits::Features,
+    stage::features::Features,
 };
 use features::{add_host_features, asks_for_owners, features_of};
 use std::{
@@ -61,7 +61,7 @@ pub struct CasterSet {
     /// Sets in the host's buffers.
     host: Option<Arc<HostSets>>,
     /// Records reserved for the host's casters, behind the uploaded ones.
-    host_room: Range<u32>,
+    host_records: Range<u32>,
     /// Whether some receiver is tinted by all casters except its own object's.
     pub owners: bool,
     /// Edge of the window over which the coverage of every dithered material equals its opacity, 0 for none
@@ -120,11 +120,11 @@ impl CasterSet {
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
     ) -> Result<Self, Error> {
-        Self::with_room(device, queue, casters, &[])
+        Self::reserving(device, queue, casters, &[])
     }
 
     /// A set with records reserved for casters of the host, which [`Self::take_host`] fills in.
-    pub(super) fn with_room(
+    pub(super) fn reserving(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
@@ -167,7 +167,7 @@ impl CasterSet {
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
         let host_first = casters.len() as u32;
-        let host_room = host_first..host_first.saturating_add(room(host));
+        let host_records = host_first..host_first.saturating_add(record_count(host));
         Ok(Self {
             casters: upload(
                 &mut allocator,
@@ -175,7 +175,7 @@ impl CasterSet {
                 "casters",
                 &casters,
                 CASTER_TEXELS,
-                host_room.len(),
+                host_records.len(),
             )?,
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS, 0)?,
             images: upload_images(&mut allocator, queue, textures)?,
@@ -191,7 +191,7 @@ impl CasterSet {
             triangle_ranges,
             features,
             host: None,
-            host_room,
+            host_records,
             owners,
             dither_window: window(materials),
             memory,
@@ -213,8 +213,8 @@ impl CasterSet {
     }
 
     /// Whether the reserved records suffice for [`Self::take_host`] with these sets.
-    pub(super) fn has_room(&self, host: &[HostCasters<'_>]) -> bool {
-        room(host) as usize <= self.host_room.len()
+    pub(super) fn suffices(&self, host: &[HostCasters<'_>]) -> bool {
+        record_count(host) as usize <= self.host_records.len()
     }
 
     /// Replaces the host's sets. `materials`: those of the uploaded casters.
@@ -227,7 +227,7 @@ impl CasterSet {
     ) -> Result<(), Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let first = self.host_room.start;
+        let first = self.host_records.start;
         self.host = HostSets::new(&mut allocator, queue, self, materials, first, host)?;
         self.host_memory = memory;
         add_host_features(&mut self.features, materials, host);

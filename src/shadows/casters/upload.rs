@@ -13,16 +13,16 @@ use wgpu::{
     TextureUsages,
 };
 
-/// Uploads records; `room`: capacity for further records.
+/// Uploads records; `reserved`: further records behind them.
 pub(super) fn upload<T: bytemuck::Pod>(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
     name: &'static str,
     records: &[T],
     texels: u32,
-    room: usize,
+    reserved: usize,
 ) -> Result<wgpu::Texture, Error> {
-    let count = (records.len() + room) as u64 * u64::from(texels);
+    let count = (records.len() + reserved) as u64 * u64::from(texels);
     let texture = allocator.records(
         name,
         Rgba32Uint,

@@ -3,7 +3,7 @@ use super::Role;
 use crate::{
     gpu::KernelDesc,
     shadows::kernels::Variant,
-    stage::{accumulate, bin, curve, hits::Features, occlude, project, resolve},
+    stage::{accumulate, bin, curve, features::Features, occlude, project, resolve},
 };
 
 /// The kernels that read a list.

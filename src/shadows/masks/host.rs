@@ -11,7 +11,7 @@ use crate::{
         AreaLevels, Prepared, Shadows, context::view_uniform, kernels::Variant,
         light_source::LightSource,
     },
-    stage::{hits::Features, mask},
+    stage::{features::Features, mask},
 };
 use std::{
     collections::HashMap,

@@ -11,7 +11,7 @@ use crate::{
     model::MaskSettings,
     records::{MaskParams, MaskSlots, mask_size},
     stage::{
-        hits::Features,
+        features::Features,
         mask::{GROUP_SIZE, masks_at_once},
     },
 };
@@ -92,7 +92,7 @@ impl MaskTextures {
         })
     }
 
-    fn has_room(&self, size: UVec2, half: bool, masks: u32, lights: u32) -> bool {
+    fn suffices(&self, size: UVec2, half: bool, masks: u32, lights: u32) -> bool {
         (self.size, self.half) == (size, half) && self.masks >= masks && self.lights >= lights
     }
 
@@ -107,7 +107,7 @@ impl MaskTextures {
         let (masks, lights) = (slots.count.max(1), slots.of_lights.len() as u32);
         let own = former.take().filter(|own| Arc::strong_count(own) == 1);
         let own = match own {
-            Some(own) if own.has_room(size, half, masks, lights) => own,
+            Some(own) if own.suffices(size, half, masks, lights) => own,
             _ => Arc::new(Self::new(device, size, half, masks, lights)?),
         };
         *former = Some(Arc::clone(&own));

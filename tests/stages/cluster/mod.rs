@@ -10,7 +10,7 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
-    picture::{PictureRoom, PreparedPicture},
+    picture::{PictureCapacity, PictureRequest, PreparedPicture},
     records::{ClusterCounters, Grid, Picture, Reach},
     reference::cluster::{Clusters, assign},
     scene::Scene,
@@ -47,17 +47,17 @@ fn on_device<T>(
     let views = shadow_views(scene);
     let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
     pipeline.config.count_cost = count_cost;
-    let picture = pipeline.prepare_picture(
+    let request = PictureRequest {
         device,
         queue,
-        &casters,
+        casters: &casters,
         scene,
-        &View::from_camera(&scene.camera, &scene.bounds()),
-        &views,
-        &maps.maps,
-        PictureRoom::default(),
-        &mut Default::default(),
-    )?;
+        camera: &View::from_camera(&scene.camera, &scene.bounds()),
+        views: &views,
+        maps: &maps.maps,
+        capacity: PictureCapacity::default(),
+    };
+    let picture = pipeline.prepare_picture(&request, &mut Default::default())?;
     let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());
     maps.record(pipeline.kernels(), &mut encoder, &mut timeline);

@@ -40,7 +40,7 @@ fn missed(scene: &Scene, reaches: &[Reach]) -> (u32, u32, f64) {
         let ray = DVec3::new(slope.x, -slope.y, -1.0);
         let point = world_from_view.transform_point3(ray * f64::from(distance));
         let cluster = grid.cluster(pixel, depth).expect("inside");
-        let list = clusters.lists[cluster as usize].as_ref().expect("there is room");
+        let list = clusters.lists[cluster as usize].as_ref().expect("it fits");
         listed += list.len();
         for (index, light) in (0..).zip(&scene.lights) {
             if is_lit(light, point) {

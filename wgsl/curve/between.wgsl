@@ -20,7 +20,7 @@ fn seek(i: u32) {
 }
 
 // Moves nodes behind the new one back, and dims them. Without a hit the new node goes last.
-fn make_room(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, counts: vec4<bool>) {
+fn insert_between(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, counts: vec4<bool>) {
     new_span = select(vec4(0xffffffffu), span, counts);
     old_span = vec4(0u);
     let white = white4();

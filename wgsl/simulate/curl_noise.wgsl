@@ -4,7 +4,7 @@ import package::hit::hash::pcg;
 
 // Velocity of divergence-free whirls: the cross product of two noise gradients (DeWolf 2005), of magnitude
 // about 1.
-fn whirl(at: vec3<f32>, seed: u32) -> vec3<f32> {
+fn curl_noise(at: vec3<f32>, seed: u32) -> vec3<f32> {
     return cross(noise_gradient(at, seed), noise_gradient(at, seed ^ 0x9e3779b9u)) * 0.875;
 }
 

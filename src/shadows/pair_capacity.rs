@@ -2,14 +2,14 @@
 
 /// Pair capacity of a batch: a guess at first, then what a frame needed.
 #[derive(Clone, Copy, Debug)]
-pub struct Room {
+pub struct PairCapacity {
     /// `None`: a guess from the number of casters.
     pub pairs: Option<u32>,
     /// Largest capacity that the host allows [pairs].
     pub budget: u32,
 }
 
-impl Room {
+impl PairCapacity {
     pub fn new(budget: u32) -> Self {
         Self { pairs: None, budget }
     }
@@ -17,7 +17,7 @@ impl Room {
     /// Grows to what a frame needed. Returns whether the frame should be rendered again: its capacity was
     /// lower, and the budget and the device allow more.
     pub fn grow(&mut self, needed: u32, capacity: u32) -> bool {
-        let refused = self.pairs.is_some_and(|asked| asked > capacity);
+        let refused = self.pairs.is_some_and(|wanted| wanted > capacity);
         let grows = needed > capacity && capacity < self.budget && !refused;
         if grows {
             self.pairs = Some(needed);

@@ -103,24 +103,9 @@ impl Features {
         volumes: true,
         owners: true,
         dither: true,
-        small: false,
         plain: false,
         solid: false,
-        perspective: false,
-        opaque: false,
-        dense: false,
-        queued: false,
-        nodes: 0,
-        cost: false,
-        air: false,
-        environment: false,
-        layers: false,
-        panes: false,
-        areas: false,
-        filters: false,
-        masks: false,
-        shadows: true,
-        masks_at_once: 1,
+        ..Self::NONE
     };
 
     /// Whether segments are composed one by one, and tiny particles are not scattered.
@@ -146,21 +131,7 @@ impl Features {
             small: self.small || other.small,
             plain: self.plain && other.plain,
             solid: self.solid && other.solid,
-            perspective: false,
-            opaque: false,
-            dense: false,
-            queued: false,
-            nodes: 0,
-            cost: false,
-            air: false,
-            environment: false,
-            layers: false,
-            panes: false,
-            areas: false,
-            filters: false,
-            masks: false,
-            shadows: true,
-            masks_at_once: 1,
+            ..Self::NONE
         }
     }
 

@@ -1,0 +1,47 @@
+// A subgroup that walks pairs: its block of texels, and the lanes of a ballot.
+
+import package::features::WIDE;
+import choice::state::{ROWS, corner};
+
+struct Block {
+    lane: u32,     // of the invocation
+    size: u32,     // lanes
+    lo: vec2<f32>, // of its texel centres
+    hi: vec2<f32>,
+}
+
+// Lanes follow each other in rows of blocks, so the first and the last lane hold the block's corners. (As
+// integers: LLVM 15 cannot broadcast a float.)
+fn subgroup_block() -> Block {
+    let all_lanes = subgroupBallot(true);
+    let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
+    let texel = vec2<u32>(corner);
+    return Block(
+        subgroupExclusiveAdd(1u),
+        size,
+        vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5,
+        vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5),
+    );
+}
+
+fn has_lanes(ballot: vec2<u32>) -> bool {
+    return select(ballot.x, ballot.x | ballot.y, WIDE) != 0u;
+}
+
+fn first_lane(ballot: vec2<u32>) -> u32 {
+    if !WIDE {
+        return firstTrailingBit(ballot.x);
+    }
+    return select(32u + firstTrailingBit(ballot.y), firstTrailingBit(ballot.x), ballot.x != 0u);
+}
+
+fn without_first(ballot: vec2<u32>) -> vec2<u32> {
+    if !WIDE {
+        return vec2(ballot.x & (ballot.x - 1u), 0u);
+    }
+    return select(
+        vec2(0u, ballot.y & (ballot.y - 1u)),
+        vec2(ballot.x & (ballot.x - 1u), ballot.y),
+        ballot.x != 0u,
+    );
+}
