@@ -10,6 +10,9 @@ pub struct MaskSettings {
     /// Distance from the eye up to which the blur has its full width; beyond, it narrows with distance [m].
     /// 0: full width everywhere.
     pub depth_scale: f32,
+    /// Whether the blur narrows on the screen along the directions in which a surface is slanted, so that it
+    /// spans the same distances on a floor seen at a grazing angle as on a wall that faces the eye.
+    pub anisotropic: bool,
     /// Edge-stopping strength of the blur: the reciprocal of the distance off a pixel's plane at which
     /// another surface counts no more, as a share of the distance from the eye.
     pub sensitivity: f32,
@@ -26,6 +29,13 @@ impl MaskSettings {
 
 impl Default for MaskSettings {
     fn default() -> Self {
-        Self { half: false, taps: 7, depth_scale: 0.0, sensitivity: 100.0, limit: 16 }
+        Self {
+            half: false,
+            taps: 7,
+            depth_scale: 0.0,
+            anisotropic: false,
+            sensitivity: 100.0,
+            limit: 16,
+        }
     }
 }

@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec3};
 
 /// Blocks around a level. WGSL: `wgsl/records/area.wgsl`.
-pub const SKIRT: u32 = 2;
+pub const SKIRT: u32 = 3;
 /// Most levels of a view: a map of 4,096 texels has 11. WGSL: `wgsl/records/area.wgsl`.
 pub const MAX_LEVELS: usize = 12;
 /// Texels of a block: four nodes of a curve. WGSL: `wgsl/records/area.wgsl`.

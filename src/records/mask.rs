@@ -33,8 +33,25 @@ pub struct MaskParams {
     /// 1: a column is blurred, 0: a row.
     pub column: u32,
     pub mask_count: u32,
+    /// 1: the blur narrows on slanted surfaces, as [`MaskSettings::anisotropic`].
+    pub anisotropic: u32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+    pub pad_2: u32,
 }
-crate::gpu_layout!(MaskParams { size, step, taps, sensitivity, depth_scale, column, mask_count });
+crate::gpu_layout!(MaskParams {
+    size,
+    step,
+    taps,
+    sensitivity,
+    depth_scale,
+    column,
+    mask_count,
+    anisotropic,
+    pad_0,
+    pad_1,
+    pad_2
+});
 
 /// Camera of a host's depths. WGSL: `wgsl/records/mask.wgsl`.
 #[repr(C)]

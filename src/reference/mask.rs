@@ -16,6 +16,9 @@ pub const TURNED: f32 = 8.0;
 /// Distance of the last tap from the centre, in standard deviations.
 pub const WIDTHS: f32 = 2.0;
 
+/// Cosine of the steepest slant that counts, times the length of the pixel's ray; negative towards the eye.
+pub const LEAST_FACING: f32 = -1e-3;
+
 /// Surface that the camera sees in a pixel of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenSurface {
@@ -196,6 +199,18 @@ impl Filter<'_> {
         (1.0 - self.error(plane, surface)).max(0.0) * facing.powi(8)
     }
 
+    /// Lengths of a pixel's step to the right and down on a surface that is parallel to the screen, relative
+    /// to those on the surface of the plane; at most 1.
+    fn upright_shares(&self, plane: &Plane, seen: &Point) -> Vec2 {
+        let slope = (plane.pixel - self.view.size * 0.5) / self.view.scale;
+        let way = Vec3::new(slope.x, -slope.y, -1.0);
+        let normal = self.view.view_from_world.transform_vector3(seen.face);
+        // A step changes the distance along the axis by so much.
+        let turn = normal.truncate() / normal.dot(way).min(LEAST_FACING);
+        let square = 1.0 - 2.0 * turn * way.truncate() + turn * turn * way.length_squared();
+        square.max(Vec2::ONE).map(|square| 1.0 / square.sqrt())
+    }
+
     fn blur(&self, grid: &Grid, values: &[Vec4], along: IVec2) -> Vec<Vec4> {
         let side = (self.settings.taps / 2) as i32;
         each(values.len(), |i| {
@@ -204,7 +219,11 @@ impl Filter<'_> {
             let plane = self.plane(own, &seen);
             let scale = self.settings.depth_scale;
             let nearer = if scale > 0.0 { (scale / plane.distance).min(1.0) } else { 1.0 };
-            let width = (side as f32 / WIDTHS * nearer).max(0.01);
+            let upright = match self.settings.anisotropic {
+                true => self.upright_shares(&plane, &seen).dot(along.as_vec2()),
+                false => 1.0,
+            };
+            let width = (side as f32 / WIDTHS * nearer * upright).max(0.01);
             let at = UVec2::new(i as u32 % grid.size.x, i as u32 / grid.size.x).as_ivec2();
             // Gaussian by differences: the ratio of successive taps falls by a constant factor.
             let narrow = 0.5 / (width * width);

@@ -124,6 +124,7 @@ pub(super) struct MaskTable {
     pub taps: Option<u32>,
     /// Distance of the full blur width [m].
     pub depth_scale: Option<f32>,
+    pub anisotropic: Option<bool>,
     pub sensitivity: Option<f32>,
     pub limit: Option<u32>,
 }

@@ -60,12 +60,16 @@ pub(super) fn mask(
     table: &Spanned<MaskTable>,
 ) -> Result<MaskSettings, SceneError> {
     let check = Table { source, table };
-    let MaskTable { half, taps, depth_scale, sensitivity, limit } = *table.get_ref();
+    let MaskTable { half, taps, depth_scale, anisotropic, sensitivity, limit } = *table.get_ref();
     let usual = MaskSettings::default();
     let taps = taps.unwrap_or(usual.taps);
     if taps != 1 && !(3..=MaskSettings::MAX_TAPS).contains(&taps) || taps % 2 == 0 {
         let help = format!("an odd number, 3 to {}; 1 for no blur", MaskSettings::MAX_TAPS);
         return Err(check.fault("taps", format!("taps is {taps}"), &help));
+    }
+    if taps == 1 && anisotropic == Some(true) {
+        let help = "remove it, or set taps to 3 or more";
+        return Err(check.fault("anisotropic", "there is no blur: taps is 1", help));
     }
     let limit = limit.unwrap_or(usual.limit);
     if !(1..=MaskSettings::MAX_LIMIT).contains(&limit) {
@@ -79,6 +83,7 @@ pub(super) fn mask(
         half: half.unwrap_or(usual.half),
         taps,
         depth_scale: number("depth_scale", depth_scale, usual.depth_scale)?,
+        anisotropic: anisotropic.unwrap_or(usual.anisotropic),
         sensitivity: number("sensitivity", sensitivity, usual.sensitivity)?,
         limit,
     })

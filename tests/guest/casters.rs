@@ -4,7 +4,7 @@ use super::{
     particles, shadows, submit, uploaded, views,
 };
 use crate::common::{TIERS, gpu, own_gpu};
-use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver};
+use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver, gpu::Tier};
 
 const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
 
@@ -35,39 +35,46 @@ fn maps_equal_those_of_uploads() {
     }
 }
 
-/// Curves, order-dependent blending, amplification, and opaque discs.
+/// Curves, order-dependent blending, amplification, and opaque discs; each tier makes the kernels of half.
 #[test]
 fn all_that_filters_or_blocks_can_come_from_the_host() {
-    let curve = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..SETTINGS() };
-    let cases: [(&[u32], ShadowSettings); 5] = [
-        (&[0], curve),
-        (&[3], SETTINGS()),
-        (&[0, 4], SETTINGS()),
-        (&[2], SETTINGS()),
-        (&[3], curve),
-    ];
-    for tier in TIERS {
-        let gpu = gpu(tier);
-        let mut shadows = shadows(&gpu);
-        for (used, settings) in cases {
-            let mut all = particles(700, 9);
-            for (i, particle) in all.iter_mut().enumerate() {
-                particle.material = used[i % used.len()];
-                if particle.material == 4 {
-                    particle.color *= Vec4::new(16.0, 3.0, 2.0, 1.0);
-                }
+    let [nearest, curve] = receivers();
+    bits_are_those_of_uploads(Tier::Core, &[(&[0], curve), (&[0, 4], nearest), (&[2], nearest)]);
+    bits_are_those_of_uploads(Tier::Native, &[(&[3], nearest), (&[3], curve)]);
+}
+
+#[test]
+#[ignore = "kernels of the other tier: make test-all"]
+fn all_that_filters_or_blocks_can_come_from_the_host_on_the_other_tier() {
+    let [nearest, curve] = receivers();
+    bits_are_those_of_uploads(Tier::Native, &[(&[0], curve), (&[0, 4], nearest), (&[2], nearest)]);
+    bits_are_those_of_uploads(Tier::Core, &[(&[3], nearest), (&[3], curve)]);
+}
+
+fn receivers() -> [ShadowSettings; 2] {
+    [SETTINGS(), ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..SETTINGS() }]
+}
+
+/// Materials of the particles, and settings.
+type Case<'a> = (&'a [u32], ShadowSettings);
+
+fn bits_are_those_of_uploads(tier: Tier, cases: &[Case<'_>]) {
+    let gpu = gpu(tier);
+    let mut shadows = shadows(&gpu);
+    for &(used, settings) in cases {
+        let mut all = particles(700, 9);
+        for (i, particle) in all.iter_mut().enumerate() {
+            particle.material = used[i % used.len()];
+            if particle.material == 4 {
+                particle.color *= Vec4::new(16.0, 3.0, 2.0, 1.0);
             }
-            let expected = uploaded(&gpu, &mut shadows, &all, &settings);
-            let host = HostBuffers::new(&gpu, &all);
-            let loader = host.loader(&shadows);
-            let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(700), used);
-            let prepared = on_device(&mut shadows, &[], &[set.least_alpha(0.01)], &settings);
-            assert!(
-                submit(&gpu, &prepared) == expected,
-                "{tier}: {used:?} {:?}",
-                settings.receiver
-            );
         }
+        let expected = uploaded(&gpu, &mut shadows, &all, &settings);
+        let host = HostBuffers::new(&gpu, &all);
+        let loader = host.loader(&shadows);
+        let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(700), used);
+        let prepared = on_device(&mut shadows, &[], &[set.least_alpha(0.01)], &settings);
+        assert!(submit(&gpu, &prepared) == expected, "{tier}: {used:?} {:?}", settings.receiver);
     }
 }
 

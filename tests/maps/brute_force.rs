@@ -7,7 +7,8 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    model::{LightKind, Material, Profile, Shape, Texture, Transfer},
+    model::{Counters, LightKind, Material, Profile, Shape, Texture, Transfer},
+    records::ViewMaps,
     reference::render_maps,
     scene::Scene,
     view::shadow_views,
@@ -33,19 +34,22 @@ fn lit_by(kind: LightKind, materials: Vec<Material>) -> Scene {
     Scene { lights: vec![light(kind)], ..empty(materials) }
 }
 
-pub(super) fn assert_agrees(scene: &Scene, tolerance: Tolerance) {
+pub(super) fn assert_agrees(scene: &Scene, tolerance: Tolerance) -> Vec<Counters> {
     let views = shadow_views(scene);
-    let (maps, _) = render_maps(scene, &views);
-    assert_eq!(maps.len(), views.len());
-    for (view, maps) in views.iter().zip(&maps) {
-        assert_maps_agree(&render(scene, view), maps, tolerance);
-    }
+    let truth: Vec<_> = views.iter().map(|view| render(scene, view)).collect();
+    let agree = |maps: &[ViewMaps]| {
+        assert_eq!(maps.len(), truth.len());
+        truth.iter().zip(maps).for_each(|(truth, maps)| assert_maps_agree(truth, maps, tolerance));
+    };
+    let (maps, counters) = render_maps(scene, &views);
+    agree(&maps);
+    let mut all = vec![counters];
     for tier in TIERS {
         let frame = crate::common::render(tier, scene);
-        for (view, maps) in views.iter().zip(&frame.maps) {
-            assert_maps_agree(&render(scene, view), maps, tolerance);
-        }
+        agree(&frame.maps);
+        all.push(frame.counters);
     }
+    all
 }
 
 /// Moves particles away that are too near a point light for a flat hit.

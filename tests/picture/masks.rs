@@ -14,8 +14,14 @@ use gobo::{
     view::shadow_views,
 };
 
-pub(super) const OFF: MaskSettings =
-    MaskSettings { half: false, taps: 1, depth_scale: 0.0, sensitivity: 100.0, limit: 16 };
+pub(super) const OFF: MaskSettings = MaskSettings {
+    half: false,
+    taps: 1,
+    depth_scale: 0.0,
+    anisotropic: false,
+    sensitivity: 100.0,
+    limit: 16,
+};
 
 fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
     let far = corner + right + up;
@@ -76,9 +82,10 @@ fn apart(a: [u8; 4], b: [u8; 4]) -> u8 {
 #[test]
 fn kernels_make_the_masks_of_the_twin() {
     for glass in [false, true] {
-        for (half, taps) in [(false, 1), (false, 5), (true, 7)] {
+        let cases = [(false, 1, false), (false, 5, false), (false, 7, true), (true, 7, false)];
+        for (half, taps, anisotropic) in cases {
             let mut scene = room(glass);
-            scene.mask = Some(MaskSettings { half, taps, ..OFF });
+            scene.mask = Some(MaskSettings { half, taps, anisotropic, ..OFF });
             let (ours, _) = masks_of(&scene);
             let views = shadow_views(&scene);
             let (maps, _) = reference::render_maps(&scene, &views);
@@ -224,6 +231,18 @@ fn seen(scene: &Scene, x: usize, y: usize) -> (DVec3, DVec3) {
     }
 }
 
+/// Length between two points a thousandth of a pixel apart on a surface parallel to the screen, as a share of
+/// that on the room's surface; at most 1.
+fn upright_share(scene: &Scene, x: i32, y: i32, axis: (i32, i32)) -> f64 {
+    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let (own, normal) = seen(scene, x as usize, y as usize);
+    let step = 1e-3 / f64::from(camera.scale);
+    // The ray of a point one step aside meets the tangent plane.
+    let way = own / -own.z + DVec3::new(f64::from(axis.0), -f64::from(axis.1), 0.0) * step;
+    let aside = way * (normal.dot(own) / normal.dot(way));
+    (step * -own.z / aside.distance(own)).min(1.0)
+}
+
 /// One axis of the blur in 64 bits, by the formula in docs/soft.md.
 fn blurred(
     scene: &Scene,
@@ -237,7 +256,8 @@ fn blurred(
         let (own, normal) = seen(scene, x as usize, y as usize);
         let narrow = f64::from(settings.depth_scale) / -own.z;
         let narrow = if settings.depth_scale > 0.0 { narrow.min(1.0) } else { 1.0 };
-        let width = f64::from(side) / 2.0 * narrow;
+        let upright = if settings.anisotropic { upright_share(scene, x, y, axis) } else { 1.0 };
+        let width = f64::from(side) / 2.0 * narrow * upright;
         let (mut sum, mut weights) = ([0.0; 4], 0.0);
         for step in -side..=side {
             let (x, y) = (x + axis.0 * step, y + axis.1 * step);
@@ -262,8 +282,10 @@ fn blurs_are_those_of_64_bits() {
     let mut scene = room(false);
     scene.mask = Some(OFF);
     let (sharp, _) = masks_of(&scene);
-    for (taps, depth_scale) in [(3, 0.0), (11, 0.0), (15, 4.0)] {
-        let settings = MaskSettings { taps, depth_scale, ..OFF };
+    for (taps, depth_scale, anisotropic) in
+        [(3, 0.0, false), (11, 0.0, false), (15, 4.0, false), (15, 0.0, true)]
+    {
+        let settings = MaskSettings { taps, depth_scale, anisotropic, ..OFF };
         scene.mask = Some(settings);
         let (soft, _) = masks_of(&scene);
         let bytes = |mask: &[[u8; 4]]| {
@@ -281,9 +303,12 @@ fn blurs_are_those_of_64_bits() {
         let moved = (0..soft.len()).filter(|&i| apart(soft[i], sharp[i]) > 20).count();
         assert!(moved > 100, "{taps} taps: {moved}: nothing was blurred");
         // The check can fail: a wrong kernel differs.
-        let wrong = MaskSettings { taps: if taps == 3 { 7 } else { taps - 4 }, ..settings };
-        let wrong = blurred(&scene, &bytes(&sharp), &wrong, (1, 0));
-        let wrong = blurred(&scene, &wrong, &settings, (0, 1));
+        let wrong = match anisotropic {
+            true => MaskSettings { anisotropic: false, ..settings },
+            false => MaskSettings { taps: if taps == 3 { 7 } else { taps - 4 }, ..settings },
+        };
+        let wrong_rows = blurred(&scene, &bytes(&sharp), &wrong, (1, 0));
+        let wrong = blurred(&scene, &wrong_rows, &wrong, (0, 1));
         let differs = |i: &usize| (wrong[*i][0] - truth[*i][0]).abs() > 1.2 / 255.0;
         assert!((0..soft.len()).filter(differs).count() > 96, "{taps} taps");
     }

@@ -15,8 +15,9 @@ const SIZE: u32 = 32;
 const SLANT: f64 = 0.37;
 
 /// A scene that shines on the left of a slanted edge.
-fn edge(samples: u32) -> Scene {
-    let mut scene = empty(vec![Material { emission: Vec3::ONE, ..material(Transfer::Opaque) }]);
+fn edge(samples: u32, emission: f32) -> Scene {
+    let emission = Vec3::splat(emission);
+    let mut scene = empty(vec![Material { emission, ..material(Transfer::Opaque) }]);
     scene.camera = Camera {
         eye: Vec3::Z * 5.0,
         target: Vec3::ZERO,
@@ -54,7 +55,7 @@ fn edges_are_as_wide_as_they_cover() {
     let mut lights = Vec::new();
     for mut renderer in renderers {
         let mut error_of = |samples: u32| {
-            let picture = renderer.render(&edge(samples), &options).unwrap().picture;
+            let picture = renderer.render(&edge(samples, 1.0), &options).unwrap().picture;
             let apart = |(i, light): (usize, &[f32; 3])| (f64::from(light[0]) - covered(i)).abs();
             let error: f64 = picture.light.iter().enumerate().map(apart).sum();
             lights.push(picture.light);
@@ -71,5 +72,25 @@ fn edges_are_as_wide_as_they_cover() {
     for i in 0..3 {
         let pairs = lights[i].iter().zip(&lights[3 + i]);
         assert!(pairs.filter(|(a, b)| a != b).count() <= 2, "{i}");
+    }
+}
+
+/// The edge of what is far brighter than the screen is as wide as that of what is not.
+#[test]
+fn edges_of_glare_are_as_wide_on_the_screen() {
+    for mut renderer in [Renderer::on(gpu(TIERS[0])).unwrap(), Renderer::on_cpu()] {
+        let mut error_of = |samples: u32| {
+            let scene = edge(samples, 40.0);
+            let picture = renderer.render(&scene, &RenderOptions::default()).unwrap().picture;
+            let linear = |byte: u8| {
+                let v = f64::from(byte) / 255.0;
+                if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+            };
+            let white = picture.rgb.iter().map(|rgb| linear(rgb[0])).fold(0.0, f64::max);
+            let apart = |(i, rgb): (usize, &[u8; 3])| (linear(rgb[0]) / white - covered(i)).abs();
+            picture.rgb.iter().enumerate().map(apart).sum::<f64>() / f64::from(SIZE)
+        };
+        let [one, sixteen] = [1, 16].map(&mut error_of);
+        assert!(one > 0.2 && sixteen < 0.2 * one, "{one} {sixteen}");
     }
 }

@@ -137,12 +137,22 @@ fn masks_are_read() {
     assert_eq!(read("[camera]\n").unwrap().mask, None);
     let usual = MaskSettings::default();
     assert_eq!(read("[mask]\n").unwrap().mask, Some(usual));
-    let text = "[mask]\nhalf = true\ntaps = 11\ndepth_scale = 4\nsensitivity = 50\nlimit = 3\n";
-    let own = MaskSettings { half: true, taps: 11, depth_scale: 4.0, sensitivity: 50.0, limit: 3 };
+    let text = "[mask]\nhalf = true\ntaps = 11\ndepth_scale = 4\nanisotropic = true\nsensitivity = 50\nlimit = 3\n";
+    let own = MaskSettings {
+        half: true,
+        taps: 11,
+        depth_scale: 4.0,
+        anisotropic: true,
+        sensitivity: 50.0,
+        limit: 3,
+    };
     assert_eq!(read(text).unwrap().mask, Some(own));
     for wrong in ["taps = 2", "taps = 17", "taps = 0", "limit = 0", "limit = 65", "half = 2"] {
         assert!(read(&format!("[mask]\n{wrong}\n")).is_err(), "{wrong}");
     }
+    let error = read("[mask]\ntaps = 1\nanisotropic = true\n").unwrap_err().to_string();
+    assert!(error.contains("there is no blur: taps is 1"), "{error}");
+    assert!(read("[mask]\nanisotropic = 1\n").is_err());
     for wrong in ["sensitivity = -1", "depth_scale = nan", "depth_scale = 2e6"] {
         assert!(read(&format!("[mask]\n{wrong}\n")).is_err(), "{wrong}");
     }

@@ -7,7 +7,7 @@ use crate::common::{
 };
 use gobo::{
     Light, LightKind, Material, Receiver, ReceiverPoint, Source, Transfer, Triangle,
-    glam::{Vec3, Vec4},
+    glam::{DVec3, Vec3, Vec4},
     reference::light_points,
     render::Renderer,
     scene::Scene,
@@ -332,4 +332,77 @@ fn a_rising_slat_has_an_even_shadow() {
     let worst = errors.iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
     let mean = errors.iter().map(|error| error.abs()).sum::<f64>() / errors.len() as f64;
     assert!(mean < 0.02 && worst < 0.1 && steps < 0.06, "{mean}, {worst}, {steps}");
+}
+
+/// Light of points in rows along the shadow of a bar between two panes, across it from one end of its
+/// penumbra to the other: mean error, and the part of it that changes along the rows.
+fn along_a_bar(scene: &Scene, rows: &[Vec<ReceiverPoint>]) -> (f64, f64) {
+    let (mut mean, mut ripple) = (0.0, 0.0_f64);
+    for points in rows {
+        let found = on_cpu(scene, points);
+        let error = |(point, found): (&ReceiverPoint, &Vec3)| {
+            let truth = area_truth::share(scene, &scene.lights[0], point.position, point.normal);
+            found.as_dvec3() - truth
+        };
+        let errors: Vec<_> = points.iter().zip(&found).map(error).collect();
+        let count = errors.len() as f64;
+        mean += errors.iter().map(|e| e.abs().element_sum() / 3.0).sum::<f64>() / count;
+        let even = errors.iter().sum::<DVec3>() / count;
+        let square = errors.iter().map(|e| (e - even).length_squared() / 3.0).sum::<f64>() / count;
+        ripple = ripple.max(square.sqrt());
+    }
+    (mean / rows.len() as f64, ripple)
+}
+
+/// Blocks of a map that don't overlap would show as beads along bars that are thinner than they are.
+#[test]
+fn thin_slanted_bars_have_no_beads() {
+    let suns = sources();
+    let disc = |radius| move |direction| Source::Disc { radius, direction };
+    let lights = [
+        ("wide disc", spot(Vec3::new(-0.3, 3.0, 0.2), disc(0.35))),
+        ("disc", spot(Vec3::new(-0.3, 3.0, 0.2), disc(0.12))),
+        ("sun", suns[6].1.clone()),
+    ];
+    for (name, light) in lights {
+        for (width, turn) in [(0.03_f32, 0.12_f32), (0.06, 0.4)] {
+            let mut scene = ground();
+            // Smaller, for finer texels of the sun.
+            for position in scene.triangles.iter_mut().flat_map(|own| &mut own.positions) {
+                *position *= 0.5;
+            }
+            let height = 0.9;
+            let (along, across) =
+                (Vec3::new(turn.cos(), 0.0, turn.sin()), Vec3::new(-turn.sin(), 0.0, turn.cos()));
+            let end = Vec3::Y * height - along * 2.0;
+            let half = across * (0.5 * width);
+            scene.triangles.extend(sheet(end + half, along * 4.0, across, RED));
+            scene.triangles.extend(sheet(end - half, along * 4.0, -across, GREEN));
+            scene.triangles.extend(sheet(end - half, along * 4.0, 2.0 * half, GROUND));
+            scene.lights = vec![light.clone()];
+            // Shadow on the ground of a point on the bar, and the radius of its penumbra.
+            let (shadow, radius): (Box<dyn Fn(Vec3) -> Vec3>, f32) = match light.kind {
+                LightKind::Directional { direction } => {
+                    (Box::new(move |p| p - direction * (p.y / direction.y)), 0.11)
+                }
+                LightKind::Spot { position, .. } | LightKind::Point { position } => {
+                    let Some(Source::Disc { radius, .. }) = light.source else { panic!() };
+                    let far = position.y / (position.y - height);
+                    (Box::new(move |p: Vec3| position + (p - position) * far), radius * (far - 1.0))
+                }
+            };
+            let row = |off: f32| {
+                let at = |i: usize| {
+                    let on_bar = Vec3::Y * height + along * (i as f32 / 150.0 - 0.5);
+                    shadow(on_bar) + across * (off * radius)
+                };
+                let point = |i| ReceiverPoint { position: at(i).with_y(0.0), normal: Vec3::Y };
+                (0..150).map(point).collect::<Vec<_>>()
+            };
+            let rows: Vec<_> = [-1.0, -0.6, 0.0, 0.4, 0.9].map(row).into();
+            let (mean, ripple) = along_a_bar(&scene, &rows);
+            println!("{name}, {width} m: {mean:.4}, ripple {ripple:.4}");
+            assert!(mean < 0.014 && ripple < 0.009, "{name}, {width} m: {mean} {ripple}");
+        }
+    }
 }

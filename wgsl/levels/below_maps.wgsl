@@ -1,27 +1,39 @@
-// Children of a block of the first level: texels of the maps.
+// Children of a block of the first level: 2 x 2 texels of a map.
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
 import package::features::NODES;
-import package::curve::mean::Ramp;
+import package::curve::mean::{Ramp, ramp_shift};
+import package::levels::child_owner::child_owner;
 import package::records::area::leveled_view;
-import package::records::light::shadow_view;
 import package::records::view::GpuView;
 
 var<private> child_view: GpuView;
-var<private> first_child: vec2<u32>; // in the view's map
+var<private> child_leveled: u32;
+var<private> first_face: u32;
+var<private> first_child: vec2<i32>; // in the view's map
+var<private> child_layer: u32;
 var<private> child_at: vec2<u32>;    // in the atlas
 var<private> child_light: vec3<f32>; // behind the ramps so far
 
-fn open_child(leveled: u32, level: u32, at: vec2<i32>) {
-    child_view = shadow_view(leveled_view(leveled).x);
-    first_child = vec2<u32>(at) * 2u;
+fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
+    child_view = view;
+    child_leveled = leveled;
+    first_face = leveled_view(leveled).z;
+    first_child = 2 * at;
+}
+
+fn child_count() -> u32 {
+    return 4u;
 }
 
 fn start_child(i: u32) {
-    let at = first_child + vec2(i % 2u, i / 2u);
-    child_at = child_view.origin + min(at, vec2<u32>(child_view.size) - 1u);
+    let at = first_child + vec2<i32>(vec2(i % 2u, i / 2u));
+    let owner = child_owner(child_view, child_leveled, first_face, vec2<i32>(child_view.size), 1.0, at);
+    child_layer = owner.view.layer;
+    child_at = owner.view.origin + vec2<u32>(owner.at);
+    ramp_shift = owner.shift;
     child_light = vec3(1.0);
 }
 
@@ -39,7 +51,7 @@ fn fixed_depth(depth: f32) -> f32 {
 }
 
 fn opaque_ramp(channel: u32) -> Ramp {
-    let depths = textureLoad(opaques, child_at, child_view.layer, 0).rgb;
+    let depths = textureLoad(opaques, child_at, child_layer, 0).rgb;
     let by_channel = picture_params.colored != 0u;
     let depth = select(depths.r, depths[channel], by_channel);
     let own = vec3(channel) == vec3(0u, 1u, 2u);
@@ -53,7 +65,7 @@ fn child_ramp(k: u32) -> Ramp {
         return opaque_ramp(k - max(NODES, 1u));
     }
     if NODES > 0u {
-        let nodes = textureLoad(curves, child_at, curve_layer(child_view.layer, k / 2u), 0);
+        let nodes = textureLoad(curves, child_at, curve_layer(child_layer, k / 2u), 0);
         let node = select(nodes.xy, nodes.zw, (k & 1u) != 0u);
         let start = node_start(node);
         let light = node_light(node);
@@ -61,8 +73,8 @@ fn child_ramp(k: u32) -> Ramp {
         child_light = select(child_light, light, start > 0.0);
         return Ramp(start, node_length(node), drop);
     }
-    let nearest = textureLoad(nearests, child_at, child_view.layer, 0).r;
-    let light = textureLoad(filters, child_at, child_view.layer, 0).rgb;
+    let nearest = textureLoad(nearests, child_at, child_layer, 0).r;
+    let light = textureLoad(filters, child_at, child_layer, 0).rgb;
     let drop = child_light - light;
     let is = nearest < 1.0;
     child_light = select(child_light, light, is);

@@ -4,7 +4,7 @@
 import package::bind::loaded::mask_surfaces;
 import package::bind::uniform::mask_params;
 import package::mask::mask_group::{MaskGroup, divided, load_group, store_group, weighted};
-import package::mask::mask_pixel::{MaskPlane, mask_plane, surface_weight};
+import package::mask::mask_pixel::{MaskPlane, mask_plane, surface_weight, upright_shares};
 import package::records::mask::unpack_surface;
 
 // Distance of the last tap in standard deviations: its weight is e^-2 of the centre's.
@@ -32,7 +32,9 @@ fn mask_blur(@builtin(global_invocation_id) id: vec3<u32>) {
     let own = unpack_surface(textureLoad(mask_surfaces, id.xy));
     let plane = mask_plane(id.xy, mask_params.step, own);
     let nearer = select(1.0, min(mask_params.depth_scale / plane.distance, 1.0), mask_params.depth_scale > 0.0);
-    let width = max(f32(mask_params.taps) / WIDTHS * nearer, 0.01); // [pixels of the mask]
+    let shares = select(vec2(1.0), upright_shares(plane, own.face), mask_params.anisotropic != 0u);
+    let upright = select(shares.x, shares.y, mask_params.column != 0u);
+    let width = max(f32(mask_params.taps) / WIDTHS * nearer * upright, 0.01); // [pixels of the mask]
     // Gaussian by differences: the ratio of successive taps falls by a constant factor.
     let narrow = 0.5 / (width * width);
     var most = exp(-narrow);

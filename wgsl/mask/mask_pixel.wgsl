@@ -3,6 +3,9 @@
 import package::bind::uniform::{mask_params, views};
 import package::records::mask::{MaskSurface, surface_depth, surface_normal, surface_offset};
 
+// Cosine of the steepest slant that counts, times the length of the pixel's ray; negative towards the eye.
+const LEAST_FACING: f32 = -1e-3;
+
 // Centre of the picture's pixel for a pixel of the masks.
 fn shown_pixel(at: vec2<u32>, step: u32, offset: vec2<u32>) -> vec2<f32> {
     return vec2<f32>(at * step + offset) + 0.5;
@@ -49,4 +52,17 @@ fn surface_weight(plane: MaskPlane, at: vec2<u32>, step: u32, other: vec4<u32>) 
     let two = facing * facing;
     let four = two * two;
     return select(max(1.0 - error, 0.0) * four * four, 0.0, depth >= 1.0);
+}
+
+// Lengths of a pixel's step to the right and down on a surface that is parallel to the screen, relative to
+// those on the surface of the plane; at most 1.
+fn upright_shares(plane: MaskPlane, face: vec3<f32>) -> vec2<f32> {
+    let view = views[0];
+    let slope = (plane.pixel - view.size * 0.5) / view.scale;
+    let way = vec3(slope.x, -slope.y, -1.0);
+    let normal = (view.view_from_world * vec4(face, 0.0)).xyz;
+    // A step changes the distance along the axis by so much.
+    let turn = normal.xy / min(dot(normal, way), LEAST_FACING);
+    let square = 1.0 - 2.0 * turn * way.xy + turn * turn * dot(way, way);
+    return inverseSqrt(max(square, vec2(1.0)));
 }

@@ -21,7 +21,7 @@ const MAX_AREAS: u32 = 64u;
 const AREA_TEXELS: u32 = 2u;
 const LEVELED_TEXELS: u32 = 4u;
 const BLOCK_TEXELS: u32 = 2u;
-const SKIRT: u32 = 2u; // blocks around a level
+const SKIRT: u32 = 3u; // blocks around a level
 
 fn has_area(light: GpuLight) -> bool {
     return light.traits > 1u;

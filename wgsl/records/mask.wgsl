@@ -14,6 +14,10 @@ struct MaskParams {
     depth_scale: f32,    // distance up to which the blur has its full width [m]; 0: everywhere
     column: u32,         // 1: a column is blurred, 0: a row
     mask_count: u32,
+    anisotropic: u32,    // 1: the blur narrows on slanted surfaces
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
 }
 
 // Rust: `HostView` in src/records/mask.rs.

@@ -69,17 +69,19 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
     var around = vec3(1.0); // light that reaches the receiver where a level has no light before it
     var since = -1.0;
     var number = last;
-    var was_finest = false;
+    var rest_next = NEVER; // next occluder in the window of the level before
     while number > 0u {
         let above = min(number + 2u, last);
-        let next = next_taker(level_map(view, leveled, above), four, since, 0.0);
+        // Every occluder that a level left over is followed, or it would let light through.
+        let blocks = select(four, 0u, rest_next != NEVER);
+        let next = min(rest_next, next_taker(level_map(view, leveled, above), blocks, since, 0.0));
         if next == NEVER {
             break;
         }
         let texels = spot_at(next);
         let found = min(level_of(texels, last), number);
         number = found;
-        if found == 0u || found + 2u < above {
+        if found == 0u || (rest_next == NEVER && found + 2u < above) {
             continue;
         }
         let map = level_map(view, leveled, number);
@@ -92,12 +94,13 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         passed *= known * share;
         let rest = told.end / max(told.behind, vec3(LEAST));
         around = mix(around, rest, relied_on(10.0 * told.behind));
-        was_finest = number == 1u;
+        rest_next = told.next;
         since = to;
         number -= 1u;
     }
     // Occluders close to the receiver, from the map itself.
-    let is_near = next_taker(level_map(view, leveled, 1u), four, since, 0.5) != NEVER;
+    let blocks = select(four, 0u, rest_next != NEVER);
+    let is_near = min(rest_next, next_taker(level_map(view, leveled, 1u), blocks, since, 0.5)) != NEVER;
     let split = (since - 1.5) / DEPTHS;
     let count = select(0u, 9u, is_near);
     var behind = vec3(0.0);
@@ -106,9 +109,9 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         let weight = tap_weight(taps, i);
         behind += receive_texel(view, texel, taps.z, bias / range) * weight;
     }
-    // If no level was evaluated down to the map, all light is before it.
-    var before = select(vec3(1.0), vec3(0.0), was_finest);
-    let count_before = select(0u, count, was_finest);
+    // If no level was evaluated, all light is before the map's part.
+    var before = select(vec3(1.0), vec3(0.0), since > 0.0);
+    let count_before = select(0u, count, since > 0.0);
     for (var i = 0u; i < count_before; i += 1u) {
         let texel = taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
         before += light_before(view, texel, split) * tap_weight(taps, i);

@@ -6,16 +6,20 @@ import package::records::area::{AREA_FLAT, AREA_SUN, GpuArea, LevelMap, block_no
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
 
-// Radius of the widest spot that a level filters [blocks]: its window is four blocks wide.
-const WIDEST: f32 = 2.4494898;
+// Radius of the widest spot that a level filters [blocks]: its window is 4.5 blocks wide, that of half the
+// radius 1.6.
+const WIDEST: f32 = 2.8;
 // Radius up to which a spot reads the map itself instead of a level [texels].
-const SHARP: f32 = 1.5;
+const SHARP: f32 = 2.0;
 // Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
 // divided by this does.
 const LONGEST: f32 = 2.33;
 // Smallest change of light that counts as an occluder.
 const NOTHING: f32 = 1e-3;
 const NEVER: f32 = 1e30;
+// Distance from a block's middle that a plane's ramp in it spans [blocks]; half a block at the first level,
+// whose blocks don't overlap.
+const BLOCK_REACH: f32 = 1.0;
 // Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON_PLANE: f32 = 0.02;
 
@@ -25,6 +29,10 @@ var<private> spot_place: vec2<f32>;    // [texels]
 var<private> spot_distance: f32;       // [m]
 var<private> spot_depth: f32;
 var<private> spot_bias: f32;
+// Hoisted by hand: compilers of llvmpipe leave divisions in loops.
+var<private> spot_inverse: f32;        // of the distance [1/m]
+var<private> spot_step: f32;           // [m]
+var<private> spot_per_metre: f32;
 var<private> spot_radius: f32;         // [texels], times a distance [m] in a perspective view
 var<private> spot_shape: vec2<f32>;    // half-widths along x and y, relative to the radius
 // Depth of the receiver's plane along the ray through a texel: `1 / d` in a perspective view, `d` in a
@@ -39,12 +47,13 @@ struct Told {
     behind: vec3<f32>,
     end: vec3<f32>,    // light at the receiver
     most: vec3<f32>,   // the most that can be left of `before`
+    next: f32,         // first depth behind the level's that removes light; NEVER for none
 }
 
 var<private> told: Told;
 
 fn fixed_of(distance: f32) -> f32 {
-    return (distance - spot_view.near) / (spot_view.far - spot_view.near) * DEPTHS;
+    return (distance - spot_view.near) * spot_per_metre;
 }
 
 // Half-widths of the light seen from the point, along x and y of the view: in metres in a perspective view,
@@ -85,10 +94,13 @@ fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, nor
     let perspective = view.perspective > 0.0;
     spot_view = view;
     spot_distance = select(-p.z, max(-p.z, 1e-6), perspective);
+    spot_inverse = 1.0 / spot_distance;
+    spot_step = (view.far - view.near) / DEPTHS;
+    spot_per_metre = DEPTHS / (view.far - view.near);
     let spread = view.scale / select(1.0, spot_distance, perspective);
     spot_place = vec2(p.x, -p.y) * spread + view.size * 0.5;
     spot_depth = fixed_of(spot_distance);
-    spot_bias = bias / (view.far - view.near) * DEPTHS;
+    spot_bias = bias * spot_per_metre;
     let half = half_widths(view, light, area, p, point);
     let radius = max(min(half.x, half.y), max(half.x, half.y) / LONGEST);
     spot_radius = radius * view.scale;
@@ -98,15 +110,15 @@ fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, nor
 
 // Radius of a spot at a depth [texels].
 fn spot_at(depth: f32) -> f32 {
-    let distance = depth / DEPTHS * (spot_view.far - spot_view.near) + spot_view.near;
-    let by_distance = 1.0 / max(distance, 1e-6) - 1.0 / spot_distance;
+    let distance = depth * spot_step + spot_view.near;
+    let by_distance = 1.0 / max(distance, 1e-6) - spot_inverse;
     return spot_radius * select(spot_distance - distance, by_distance, spot_view.perspective > 0.0);
 }
 
 // Depth at which a spot has a radius of `texels`.
 fn depth_of_spot(texels: f32) -> f32 {
     let part = texels / max(spot_radius, 1e-9);
-    let distance = 1.0 / (1.0 / spot_distance + part);
+    let distance = 1.0 / (spot_inverse + part);
     return fixed_of(select(spot_distance - part, distance, spot_view.perspective > 0.0));
 }
 
@@ -119,16 +131,17 @@ fn receiver_end(texel: vec2<f32>, around: f32) -> f32 {
     return min(fixed_of(distance), spot_depth) - spot_bias;
 }
 
-// Window that filters a spot on blocks of an edge, along x and y [blocks].
-fn filter_width(texels: f32, edge: f32) -> vec2<f32> {
-    let radius = spot_shape * (texels / edge);
-    return sqrt(max(3.0 * radius * radius - 2.0, vec2(0.25)));
+// Window that filters a spot on blocks of an edge, along x and y [blocks]. Together with the overlap of the
+// blocks and a block's own width it is closest to a disc at a variance slightly above the disc's.
+fn filter_width(texels: f32, per_edge: f32) -> vec2<f32> {
+    let radius = spot_shape * (texels * per_edge);
+    return sqrt(max(3.0 * radius * radius - (3.25 - 9.0 * per_edge * per_edge), vec2(1.0)));
 }
 
-// Share of a window of `width` blocks that covers the block `off` its centre, by area.
+// Share of a window of `width` blocks, at least one, that covers the block `off` its centre, by area.
 fn window_cover(off: vec2<f32>, width: vec2<f32>) -> f32 {
-    let over = min(max(0.5 * (width + 1.0) - abs(off), vec2(0.0)), min(width, vec2(1.0)));
-    return over.x / width.x * (over.y / width.y);
+    let over = saturate(0.5 * (width + 1.0) - abs(off));
+    return over.x * over.y / (width.x * width.y);
 }
 
 // Light behind the nodes of a block so far, and the first depth found so far.
@@ -177,29 +190,36 @@ fn next_taker(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
 var<private> tell_left: vec3<f32>;
 var<private> tell_passed: mat3x3<f32>;
 
-fn tell_node(node: vec2<u32>, off: vec2<f32>, edge: f32, width: vec2<f32>, bounds: vec3<f32>) {
+fn tell_node(node: vec2<u32>, off: vec2<f32>, per_edge: f32, width: vec2<f32>, bounds: vec3<f32>) {
     let start = node_start(node);
     let length = node_length(node);
     let light = node_light(node);
     let drop = select(vec3(0.0), tell_left - light, start > 0.0);
     tell_left = light;
-    let shares = clamp((bounds - start) / max(length, 1e-3), vec3(0.0), vec3(1.0));
+    let size = abs(drop);
+    let takes = max(size.x, max(size.y, size.z)) > NOTHING;
+    // `bounds.y` is at most the receiver's depth.
+    let follows = takes && start + length > bounds.y && max(start, bounds.y) < bounds.z;
+    told.next = select(told.next, min(told.next, max(start, bounds.y)), follows);
+    let shares = saturate((bounds - start) * (1.0 / max(length, 1e-3)));
     tell_passed -= mat3x3(drop * shares.x, drop * shares.y, drop * shares.z);
     let texels = spot_at(start + length * 0.5 * (shares.x + shares.y));
-    let own = window_cover(off, min(filter_width(texels, edge), width));
+    let own = window_cover(off, min(filter_width(texels, per_edge), width));
     told.taken += drop * ((shares.y - shares.x) * own);
 }
 
 // Evaluates the depths `since` to `to` on a level; `texels` is the radius of their widest spot.
 fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
-    let middle = spot_place / map.edge - 0.5;
-    let width = filter_width(texels, map.edge);
+    let per_edge = 1.0 / map.edge;
+    let middle = spot_place * per_edge - 0.5;
+    let width = filter_width(texels, per_edge);
     let low = ceil(middle - 0.5 * (width + 1.0));
     let count = vec2<u32>(floor(middle + 0.5 * (width + 1.0)) - low + 1.0);
-    told = Told(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    let reach = select(BLOCK_REACH * map.edge, 1.0, map.edge == 2.0);
+    told = Told(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
     for (var i = 0u; i < count.x * count.y; i += 1u) {
         let at = low + vec2<f32>(vec2(i % count.x, i / count.x));
-        let end = receiver_end((at + 0.5) * map.edge, 0.5 * map.edge);
+        let end = receiver_end((at + 0.5) * map.edge, reach);
         let bounds = min(vec3(since, to, end), vec3(end));
         let block = block_number(map, vec2<i32>(at));
         let off = at - middle;
@@ -209,8 +229,8 @@ fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
         var nodes = block_nodes(block, 0u);
         let pairs = pairs_before(nodes, end);
         for (var pair = 0u; pair < pairs; pair += 1u) {
-            tell_node(nodes.xy, off, map.edge, width, bounds);
-            tell_node(nodes.zw, off, map.edge, width, bounds);
+            tell_node(nodes.xy, off, per_edge, width, bounds);
+            tell_node(nodes.zw, off, per_edge, width, bounds);
             nodes = block_nodes(block, 1u);
         }
         told.before += tell_passed[0] * weight;
@@ -218,6 +238,6 @@ fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
         told.end += tell_passed[2] * weight;
     }
     // The light left in a narrower window is part of that in the widest: at most as much per area.
-    let least = min(filter_width(spot_at(to), map.edge), width);
+    let least = min(filter_width(spot_at(to), per_edge), width);
     told.most = told.behind * (width.x * width.y / (least.x * least.y));
 }

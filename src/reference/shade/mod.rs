@@ -9,7 +9,7 @@ use super::{
     caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
-    shading::{Gloss, Lighting, Point, PointKind, Receiver, to_screen, world_point},
+    shading::{Gloss, Lighting, Point, PointKind, Receiver, mean_on_screen, world_point},
     threads::each,
     tile::{Tile, TileTexels},
 };
@@ -37,16 +37,17 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Pictu
     mean_picture(scene, &samples)
 }
 
-/// Mean of pictures at several samples per pixel: of linear light, before the tone curve.
+/// Mean of pictures at several samples per pixel: of linear light, and on the screen after the tone curve.
 pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
     let exposure = scene.exposure.exp2();
     let count = scene.camera.size.element_product() as usize;
     let share = 1.0 / samples.len() as f32;
     let mean = |i: usize| samples.iter().map(|sample| sample[i]).sum::<Vec3>() * share;
     let light: Vec<Vec3> = (0..count).map(mean).collect();
+    let shown = |i: usize| mean_on_screen(samples.iter().map(|sample| sample[i] * exposure));
     Picture {
         size: scene.camera.size,
-        rgb: light.iter().map(|&light| to_screen(light * exposure)).collect(),
+        rgb: (0..count).map(shown).collect(),
         light: light.into_iter().map(|light| light.to_array()).collect(),
     }
 }

@@ -1,9 +1,13 @@
 //! Twin of `wgsl/levels/`: levels of shadow maps, whose blocks hold the mean light of ever more texels as a
 //! function of depth. Prefiltered deep shadows are Lokovic and Veach 2000, section 3.3. Unlike theirs: four
-//! nodes at every level, whose depth ranges a block cuts at the longest gaps.
+//! nodes at every level, whose depth ranges a block cuts at the longest gaps, and blocks that overlap: each
+//! is the mean of 4 x 4 of the level below, by a quadratic B-spline; those of the first level are the means of
+//! 2 x 2 texels. Blocks that don't overlap show as beads along thin bars that are slanted against them.
 use super::receive::cube_face;
 use crate::{
-    records::{BLOCK_NODES, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size},
+    records::{
+        BLOCK_NODES, GpuView, LightRecords, PART_FACE, PackedNode, SKIRT, ViewMaps, level_size,
+    },
     reference::{
         curve::{
             DEPTHS,
@@ -14,8 +18,8 @@ use crate::{
 };
 use glam::{IVec2, UVec2, Vec2, Vec3};
 
-/// Share of a block or texel in the block above.
-const SHARE: f32 = 0.25;
+/// Shares of four blocks in a row in the block above: a quadratic B-spline is a sum of four of half its width.
+const SHARES: [f32; 4] = [0.125, 0.375, 0.375, 0.125];
 
 /// Light as a function of depth, nearest node first.
 pub(super) type Block = [PackedNode; BLOCK_NODES];
@@ -69,9 +73,7 @@ impl Levels {
                 let block = |at: usize| {
                     let at = UVec2::new(at as u32 % size.x, at as u32 / size.x);
                     let at = at.as_ivec2() - SKIRT as i32;
-                    let (whose, at, shift) = owner(records, i, level, own, at);
-                    let ramps = levels.children(records, maps, whose, level, at);
-                    let ramps: Vec<_> = ramps.into_iter().map(|ramp| shift.of(ramp)).collect();
+                    let ramps = levels.children(records, maps, i, level, at);
                     let mut block = Block::default();
                     merge(&ramps, &mut block, gain(maps));
                     block
@@ -88,29 +90,33 @@ impl Levels {
         &self.0[leveled][level as usize - 1]
     }
 
-    /// Ramps of the four texels or blocks below a block.
+    /// Ramps of the texels or blocks below a block.
     fn children(
         &self,
         records: &LightRecords,
         maps: &[ViewMaps],
         leveled: usize,
         level: u32,
-        at: UVec2,
+        at: IVec2,
     ) -> Vec<Ramp> {
-        let size = records.view_of(leveled).size.as_uvec2();
-        let last = level_size(size, level - 1) - 1;
-        let mut ramps = Vec::new();
-        for i in 0..4 {
-            let at = (2 * at + UVec2::new(i % 2, i / 2)).min(last);
+        let children = if level == 1 { 2 } else { 4 };
+        let first = 2 * at - (children / 2 - 1);
+        let mut all = Vec::new();
+        for i in 0..children * children {
+            let step = IVec2::new(i % children, i / children);
+            let (whose, at, shift) = owner(records, leveled, level - 1, first + step);
+            let mut ramps = Vec::new();
             if level == 1 {
-                let map = &maps[records.leveled[leveled].view as usize];
-                of_texel(map, (at.y * size.x + at.x) as usize, &mut ramps);
+                let map = &maps[records.leveled[whose].view as usize];
+                let width = records.view_of(whose).size.x as i32;
+                of_texel(map, (at.y * width + at.x) as usize, 0.25, &mut ramps);
             } else {
-                let block = self.level(leveled, level - 1).block(at.as_ivec2());
-                add_nodes(block, SHARE, gain(maps), &mut ramps);
+                let share = SHARES[step.x as usize] * SHARES[step.y as usize];
+                add_nodes(self.level(whose, level - 1).block(at), share, gain(maps), &mut ramps);
             }
+            all.extend(ramps.into_iter().map(|ramp| shift.of(ramp)));
         }
-        ramps
+        all
     }
 }
 
@@ -118,20 +124,13 @@ fn gain(maps: &[ViewMaps]) -> bool {
     maps.iter().any(|map| map.curve.as_ref().is_some_and(|curve| curve.gain))
 }
 
-/// Source of a block's values: leveled view, block, and map from its depths to this face's. Beyond the edge
-/// of a cube's face it is a block of the neighbour, else the nearest block.
-fn owner(
-    records: &LightRecords,
-    leveled: usize,
-    level: u32,
-    size: UVec2,
-    at: IVec2,
-) -> (usize, UVec2, Shift) {
-    let last = size.as_ivec2() - 1;
-    let nearest = at.clamp(IVec2::ZERO, last);
+/// Source of a block, or of a texel at level 0: leveled view, block, and map from its depths to this face's.
+/// Beyond the edge of a cube's face it is a block of the neighbour, else the nearest block.
+fn owner(records: &LightRecords, leveled: usize, level: u32, at: IVec2) -> (usize, IVec2, Shift) {
     let view = records.view_of(leveled);
+    let nearest = at.clamp(IVec2::ZERO, last_block(view, level));
     if nearest == at || view.part != PART_FACE {
-        return (leveled, nearest.as_uvec2(), Shift::NONE);
+        return (leveled, nearest, Shift::NONE);
     }
     let edge = (1 << level) as f32;
     let slope = ((at.as_vec2() + 0.5) * edge - view.size * 0.5) / view.scale;
@@ -148,7 +147,12 @@ fn owner(
         scale: (face.far - face.near) / (along * range),
         offset: (face.near / along - view.near) / range * DEPTHS,
     };
-    (other, (place / edge).floor().as_ivec2().clamp(IVec2::ZERO, last).as_uvec2(), shift)
+    let there = (place / edge).floor().as_ivec2();
+    (other, there.clamp(IVec2::ZERO, last_block(face, level)), shift)
+}
+
+fn last_block(view: &GpuView, level: u32) -> IVec2 {
+    level_size(view.size.as_uvec2(), level).as_ivec2() - 1
 }
 
 /// Light depth in fixed point.
@@ -156,22 +160,22 @@ fn fixed(depth: f32) -> u32 {
     ((depth * DEPTHS).round_ties_even() as u32).clamp(1, 65535)
 }
 
-fn of_texel(map: &ViewMaps, i: usize, ramps: &mut Vec<Ramp>) {
+fn of_texel(map: &ViewMaps, i: usize, share: f32, ramps: &mut Vec<Ramp>) {
     let mut left = Vec3::ONE;
     if let Some(curve) = &map.curve {
-        left = add_nodes(curve.nodes_of(i), SHARE, curve.gain, ramps);
+        left = add_nodes(curve.nodes_of(i), share, curve.gain, ramps);
     } else if map.nearest[i] < 1.0 {
         let light = Vec3::from_array(map.filter[i]);
         ramps.push(Ramp {
             start: fixed(map.nearest[i]),
             length: 0.0,
-            drop: (left - light) * SHARE,
+            drop: (left - light) * share,
         });
         left = light;
     }
     let mut block = |depth: f32, channels: Vec3| {
         if depth < 1.0 {
-            ramps.push(Ramp { start: fixed(depth), length: 0.0, drop: left * channels * SHARE });
+            ramps.push(Ramp { start: fixed(depth), length: 0.0, drop: left * channels * share });
         }
     };
     match map.colored.get(i) {

@@ -6,7 +6,7 @@ pub mod soft;
 mod taps;
 mod tone;
 
-pub use tone::to_screen;
+pub use tone::{mean_on_screen, to_screen};
 
 use levels::Levels;
 

@@ -22,11 +22,11 @@ use crate::{
 };
 use glam::{IVec2, Vec2, Vec3};
 
-/// Radius of the widest spot that a level filters [blocks]: its window, of equal variance, is four blocks
-/// wide.
-pub const WIDEST: f32 = 2.449_489_8;
+/// Radius of the widest spot that a level filters [blocks]: its window is 4.5 blocks wide, that of half
+/// the radius 1.6.
+pub const WIDEST: f32 = 2.8;
 /// Radius up to which a spot reads the map itself instead of a level [texels].
-pub const SHARP: f32 = 1.5;
+pub const SHARP: f32 = 2.0;
 /// Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
 /// divided by this does.
 pub const LONGEST: f32 = 2.33;
@@ -36,6 +36,9 @@ pub const EVIDENCE: f32 = 300.0;
 pub const LEAST: f32 = 1e-4;
 /// Smallest change of light that counts as an occluder.
 pub const NOTHING: f32 = 1e-3;
+/// Distance from a block's middle that a plane's ramp in it spans [blocks]; half a block at the first level,
+/// whose blocks don't overlap.
+pub const BLOCK_REACH: f32 = 1.0;
 
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 const EDGE_ON: f32 = 0.02;
@@ -79,6 +82,8 @@ struct Told {
     end: Vec3,
     /// The most that can be left of `before`.
     most: Vec3,
+    /// First depth behind the level's that removes light.
+    next: Option<f32>,
 }
 
 /// Nodes of a block, without the second pair if all of it is behind the receiver.
@@ -153,10 +158,11 @@ impl<'a> Spot<'a> {
         self.fixed(distance).min(self.depth) - self.bias
     }
 
-    /// Window that filters a spot on blocks of an edge, along x and y [blocks].
+    /// Window that filters a spot on blocks of an edge, along x and y [blocks]. Together with the overlap of
+    /// the blocks and a block's own width it is closest to a disc at a variance slightly above the disc's.
     fn width(&self, spot: f32, edge: f32) -> Vec2 {
         let radius = self.shape * (spot / edge);
-        (3.0 * radius * radius - 2.0).max(Vec2::splat(0.25)).map(f32::sqrt)
+        (3.0 * radius * radius - 3.25 + 9.0 / (edge * edge)).max(Vec2::ONE).map(f32::sqrt)
     }
 
     /// First depth [fixed point] from `from` on at which blocks of a level around the point remove light.
@@ -186,10 +192,11 @@ impl<'a> Spot<'a> {
         let width = self.width(spot, edge);
         let low = (middle - 0.5 * (width + 1.0)).ceil();
         let count = (middle + 0.5 * (width + 1.0)).floor() - low + 1.0;
+        let reach = if edge == 2.0 { 1.0 } else { BLOCK_REACH * edge };
         let mut told = Told::default();
         for i in 0..(count.x * count.y) as i32 {
             let at = low + Vec2::new((i % count.x as i32) as f32, (i / count.x as i32) as f32);
-            let end = self.end((at + 0.5) * edge, 0.5 * edge);
+            let end = self.end((at + 0.5) * edge, reach);
             let block = level.block(at.as_ivec2());
             self.add_block(&mut told, block, at - middle, edge, width, [from, to, end]);
         }
@@ -215,6 +222,10 @@ impl<'a> Spot<'a> {
             let (start, length, light) = unpack(node, self.gain);
             let drop = if start > 0.0 { left - light } else { Vec3::ZERO };
             left = light;
+            let next = start.max(to);
+            if drop.abs().max_element() > NOTHING && start + length > to && next < end {
+                told.next = Some(told.next.map_or(next, |least| least.min(next)));
+            }
             let share = |depth: f32| ((depth.min(end) - start) / length.max(1e-3)).clamp(0.0, 1.0);
             let shares = [from, to, end].map(share);
             before -= drop * shares[0];
@@ -314,14 +325,15 @@ impl Lighting<'_> {
         // Light that reaches the receiver where a level has no light before it.
         let mut around = Vec3::ONE;
         let (mut from, mut number) = (-1.0, last);
-        let mut was_finest = false;
+        // Next occluder in the window of the level before: each is followed, or it would let light through.
+        let mut rest = None;
         while number > 0 {
             let above = (number + 2).min(last);
             let (map, edge) = level(above);
-            let Some(next) = spot.next(map, edge, from, 0.0) else { break };
+            let Some(next) = rest.or_else(|| spot.next(map, edge, from, 0.0)) else { break };
             let radius = spot.spot(next);
             let found = level_of(radius).min(number);
-            if found == 0 || found + 2 < above {
+            if found == 0 || (rest.is_none() && found + 2 < above) {
                 number = found;
                 continue;
             }
@@ -336,12 +348,12 @@ impl Lighting<'_> {
             light *= known * passed.max(Vec3::ZERO);
             let known = evidence(told.behind * 10.0);
             around = around.lerp_by(told.end / told.behind.max(Vec3::splat(LEAST)), known);
-            was_finest = number == 1;
+            rest = told.next;
             from = to;
             number -= 1;
         }
         let (map, edge) = level(1);
-        if spot.next(map, edge, from, 0.5).is_none() {
+        if rest.or_else(|| spot.next(map, edge, from, 0.5)).is_none() {
             return sum + light;
         }
         // Occluders close to the receiver, from the map itself.
@@ -351,10 +363,8 @@ impl Lighting<'_> {
             let (texel, weight) = sharp.tap(i);
             behind +=
                 weight * self.receive_texel(index, texel, sharp.z, plane, bias / range, receiver);
-            // Unless the finest level was evaluated last, all light is before the map's part.
             let split = (from - 1.5) / DEPTHS;
-            let own = if was_finest { self.light_before(index, texel, split) } else { Vec3::ONE };
-            before += weight * own;
+            before += weight * self.light_before(index, texel, split);
         }
         let known = evidence(before);
         let passed = behind / before.max(Vec3::splat(LEAST));

@@ -223,6 +223,10 @@ impl PreparedMasks {
                 depth_scale: settings.depth_scale,
                 column: u32::from(column),
                 mask_count: slots.count,
+                anisotropic: u32::from(settings.anisotropic),
+                pad_0: 0,
+                pad_1: 0,
+                pad_2: 0,
             };
             queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
             let of_variant = if variant == Variant::MaskLookUp { features } else { Features::NONE };
