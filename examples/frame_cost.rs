@@ -1,5 +1,8 @@
-//! What a frame costs the host's CPU, and what gobo makes on the way: nothing. Commands are recorded and
-//! dropped, so that no kernel runs beside what is measured.
+//! What a frame costs the host's CPU, and what gobo makes and allocates on the way: nothing. Commands are
+//! recorded and dropped, so that no kernel runs beside what is measured.
+//!
+//! An allocation is wgpu's if a function of its interface is in its backtrace, gobo's otherwise. The counting
+//! allocator takes a lock for each.
 //!
 //! `cargo run --release --example frame_cost`
 use gobo::{
@@ -8,12 +11,19 @@ use gobo::{
     glam::Vec3,
     wgpu::{self, BufferUsages},
 };
-use std::{error::Error, time::Instant};
+use serde_json::Value;
+use std::{error::Error, fs, time::Instant};
+
+#[global_allocator]
+static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 
 const FRAMES: usize = 400;
 const PARTICLES: u32 = 200_000;
 /// The most that recording a frame may take [us].
 const BUDGET: f64 = 60.0;
+
+/// Files of wgpu that all calls of it pass.
+const WGPU: [&str; 2] = ["(src/api/", "(src/backend/wgpu_core.rs"];
 
 const LOADER: &str = "
 @group(1) @binding(0) var<storage, read> smoke: array<vec4<f32>>;
@@ -28,7 +38,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let curve = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..nearest };
     let lights =
         [Light::directional(Vec3::new(0.3, -1.0, 0.2)), Light::point(Vec3::new(-1.5, 2.5, 0.4))];
-    println!("median of {FRAMES} frames [us]    record  finish  made");
+    println!(
+        "median of {FRAMES} frames [us]    record  finish    made  gobo's allocations, wgpu's"
+    );
     let mut slowest = 0.0_f64;
     for (name, settings, lights, is_host) in [
         ("uploads, a sun", nearest, &lights[..1], false),
@@ -36,10 +48,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("the same, sun and point light", nearest, &lights, true),
         ("the same, with curves", curve, &lights, true),
     ] {
-        let [record, finish, made] = measure(&gpu, &settings, lights, is_host)?;
-        println!("{name:32} {record:6.1}  {finish:6.1}  {made:4}");
-        if made != 0.0 {
-            return Err("recording made something".into());
+        let Cost { record, finish, made, own, foreign } =
+            measure(&gpu, &settings, lights, is_host)?;
+        println!("{name:32} {record:6.1}  {finish:6.1}  {made:6}  {own:4} {foreign:4}");
+        if made != 0 || own != 0 {
+            return Err("recording made or allocated something".into());
         }
         slowest = slowest.max(record);
     }
@@ -50,13 +63,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Times of `record` and of the encoder's `finish` [us], and how many objects there are more.
+struct Cost {
+    /// Times of `record` and of the encoder's `finish` [us].
+    record: f64,
+    finish: f64,
+    /// Objects of the device's that all frames made.
+    made: isize,
+    /// Allocations of one frame's `record`: by gobo, and by wgpu for gobo's commands.
+    own: u64,
+    foreign: u64,
+}
+
 fn measure(
     gpu: &Gpu,
     settings: &ShadowSettings,
     lights: &[Light],
     is_host: bool,
-) -> Result<[f64; 3], Box<dyn Error>> {
+) -> Result<Cost, Box<dyn Error>> {
     let Gpu { device, queue, .. } = gpu;
     let bounds = Bounds { min: Vec3::new(-2.5, 0.0, -2.5), max: Vec3::new(2.5, 4.0, 2.5) };
     let views: Vec<View> = (0..)
@@ -116,7 +139,30 @@ fn measure(
         times.sort_by(|a, b| a[i].total_cmp(&b[i]));
         times[FRAMES / 2][i]
     };
-    Ok([median(0), median(1), made as f64])
+    let [own, foreign] = allocations(device, &prepared)?;
+    Ok(Cost { record: median(0), finish: median(1), made, own, foreign })
+}
+
+/// Allocations while one frame is recorded: gobo's own, and those of wgpu below it.
+fn allocations(device: &wgpu::Device, prepared: &Prepared) -> Result<[u64; 2], Box<dyn Error>> {
+    let path = std::env::temp_dir().join(format!("gobo_frame_{}.json", std::process::id()));
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let profiler = dhat::Profiler::builder().file_name(&path).trim_backtraces(None).build();
+    prepared.record(&mut encoder);
+    drop(profiler);
+    let report: Value = serde_json::from_slice(&fs::read(&path)?)?;
+    fs::remove_file(&path)?;
+    let list = |value: &Value, key| value[key].as_array().cloned().unwrap_or_default();
+    let frames = list(&report, "ftbl");
+    let mut counts = [0; 2];
+    for place in list(&report, "pps") {
+        let is_wgpu = list(&place, "fs").iter().any(|frame| {
+            let frame = frame.as_u64().and_then(|frame| frames[frame as usize].as_str());
+            frame.is_some_and(|frame| WGPU.iter().any(|file| frame.contains(file)))
+        });
+        counts[usize::from(is_wgpu)] += place["tbk"].as_u64().unwrap_or_default();
+    }
+    Ok(counts)
 }
 
 fn frames(device: &wgpu::Device, prepared: &Prepared, count: usize) -> Vec<[f64; 2]> {

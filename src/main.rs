@@ -3,18 +3,18 @@ mod cli;
 
 use clap::Parser as _;
 use std::{io::IsTerminal as _, process::ExitCode};
+use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};
 
 fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
-    tracing_subscriber::fmt()
+    let chosen = std::env::var("GOBO_LOG").ok().and_then(|text| text.parse().ok());
+    let warnings = || Targets::new().with_target("gobo", tracing::Level::WARN);
+    let messages = tracing_subscriber::fmt::layer()
         .with_writer(|| cli::Quiet)
         .with_ansi(std::io::stderr().is_terminal())
-        .with_env_filter(
-            tracing_subscriber::EnvFilter::try_from_env("GOBO_LOG")
-                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("gobo=warn")),
-        )
         .without_time()
-        .init();
+        .with_filter(chosen.unwrap_or_else(warnings));
+    tracing_subscriber::registry().with(messages).init();
     match cli::run(arguments.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

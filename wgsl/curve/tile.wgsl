@@ -14,7 +14,7 @@ import package::curve::node::{DEPTHS, curve_layer};
 import package::curve::overflow::{is_light, nothing_overflowed, overflowed, rest_light};
 import package::curve::stored::{packed_pair, packed_row};
 import package::curve::volumes::{begin_inside, rest_steps};
-import package::features::{HAS_OVER, NODES};
+import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 import package::records::view::GpuView;
 import package::sums::sums::blackened;
 import package::walk::lane::sum_index;
@@ -30,7 +30,7 @@ fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) 
 // Adds what is behind all pairs: volumes that contain the light, then overflowing casters, of which few
 // tiles have any.
 fn open_rest(view: GpuView, step: u32) {
-    if step + 1u < rest_steps() {
+    if HAS_VOLUMES && step + 1u < rest_steps() {
         let ramps = join_ramp(begin_inside());
         return;
     }
