@@ -160,6 +160,25 @@ fn sources_are_as_many_places_of_them() {
     assert_accurate(sources().into_iter());
 }
 
+/// A long panel above bars that run along it: sharp across them, however the map's axes lie.
+#[test]
+fn a_panel_may_be_turned_against_the_map() {
+    let (along, across) = (Vec3::new(0.88, 0.0, 0.475), Vec3::new(-0.475, 0.0, 0.88));
+    let mut scene = ground();
+    for i in -4..=4 {
+        let middle = Vec3::Y * 0.7 + across * (0.25 * i as f32);
+        let corner = middle - along * 1.5 - across * 0.03;
+        scene.triangles.extend(sheet(corner, along * 3.0, across * 0.06, GROUND));
+    }
+    let source = Source::Rect { width: 0.35, height: 0.1, direction: Vec3::NEG_Y + across * 0.2 };
+    let position = Vec3::new(0.1, 2.1, -0.1);
+    let kind = LightKind::Point { position };
+    scene.lights = vec![Light { source: Some(source), size: Some(512), ..light(kind) }];
+    let points = grid(16, 1.0);
+    let error = mean_error(&scene, &points, &on_cpu(&scene, &points));
+    assert!(error < 0.015, "{error}");
+}
+
 #[test]
 fn without_a_size_the_bits_are_those_of_a_point() {
     let points = grid(24, 1.8);

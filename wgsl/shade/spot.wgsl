@@ -2,9 +2,10 @@
 // spot. CPU twin: src/reference/shading/soft.rs, `Spot`.
 
 import package::curve::node::{DEPTHS, node_length, node_light, node_start};
-import package::records::area::{AREA_FLAT, AREA_SUN, GpuArea, LevelMap, block_nodes, block_number};
+import package::records::area::{GpuArea, LevelMap, block_nodes, block_number};
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
+import package::shade::outline::outline_of;
 
 // Radius of the widest spot that a level filters [blocks]: its window is 4.5 blocks wide, that of half the
 // radius 1.6.
@@ -34,7 +35,9 @@ var<private> spot_inverse: f32;        // of the distance [1/m]
 var<private> spot_step: f32;           // [m]
 var<private> spot_per_metre: f32;
 var<private> spot_radius: f32;         // [texels], times a distance [m] in a perspective view
-var<private> spot_shape: vec2<f32>;    // half-widths along x and y, relative to the radius
+var<private> spot_shape: vec2<f32>;    // half-widths along the window's axes, relative to the radius
+var<private> spot_turned: bool;        // whether these axes are y and x, so that the second is the longer one
+var<private> spot_shear: f32;          // of the window along its first axis, per step along its second
 // Depth of the receiver's plane along the ray through a texel: `1 / d` in a perspective view, `d` in a
 // parallel one, is linear in the texel.
 var<private> plane_middle: f32;
@@ -56,23 +59,9 @@ fn fixed_of(distance: f32) -> f32 {
     return (distance - spot_view.near) * spot_per_metre;
 }
 
-// Half-widths of the light seen from the point, along x and y of the view: in metres in a perspective view,
-// as slopes in a parallel one.
-fn half_widths(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point: vec3<f32>) -> vec2<f32> {
-    let perspective = view.perspective > 0.0;
-    let aside = select(vec2(0.0), p.xy / max(-p.z, 1e-6), perspective);
-    let right = (view.view_from_world * vec4(area.right, 0.0)).xyz;
-    let up = (view.view_from_world * vec4(area.up, 0.0)).xyz;
-    // Projected along the ray to the point into the plane of the view.
-    let x = right.xy + aside * right.z;
-    let y = up.xy + aside * up.z;
-    // Spheres face the point.
-    let facing = sqrt(vec2(1.0) + aside * aside) * area.right.x;
-    let half = select(facing, sqrt(x * x + y * y), area.kind == AREA_FLAT);
-    let is_sun = area.kind == AREA_SUN;
-    let as_slope = half / max(length(point - light.position), 1e-6);
-    let of_local = select(as_slope, half, perspective);
-    return select(of_local, select(half, vec2(area.right.x) * -p.z, perspective), is_sun);
+// A vector along x and y, along the window's axes; and back.
+fn turned(along: vec2<f32>) -> vec2<f32> {
+    return select(along, along.yx, spot_turned);
 }
 
 fn set_plane_depth(view: GpuView, p: vec3<f32>, normal: vec3<f32>) {
@@ -101,7 +90,10 @@ fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, nor
     spot_place = vec2(p.x, -p.y) * spread + view.size * 0.5;
     spot_depth = fixed_of(spot_distance);
     spot_bias = bias * spot_per_metre;
-    let half = half_widths(view, light, area, p, point);
+    let outline = outline_of(view, light, area, p, point);
+    spot_turned = outline.turned;
+    spot_shear = outline.shear;
+    let half = outline.half;
     let radius = max(min(half.x, half.y), max(half.x, half.y) / LONGEST);
     spot_radius = radius * view.scale;
     spot_shape = half / max(radius, 1e-9);
@@ -131,14 +123,15 @@ fn receiver_end(texel: vec2<f32>, around: f32) -> f32 {
     return min(fixed_of(distance), spot_depth) - spot_bias;
 }
 
-// Window that filters a spot on blocks of an edge, along x and y [blocks]. Together with the overlap of the
+// Window that filters a spot on blocks of an edge, along its axes [blocks]. Together with the overlap of the
 // blocks and a block's own width it is closest to a disc at a variance slightly above the disc's.
 fn filter_width(texels: f32, per_edge: f32) -> vec2<f32> {
     let radius = spot_shape * (texels * per_edge);
     return sqrt(max(3.0 * radius * radius - (3.25 - 9.0 * per_edge * per_edge), vec2(1.0)));
 }
 
-// Share of a window of `width` blocks, at least one, that covers the block `off` its centre, by area.
+// Share of a window of `width` blocks, at least one, that covers the block `off` its centre, along its axes,
+// by area.
 fn window_cover(off: vec2<f32>, width: vec2<f32>) -> f32 {
     let over = saturate(0.5 * (width + 1.0) - abs(off));
     return over.x * over.y / (width.x * width.y);
@@ -211,19 +204,27 @@ fn tell_node(node: vec2<u32>, off: vec2<f32>, per_edge: f32, width: vec2<f32>, b
 // Evaluates the depths `since` to `to` on a level; `texels` is the radius of their widest spot.
 fn tell_level(map: LevelMap, texels: f32, since: f32, to: f32) {
     let per_edge = 1.0 / map.edge;
-    let middle = spot_place * per_edge - 0.5;
+    let middle = turned(spot_place * per_edge - 0.5);
     let width = filter_width(texels, per_edge);
-    let low = ceil(middle - 0.5 * (width + 1.0));
-    let count = vec2<u32>(floor(middle + 0.5 * (width + 1.0)) - low + 1.0);
+    let half = 0.5 * (width + 1.0);
+    let low = ceil(middle - half);
+    let straight = floor(middle + half) - low + 1.0;
+    // A sheared row starts anywhere between two blocks.
+    let columns = select(floor(2.0 * half.x) + 1.0, straight.x, spot_shear == 0.0);
+    let count = vec2<u32>(vec2(columns, straight.y));
     let reach = select(BLOCK_REACH * map.edge, 1.0, map.edge == 2.0);
     told = Told(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
     for (var i = 0u; i < count.x * count.y; i += 1u) {
-        let at = low + vec2<f32>(vec2(i % count.x, i / count.x));
-        let end = receiver_end((at + 0.5) * map.edge, reach);
+        let row = low.y + f32(i / count.x);
+        let sheared = spot_shear * (row - middle.y);
+        let column = ceil(middle.x + sheared - half.x) + f32(i % count.x);
+        let off = vec2(column - sheared, row) - middle;
+        let weight = window_cover(off, width);
+        let at = turned(vec2(column, row));
+        // A block beside the window is as if behind the receiver.
+        let end = select(0.0, receiver_end((at + 0.5) * map.edge, reach), weight > 0.0);
         let bounds = min(vec3(since, to, end), vec3(end));
         let block = block_number(map, vec2<i32>(at));
-        let off = at - middle;
-        let weight = window_cover(off, width);
         tell_left = vec3(1.0);
         tell_passed = mat3x3(vec3(1.0), vec3(1.0), vec3(1.0));
         var nodes = block_nodes(block, 0u);

@@ -1,6 +1,7 @@
 //! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
 //! its reflection to the camera.
 mod levels;
+mod outline;
 mod receive;
 pub mod soft;
 mod taps;

@@ -14,13 +14,14 @@
 use super::{
     Lighting, Receiver,
     levels::{Block, Level},
+    outline::Outline,
     receive::{Plane, Surface},
 };
 use crate::{
-    records::{AREA_FLAT, AREA_SUN, GpuArea, GpuLight, GpuView, PackedNode, level_count},
+    records::{GpuArea, GpuLight, GpuView, PackedNode, level_count},
     reference::curve::{DEPTHS, unpack},
 };
-use glam::{IVec2, Vec2, Vec3};
+use glam::{IVec2, Vec2, Vec2Swizzles as _, Vec3};
 
 /// Radius of the widest spot that a level filters [blocks]: its window is 4.5 blocks wide, that of half
 /// the radius 1.6.
@@ -66,8 +67,12 @@ struct Spot<'a> {
     bias: f32,
     /// Radius of a spot [texels], times a distance [m] in a perspective view.
     radius: f32,
-    /// Half-widths of the spot along x and y, relative to `radius`.
+    /// Half-widths of the spot along the axes of its window, relative to `radius`.
     shape: Vec2,
+    /// Whether the window's axes are y and x, so that the second is the longer one.
+    turned: bool,
+    /// How far the window is sheared along its first axis, per step along its second.
+    shear: f32,
     gain: bool,
 }
 
@@ -107,7 +112,7 @@ impl<'a> Spot<'a> {
         let distance = if perspective { (-p.z).max(1e-6) } else { -p.z };
         let spread = view.scale / if perspective { distance } else { 1.0 };
         let range = view.far - view.near;
-        let half = half_widths(view, light, area, p, surface.point);
+        let Outline { turned, half, shear } = Outline::new(view, light, area, p, surface.point);
         let radius = half.min_element().max(half.max_element() / LONGEST);
         Self {
             view,
@@ -119,6 +124,8 @@ impl<'a> Spot<'a> {
             bias: bias / range * DEPTHS,
             radius: radius * view.scale,
             shape: half / radius.max(1e-9),
+            turned,
+            shear,
             gain,
         }
     }
@@ -158,7 +165,12 @@ impl<'a> Spot<'a> {
         self.fixed(distance).min(self.depth) - self.bias
     }
 
-    /// Window that filters a spot on blocks of an edge, along x and y [blocks]. Together with the overlap of
+    /// A vector along x and y, along the window's axes; and back.
+    fn turn(&self, along: Vec2) -> Vec2 {
+        if self.turned { along.yx() } else { along }
+    }
+
+    /// Window that filters a spot on blocks of an edge, along its axes [blocks]. Together with the overlap of
     /// the blocks and a block's own width it is closest to a disc at a variance slightly above the disc's.
     fn width(&self, spot: f32, edge: f32) -> Vec2 {
         let radius = self.shape * (spot / edge);
@@ -188,17 +200,26 @@ impl<'a> Spot<'a> {
 
     /// Evaluates the depths `from` to `to` on a level; `spot` is the radius of their widest spot [texels].
     fn tell(&self, level: &Level, edge: f32, spot: f32, from: f32, to: f32) -> Told {
-        let middle = self.place / edge - 0.5;
+        let middle = self.turn(self.place / edge - 0.5);
         let width = self.width(spot, edge);
-        let low = (middle - 0.5 * (width + 1.0)).ceil();
-        let count = (middle + 0.5 * (width + 1.0)).floor() - low + 1.0;
+        let half = 0.5 * (width + 1.0);
+        let low = (middle.y - half.y).ceil();
+        let rows = ((middle.y + half.y).floor() - low + 1.0) as i32;
         let reach = if edge == 2.0 { 1.0 } else { BLOCK_REACH * edge };
         let mut told = Told::default();
-        for i in 0..(count.x * count.y) as i32 {
-            let at = low + Vec2::new((i % count.x as i32) as f32, (i / count.x as i32) as f32);
-            let end = self.end((at + 0.5) * edge, reach);
-            let block = level.block(at.as_ivec2());
-            self.add_block(&mut told, block, at - middle, edge, width, [from, to, end]);
+        for row in 0..rows {
+            let y = low + row as f32;
+            let sheared = self.shear * (y - middle.y);
+            let first = (middle.x + sheared - half.x).ceil();
+            let count = ((middle.x + sheared + half.x).floor() - first + 1.0) as i32;
+            for i in 0..count {
+                let column = first + i as f32;
+                let off = Vec2::new(column - sheared, y) - middle;
+                let at = self.turn(Vec2::new(column, y));
+                let end = self.end((at + 0.5) * edge, reach);
+                let block = level.block(at.as_ivec2());
+                self.add_block(&mut told, block, off, edge, width, [from, to, end]);
+            }
         }
         // The light left in a narrower window is part of that in the widest: at most as much per area.
         let least = self.width(self.spot(to), edge).min(width);
@@ -241,7 +262,7 @@ impl<'a> Spot<'a> {
     }
 }
 
-/// Share of a window of `width` blocks that covers the block `off` its centre, by area.
+/// Share of a window of `width` blocks that covers the block `off` its centre, along its axes, by area.
 fn cover(off: Vec2, width: Vec2) -> f32 {
     let over = (0.5 * (width + 1.0) - off.abs()).max(Vec2::ZERO).min(width.min(Vec2::ONE));
     (over / width).element_product()
@@ -250,30 +271,6 @@ fn cover(off: Vec2, width: Vec2) -> f32 {
 /// Weight of a level's result, per channel.
 fn evidence(before: Vec3) -> Vec3 {
     (before * EVIDENCE).clamp(Vec3::ZERO, Vec3::ONE)
-}
-
-/// Half-widths of the light seen from the point, along x and y of a view: in metres in a perspective view,
-/// as slopes in a parallel one.
-fn half_widths(view: &GpuView, light: &GpuLight, area: &GpuArea, p: Vec3, point: Vec3) -> Vec2 {
-    let perspective = view.perspective > 0.0;
-    let aside = if perspective { Vec2::new(p.x, p.y) / (-p.z).max(1e-6) } else { Vec2::ZERO };
-    let half = if area.kind == AREA_FLAT {
-        let axis = |axis: Vec3| {
-            let axis = view.view_from_world.transform_vector3(axis);
-            // Projected along the ray to the point into the plane of the view.
-            Vec2::new(axis.x, axis.y) + aside * axis.z
-        };
-        let (right, up) = (axis(area.right), axis(area.up));
-        (right * right + up * up).map(f32::sqrt)
-    } else {
-        // Spheres face the point.
-        (Vec2::ONE + aside * aside).map(f32::sqrt) * area.right.x
-    };
-    match (area.kind == AREA_SUN, perspective) {
-        (true, true) => Vec2::splat(area.right.x) * -p.z,
-        (false, false) => half / (point - light.position).length().max(1e-6),
-        _ => half,
-    }
 }
 
 fn plane_depth(view: &GpuView, p: Vec3, normal: Vec3, perspective: bool) -> PlaneDepth {
