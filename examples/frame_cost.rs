@@ -22,8 +22,9 @@ const PARTICLES: u32 = 200_000;
 /// The most that recording a frame may take [us].
 const BUDGET: f64 = 60.0;
 
-/// Files of wgpu that all calls of it pass.
-const WGPU: [&str; 2] = ["(src/api/", "(src/backend/wgpu_core.rs"];
+/// What frames of wgpu's functions have, which all calls of it pass: files, or names without debug information.
+const WGPU: [&str; 4] =
+    ["(src/api/", "(src/backend/wgpu_core.rs", ": wgpu::", ": <wgpu::backend::wgpu_core::"];
 
 const LOADER: &str = "
 @group(1) @binding(0) var<storage, read> smoke: array<vec4<f32>>;
@@ -158,7 +159,7 @@ fn allocations(device: &wgpu::Device, prepared: &Prepared) -> Result<[u64; 2], B
     for place in list(&report, "pps") {
         let is_wgpu = list(&place, "fs").iter().any(|frame| {
             let frame = frame.as_u64().and_then(|frame| frames[frame as usize].as_str());
-            frame.is_some_and(|frame| WGPU.iter().any(|file| frame.contains(file)))
+            frame.is_some_and(|frame| WGPU.iter().any(|part| frame.contains(part)))
         });
         counts[usize::from(is_wgpu)] += place["tbk"].as_u64().unwrap_or_default();
     }
