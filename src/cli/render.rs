@@ -64,6 +64,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         keep: true,
         light: arguments.exr,
         debug: &debug,
+        maps_only: false,
     };
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };

@@ -1,5 +1,6 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
 mod engine;
+mod read_maps;
 
 #[cfg(feature = "device")]
 use crate::gpu::{Backend, Selection};
@@ -18,7 +19,7 @@ use engine::GpuEngine;
 /// Results of one frame, and their costs.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// The rendered picture.
+    /// The rendered picture; of no pixels if only maps are requested.
     pub picture: Picture,
     /// Debug pictures that were requested.
     pub debug: Vec<(DebugMode, Picture)>,
@@ -47,6 +48,8 @@ pub struct RenderOptions<'a> {
     pub light: bool,
     /// Debug pictures. The CPU twin has none.
     pub debug: &'a [DebugMode],
+    /// Whether no picture is rendered: it and what it counts are then empty.
+    pub maps_only: bool,
 }
 
 impl RenderOptions<'_> {
@@ -183,15 +186,12 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     let (mut view_maps, mut counters) = reference::render_maps(scene, &views);
     counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
-    let picture = reference::render_picture(scene, &views, &view_maps);
-    let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
+    let mut stages = vec![("maps", maps_ms)];
+    let mut picture = Picture::default();
+    if !options.maps_only {
+        picture = reference::render_picture(scene, &views, &view_maps);
+        stages.push(("picture", clock.elapsed().as_secs_f64() * 1e3 - maps_ms));
+    }
     view_maps.retain(|maps| options.maps && options.shows(&maps.view));
-    Ok(Frame {
-        picture,
-        debug: Vec::new(),
-        maps: view_maps,
-        counters,
-        stages: vec![("maps", maps_ms), ("picture", picture_ms)],
-        memory: Vec::new(),
-    })
+    Ok(Frame { picture, debug: Vec::new(), maps: view_maps, counters, stages, memory: Vec::new() })
 }

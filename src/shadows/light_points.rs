@@ -7,7 +7,7 @@ use crate::{
     model::Light,
     stage::{
         features::Features,
-        shade::{PointBatch, point_grid},
+        shade::{NO_LIST, PointBatch, point_grid},
     },
 };
 use wgpu::{BindGroup, Buffer, BufferUsages};
@@ -66,6 +66,7 @@ impl Prepared {
             first: 0,
             count: answers as u32,
             has_normals: u32::from(points.normals.is_some()),
+            list: NO_LIST,
         };
         let batch_buffer = allocator.uniform::<PointBatch>("point_batch");
         queue.write_buffer(&batch_buffer, 0, bytemuck::bytes_of(&batch));

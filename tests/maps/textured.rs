@@ -2,14 +2,13 @@
 use crate::common::{
     TIERS, brute_force,
     compare::{Tolerance, assert_maps_agree, compare_maps},
-    gpu, render,
+    gpu, map_frame,
     scenes::{empty, light, material, pane},
 };
 use gobo::{
     error::Error,
     glam::{DVec2, Vec2, Vec3, Vec4},
-    model::Texture,
-    model::{LightKind, Material, Transfer},
+    model::{LightKind, Material, Texture, Transfer},
     reference,
     render::{RenderOptions, Renderer},
     scene::{self, Scene},
@@ -54,7 +53,7 @@ fn maps_are_the_textures_where_rays_meet_them() {
         let scene = small(name);
         let views = shadow_views(&scene);
         let twin = reference::render_maps(&scene, &views).0;
-        let gpu = TIERS.map(|tier| render(tier, &scene).maps);
+        let gpu = TIERS.map(|tier| map_frame(tier, &scene).maps);
         for (i, view) in views.iter().enumerate() {
             let expected = brute_force::render(&scene, view);
             assert_maps_agree(&expected, &twin[i], TOLERANCE);
@@ -101,7 +100,7 @@ fn a_projector_throws_its_slide() {
     let views = shadow_views(&scene);
     let size = views[0].size.as_dvec2();
     for tier in TIERS {
-        let maps = render(tier, &scene).maps.remove(0);
+        let maps = map_frame(tier, &scene).maps.remove(0);
         for (i, color) in colors.iter().enumerate() {
             // Middle of the check on the pane [m] to the map.
             let on_pane = DVec2::new((i % 2) as f64 * 0.5 - 0.25, (i / 2) as f64 * 0.5 - 0.25);
@@ -120,7 +119,7 @@ fn caustics_move_light_and_keep_it() {
     let water = scene.materials.iter().position(|m| m.transfer == Transfer::Gain).expect("water");
     scene.materials[water].tint = Vec4::new(4.0, 4.0, 4.0, 0.25);
     for tier in TIERS {
-        let maps = render(tier, &scene).maps.remove(0);
+        let maps = map_frame(tier, &scene).maps.remove(0);
         let under: Vec<f32> = (0..maps.filter.len())
             .filter(|&i| maps.nearest[i] < 1.0)
             .map(|i| maps.filter[i][0])

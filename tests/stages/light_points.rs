@@ -1,6 +1,6 @@
 //! Light at points: the look-up against closed forms and against its twin.
 use crate::common::{
-    TIERS, gpu, render,
+    TIERS, gpu, map_frame,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     two_devices,
 };
@@ -160,7 +160,7 @@ fn kernel_equals_twin() {
         let scene = crowd(receiver);
         let views = shadow_views(&scene);
         for tier in TIERS {
-            let maps = render(tier, &scene).maps;
+            let maps = map_frame(tier, &scene).maps;
             let expected = light_points(&scene, &views, &maps, &points);
             let actual = Renderer::on(gpu(tier)).unwrap().light_points(&scene, &points).unwrap();
             assert_eq!(actual.len(), 9000);
