@@ -22,7 +22,7 @@ pub struct ViewMaps {
 }
 
 /// The lit picture.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Picture {
     /// Width and height [pixels].
     pub size: UVec2,

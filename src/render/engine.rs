@@ -1,21 +1,20 @@
 //! Rendering of scenes on a device.
-use super::{Frame, RenderOptions};
+use super::{Frame, RenderOptions, read_maps::read_maps};
 use crate::{
     error::Error,
-    gpu::{Gpu, KernelJob, Timeline, while_made},
+    gpu::{Gpu, KernelJob, Memory, Timeline, while_made},
     model::{Counters, ReceiverPoint, Scene, View},
     picture::{
         Kept, PictureCapacity, PictureRequest, PreparedPicture,
         debug::{self, DebugMode},
     },
-    records::{CurveMap, NO_OWNER, Picture, ViewMaps, stored_tag},
+    records::Picture,
     reference,
     shadows::{Config, HostInputs, Maps, PointBuffers, Prepared, Shadows},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views, views_around},
 };
 use glam::Vec3;
-use half::f16;
 
 #[derive(Debug)]
 pub(super) struct GpuEngine {
@@ -57,6 +56,11 @@ impl GpuEngine {
         Ok(Self { gpu, shadows, timeline, capacity: None, has_counted: false, kept })
     }
 
+    /// What the device reported first: without memory for a texture, the error is that it cannot be bound.
+    pub(super) fn cause_of(&self, error: Error) -> Error {
+        self.gpu.check().err().unwrap_or(error)
+    }
+
     pub(super) fn render(
         &mut self,
         scene: &Scene,
@@ -69,7 +73,7 @@ impl GpuEngine {
         let camera = whole.clone().through(first);
         // Compiles the picture's kernels while the device renders the maps of a first frame.
         let ahead = |engine: &mut Self, prepared: &Prepared| {
-            if engine.capacity.is_some() {
+            if options.maps_only || engine.capacity.is_some() {
                 return Ok(Vec::new());
             }
             let lit = Lit { scene, camera: camera.clone(), views: &views, maps: prepared.maps() };
@@ -77,51 +81,69 @@ impl GpuEngine {
             Ok(engine.shadows.kernels().pending())
         };
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
-        let mut stages = self.timeline.read(&self.gpu.device);
+        let stages = self.timeline.read(&self.gpu.device);
         let maps = if options.maps {
             let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
             read_maps(&self.gpu, prepared.maps(), &views, owners, options)?
         } else {
             Vec::new()
         };
-        let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
-        let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
-        let (shown, capacity, overflowed) = self.shade_whole_picture(&lit, budget)?;
-        let of_picture: f64 = self.timeline.read(&self.gpu.device).iter().map(|(_, ms)| ms).sum();
-        stages.push(("picture", of_picture));
+        let mut frame = Frame {
+            picture: Picture::default(),
+            debug: Vec::new(),
+            maps,
+            counters: Counters { shrunk: shrunk as u64, skipped: scene.skipped.clone(), ..counted },
+            stages,
+            memory: Vec::new(),
+        };
         let mut memory = prepared.memory().clone();
-        for &(name, bytes) in &shown.memory.0 {
-            memory.add(name, bytes);
+        if !options.maps_only {
+            let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
+            self.add_picture(&mut frame, &mut memory, &lit, &whole, options)?;
         }
+        frame.memory = memory.0;
+        self.gpu.check()?;
+        if !options.keep {
+            self.forget();
+        }
+        Ok(frame)
+    }
+
+    /// Renders the pictures, and adds their costs to those of the maps.
+    fn add_picture(
+        &mut self,
+        frame: &mut Frame,
+        memory: &mut Memory,
+        lit: &Lit<'_>,
+        whole: &View,
+        options: &RenderOptions<'_>,
+    ) -> Result<(), Error> {
+        let scene = lit.scene;
+        let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
+        let (shown, capacity, overflowed) = self.shade_whole_picture(lit, budget)?;
+        let of_picture: f64 = self.timeline.read(&self.gpu.device).iter().map(|(_, ms)| ms).sum();
+        frame.stages.push(("picture", of_picture));
+        memory.add_all(&shown.memory);
         let mut picture = shown.read(&self.gpu)?;
         if options.light || scene.samples > 1 {
             picture.light = self.read_light(&shown)?;
         }
         if scene.samples > 1 {
-            picture = self.shade_samples(&lit, &whole, budget, picture.light)?;
+            picture = self.shade_samples(lit, whole, budget, picture.light)?;
         }
         self.kept.slots = shown.slots().former(scene.lights.iter());
         let clusters = shown.read_cluster_counters(&self.gpu)?;
-        let debug = options
-            .debug
-            .iter()
-            .map(|&mode| Ok((mode, self.shade_debug(mode, &lit, &shown, &picture, capacity)?)))
-            .collect::<Result<_, Error>>()?;
-        self.gpu.check()?;
-        if !options.keep {
-            self.forget();
+        for &mode in options.debug {
+            frame.debug.push((mode, self.shade_debug(mode, lit, &shown, &picture, capacity)?));
         }
-        let counters = Counters {
-            shrunk: shrunk as u64,
-            cluster_lights: clusters.needed.into(),
-            clusters_overflowed: clusters.overflowed.into(),
-            masks: shown.slots().count.into(),
-            unmasked_lights: shown.slots().unmasked.into(),
-            overflowed: counted.overflowed + overflowed,
-            skipped: scene.skipped.clone(),
-            ..counted
-        };
-        Ok(Frame { picture, debug, maps, counters, stages, memory: memory.0 })
+        frame.picture = picture;
+        let counters = &mut frame.counters;
+        counters.cluster_lights = clusters.needed.into();
+        counters.clusters_overflowed = clusters.overflowed.into();
+        counters.masks = shown.slots().count.into();
+        counters.unmasked_lights = shown.slots().unmasked.into();
+        counters.overflowed += overflowed;
+        Ok(())
     }
 
     /// The kernels of a frame that are not made yet.
@@ -220,14 +242,14 @@ impl GpuEngine {
         budget: u32,
         first: Vec<[f32; 3]>,
     ) -> Result<Picture, Error> {
-        let vectors = |light: Vec<[f32; 3]>| light.into_iter().map(Vec3::from_array).collect();
-        let mut samples: Vec<Vec<Vec3>> = vec![vectors(first)];
+        let mut mean = reference::MeanPicture::new(lit.scene);
+        mean.add(first.into_iter().map(Vec3::from_array));
         for offset in lit.scene.sample_offsets().skip(1) {
             let lit = Lit { camera: camera.clone().through(offset), ..lit.clone() };
             let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
-            samples.push(vectors(self.read_light(&shown)?));
+            mean.add(self.read_light(&shown)?.into_iter().map(Vec3::from_array));
         }
-        Ok(reference::mean_picture(lit.scene, &samples))
+        Ok(mean.picture())
     }
 
     /// The complete picture, the capacities that it was prepared with, and how many casters did not fit at
@@ -339,61 +361,4 @@ fn submit(
     record(&mut encoder, timeline);
     timeline.finish(&mut encoder);
     gpu.queue.submit([encoder.finish()]);
-}
-
-fn read_maps(
-    gpu: &Gpu,
-    maps: &Maps,
-    views: &[View],
-    owners: bool,
-    options: &RenderOptions<'_>,
-) -> Result<Vec<ViewMaps>, Error> {
-    let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
-    let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
-    let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;
-    let colored: Vec<[f32; 4]> = match &maps.colored {
-        Some(colored) => gpu.try_read_texture(colored)?,
-        None => Vec::new(),
-    };
-    let curves: Vec<[[u32; 2]; 2]> =
-        if maps.nodes > 0 { gpu.try_read_texture(&maps.curves)? } else { Vec::new() };
-    let atlas = maps.filters.size();
-    let layer = (atlas.width * atlas.height) as usize;
-    let nodes_of = |texel: usize| {
-        let (z, rest) = (texel / layer, texel % layer);
-        let pairs = maps.nodes as usize / 2;
-        (0..pairs).flat_map(|pair| curves[(z * pairs + pair) * layer + rest]).collect::<Vec<_>>()
-    };
-    let shown = views.iter().zip(&maps.places).filter(|(view, _)| options.shows(view));
-    let view_maps = shown.map(|(view, place)| {
-        let texels = || {
-            (0..view.size.y).flat_map(move |y| {
-                let row = place.layer * atlas.height + place.origin.y + y;
-                let first = (row * atlas.width + place.origin.x) as usize;
-                first..first + view.size.x as usize
-            })
-        };
-        let owner = |t: usize| match nearests[t] {
-            1.0 => NO_OWNER,
-            nearest => stored_tag(f16::from_bits(filters[t][3]).to_f32(), nearest),
-        };
-        let rgb = |t: usize| [0, 1, 2].map(|i| f16::from_bits(filters[t][i]).to_f32());
-        ViewMaps {
-            view: view.clone(),
-            filter: texels().map(rgb).collect(),
-            nearest: texels().map(|t| nearests[t]).collect(),
-            opaque: texels().map(|t| opaques[t]).collect(),
-            colored: texels()
-                .filter_map(|t| colored.get(t))
-                .map(|&[r, g, b, _]| [r, g, b])
-                .collect(),
-            curve: (maps.nodes > 0).then(|| CurveMap {
-                nodes: maps.nodes as usize,
-                gain: maps.gain,
-                packed: texels().flat_map(nodes_of).collect(),
-            }),
-            owner: if owners { texels().map(owner).collect() } else { Vec::new() },
-        }
-    });
-    Ok(view_maps.collect())
 }

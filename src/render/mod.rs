@@ -1,5 +1,6 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
 mod engine;
+mod read_maps;
 
 #[cfg(feature = "device")]
 use crate::gpu::{Backend, Selection};
@@ -18,7 +19,7 @@ use engine::GpuEngine;
 /// Results of one frame, and their costs.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// The rendered picture.
+    /// The rendered picture; of no pixels if only maps are requested.
     pub picture: Picture,
     /// Debug pictures that were requested.
     pub debug: Vec<(DebugMode, Picture)>,
@@ -47,6 +48,8 @@ pub struct RenderOptions<'a> {
     pub light: bool,
     /// Debug pictures. The CPU twin has none.
     pub debug: &'a [DebugMode],
+    /// Whether no picture is rendered: it and what it counts are then empty.
+    pub maps_only: bool,
 }
 
 impl RenderOptions<'_> {
@@ -133,13 +136,17 @@ impl Renderer {
     pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         check(scene)?;
         match &mut self.engine {
-            Engine::Gpu(engine) => engine.render(scene, options),
+            Engine::Gpu(engine) => {
+                let frame = engine.render(scene, options);
+                frame.map_err(|error| engine.cause_of(error))
+            }
             Engine::Cpu => render_on_cpu(scene, options),
         }
     }
 
     /// Share of each light that reaches each point of the world: linear rgb, point by point, in the scene's
-    /// order of lights; 1 if nothing is in between, without falloff and cosine.
+    /// order of lights; 1 if nothing is in between, without falloff and cosine. 0 behind a given
+    /// [`Light::far`](crate::Light::far), where a light ends.
     pub fn light_points(
         &mut self,
         scene: &Scene,
@@ -152,7 +159,10 @@ impl Renderer {
         };
         let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
         match &mut self.engine {
-            Engine::Gpu(engine) => engine.light_points(scene, points),
+            Engine::Gpu(engine) => {
+                let shares = engine.light_points(scene, points);
+                shares.map_err(|error| engine.cause_of(error))
+            }
             Engine::Cpu => {
                 let (views, _) = views_around(scene, &AtlasLimits::CORE, points);
                 check_views(&views, &scene.shadow)?;
@@ -176,15 +186,12 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     let (mut view_maps, mut counters) = reference::render_maps(scene, &views);
     counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
-    let picture = reference::render_picture(scene, &views, &view_maps);
-    let picture_ms = clock.elapsed().as_secs_f64() * 1e3 - maps_ms;
+    let mut stages = vec![("maps", maps_ms)];
+    let mut picture = Picture::default();
+    if !options.maps_only {
+        picture = reference::render_picture(scene, &views, &view_maps);
+        stages.push(("picture", clock.elapsed().as_secs_f64() * 1e3 - maps_ms));
+    }
     view_maps.retain(|maps| options.maps && options.shows(&maps.view));
-    Ok(Frame {
-        picture,
-        debug: Vec::new(),
-        maps: view_maps,
-        counters,
-        stages: vec![("maps", maps_ms), ("picture", picture_ms)],
-        memory: Vec::new(),
-    })
+    Ok(Frame { picture, debug: Vec::new(), maps: view_maps, counters, stages, memory: Vec::new() })
 }

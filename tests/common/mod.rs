@@ -62,17 +62,27 @@ fn any_renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     }
 }
 
-/// A frame with its maps; tiny particles take the scatter path, as on a GPU.
+/// A frame with its maps and its picture; tiny particles take the scatter path, as on a GPU.
 pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
-    render_tiny(tier, scene, true)
+    let options = RenderOptions { maps: true, light: true, ..RenderOptions::default() };
+    frame(tier, scene, true, &options)
 }
 
-/// A frame with its maps; `scatter`: tiny particles take the scatter path.
-pub(crate) fn render_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
+/// As [`render`], without the picture, which takes longer than the maps.
+pub(crate) fn map_frame(tier: Tier, scene: &Scene) -> Frame {
+    map_frame_tiny(tier, scene, true)
+}
+
+/// As [`map_frame`]; `scatter`: tiny particles take the scatter path.
+pub(crate) fn map_frame_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
+    let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+    frame(tier, scene, scatter, &options)
+}
+
+fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) -> Frame {
     let mut renderer = any_renderer(tier);
     renderer.configure(|config| config.scatter_tiny = scatter);
-    let options = RenderOptions { maps: true, light: true, ..RenderOptions::default() };
-    renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
+    renderer.render(scene, options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {

@@ -1,5 +1,5 @@
 //! Every figure of `docs/dither.md`, measured again: `make tables` writes them.
-use crate::common::{TIERS, render, scenes::empty};
+use crate::common::{TIERS, map_frame, scenes::empty};
 use crate::dither_study as measure;
 use gobo::{
     glam::Vec3,
@@ -89,7 +89,7 @@ fn stated_flicker_is_measured() {
 fn work_per_caster_is_flat() {
     let per_caster = |count: u32, transfer: Transfer| {
         let scene = duplicates(count, transfer);
-        let counters = render(TIERS[1], &scene).counters;
+        let counters = map_frame(TIERS[1], &scene).counters;
         assert_eq!((counters.visible, counters.overflowed), (u64::from(count), 0));
         counters.pairs as f64 / f64::from(count)
     };

@@ -1,6 +1,6 @@
 //! Cached maps: which are rendered again, and that they are the same.
 use crate::common::{
-    TIERS, gpu, render,
+    TIERS, gpu, map_frame, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
@@ -27,14 +27,19 @@ fn renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     renderer
 }
 
+/// A frame of maps that are kept.
 fn rendered(renderer: &mut Renderer, scene: &Scene) -> Frame {
-    let options = RenderOptions { maps: true, keep: true, ..RenderOptions::default() };
+    frame(renderer, scene, true)
+}
+
+fn frame(renderer: &mut Renderer, scene: &Scene, maps_only: bool) -> Frame {
+    let options = RenderOptions { maps: true, keep: true, maps_only, ..RenderOptions::default() };
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A frame of a renderer that keeps nothing.
 fn fresh(tier: Tier, scene: &Scene) -> Frame {
-    let frame = render(tier, scene);
+    let frame = map_frame(tier, scene);
     assert_eq!(views(&frame), (frame.maps.len() as u64, 0));
     frame
 }
@@ -117,13 +122,13 @@ fn a_second_frame_renders_nothing() {
     let scene = scene();
     for tier in TIERS {
         let mut renderer = renderer(tier);
-        let first = rendered(&mut renderer, &scene);
+        let first = frame(&mut renderer, &scene, false);
         assert_eq!(views(&first), (5, 0));
         assert!(first.maps[0].filter.iter().any(|f| f[0] < 0.9), "there is a shadow");
         let mut around = scene.clone();
         for eye in [scene.camera.eye, Vec3::new(-3.0, 5.0, 1.0)] {
             around.camera.eye = eye;
-            let second = rendered(&mut renderer, &around);
+            let second = frame(&mut renderer, &around, false);
             assert_eq!(views(&second), (0, 5));
             assert_eq!(second.counters.pairs, 0);
             assert!(
@@ -203,8 +208,8 @@ fn kept_frames_equal_fresh_ones() {
     let mut keeps = renderer(Tier::Native);
     let mut kept = 0;
     for step in 0..10 {
-        let frame = rendered(&mut keeps, &scene);
-        let all = fresh(Tier::Native, &scene);
+        let frame = frame(&mut keeps, &scene, false);
+        let all = render(Tier::Native, &scene);
         assert!(differing(&frame, &all).is_empty(), "step {step}");
         assert!(frame.picture.rgb == all.picture.rgb, "step {step}");
         kept += frame.counters.views_kept;

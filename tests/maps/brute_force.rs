@@ -45,7 +45,7 @@ pub(super) fn assert_agrees(scene: &Scene, tolerance: Tolerance) -> Vec<Counters
     agree(&maps);
     let mut all = vec![counters];
     for tier in TIERS {
-        let frame = crate::common::render(tier, scene);
+        let frame = crate::common::map_frame(tier, scene);
         agree(&frame.maps);
         all.push(frame.counters);
     }

@@ -1,7 +1,7 @@
 //! Cascades: their splits, their stability, and their seams.
 use crate::{
     common::{
-        TIERS, render,
+        TIERS, map_frame,
         scenes::{Chance, material, particle},
     },
     maps::lights::{GLASS, STONE, ground, light_at, maps, moved, roof},
@@ -93,11 +93,11 @@ fn camera_motion_shifts_maps_bit_for_bit() {
         last = now;
     }
     for tier in TIERS {
-        let before = render(tier, &scene).maps;
+        let before = map_frame(tier, &scene).maps;
         let mut ahead = scene.clone();
         ahead.camera.eye.z -= 0.7;
         ahead.camera.target.z -= 0.7;
-        compare(&before, &render(tier, &ahead).maps);
+        compare(&before, &map_frame(tier, &ahead).maps);
     }
     assert!(moves > 10 && texels > 10_000, "{moves} moves, {texels} texels");
 }

@@ -1,6 +1,6 @@
 //! Coloured dithering: kernels against the twin, all paths alike, and unbiased per channel.
 use crate::common::{
-    TIERS, render,
+    TIERS, map_frame, render,
     scenes::{Chance, empty, light, material, pane, particle},
 };
 use gobo::{
@@ -83,7 +83,7 @@ fn gpu_matches_twin() {
         scene.shadow.soften = soften;
         let expected = twin(&scene);
         for tier in TIERS {
-            let apart = share_apart(&render(tier, &scene).maps, &expected);
+            let apart = share_apart(&map_frame(tier, &scene).maps, &expected);
             assert!(apart <= most, "{pattern:?} {tier:?} {soften}: {apart}");
         }
     }
@@ -125,7 +125,7 @@ fn every_path_draws_the_same() {
             let depths = frame.maps.iter().flat_map(|m| m.colored.as_flattened());
             depths.map(|z| z.to_bits()).collect()
         };
-        let [whole, partly] = [&scene, &overflowing].map(|scene| render(tier, scene));
+        let [whole, partly] = [&scene, &overflowing].map(|scene| map_frame(tier, scene));
         assert!(partly.counters.overflowed > 0);
         assert!(bits(&partly) == bits(&whole), "{tier:?}");
     }
@@ -142,7 +142,7 @@ fn segments_draw_what_the_twin_does() {
         Particle { id, ..particle(center, 0.3, Vec4::new(0.5, 0.9, 0.2, 0.01)) }
     }));
     for tier in TIERS {
-        let apart = share_apart(&render(tier, &long).maps, &twin(&long));
+        let apart = share_apart(&map_frame(tier, &long).maps, &twin(&long));
         assert!(apart <= GRAZED, "{tier:?}: {apart}");
     }
 }
@@ -160,7 +160,7 @@ fn each_channel_lets_its_transmittance_through() {
             let faces = pane(0.2 + 0.1 * id as f32, 1.5, id);
             scene.triangles.extend(faces.map(|face| gobo::model::Triangle { id: id + 9, ..face }));
         }
-        let maps = render(TIERS[1], &scene).maps.remove(0);
+        let maps = map_frame(TIERS[1], &scene).maps.remove(0);
         for channel in 0..3 {
             let open = maps.colored.iter().filter(|z| z[channel] == 1.0).count() as f32;
             let share = open / maps.colored.len() as f32;

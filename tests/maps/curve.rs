@@ -1,7 +1,7 @@
 //! Transmittance curves.
 use crate::{
     common::{
-        render,
+        map_frame,
         scenes::{Chance, empty, light, material, random_discs, triangle},
     },
     curves::{Method, Rays, Sample},
@@ -226,7 +226,7 @@ pub(crate) fn twin(scene: &Scene) -> Vec<ViewMaps> {
 
 pub(crate) fn holds(tier: Tier, scene: &Scene, name: &str) {
     let expected = twin(scene);
-    let frame = render(tier, scene);
+    let frame = map_frame(tier, scene);
     let apart = share_apart(&frame.maps, &expected);
     assert!(apart <= GRAZED, "{name} {tier:?}: {apart}");
     for (map, expected) in frame.maps.iter().zip(&expected) {
@@ -259,9 +259,9 @@ fn gpu_matches_twin_of_every_kind() {
 fn overflow_goes_behind() {
     let mut scene = discs(8);
     scene.shadow.pair_budget = 3000;
-    let frame = render(Tier::Native, &scene);
+    let frame = map_frame(Tier::Native, &scene);
     assert!(frame.counters.overflowed > 0, "{:?}", frame.counters);
-    let whole = render(Tier::Native, &discs(8));
+    let whole = map_frame(Tier::Native, &discs(8));
     for (few, whole) in frame.maps.iter().zip(&whole.maps) {
         for texel in 0..few.filter.len() {
             let apart = (0..3).map(|i| (few.filter[texel][i] - whole.filter[texel][i]).abs());

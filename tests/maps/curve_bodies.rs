@@ -1,7 +1,7 @@
 //! Curves of puffs and volumes, which absorb along the ray, and of `over`, which adds light.
 use crate::{
     common::{
-        TIERS, render,
+        TIERS, map_frame,
         scenes::{Chance, empty, light, material, particle, triangle},
     },
     maps::{
@@ -130,7 +130,7 @@ fn the_filter_is_that_of_nearest_depth() {
     let expected = twin(&nearest);
     let mut changes = 0;
     for tier in TIERS {
-        let frame = render(tier, &scene);
+        let frame = map_frame(tier, &scene);
         for (map, expected) in frame.maps.iter().zip(&expected) {
             let pairs = map.filter.iter().zip(&expected.filter);
             let far = pairs.filter(|(a, b)| (0..3).any(|i| (a[i] - b[i]).abs() > 0.004)).count();
@@ -229,7 +229,7 @@ fn segments_follow_each_other() {
     let opacity = f64::from(half::f16::from_f32(1e-4).to_f32());
     let scene = curved(scene, 8);
     for tier in TIERS {
-        let frame = render(tier, &scene);
+        let frame = map_frame(tier, &scene);
         assert!(frame.counters.segments > 2, "{:?}", frame.counters);
         let map = &frame.maps[0];
         // In nearest-depth mode volumes filter the light behind all `over` casters; along the ray the order

@@ -2,7 +2,7 @@
 use super::curve::{LIGHT_ROUNDING, curved};
 use crate::{
     common::{
-        TIERS, render,
+        TIERS, map_frame, render,
         scenes::{Chance, empty, light, material, particle, triangle},
     },
     rivals::{Hit, exact},
@@ -132,7 +132,7 @@ fn crossing_triangles_are_in_order_in_every_texel() {
     }
     let scene = curved(scene, 8);
     for tier in TIERS {
-        let frame = render(tier, &scene);
+        let frame = map_frame(tier, &scene);
         let map = &frame.maps[0];
         let (view, curve) = (&map.view, map.curve.as_ref().unwrap());
         let mut orders = std::collections::HashSet::new();
@@ -194,7 +194,7 @@ fn a_hundred_thousand_casters_on_one_tile() {
     let opacity = half::f16::from_f32(2e-5).to_f32();
     let scene = curved(scene, 8);
     for tier in TIERS {
-        let frame = render(tier, &scene);
+        let frame = map_frame(tier, &scene);
         let map = &frame.maps[0];
         let curve = map.curve.as_ref().unwrap();
         assert!(frame.counters.segments > 10, "{:?}", frame.counters);

@@ -1,6 +1,6 @@
 //! Dithered maps and pictures: kernels against the twin, and properties of both.
 use crate::common::{
-    TIERS, render,
+    TIERS, map_frame, render,
     scenes::{Chance, empty, flat_view, light, material, pane, particle, random_discs, triangle},
 };
 use gobo::{
@@ -75,7 +75,7 @@ fn gpu_matches_twin() {
         let open = expected.iter().filter(|z| **z == 1.0).count() as f64 / expected.len() as f64;
         assert!((0.2..0.8).contains(&open), "{open}");
         for tier in TIERS {
-            let apart = share_apart(&opaques(&render(tier, &scene).maps), &expected);
+            let apart = share_apart(&opaques(&map_frame(tier, &scene).maps), &expected);
             assert!(apart <= GRAZED, "{pattern:?} {tier:?}: {apart}");
         }
     }
@@ -98,7 +98,7 @@ fn gpu_matches_twin_bit_for_bit() {
         }
         let expected = opaques(&twin(&scene));
         for tier in TIERS {
-            let maps = opaques(&render(tier, &scene).maps);
+            let maps = opaques(&map_frame(tier, &scene).maps);
             let bits = |maps: &[f32]| maps.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
             assert!(bits(&maps) == bits(&expected), "{pattern:?} {tier:?}");
         }
@@ -112,7 +112,7 @@ fn the_camera_changes_no_texel() {
         let mut moved = scene.clone();
         moved.camera.eye += Vec3::new(0.3, -0.1, 0.7);
         moved.camera.fov_y *= 0.5;
-        let (a, b) = (render(TIERS[1], &scene).maps, render(TIERS[1], &moved).maps);
+        let (a, b) = (map_frame(TIERS[1], &scene).maps, map_frame(TIERS[1], &moved).maps);
         assert!(opaques(&a) == opaques(&b), "{pattern:?}");
     }
 }
@@ -214,9 +214,9 @@ fn every_path_draws_the_same() {
     let mut overflowing = scene.clone();
     overflowing.shadow.pair_budget = 300;
     for tier in TIERS {
-        let whole = opaques(&render(tier, &scene).maps);
-        assert!(opaques(&render(tier, &shuffled).maps) == whole, "{tier:?}");
-        let frame = render(tier, &overflowing);
+        let whole = opaques(&map_frame(tier, &scene).maps);
+        assert!(opaques(&map_frame(tier, &shuffled).maps) == whole, "{tier:?}");
+        let frame = map_frame(tier, &overflowing);
         assert!(frame.counters.overflowed > 0);
         assert!(opaques(&frame.maps) == whole, "{tier:?}");
     }
@@ -241,7 +241,7 @@ fn segments_draw_what_the_twin_does() {
     let expected = opaques(&twin(&stack));
     assert!(expected.iter().any(|z| *z < 1.0));
     for tier in TIERS {
-        let frame = render(tier, &stack);
+        let frame = map_frame(tier, &stack);
         let apart = share_apart(&opaques(&frame.maps), &expected);
         assert!(apart <= GRAZED, "{tier:?}: {apart} {:?}", frame.counters);
     }
@@ -270,7 +270,7 @@ fn two_layers_in_the_map_let_a_quarter_through() {
     for pattern in Pattern::ALL {
         for tier in TIERS {
             // A view's map is slightly larger than the panes.
-            let all = |scene: &Scene| share_through(&opaques(&render(tier, scene).maps));
+            let all = |scene: &Scene| share_through(&opaques(&map_frame(tier, scene).maps));
             let margin = all(&stack(pattern, 1.0, &[0]));
             assert!(margin < 0.05, "{margin}");
             let open = |scene: &Scene| (all(scene) - margin) / (1.0 - margin);
@@ -297,7 +297,7 @@ fn fading_panes_vanish_from_the_map_without_a_step() {
                 })
                 .collect();
             (scene.materials[0].shape, scene.materials[0].profile) = (Shape::Quad, Profile::Flat);
-            1.0 - share_through(&opaques(&render(TIERS[1], &scene).maps))
+            1.0 - share_through(&opaques(&map_frame(TIERS[1], &scene).maps))
         };
         let whole = fading(1.0);
         assert!(whole > 0.9, "{whole}");

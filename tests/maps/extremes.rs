@@ -3,7 +3,7 @@
 use crate::common::{
     TIERS,
     files::{Folder, read, read_with},
-    render,
+    map_frame,
     scenes::Chance,
 };
 use gobo::{
@@ -154,8 +154,8 @@ fn the_first_plane_of_a_sun_may_be_behind_its_light() {
     assert_eq!(planes[0], (-1.0, 9.0));
     let from_zero = read(&BASE.replace("near = -1", "near = 0")).unwrap();
     for tier in TIERS {
-        let maps = &render(tier, &scene).maps[0];
-        let expected = &render(tier, &from_zero).maps[0];
+        let maps = &map_frame(tier, &scene).maps[0];
+        let expected = &map_frame(tier, &from_zero).maps[0];
         let mut hits = 0;
         for i in 0..maps.filter.len() {
             let apart = (0..3).map(|c| (maps.filter[i][c] - expected.filter[i][c]).abs());

@@ -55,7 +55,7 @@ fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
         let mut scene = scene.clone();
         scene.shadow.pair_budget = pair_budget;
         let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];
-        all.extend(TIERS.map(|tier| crate::common::render(tier, &scene).maps));
+        all.extend(TIERS.map(|tier| crate::common::map_frame(tier, &scene).maps));
         for (maps, who) in all.iter().zip(["twin", "core", "native"]) {
             for (found, expected) in middle(&maps[0]).into_iter().zip(expected) {
                 let apart = (found - expected).abs();

@@ -52,7 +52,7 @@ fn assert_ordered(scene: &Scene, tolerance: Tolerance) {
 
 fn all_counters(scene: &Scene) -> Vec<Counters> {
     let mut all = vec![render_maps(scene, &shadow_views(scene)).1];
-    all.extend(TIERS.map(|tier| crate::common::render(tier, scene).counters));
+    all.extend(TIERS.map(|tier| crate::common::map_frame(tier, scene).counters));
     all
 }
 

@@ -1,6 +1,6 @@
 //! The kernels against the twin, and properties of a whole frame on the GPU.
 use crate::common::{
-    TIERS, gpu, render, render_tiny,
+    TIERS, gpu, map_frame, map_frame_tiny,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
 };
 use gobo::{
@@ -100,7 +100,7 @@ fn mixture(count: usize) -> Scene {
 fn assert_matches_twin(scene: &Scene) {
     let (expected, counted) = twin(scene);
     for tier in TIERS {
-        let frame = render(tier, scene);
+        let frame = map_frame(tier, scene);
         let apart = share_apart(&frame.maps, &expected);
         assert!(apart <= GRAZED, "{tier:?}: {apart} of the texels");
         let near = |a: u64, b: u64| a.abs_diff(b) <= b / 1000;
@@ -154,7 +154,7 @@ fn a_queue_of_discs_changes_no_bit() {
         }
         let mut maps = |queued| {
             renderer.configure(|config| config.queued = queued);
-            let options = RenderOptions { maps: true, ..RenderOptions::default() };
+            let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
             renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
         };
         for (a, b) in maps(true).iter().zip(&maps(false)) {
@@ -183,7 +183,7 @@ fn a_missing_caster_is_noticed() {
     let mut fewer = scene.clone();
     let large = |p: &gobo::model::Particle| p.material == 0 && p.radius > 0.1 && p.color.w > 0.1;
     fewer.particles.remove(scene.particles.iter().position(large).expect("a large disc"));
-    let frame = render(Tier::Native, &fewer);
+    let frame = map_frame(Tier::Native, &fewer);
     assert!(share_apart(&frame.maps, &twin(&scene).0) > GRAZED);
 }
 
@@ -191,7 +191,7 @@ fn a_missing_caster_is_noticed() {
 fn frames_are_bit_identical() {
     let scene = mixture(1000);
     for tier in TIERS {
-        let (a, b) = (render(tier, &scene), render(tier, &scene));
+        let (a, b) = (map_frame(tier, &scene), map_frame(tier, &scene));
         for (a, b) in a.maps.iter().zip(&b.maps) {
             assert!(a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque);
         }
@@ -204,7 +204,7 @@ fn order_of_the_casters_hardly_matters() {
     let mut shuffled = scene.clone();
     Chance::new(1).shuffle(&mut shuffled.particles);
     for tier in TIERS {
-        let apart = largest_apart(&render(tier, &scene).maps, &render(tier, &shuffled).maps);
+        let apart = largest_apart(&map_frame(tier, &scene).maps, &map_frame(tier, &shuffled).maps);
         assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
     }
 }
@@ -212,11 +212,11 @@ fn order_of_the_casters_hardly_matters() {
 #[test]
 fn overflow_costs_no_light() {
     let mut scene = mixture(1000);
-    let whole = render(Tier::Native, &scene);
+    let whole = map_frame(Tier::Native, &scene);
     assert_eq!(whole.counters.overflowed, 0);
     scene.shadow.pair_budget = 500;
     for tier in TIERS {
-        let scattered = render(tier, &scene);
+        let scattered = map_frame(tier, &scene);
         assert!(scattered.counters.overflowed > 0);
         let apart = largest_apart(&whole.maps, &scattered.maps);
         assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
@@ -234,7 +234,6 @@ fn pairs_past_a_small_budget_are_counted_and_scattered() {
     let mut scene = empty(materials());
     scene.lights = lights()[..1].to_vec(); // one view, one batch
     scene.shadow.size = 128;
-    scene.camera.target = scene.camera.eye * 2.0; // nothing to be seen
     scene.particles = random_discs(10_000, 21);
     for particle in &mut scene.particles {
         particle.radius = 0.12 + 0.1 * particle.radius; // none is tiny
@@ -252,11 +251,11 @@ fn pairs_past_a_small_budget_are_counted_and_scattered() {
         let mut tight = scene.clone();
         let mut expected = None;
         for &tier in tiers {
-            let whole = render(tier, &scene);
+            let whole = map_frame(tier, &scene);
             let all = &whole.counters;
             assert_eq!((all.scattered, all.overflowed), (0, 0), "{name}, {tier:?}");
             tight.shadow.pair_budget = (all.pairs / 10 * 9) as u32;
-            let frame = render(tier, &tight);
+            let frame = map_frame(tier, &tight);
             let counters = &frame.counters;
             let message = format!("{name}, {tier:?}: {counters:?}");
             let counted = expected.get_or_insert_with(|| twin(&tight).1);
@@ -280,8 +279,8 @@ fn tiny_particles_give_one_map_on_both_paths() {
         particle.radius *= 0.02;
     }
     for tier in TIERS {
-        let scattered = render_tiny(tier, &scene, true);
-        let tiled = render_tiny(tier, &scene, false);
+        let scattered = map_frame_tiny(tier, &scene, true);
+        let tiled = map_frame_tiny(tier, &scene, false);
         assert!(scattered.counters.scattered > 1000, "{:?}", scattered.counters);
         assert_eq!(tiled.counters.scattered, 0);
         let apart = largest_apart(&scattered.maps, &tiled.maps);
@@ -313,7 +312,7 @@ fn a_hundred_thousand_casters_on_one_tile() {
         let scene = stack(100_000, alpha);
         let (expected, _) = twin(&scene);
         for tier in TIERS {
-            let frame = render(tier, &scene);
+            let frame = map_frame(tier, &scene);
             let apart = share_apart(&frame.maps, &expected);
             assert!(apart <= GRAZED, "{tier:?}, alpha {alpha}: {apart}");
         }
@@ -327,7 +326,7 @@ fn a_million_casters_on_one_texel_saturate() {
     let mut scene = stack(1_000_000, 1.0);
     for (size, scatters) in [(16, true), (64, false)] {
         scene.shadow.size = size;
-        let frame = render(Tier::Native, &scene);
+        let frame = map_frame(Tier::Native, &scene);
         assert_eq!(frame.counters.scattered >= 1_000_000, scatters, "{:?}", frame.counters);
         let maps = &frame.maps[0];
         assert!(maps.filter.iter().flatten().all(|f| (0.0..=1.0).contains(f)));
@@ -352,7 +351,7 @@ fn more_tiles_than_a_row_of_workgroups() {
         let disc = particle(Vec3::new(0.0, y, 0.0), 0.1, Vec4::new(0.5, 0.5, 0.5, 0.8));
         scene.particles.push(disc);
     }
-    let map = render(TIERS[1], &scene).maps.remove(0);
+    let map = map_frame(TIERS[1], &scene).maps.remove(0);
     let (top, bottom) = map.filter.split_at(map.filter.len() / 2);
     let filtered = |half: &[[f32; 3]]| half.iter().filter(|f| f[0] < 1.0).count();
     // A soft disc's rim is too clear for 16 bits.

@@ -51,7 +51,7 @@ fn maps_of(scene: &Scene) -> Vec<ViewMaps> {
         found.expect("a view along -z")
     };
     let mut all = vec![along(render_maps(scene, &shadow_views(scene)).0)];
-    all.extend(TIERS.map(|tier| along(crate::common::render(tier, scene).maps)));
+    all.extend(TIERS.map(|tier| along(crate::common::map_frame(tier, scene).maps)));
     all
 }
 
@@ -197,7 +197,7 @@ fn clouds_of_puffs_agree_with_the_formulas() {
         }
         let views = shadow_views(&scene);
         let mut all = vec![render_maps(&scene, &views).0];
-        all.extend(TIERS.map(|tier| crate::common::render(tier, &scene).maps));
+        all.extend(TIERS.map(|tier| crate::common::map_frame(tier, &scene).maps));
         for (i, view) in views.iter().enumerate() {
             let expected = brute_force(&scene, view);
             for maps in &all {

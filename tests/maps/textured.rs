@@ -2,13 +2,15 @@
 use crate::common::{
     TIERS, brute_force,
     compare::{Tolerance, assert_maps_agree, compare_maps},
-    render,
-    scenes::{empty, light, pane},
+    gpu, map_frame,
+    scenes::{empty, light, material, pane},
 };
 use gobo::{
+    error::Error,
     glam::{DVec2, Vec2, Vec3, Vec4},
-    model::{LightKind, Material, Transfer},
+    model::{LightKind, Material, Texture, Transfer},
     reference,
+    render::{RenderOptions, Renderer},
     scene::{self, Scene},
     view::shadow_views,
 };
@@ -23,6 +25,27 @@ fn small(name: &str) -> Scene {
     scene::load_with(path.as_ref(), &set).unwrap()
 }
 
+/// Seventeen small images, one of them wide and one high, would take 4.2 GiB as layers.
+#[test]
+fn images_that_are_small_but_not_together_are_refused() {
+    let texture = |width: u32, height: u32| Texture {
+        name: String::new(),
+        width,
+        height,
+        rgba: vec![255; (width * height * 4) as usize],
+    };
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
+    scene.textures = vec![texture(1, 1); 15];
+    scene.textures.extend([texture(8192, 1), texture(1, 8192)]);
+    let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
+    let error = renderer.render(&scene, &RenderOptions::default()).unwrap_err();
+    assert!(matches!(error, Error::Limit { need: 1_140_850_688, .. }), "{error}");
+    assert!(error.to_string().contains("alike in size"), "{error}");
+    scene.textures.truncate(15);
+    assert!(renderer.render(&scene, &RenderOptions::default()).is_ok());
+}
+
 /// Every texel of the map is the texture where its ray meets the pane.
 #[test]
 fn maps_are_the_textures_where_rays_meet_them() {
@@ -30,7 +53,7 @@ fn maps_are_the_textures_where_rays_meet_them() {
         let scene = small(name);
         let views = shadow_views(&scene);
         let twin = reference::render_maps(&scene, &views).0;
-        let gpu = TIERS.map(|tier| render(tier, &scene).maps);
+        let gpu = TIERS.map(|tier| map_frame(tier, &scene).maps);
         for (i, view) in views.iter().enumerate() {
             let expected = brute_force::render(&scene, view);
             assert_maps_agree(&expected, &twin[i], TOLERANCE);
@@ -60,7 +83,7 @@ fn a_projector_throws_its_slide() {
     let mut scene = empty(vec![Material { texture: Some(0), ..Material::default() }]);
     // 2x2 checks of 4x4 texels each.
     let texel = |i: usize| colors[i % 8 / 4 + i / 8 / 4 * 2];
-    scene.textures = vec![gobo::model::Texture {
+    scene.textures = vec![Texture {
         name: "checks".into(),
         width: 8,
         height: 8,
@@ -77,7 +100,7 @@ fn a_projector_throws_its_slide() {
     let views = shadow_views(&scene);
     let size = views[0].size.as_dvec2();
     for tier in TIERS {
-        let maps = render(tier, &scene).maps.remove(0);
+        let maps = map_frame(tier, &scene).maps.remove(0);
         for (i, color) in colors.iter().enumerate() {
             // Middle of the check on the pane [m] to the map.
             let on_pane = DVec2::new((i % 2) as f64 * 0.5 - 0.25, (i / 2) as f64 * 0.5 - 0.25);
@@ -96,7 +119,7 @@ fn caustics_move_light_and_keep_it() {
     let water = scene.materials.iter().position(|m| m.transfer == Transfer::Gain).expect("water");
     scene.materials[water].tint = Vec4::new(4.0, 4.0, 4.0, 0.25);
     for tier in TIERS {
-        let maps = render(tier, &scene).maps.remove(0);
+        let maps = map_frame(tier, &scene).maps.remove(0);
         let under: Vec<f32> = (0..maps.filter.len())
             .filter(|&i| maps.nearest[i] < 1.0)
             .map(|i| maps.filter[i][0])

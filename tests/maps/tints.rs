@@ -133,7 +133,7 @@ fn maps_say_whose_the_nearest_depth_is() {
             assert!(*tag == NO_OWNER || tags.contains(tag));
         }
         for tier in TIERS {
-            let frame = crate::common::render(tier, &scene);
+            let frame = crate::common::map_frame(tier, &scene);
             let maps = &frame.maps[0];
             let other = maps.owner.iter().zip(&twin.owner).filter(|(a, b)| a != b).count();
             // Rounding decides at edges, and which of two equal depths is the nearest.
@@ -148,5 +148,5 @@ fn maps_say_whose_the_nearest_depth_is() {
     let mut plain = crowd(100);
     plain.materials.pop();
     assert!(render_maps(&plain, &shadow_views(&plain)).0[0].owner.is_empty());
-    assert!(crate::common::render(TIERS[0], &plain).maps[0].owner.is_empty());
+    assert!(crate::common::map_frame(TIERS[0], &plain).maps[0].owner.is_empty());
 }

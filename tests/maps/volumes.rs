@@ -83,7 +83,7 @@ pub(crate) fn floor(z: f32, material: u32) -> [Triangle; 2] {
 pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
     let mut all = vec![render_maps(scene, &shadow_views(scene))];
     for tier in TIERS {
-        let frame = crate::common::render(tier, scene);
+        let frame = crate::common::map_frame(tier, scene);
         all.push((frame.maps, frame.counters));
     }
     all

@@ -1,6 +1,6 @@
 //! Blurred maps: the twin against a Gaussian in 64 bits, kernels against the twin.
 use crate::common::{
-    TIERS, gpu, pipeline, render, renderer,
+    TIERS, gpu, map_frame, pipeline, renderer,
     scenes::{empty, flat_view, light, material, pane, particle, random_discs},
 };
 use gobo::{
@@ -227,7 +227,7 @@ fn kernels_match_the_twin() {
         let expected = render_maps(&scene, &shadow_views(&scene)).0;
         assert!(share_apart(&sharp, &expected) > 0.1);
         for tier in TIERS {
-            let apart = share_apart(&render(tier, &scene).maps, &expected);
+            let apart = share_apart(&map_frame(tier, &scene).maps, &expected);
             assert!(apart < 4e-3, "{nodes} nodes, {tier:?}: {apart}");
         }
     }
@@ -239,13 +239,14 @@ fn maps_that_stay_stay_as_they_are() {
     let mut renderer = renderer(TIERS[0]);
     let mut scene = crowd(0);
     scene.shadow.blur = 3;
-    let options = RenderOptions { maps: true, keep: true, ..RenderOptions::default() };
+    let options =
+        RenderOptions { maps: true, maps_only: true, keep: true, ..RenderOptions::default() };
     let mut rendered = |scene: &Scene| renderer.render(scene, &options).unwrap();
     let first = rendered(&scene);
     scene.particles[0].center += Vec3::new(0.0, 0.0, 0.05);
     let second = rendered(&scene);
     assert!(second.counters.views_kept > 0 && second.counters.views_rendered > 0);
-    let fresh = render(TIERS[0], &scene);
+    let fresh = map_frame(TIERS[0], &scene);
     assert!(share_apart(&second.maps, &fresh.maps) < 1e-3);
     assert!(share_apart(&second.maps, &first.maps) > 0.0);
 }

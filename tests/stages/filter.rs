@@ -1,6 +1,6 @@
 //! Softening of dithered shadows: kernels against the twin, and the twin against the exact grey.
 use crate::common::{
-    TIERS, render,
+    TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},
 };
 use gobo::{
@@ -128,7 +128,7 @@ fn gpu_matches_twin() {
         scene.shadow.soften = true;
         let expected = render_maps(&scene, &shadow_views(&scene)).0;
         for tier in TIERS {
-            let actual = render(tier, &scene).maps;
+            let actual = map_frame(tier, &scene).maps;
             for (a, b) in actual.iter().zip(&expected) {
                 let apart = (0..a.filter.len())
                     .filter(|&i| {
@@ -142,7 +142,7 @@ fn gpu_matches_twin() {
             }
         }
         scene.shadow.soften = false;
-        let hard = render(TIERS[0], &scene).maps;
+        let hard = map_frame(TIERS[0], &scene).maps;
         assert!(hard[0].opaque != expected[0].opaque);
     }
 }

@@ -1,6 +1,6 @@
 //! Opaque triangles: those of a few texels go straight to their texels, larger ones through tiles.
 use crate::common::{
-    TIERS, render,
+    TIERS, map_frame,
     scenes::{Chance, empty, light, material, triangle},
 };
 use gobo::{
@@ -57,7 +57,7 @@ fn assert_matches_twin(scene: &Scene, what: &str) {
     let hit = expected.iter().flat_map(|view| &view.opaque).filter(|&&d| d < 1.0).count();
     assert!(hit > 1000, "{what}: {hit} texels are hit");
     for tier in TIERS {
-        let apart = share_apart(&render(tier, scene).maps, &expected);
+        let apart = share_apart(&map_frame(tier, scene).maps, &expected);
         assert!(apart <= GRAZED, "{what}, {tier:?}: {apart}");
     }
 }
@@ -89,7 +89,7 @@ fn missing_triangles_are_noticed() {
         let mut scene = lit(shards(count, size, 1, 1));
         let (expected, _) = reference::render_maps(&scene, &shadow_views(&scene));
         scene.triangles.truncate(count as usize * 9 / 10);
-        let apart = share_apart(&render(Tier::Native, &scene).maps, &expected);
+        let apart = share_apart(&map_frame(Tier::Native, &scene).maps, &expected);
         assert!(apart > GRAZED, "{count} triangles: {apart}");
     }
 }
@@ -114,7 +114,7 @@ fn a_fine_wall_has_no_holes() {
         light(LightKind::Directional { direction: Vec3::NEG_Z }),
     ];
     for tier in TIERS {
-        let frame = render(tier, &scene);
+        let frame = map_frame(tier, &scene);
         let spot = &frame.maps[0].opaque;
         let (least, most) = spot.iter().fold((1.0_f32, 0.0_f32), |(l, m), &d| (l.min(d), m.max(d)));
         assert!(most - least <= DEPTH && most < 1.0, "{tier:?}: {least}..{most}");

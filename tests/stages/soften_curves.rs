@@ -1,6 +1,6 @@
 //! Softening with curves: the twin against closed forms, kernels against the twin.
 use crate::common::{
-    TIERS, render,
+    TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},
 };
 use gobo::{
@@ -165,7 +165,7 @@ fn matches_twin(cases: &[Case]) {
         scene.shadow.colored = colored;
         let expected = render_maps(&scene, &shadow_views(&scene)).0;
         for tier in TIERS {
-            let apart = share_apart(&render(tier, &scene).maps, &expected);
+            let apart = share_apart(&map_frame(tier, &scene).maps, &expected);
             assert!(apart < 4e-3, "{pattern:?} {transfer:?} {tier:?}: {apart}");
         }
         scene.shadow.soften = false;
