@@ -13,7 +13,7 @@ use crate::{
     },
     stage::{
         features::Features,
-        shade::{PointBatch, point_grid},
+        shade::{NO_LIST, PointBatch, point_grid},
         sort::PAIR_FORMAT,
     },
 };
@@ -69,7 +69,8 @@ impl CameraList {
         let list = List::new(&mut context, own, views, 1, plan.tile_count)?;
         let mut clips = Vec::new();
         if let Some(clipped) = &clipped {
-            let batch = PointBatch { first: 0, count: own.footprint_count, has_normals: 0 };
+            let batch =
+                PointBatch { first: 0, count: own.footprint_count, has_normals: 0, list: NO_LIST };
             let batch = context.uniform("point_batch", &batch);
             for part in parts {
                 let band = context.uniform("band", &part.band(0, 0));

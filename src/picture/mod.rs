@@ -1,5 +1,6 @@
 //! The lit picture: a scene as the camera sees it, with the light that the shadow maps transmit.
 mod air;
+mod band_memory;
 mod bands;
 mod clusters;
 pub mod debug;

@@ -1,107 +1,20 @@
 //! Shade kernels of a picture, bound for each band of tiles and for the particles.
 use super::{
+    band_memory::BandMemory,
     bands::{TileRect, pixels_of},
     lists::CameraList,
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Memory, Resources, Timeline},
+    gpu::{Allocator, Resources, Timeline},
     model::Scene,
     shadows::kernels::{Kernels, Variant},
     stage::{
         features::Features,
-        shade::{CARRIED, LAYER_TEXELS, PIXEL_POINTS, POINT_TEXELS, PointBatch, point_grid},
+        shade::{NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
     },
 };
-use std::sync::Arc;
-use wgpu::{BindGroup, Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
-
-/// Intermediate data of the pixels of a band.
-#[derive(Debug)]
-pub(super) struct BandMemory {
-    seen: Texture,
-    layers: Texture,
-    points: Texture,
-    lit: Texture,
-    carried: Buffer,
-    /// Capacity of a band [tiles].
-    pub tiles: u32,
-    /// Points of one pixel.
-    points_of_pixel: u32,
-    /// Whether data is carried from round to round.
-    carries: bool,
-    has_layers: bool,
-    /// Bytes by buffer and texture.
-    pub memory: Memory,
-}
-
-impl BandMemory {
-    /// `layers`, `panes`: whether pixels have translucent layers, and points for panes.
-    fn new(
-        device: &wgpu::Device,
-        rounds: u32,
-        tiles: u32,
-        layers: bool,
-        panes: bool,
-    ) -> Result<Self, Error> {
-        let mut memory = Memory::default();
-        let allocator = &mut Allocator { device, memory: &mut memory };
-        let storage = TextureUsages::STORAGE_BINDING;
-        let uint = TextureFormat::Rgba32Uint;
-        let pixels = u64::from(pixels_of(tiles));
-        let points_of_pixel = if panes { PIXEL_POINTS } else { 1 };
-        let points = pixels * u64::from(points_of_pixel);
-        let carries = rounds > 1;
-        let carried = if carries { pixels * u64::from(CARRIED) } else { 1 };
-        let layer_texels = if layers { pixels * u64::from(LAYER_TEXELS) } else { 1 };
-        let none = BufferUsages::empty();
-        Ok(Self {
-            seen: allocator.records("seen", uint, pixels, storage)?,
-            layers: allocator.records("layers", uint, layer_texels, storage)?,
-            points: allocator.records("points", uint, points * u64::from(POINT_TEXELS), storage)?,
-            lit: allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?,
-            carried: allocator.storage::<[u32; 4]>("carried", carried, none)?,
-            tiles,
-            points_of_pixel,
-            carries,
-            has_layers: layers,
-            memory,
-        })
-    }
-
-    /// `former`, or new memory if `former` is shared or too small.
-    pub(super) fn take(
-        former: &mut Option<Arc<Self>>,
-        device: &wgpu::Device,
-        rounds: u32,
-        tiles: u32,
-        layers: bool,
-        panes: bool,
-    ) -> Result<Arc<Self>, Error> {
-        let points = if panes { PIXEL_POINTS } else { 1 };
-        let suffices = |own: &Self| {
-            own.tiles == tiles
-                && own.points_of_pixel == points
-                && own.carries >= (rounds > 1)
-                && own.has_layers >= layers
-        };
-        let own = match former.take().filter(|own| Arc::strong_count(own) == 1) {
-            Some(own) if suffices(&own) => own,
-            _ => Arc::new(Self::new(device, rounds, tiles, layers, panes)?),
-        };
-        *former = Some(Arc::clone(&own));
-        Ok(own)
-    }
-
-    pub(super) fn resources(&self) -> Resources<'_> {
-        Resources::new()
-            .with("seen_pixels", &self.seen)
-            .with("layers", &self.layers)
-            .with("points", &self.points)
-            .with("lit", &self.lit)
-            .with("carried", &self.carried)
-    }
-}
+use wgpu::{BindGroup, Buffer, Texture};
 
 /// Features that the kernels are specialised to.
 #[derive(Clone, Copy, Debug)]
@@ -182,8 +95,9 @@ pub(super) struct Shading {
     features: ShadeFeatures,
     bands: Vec<Vec<ShadedBand>>,
     casters: Vec<LitCasters>,
-    light: BindGroup,
-    light_groups: [u32; 3],
+    /// Bindings for the light of the surfaces and of the panes.
+    light: Vec<(u32, BindGroup)>,
+    point_lists: Buffer,
     /// Whether surfaces stored for the masks are still there for the shading.
     keeps_surfaces: bool,
 }
@@ -219,7 +133,13 @@ impl ToShade<'_, '_> {
         Ok(self.kernels.plan(device, variant, features)?.bind(device, resources)?)
     }
 
-    fn band(&mut self, rect: &TileRect, resources: &Resources<'_>) -> Result<ShadedBand, Error> {
+    /// `panes`: the batch of the panes.
+    fn band(
+        &mut self,
+        rect: &TileRect,
+        resources: &Resources<'_>,
+        panes: &Buffer,
+    ) -> Result<ShadedBand, Error> {
         let features = self.features;
         let (solid, blended) = (self.solid, self.blended);
         let of_solid = resources
@@ -248,7 +168,8 @@ impl ToShade<'_, '_> {
         let bind_masks = |variant| self.bind(variant, Features::NONE, &of_solid);
         let masks = features.masks.map(bind_masks).transpose()?;
         let panes = if features.composite.panes {
-            Some(self.bind(Variant::ShadePanes, features.panes, &of_blended)?)
+            let of_panes = of_blended.with("point_batch", panes);
+            Some(self.bind(Variant::ShadePanes, features.panes, &of_panes)?)
         } else {
             None
         };
@@ -258,14 +179,19 @@ impl ToShade<'_, '_> {
 
     /// Runs of particles, as many at a time as the band's memory holds points.
     fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<LitCasters>, Error> {
-        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
+        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel();
         // Triangles follow the particles.
         let count = self.blended.first_setup;
         let blended = self.blended;
         let features = self.features;
         let mut runs = Vec::new();
         for first in (0..count).step_by(at_a_time as usize) {
-            let batch = PointBatch { first, count: at_a_time.min(count - first), has_normals: 0 };
+            let batch = PointBatch {
+                first,
+                count: at_a_time.min(count - first),
+                has_normals: 0,
+                list: NO_LIST,
+            };
             let buffer = self.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
@@ -291,22 +217,26 @@ impl Shading {
     ) -> Result<Self, Error> {
         let features = to.features;
         let tiles = to.memory.tiles;
-        let points = if features.composite.panes { PIXEL_POINTS } else { 1 };
-        let batch = PointBatch { first: 0, count: pixels_of(tiles) * points, has_normals: 0 };
-        let buffer = to.uniform("point_batch", &batch);
-        let of_band = resources.clone().with("point_batch", &buffer);
-        let light = to.bind(Variant::LightPoints, features.light, &of_band)?;
+        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST]
+            .map(|list| to.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles))));
+        let mut light = Vec::new();
+        for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
+            if list == SURFACE_LIST || features.composite.panes {
+                let listed = resources.clone().with("point_batch", batch);
+                light.push((list, to.bind(Variant::LightPoints, features.light, &listed)?));
+            }
+        }
         let mut bands = Vec::new();
         for part in parts {
             let of_part: Result<Vec<_>, Error> =
-                part.bands(tiles).iter().map(|rect| to.band(rect, &of_band)).collect();
+                part.bands(tiles).iter().map(|rect| to.band(rect, resources, &panes)).collect();
             bands.push(of_part?);
         }
         let casters = to.casters(resources)?;
         let keeps_surfaces =
             features.masks.is_some() && matches!(&bands[..], [part] if part.len() == 1);
-        let light_groups = point_grid(batch.count);
-        Ok(Self { features, bands, casters, light, light_groups, keeps_surfaces })
+        let point_lists = to.memory.point_lists().clone();
+        Ok(Self { features, bands, casters, light, point_lists, keeps_surfaces })
     }
 
     /// Records the light of the visible translucent particles.
@@ -373,10 +303,13 @@ impl Shading {
                 record(Variant::ShadeLayers, features.layers, round);
             }
             if let Some(panes) = &band.panes {
-                record(Variant::ShadePanes, features.panes, panes);
+                let kernel = kernels.get(Variant::ShadePanes, features.panes);
+                kernel.record_indirect(&mut pass, panes, &self.point_lists, list_offset(PANE_LIST));
             }
             let light = kernels.get(Variant::LightPoints, features.light);
-            light.record(&mut pass, &self.light, self.light_groups);
+            for (list, points) in &self.light {
+                light.record_indirect(&mut pass, points, &self.point_lists, list_offset(*list));
+            }
             let composite = kernels.get(Variant::ShadeComposite, features.composite);
             composite.record(&mut pass, &band.composite, band.groups);
         }

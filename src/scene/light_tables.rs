@@ -1,7 +1,7 @@
 //! Validation of light and shadow tables, and conversion to the library's units.
 use super::{
     SceneError,
-    document::{KindOfLight, LightShadowTable, LightTable, SourceTable},
+    document_lights::{KindOfLight, LightShadowTable, LightTable, SourceTable},
     look_up,
     source::SceneText,
     tables::Table,

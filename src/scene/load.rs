@@ -4,6 +4,7 @@ use super::{
     animate::{Placed, animate},
     defaults,
     document::{CameraTable, Document, EnvironmentTable},
+    limits::Limit,
     loader::{Loader, error_of_line},
     read,
     rig::Placement,
@@ -136,6 +137,10 @@ fn usual_sky() -> Arc<Environment> {
 }
 
 fn scene_text(path: &Path) -> Result<String, SceneError> {
+    let length = read::length(path)?;
+    Limit::Text
+        .grown(0, length)
+        .map_err(|(message, help)| SceneError::invalid(path, message, help))?;
     String::from_utf8(read::bytes(path)?).map_err(|error| {
         let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();

@@ -1,7 +1,8 @@
 //! Validation of a light's look-up tables, and conversion to the library's units.
 use super::{
     SceneError,
-    document::{FilterTable, LightTable, MaskTable},
+    document::MaskTable,
+    document_lights::{FilterTable, LightTable},
     source::SceneText,
     tables::Table,
 };

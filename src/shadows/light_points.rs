@@ -7,7 +7,7 @@ use crate::{
     model::Light,
     stage::{
         features::Features,
-        shade::{PointBatch, point_grid},
+        shade::{NO_LIST, PointBatch, point_grid},
     },
 };
 use wgpu::{BindGroup, Buffer, BufferUsages};
@@ -41,7 +41,7 @@ pub struct LightPoints {
 impl Prepared {
     /// The share of the `chosen` of `lights` that reaches each point: 1 if nothing is in between, without
     /// falloff and cosine. Reads the maps by the settings of [`prepare`](crate::Shadows::prepare); a light
-    /// without views is never shadowed, and points beyond a view's far plane are dark. `lights` are those
+    /// without views is never shadowed, and a point behind the far plane of its view is dark, or, of cascades, lit. `lights` are those
     /// that the views were made of.
     ///
     /// # Errors
@@ -66,6 +66,7 @@ impl Prepared {
             first: 0,
             count: answers as u32,
             has_normals: u32::from(points.normals.is_some()),
+            list: NO_LIST,
         };
         let batch_buffer = allocator.uniform::<PointBatch>("point_batch");
         queue.write_buffer(&batch_buffer, 0, bytemuck::bytes_of(&batch));

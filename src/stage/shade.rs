@@ -25,6 +25,19 @@ pub const LAYER_TEXELS: u32 = 4;
 pub const CARRIED: u32 = 6;
 /// Points of a pixel: the opaque surface, and two panes.
 pub const PIXEL_POINTS: u32 = 3;
+/// Lists of the points of a band that are lit, in a buffer: for each list [`LIST_HEAD`] words, the
+/// workgroups of its dispatch and its length, and then the points. WGSL: `wgsl/records/point_list.wgsl`.
+pub const SURFACE_LIST: u32 = 0;
+/// List of the panes.
+pub const PANE_LIST: u32 = 1;
+/// Number of lists.
+pub const LIST_COUNT: u32 = 2;
+/// All points of a batch are evaluated.
+pub const NO_LIST: u32 = u32::MAX;
+/// Workgroups of a list's dispatch in y, so that x stays below what devices allow.
+pub const LIST_ROWS: u32 = 2;
+/// Words of a list's head.
+pub const LIST_HEAD: u32 = 4;
 /// Tiles of a band.
 pub const BAND_TILES: u32 = 256;
 /// Pairs of a tile that one round walks: with the panes blended on the way an invocation stays below the
@@ -75,7 +88,6 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
 }
 
 pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl");
-pub const PANES: KernelDesc = of_pixels("shade_panes", "shade/shade_panes.wgsl");
 pub const COMPOSITE: KernelDesc = of_pixels("shade_composite", "shade/shade_composite.wgsl");
 
 /// A kernel over points or footprints, one invocation each.
@@ -83,6 +95,8 @@ const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc { name, entry: name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
 }
 
+pub const PANES: KernelDesc =
+    KernelDesc { with: &[IN_ORDER], ..of_points("shade_panes", "shade/shade_panes.wgsl") };
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
 /// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc = KernelDesc {
@@ -139,14 +153,29 @@ crate::gpu_layout!(Band { origin, size, round, pixel_count });
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct PointBatch {
-    /// First point of `lit`, or the first caster.
+    /// First entry of the list; without a list the first point of `lit`, or the first caster.
     pub first: u32,
-    /// Number of answers.
+    /// Number of answers without a list.
     pub count: u32,
     /// 1 if the host's points have normals, else 0.
     pub has_normals: u32,
+    /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
+    pub list: u32,
 }
-crate::gpu_layout!(PointBatch { first, count, has_normals });
+crate::gpu_layout!(PointBatch { first, count, has_normals, list });
+
+impl PointBatch {
+    /// Points of a list of a band whose capacity is `pixel_count` pixels.
+    pub fn listed(list: u32, pixel_count: u32) -> Self {
+        let first = LIST_COUNT * LIST_HEAD + list * pixel_count;
+        Self { first, count: 0, has_normals: 0, list }
+    }
+}
+
+/// Offset of a list's workgroup counts [bytes].
+pub const fn list_offset(list: u32) -> u64 {
+    4 * (list * LIST_HEAD) as u64
+}
 
 /// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]

@@ -32,3 +32,4 @@ import package::records::tile::Segment;
 @group(0) @binding(77) var<storage, read_write> listed: Listed;
 @group(0) @binding(78) var<storage, read_write> listed_counts: array<u32>;
 @group(0) @binding(97) var<storage, read_write> emitted: array<GpuEmitted>;
+@group(0) @binding(117) var<storage, read_write> point_lists: array<atomic<u32>>;

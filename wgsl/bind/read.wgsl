@@ -18,3 +18,4 @@ import package::records::tile::Segment;
 @group(0) @binding(74) var<storage, read> host_casters: array<Caster>;
 @group(0) @binding(79) var<storage, read> host_counts: array<u32>;
 @group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>;
+@group(0) @binding(117) var<storage, read> point_lists: array<u32>;

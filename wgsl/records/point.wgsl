@@ -35,9 +35,10 @@ struct Point {
 
 // A batch of points that are evaluated together. Rust: src/stage/shade.rs.
 struct PointBatch {
-    first: u32,       // first point of `lit`, or the first caster
-    count: u32,       // of answers
+    first: u32,       // first entry of the list; without a list the first point of `lit`, or the first caster
+    count: u32,       // of answers without a list
     has_normals: u32, // 1 if the host's points have normals, else 0
+    list: u32,        // *_LIST
 }
 
 fn pixel_number(pixel: vec2<f32>) -> u32 {

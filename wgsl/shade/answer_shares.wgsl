@@ -6,6 +6,10 @@ import package::bind::read::{point_normals, point_positions};
 import package::bind::uniform::{picture_params, point_batch};
 import package::shade::light_through::light_through;
 
+fn answer_count() -> u32 {
+    return point_batch.count;
+}
+
 fn store_answer(index: u32) {
     let at = index / picture_params.light_count * 3u;
     let position = vec3(point_positions[at], point_positions[at + 1u], point_positions[at + 2u]);

@@ -23,9 +23,14 @@ struct BandPixel {
 }
 
 fn band_pixel(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32, tiles_x: u32) -> BandPixel {
-    let number = tile_number(workgroup, workgroups);
-    let tile = band.origin + vec2(number % band.size.x, number / band.size.x);
     let place = lane_texel(lane);
-    let index = (number * TILE_SIZE + place.y) * TILE_SIZE + place.x;
-    return BandPixel(tile.y * tiles_x + tile.x, tile * TILE_SIZE + place, index);
+    let row = tile_number(workgroup, workgroups) * TILE_SIZE + place.y;
+    return indexed_pixel(row * TILE_SIZE + place.x, tiles_x);
+}
+
+fn indexed_pixel(index: u32, tiles_x: u32) -> BandPixel {
+    let number = index / (TILE_SIZE * TILE_SIZE);
+    let tile = band.origin + vec2(number % band.size.x, number / band.size.x);
+    let texel = vec2(index % TILE_SIZE, index / TILE_SIZE % TILE_SIZE);
+    return BandPixel(tile.y * tiles_x + tile.x, tile * TILE_SIZE + texel, index);
 }

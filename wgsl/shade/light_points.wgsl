@@ -2,8 +2,7 @@
 // picture, or points of a host. One invocation per answer; the kernel chooses what is answered. CPU twin:
 // src/reference/shading/mod.rs. Host: src/stage/shade.rs.
 
-import choice::answer::store_answer;
-import package::bind::uniform::point_batch;
+import choice::answer::{answer_count, store_answer};
 
 override WORKGROUP_SIZE: u32;
 
@@ -13,7 +12,7 @@ fn light_points(
     @builtin(num_workgroups) workgroups: vec3<u32>,
 ) {
     let index = id.y * workgroups.x * WORKGROUP_SIZE + id.x;
-    if index >= point_batch.count {
+    if index >= answer_count() {
         return;
     }
     store_answer(index);

@@ -7,13 +7,15 @@ import package::bind::sampled::{seen_pixels, tiles};
 import package::bind::stored::layers;
 import package::bind::uniform::band;
 import package::features::{HAS_TRIANGLES, HAS_VOLUMES};
+import package::records::point_list::PANE_LIST;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
-import package::shade::band::{ROUND_LENGTH, band_pixel};
+import package::shade::append_point::append_point;
+import package::shade::band::{BandPixel, ROUND_LENGTH, band_pixel};
 import package::shade::camera::camera;
 import package::shade::cost::walked;
 import package::shade::fog::{inside, reached};
-import package::shade::layer::{LAYER_TEXELS, packed_pane, pane_of};
+import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, packed_pane, pane_of};
 import package::state::layers::{
     Waiting, color, far, finish, first_pane, near, passed, second_pane, start,
 };
@@ -57,6 +59,14 @@ fn carry(index: u32) {
     }
 }
 
+fn store_pane(at: BandPixel, number: u32, pane: Pane) {
+    let texel = at.index * LAYER_TEXELS + 2u + number;
+    textureStore(layers, record_texel(texel), packed_pane(pane));
+    if pane.depth < NOWHERE && all(at.pixel < vec2<u32>(camera().size)) {
+        append_point(PANE_LIST, (1u + number) * band.pixel_count + at.index);
+    }
+}
+
 @compute @workgroup_size(LANES)
 fn shade_layers(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -87,7 +97,7 @@ fn shade_layers(
     textureStore(layers, record_texel(texel), vec4(bitcast<vec3<u32>>(color), walked));
     textureStore(layers, record_texel(texel + 1u), vec4(bitcast<vec3<u32>>(passed), 0u));
     if HAS_TRIANGLES {
-        textureStore(layers, record_texel(texel + 2u), packed_pane(first_pane));
-        textureStore(layers, record_texel(texel + 3u), packed_pane(second_pane));
+        store_pane(at, 0u, first_pane);
+        store_pane(at, 1u, second_pane);
     }
 }

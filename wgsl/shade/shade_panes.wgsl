@@ -1,5 +1,5 @@
-// shade, panes: the two nearest panes of each pixel of a band, as points. One invocation per pixel.
-// CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, panes: the two nearest panes of the pixels of a band, as points. One invocation per pane. CPU twin:
+// src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::sampled::layers;
 import package::bind::uniform::{band, materials, views};
@@ -10,13 +10,15 @@ import package::records::point::{POINT_PANE, Point, pixel_number};
 import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
-import package::shade::band::band_pixel;
+import package::shade::band::indexed_pixel;
 import package::shade::environment::from_around;
-import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, pane_of};
+import package::shade::layer::{LAYER_TEXELS, Pane, pane_of};
+import package::shade::listed_point::{point_at, point_count};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color, pane_gloss};
 import package::shade::store_point::store_point;
 import package::shade::surface::{eye, normals_at, pane_caster, world_point};
-import package::walk::lane::LANES;
+
+override WORKGROUP_SIZE: u32;
 
 fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
     let hit = triangle_hit(pane.setup, pixel);
@@ -47,20 +49,19 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
     );
 }
 
-@compute @workgroup_size(LANES)
+@compute @workgroup_size(WORKGROUP_SIZE)
 fn shade_panes(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
 ) {
-    let view = views[0];
-    let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
-    for (var i = 0u; i < 2u; i += 1u) {
-        let pane = pane_of(textureLoad(layers, record_texel(at.index * LAYER_TEXELS + 2u + i), 0));
-        var point: Point;
-        if pane.depth < NOWHERE {
-            point = of_pane(view, vec2<f32>(at.pixel) + 0.5, pane);
-        }
-        store_point((1u + i) * band.pixel_count + at.index, point);
+    let index = id.y * workgroups.x * WORKGROUP_SIZE + id.x;
+    if index >= point_count() {
+        return;
     }
+    let view = views[0];
+    let point = point_at(index);
+    let at = indexed_pixel(point % band.pixel_count, view.tiles_x);
+    let slot = point / band.pixel_count - 1u;
+    let pane = pane_of(textureLoad(layers, record_texel(at.index * LAYER_TEXELS + 2u + slot), 0));
+    store_point(point, of_pane(view, vec2<f32>(at.pixel) + 0.5, pane));
 }

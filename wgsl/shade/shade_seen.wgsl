@@ -8,6 +8,7 @@ import package::bind::stored::seen_pixels;
 import package::bind::uniform::band;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
+import package::shade::append_point::empty_lists;
 import package::shade::band::{ROUND_LENGTH, band_pixel};
 import package::shade::camera::camera;
 import package::shade::cost::walked;
@@ -23,6 +24,9 @@ fn shade_seen(
 ) {
     let view = camera();
     let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
+    if at.index == 0u {
+        empty_lists();
+    }
     let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
     let first = tile.first + band.round * ROUND_LENGTH;
     let goes_on = first > tile.first;

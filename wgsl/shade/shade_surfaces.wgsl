@@ -1,7 +1,8 @@
-// shade, surfaces: visible opaque surfaces, or the sky, as points. One invocation per pixel of a band. CPU
-// twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
+// invocation per pixel of a band. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::sampled::{casters, images, seen_pixels};
+import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
 import package::features::{HAS_ENVIRONMENT, HAS_TEXTURES, HAS_TRIANGLES};
 import package::hit::caster_hit::{triangle_uv, triangle_weights};
@@ -11,9 +12,11 @@ import package::records::light::cluster_of;
 import package::records::material::{GpuMaterial, NO_TEXTURE};
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_NONE, POINT_SOLID, Point, pixel_number};
+import package::records::point_list::SURFACE_LIST;
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
+import package::shade::append_point::append_point;
 import package::shade::band::band_pixel;
 import package::shade::emission::emission_at;
 import package::shade::environment::from_around;
@@ -120,4 +123,9 @@ fn shade_surfaces(
         }
     }
     store_point(at.index, point);
+    if point.kind == POINT_NONE {
+        textureStore(lit, record_texel(at.index), vec4(point.emission, 1.0));
+    } else if all(at.pixel < vec2<u32>(view.size)) {
+        append_point(SURFACE_LIST, at.index);
+    }
 }

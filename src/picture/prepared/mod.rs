@@ -6,11 +6,12 @@ pub use request::{Kept, PictureCapacity, PictureRequest};
 
 use super::{
     air::PreparedAir,
+    band_memory::BandMemory,
     bands::{TileRect, band_tiles},
     clusters::Clusters,
     environment::environment_texture,
     lists::CameraList,
-    shading::{BandMemory, ShadeFeatures, Shading, ToShade},
+    shading::{ShadeFeatures, Shading, ToShade},
 };
 use crate::{
     error::Error,

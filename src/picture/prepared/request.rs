@@ -1,7 +1,7 @@
 //! Inputs of a picture.
 use crate::{
     model::{Scene, View},
-    picture::shading::BandMemory,
+    picture::band_memory::BandMemory,
     records::FormerSlots,
     shadows::{CasterSet, Maps, masks::MaskTextures},
 };

@@ -1,0 +1,111 @@
+//! Intermediate data of the pixels of a band of tiles.
+use super::bands::pixels_of;
+use crate::{
+    error::Error,
+    gpu::{Allocator, Memory, Resources},
+    stage::shade::{CARRIED, LAYER_TEXELS, LIST_COUNT, LIST_HEAD, PIXEL_POINTS, POINT_TEXELS},
+};
+use std::sync::Arc;
+use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+
+/// Intermediate data of the pixels of a band.
+#[derive(Debug)]
+pub(super) struct BandMemory {
+    seen: Texture,
+    layers: Texture,
+    points: Texture,
+    lit: Texture,
+    point_lists: Buffer,
+    carried: Buffer,
+    /// Capacity of a band [tiles].
+    pub tiles: u32,
+    points_of_pixel: u32,
+    /// Whether data is carried from round to round.
+    carries: bool,
+    has_layers: bool,
+    /// Bytes by buffer and texture.
+    pub memory: Memory,
+}
+
+impl BandMemory {
+    /// `layers`, `panes`: whether pixels have translucent layers, and points for panes.
+    fn new(
+        device: &wgpu::Device,
+        rounds: u32,
+        tiles: u32,
+        layers: bool,
+        panes: bool,
+    ) -> Result<Self, Error> {
+        let mut memory = Memory::default();
+        let allocator = &mut Allocator { device, memory: &mut memory };
+        let storage = TextureUsages::STORAGE_BINDING;
+        let uint = TextureFormat::Rgba32Uint;
+        let pixels = u64::from(pixels_of(tiles));
+        let points_of_pixel = if panes { PIXEL_POINTS } else { 1 };
+        let points = pixels * u64::from(points_of_pixel);
+        let carries = rounds > 1;
+        let carried = if carries { pixels * u64::from(CARRIED) } else { 1 };
+        let layer_texels = if layers { pixels * u64::from(LAYER_TEXELS) } else { 1 };
+        Ok(Self {
+            seen: allocator.records("seen", uint, pixels, storage)?,
+            layers: allocator.records("layers", uint, layer_texels, storage)?,
+            points: allocator.records("points", uint, points * u64::from(POINT_TEXELS), storage)?,
+            lit: allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?,
+            point_lists: allocator.storage::<u32>(
+                "point_lists",
+                u64::from(LIST_COUNT * LIST_HEAD) + points,
+                BufferUsages::INDIRECT,
+            )?,
+            carried: allocator.storage::<[u32; 4]>("carried", carried, BufferUsages::empty())?,
+            tiles,
+            points_of_pixel,
+            carries,
+            has_layers: layers,
+            memory,
+        })
+    }
+
+    /// `former`, or new memory if `former` is shared or too small.
+    pub(super) fn take(
+        former: &mut Option<Arc<Self>>,
+        device: &wgpu::Device,
+        rounds: u32,
+        tiles: u32,
+        layers: bool,
+        panes: bool,
+    ) -> Result<Arc<Self>, Error> {
+        let points = if panes { PIXEL_POINTS } else { 1 };
+        let suffices = |own: &Self| {
+            own.tiles == tiles
+                && own.points_of_pixel == points
+                && own.carries >= (rounds > 1)
+                && own.has_layers >= layers
+        };
+        let own = match former.take().filter(|own| Arc::strong_count(own) == 1) {
+            Some(own) if suffices(&own) => own,
+            _ => Arc::new(Self::new(device, rounds, tiles, layers, panes)?),
+        };
+        *former = Some(Arc::clone(&own));
+        Ok(own)
+    }
+
+    /// Points of one pixel.
+    pub(super) fn points_of_pixel(&self) -> u32 {
+        self.points_of_pixel
+    }
+
+    /// Lists of the points that are lit, with the workgroup counts of their dispatches.
+    pub(super) fn point_lists(&self) -> &Buffer {
+        &self.point_lists
+    }
+
+    pub(super) fn resources(&self) -> Resources<'_> {
+        Resources::new()
+            .with("seen_pixels", &self.seen)
+            .with("layers", &self.layers)
+            .with("points", &self.points)
+            .with("lit", &self.lit)
+            .with("point_lists", &self.point_lists)
+            .with("carried", &self.carried)
+    }
+}

@@ -1,0 +1,26 @@
+// Appends points to the lists of a band.
+
+import package::bind::changed::point_lists;
+import package::bind::uniform::band;
+import package::records::point_list::{
+    LIST_COUNT, LIST_HEAD, LIST_LENGTH, LIST_ROWS, POINT_LANES, list_first,
+};
+
+fn empty_lists() {
+    for (var list = 0u; list < LIST_COUNT; list += 1u) {
+        let head = list * LIST_HEAD;
+        atomicStore(&point_lists[head], 0u);
+        atomicStore(&point_lists[head + 1u], LIST_ROWS);
+        atomicStore(&point_lists[head + 2u], 1u);
+        atomicStore(&point_lists[head + LIST_LENGTH], 0u);
+    }
+}
+
+fn append_point(list: u32, point: u32) {
+    let head = list * LIST_HEAD;
+    let slot = atomicAdd(&point_lists[head + LIST_LENGTH], 1u);
+    atomicStore(&point_lists[list_first(list, band.pixel_count) + slot], point);
+    if slot % (LIST_ROWS * POINT_LANES) == 0u {
+        atomicAdd(&point_lists[head], 1u);
+    }
+}
