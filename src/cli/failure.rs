@@ -22,7 +22,7 @@ pub(crate) enum Failure {
     #[error("no memory for {} MiB of shadow maps, casters and pixels", .0 >> 20)]
     Memory(u64),
     /// The host cannot allocate so much memory for answers [bytes].
-    #[error("no memory for {points} points times {lights} lights ({} MiB)", .bytes >> 20)]
+    #[error("no memory for up to {points} points times {lights} lights ({} MiB)", .bytes >> 20)]
     Points { points: u64, lights: usize, bytes: u64 },
     /// Stopped by a signal before this frame.
     #[error("stopped before frame {frame}")]

@@ -19,7 +19,7 @@ pub enum Limit {
     Particles,
     /// Triangles of shapes and meshes, including degenerate ones.
     Triangles,
-    /// Nodes of a glTF file; instances and primitives of each count too.
+    /// Nodes of a glTF file; instances and primitives of each count too, and joints of its skin.
     Nodes,
     /// Bytes that compressed meshes of a glTF file hold: 1 GiB.
     Unpacked,
