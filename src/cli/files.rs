@@ -8,24 +8,54 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes a file atomically: it appears complete under its name, or stays untouched.
-pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
-    let mut name = OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = || {
-        let mut file = fs::File::create(&temporary)?;
+/// A file in the making: it appears complete under its name, or not at all.
+#[derive(Debug)]
+pub(crate) struct Pending {
+    path: PathBuf,
+    temporary: PathBuf,
+    file: fs::File,
+}
+
+impl Pending {
+    pub(crate) fn new(path: &Path) -> Result<Self, Failure> {
+        let mut name = OsString::from(".");
+        name.push(path.file_name().unwrap_or_default());
+        name.push(format!(".{}.tmp", std::process::id()));
+        let temporary = path.with_file_name(name);
+        let file = fs::File::create(&temporary).map_err(|source| Failure::file(path, source))?;
         // The lock tells other runs that this file is not abandoned; not all file systems have locks.
         let _ = file.lock();
-        file.write_all(contents)?;
-        fs::rename(&temporary, path)
-    };
-    written().map_err(|source| {
-        // The remainder is of no use; it may not exist.
-        let _ = fs::remove_file(&temporary);
-        Failure::file(path, source)
-    })
+        Ok(Self { path: path.to_owned(), temporary, file })
+    }
+
+    /// Its name in the end.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where its contents go.
+    pub(crate) fn writer(&self) -> io::Result<fs::File> {
+        self.file.try_clone()
+    }
+
+    /// Gives the file its name.
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        fs::rename(&self.temporary, &self.path).map_err(|source| Failure::file(&self.path, source))
+    }
+}
+
+impl Drop for Pending {
+    /// What was not finished is of no use.
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.temporary);
+    }
+}
+
+/// Writes a file atomically: it appears complete under its name, or stays untouched.
+pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
+    let mut pending = Pending::new(path)?;
+    pending.file.write_all(contents).map_err(|source| Failure::file(path, source))?;
+    pending.finish()
 }
 
 /// Creates the folder, and removes temporary files of killed runs.

@@ -1,5 +1,5 @@
 //! Uploads of a scene's frame, and its maps, bit for bit: reference for engines without wgpu.
-use super::{failure::Failure, files};
+use super::{failure::Failure, files, memory::Needs};
 use gobo::{
     Gpu, Maps, Shadows,
     error::Error,
@@ -16,6 +16,7 @@ use std::path::Path;
 pub(super) fn write(path: &Path, set: &[(String, String)], out: &Path) -> Result<Value, Failure> {
     let scene = scene::load_with(path, set)?;
     files::warn(&scene.notes);
+    Needs { maps: true, ..Needs::default() }.check(&scene)?;
     let dir = out.join("frame");
     files::create_dir(&dir)?;
     // Name in `frame.json`.

@@ -1,5 +1,5 @@
 //! `gobo light`: share of each light that reaches given points.
-use super::{arguments::LightArguments, failure::Failure, files, npy};
+use super::{arguments::LightArguments, failure::Failure, files, memory::Needs, npy};
 use gobo::{glam::Vec3, model::ReceiverPoint, render::Renderer, scene};
 use std::{fs, path::Path};
 
@@ -7,8 +7,12 @@ use std::{fs, path::Path};
 const FARTHEST: f32 = 1e7;
 
 pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
-    let points = read(&arguments.points)?;
+    let length = length(&arguments.points)?;
     let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
+    // A point has at least three numbers; the file itself is read as a whole.
+    let count = length / size_of::<Vec3>() as u64;
+    Needs { points: count, ..Needs::of(arguments.backend()) }.check(&scene)?;
+    let points = read(&arguments.points)?;
     files::warn(&scene.notes);
     scene.set_time(f64::from(arguments.frame) / arguments.fps);
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
@@ -20,14 +24,22 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     files::print(&arguments.out.display().to_string())
 }
 
-fn read(path: &Path) -> Result<Vec<ReceiverPoint>, Failure> {
-    let refused = |reason: String| Failure::Usage(format!("{}: {reason}", path.display()));
-    let kind = fs::metadata(path).map_err(|error| refused(error.to_string()))?.file_type();
-    if !kind.is_file() {
-        return Err(refused("is no plain file: name an array that numpy.save wrote".to_owned()));
+fn refused(path: &Path, reason: impl std::fmt::Display) -> Failure {
+    Failure::Usage(format!("{}: {reason}", path.display()))
+}
+
+/// Length of the file [bytes].
+fn length(path: &Path) -> Result<u64, Failure> {
+    let metadata = fs::metadata(path).map_err(|error| refused(path, error))?;
+    if !metadata.is_file() {
+        return Err(refused(path, "is no plain file: name an array that numpy.save wrote"));
     }
-    let bytes = fs::read(path).map_err(|error| refused(error.to_string()))?;
-    points(&bytes).map_err(refused)
+    Ok(metadata.len())
+}
+
+fn read(path: &Path) -> Result<Vec<ReceiverPoint>, Failure> {
+    let bytes = fs::read(path).map_err(|error| refused(path, error))?;
+    points(&bytes).map_err(|reason| refused(path, reason))
 }
 
 /// Parses the points of a file.

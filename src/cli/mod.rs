@@ -14,6 +14,7 @@ mod light;
 mod look_up;
 mod manual;
 mod maps;
+mod memory;
 mod npy;
 mod passes;
 mod preview;

@@ -1,51 +1,38 @@
 //! `--preview`: all frames of a job as one animated PNG.
-use super::{failure::Failure, files};
+use super::{failure::Failure, files::Pending};
 use gobo::{glam::UVec2, records::Picture};
-use std::{
-    cell::RefCell,
-    io,
-    path::{Path, PathBuf},
-    rc::Rc,
-};
+use std::{fs::File, path::Path};
 
-/// Frames so far; the file is written after the last one.
+/// Most frames of an animated PNG.
+const MOST: usize = i32::MAX as usize;
+
+/// Frames so far, in a temporary file until the last one is there.
 pub(super) struct Preview {
-    path: PathBuf,
-    writer: png::Writer<Bytes>,
-    bytes: Bytes,
+    file: Pending,
+    writer: png::Writer<File>,
     size: UVec2,
-}
-
-/// Bytes of the file, shared by its writer and the preview.
-#[derive(Clone, Default)]
-struct Bytes(Rc<RefCell<Vec<u8>>>);
-
-impl io::Write for Bytes {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.borrow_mut().extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 impl Preview {
     /// `frames`: number of frames; `fps`: frames per second.
-    pub(super) fn new(path: &Path, size: UVec2, frames: u32, fps: f64) -> Result<Self, Failure> {
-        let bytes = Bytes::default();
-        let mut encoder = png::Encoder::new(bytes.clone(), size.x, size.y);
+    pub(super) fn new(path: &Path, size: UVec2, frames: usize, fps: f64) -> Result<Self, Failure> {
+        if frames > MOST {
+            let message = format!("{frames} frames, but an animated PNG has at most {MOST}");
+            return Err(Failure::Usage(format!("{}: {message}", path.display())));
+        }
+        let file = Pending::new(path)?;
+        let writer = file.writer().map_err(|source| Failure::file(path, source))?;
+        let mut encoder = png::Encoder::new(writer, size.x, size.y);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         let [seconds, per] = delay(fps);
         let mut start = || {
-            encoder.set_animated(frames, 0)?;
+            encoder.set_animated(frames as u32, 0)?;
             encoder.set_frame_delay(seconds, per)
         };
         start().map_err(|error| failed(path, error))?;
         let writer = encoder.write_header().map_err(|error| failed(path, error))?;
-        Ok(Self { path: path.to_owned(), writer, bytes, size })
+        Ok(Self { file, writer, size })
     }
 
     pub(super) fn add(&mut self, picture: &Picture) -> Result<(), Failure> {
@@ -63,13 +50,13 @@ impl Preview {
     }
 
     fn add_rgb(&mut self, rgb: &[u8]) -> Result<(), Failure> {
-        self.writer.write_image_data(rgb).map_err(|error| failed(&self.path, error))
+        self.writer.write_image_data(rgb).map_err(|error| failed(self.file.path(), error))
     }
 
-    /// Writes the file atomically.
+    /// Gives the file its name.
     pub(super) fn finish(self) -> Result<(), Failure> {
-        self.writer.finish().map_err(|error| failed(&self.path, error))?;
-        files::write(&self.path, &self.bytes.0.borrow())
+        self.writer.finish().map_err(|error| failed(self.file.path(), error))?;
+        self.file.finish()
     }
 }
 

@@ -4,6 +4,7 @@ use super::{
     exr,
     failure::Failure,
     files, maps,
+    memory::Needs,
     preview::Preview,
     sidecar::{self, Sidecar},
     stop,
@@ -13,8 +14,7 @@ use gobo::{
     model::Counters,
     records::Picture,
     render::{Frame, RenderOptions, Renderer},
-    scene::{self, Scene},
-    view::{atlas::AtlasLimits, fitted_views},
+    scene,
 };
 use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -54,9 +54,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     load.ground = !arguments.no_ground;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
-    if arguments.maps || arguments.backend() == Backend::Cpu {
-        check_memory(&scene, arguments.backend() == Backend::Cpu)?;
-    }
+    Needs { maps: arguments.maps, picture: true, ..Needs::of(arguments.backend()) }
+        .check(&scene)?;
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     let debug = arguments.debug();
     let options = RenderOptions {
@@ -76,9 +75,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let frames = arguments.frames();
     let (mut shrunk, mut unmasked) = (0, 0);
     let mut preview = match &arguments.preview {
-        Some(path) => {
-            Some(Preview::new(path, scene.camera.size, frames.len() as u32, arguments.fps)?)
-        }
+        Some(path) => Some(Preview::new(path, scene.camera.size, frames.len(), arguments.fps)?),
         None => None,
     };
     let progress = progress_bar(frames.len() as u64);
@@ -162,27 +159,6 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         tracing::warn!("left out: {}", reasons.join(", "));
     }
     Ok(())
-}
-
-/// Checks that the host has memory for a frame's maps, and for the casters of the twin: an allocation that
-/// fails later aborts the program without a message.
-fn check_memory(scene: &Scene, on_cpu: bool) -> Result<(), Failure> {
-    // Size of a texel's F, D and Z, its channels and nodes, and the twin's data per texel of a tile
-    // [bytes].
-    let texel =
-        20 + 12 * u64::from(scene.shadow.colored) + 8 * u64::from(scene.shadow.curve_nodes());
-    let twin = 64 + 24 * u64::from(scene.shadow.curve_nodes());
-    let (views, _) = fitted_views(scene, &AtlasLimits::CORE);
-    let texels = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y));
-    let (all, most) = texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));
-    let mut bytes = all * texel;
-    if on_cpu {
-        // Records, footprints, keys and rectangles; for triangles their setups too.
-        let casters = 128 * scene.particles.len() + 384 * scene.triangles.len();
-        bytes += most * twin + casters as u64;
-    }
-    let length = usize::try_from(bytes).map_err(|_| Failure::Memory(bytes))?;
-    Vec::<u8>::new().try_reserve_exact(length).map_err(|_| Failure::Memory(bytes))
 }
 
 /// Progress bar on standard error, hidden unless that is a terminal.

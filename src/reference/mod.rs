@@ -31,5 +31,5 @@ pub use light_points::light_points;
 pub use maps::render_maps;
 pub use mask::Masks;
 pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
-pub use shade::{FAINT, mean_picture, picture_masks, render_picture};
+pub use shade::{FAINT, MeanPicture, picture_masks, render_picture};
 pub use sort::{Pair, sort};

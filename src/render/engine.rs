@@ -56,6 +56,11 @@ impl GpuEngine {
         Ok(Self { gpu, shadows, timeline, capacity: None, has_counted: false, kept })
     }
 
+    /// What the device reported first: without memory for a texture, the error is that it cannot be bound.
+    pub(super) fn cause_of(&self, error: Error) -> Error {
+        self.gpu.check().err().unwrap_or(error)
+    }
+
     pub(super) fn render(
         &mut self,
         scene: &Scene,
@@ -237,14 +242,14 @@ impl GpuEngine {
         budget: u32,
         first: Vec<[f32; 3]>,
     ) -> Result<Picture, Error> {
-        let vectors = |light: Vec<[f32; 3]>| light.into_iter().map(Vec3::from_array).collect();
-        let mut samples: Vec<Vec<Vec3>> = vec![vectors(first)];
+        let mut mean = reference::MeanPicture::new(lit.scene);
+        mean.add(first.into_iter().map(Vec3::from_array));
         for offset in lit.scene.sample_offsets().skip(1) {
             let lit = Lit { camera: camera.clone().through(offset), ..lit.clone() };
             let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
-            samples.push(vectors(self.read_light(&shown)?));
+            mean.add(self.read_light(&shown)?.into_iter().map(Vec3::from_array));
         }
-        Ok(reference::mean_picture(lit.scene, &samples))
+        Ok(mean.picture())
     }
 
     /// The complete picture, the capacities that it was prepared with, and how many casters did not fit at

@@ -136,13 +136,17 @@ impl Renderer {
     pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         check(scene)?;
         match &mut self.engine {
-            Engine::Gpu(engine) => engine.render(scene, options),
+            Engine::Gpu(engine) => {
+                let frame = engine.render(scene, options);
+                frame.map_err(|error| engine.cause_of(error))
+            }
             Engine::Cpu => render_on_cpu(scene, options),
         }
     }
 
     /// Share of each light that reaches each point of the world: linear rgb, point by point, in the scene's
-    /// order of lights; 1 if nothing is in between, without falloff and cosine.
+    /// order of lights; 1 if nothing is in between, without falloff and cosine. 0 behind a given
+    /// [`Light::far`](crate::Light::far), where a light ends.
     pub fn light_points(
         &mut self,
         scene: &Scene,
@@ -155,7 +159,10 @@ impl Renderer {
         };
         let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
         match &mut self.engine {
-            Engine::Gpu(engine) => engine.light_points(scene, points),
+            Engine::Gpu(engine) => {
+                let shares = engine.light_points(scene, points);
+                shares.map_err(|error| engine.cause_of(error))
+            }
             Engine::Cpu => {
                 let (views, _) = views_around(scene, &AtlasLimits::CORE, points);
                 check_views(&views, &scene.shadow)?;

@@ -43,19 +43,20 @@ struct Bound {
 
 impl Deform {
     /// `kept`: vertices of the triangles that were made from the primitive. `tracks`: of the node's
-    /// weights.
+    /// weights. `morphed`: triangles and keys of all targets of the file so far.
     pub(super) fn new(
         file: &File,
         node: &gltf::Node<'_>,
         primitive: &gltf::Primitive<'_>,
         kept: &[[usize; 3]],
         tracks: &[Track],
+        morphed: &mut u64,
     ) -> Result<Option<Self>, SceneError> {
         let skin = match node.skin() {
             Some(skin) => Skin::new(file, &skin, primitive, kept)?,
             None => None,
         };
-        let targets = targets(file, node, primitive, kept, tracks)?;
+        let targets = targets(file, node, primitive, kept, tracks, morphed)?;
         Ok((skin.is_some() || !targets.is_empty()).then_some(Self { targets, skin }))
     }
 
@@ -191,11 +192,11 @@ fn targets(
     primitive: &gltf::Primitive<'_>,
     kept: &[[usize; 3]],
     tracks: &[Track],
+    morphed: &mut u64,
 ) -> Result<Vec<Target>, SceneError> {
     let of_mesh = node.mesh().and_then(|mesh| mesh.weights());
     let weights = node.weights().or(of_mesh).unwrap_or_default();
     let mut targets = Vec::new();
-    let mut count = 0;
     for (i, target) in primitive.morph_targets().enumerate() {
         let (weight, track) = (weights.get(i).copied().unwrap_or(0.0), tracks.get(i).cloned());
         if !weight.is_finite() {
@@ -206,8 +207,10 @@ fn targets(
         else {
             continue;
         };
-        count = Limit::Triangles
-            .grown(count, kept.len() as u64)
+        // Each draw has its own copies of both.
+        let keys = track.as_ref().map_or(1, Track::key_count);
+        *morphed = Limit::Keys
+            .grown(*morphed, (kept.len() + keys) as u64)
             .map_err(|(message, help)| file.invalid(message, help))?;
         let positions = deltas(file, &positions, kept)?;
         let normals = match target.normals() {
@@ -226,9 +229,9 @@ fn deltas(
 ) -> Result<Vec<[Vec3; 3]>, SceneError> {
     let damaged = || {
         let message = format!("accessor {} is not that of a morph target", accessor.index());
-        file.invalid(message, "export the file again, without mesh quantization")
+        file.invalid(message, "export the file again")
     };
-    if accessor.dimensions() != Dimensions::Vec3 || accessor.data_type() != DataType::F32 {
+    if accessor.dimensions() != Dimensions::Vec3 || accessor.data_type() == DataType::U32 {
         return Err(damaged());
     }
     let items = items(file, accessor)?;

@@ -2,6 +2,7 @@
 use super::{
     SceneError,
     document::{EnvironmentTable, SunTable},
+    limits,
     loader::Loader,
     read,
     tables::Table,
@@ -127,6 +128,10 @@ fn decode(bytes: &[u8]) -> Result<Image, (String, String)> {
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
         return Err((format!("the image has {width} x {height} texels"), help()));
+    }
+    // As it is decoded, and as it is kept.
+    if !limits::has_memory(24 * u64::from(width) * u64::from(height)) {
+        return Err((format!("no memory for {width} x {height} texels"), help()));
     }
     let image = image::DynamicImage::from_decoder(decoder).map_err(|error| bad(&error))?;
     let texels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();

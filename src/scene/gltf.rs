@@ -106,7 +106,9 @@ pub(super) fn load(
         rig.nodes.push(Node { parent, transform: own, translation, rotation, scale });
         if let Some(mesh) = node.mesh() {
             let weights = Arc::new(weights);
+            let joints = node.skin().map_or(0, |skin| skin.joints().count());
             for place in instances(&file, &node)? {
+                uses = Limit::Nodes.grown(uses, joints as u64).map_err(too_many)?;
                 for primitive in mesh.primitives() {
                     uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
                     meshes.promise(&file, &primitive)?;
@@ -140,10 +142,12 @@ pub(super) fn load(
         let children: Vec<_> = node.children().map(|child| (child, world, Some(number))).collect();
         waiting.extend(children.into_iter().rev());
     }
+    let mut morphed = 0;
     for (primitive, world, node, place, weights) in draws {
         let first = meshes.triangles.len();
         meshes.add(&file, &mut materials, &primitive, world, !moves)?;
-        let mut deform = Deform::new(&file, &node, &primitive, &meshes.kept, &weights)?;
+        let kept = &meshes.kept;
+        let mut deform = Deform::new(&file, &node, &primitive, kept, &weights, &mut morphed)?;
         if let Some(deform) = &mut deform {
             deform.find(&file, |node| numbers.get(&node).copied())?;
         }

@@ -2,6 +2,7 @@
 use super::{
     SceneError,
     gltf_file::File,
+    limits::Limit,
     track::{Mode, Track},
 };
 use ::gltf::{
@@ -25,6 +26,7 @@ pub(super) struct NodeTracks {
 pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, SceneError> {
     let mut tracks: HashMap<usize, NodeTracks> = HashMap::new();
     let Some(animation) = file.document.animations().next() else { return Ok(tracks) };
+    let mut keys = 0;
     for channel in animation.channels() {
         let place = match channel.target().property() {
             Property::Translation => 0,
@@ -44,6 +46,9 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
                 format!("keys of node {node} are missing, of another type or out of order");
             file.invalid(message, "export the file again")
         };
+        keys = Limit::Keys
+            .grown(keys, (sampler.input().count() + sampler.output().count()) as u64)
+            .map_err(|(message, help)| file.invalid(message, help))?;
         let times = read(file, &sampler.input(), Dimensions::Scalar)?.ok_or_else(damaged)?;
         let kind = match place {
             1 => Dimensions::Vec4,

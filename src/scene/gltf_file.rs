@@ -5,7 +5,7 @@ use super::{
     error::quoted,
     gltf_film::{self, Film},
     gltf_json::{self, Instancing},
-    read,
+    gltf_meshopt, limits, read,
 };
 use ::gltf::{
     Document,
@@ -14,13 +14,18 @@ use ::gltf::{
     json::{self, camera::Type as CameraType, validation::Checked},
 };
 use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
-use std::path::{Component, Path, PathBuf};
+use std::{
+    collections::HashMap,
+    path::{Component, Path, PathBuf},
+};
 
 #[derive(Debug)]
 pub(super) struct File {
     pub(super) path: PathBuf,
     pub(super) document: Document,
     buffers: Vec<Vec<u8>>,
+    /// Views that were compressed, by index.
+    unpacked: HashMap<usize, Vec<u8>>,
     instancing: Vec<Option<Instancing>>,
     films: Vec<Option<Film>>,
     /// Features of the file that are ignored, a sentence each.
@@ -43,6 +48,8 @@ impl File {
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
         let (value, ignored) = gltf_json::parse(text).map_err(invalid)?;
         let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
+        let packed = gltf_meshopt::packed(&value).map_err(invalid)?;
+        let fallbacks = gltf_meshopt::fallbacks(&value);
         let damaged = |error: &dyn std::fmt::Display| {
             let help = "check it with a glTF validator, or export it again";
             invalid((format!("not a valid glTF 2.0 file: {error}"), help))
@@ -63,13 +70,24 @@ impl File {
                 path.display()
             ));
         }
-        let mut file =
-            Self { path: path.to_owned(), document, buffers: Vec::new(), instancing, films, notes };
+        let mut file = Self {
+            path: path.to_owned(),
+            document,
+            buffers: Vec::new(),
+            unpacked: HashMap::new(),
+            instancing,
+            films,
+            notes,
+        };
         let mut buffers = Vec::new();
         for buffer in file.document.buffers() {
             let (index, length) = (buffer.index(), buffer.length());
+            if fallbacks.get(index) == Some(&true) {
+                buffers.push(Vec::new());
+                continue;
+            }
             let data = match buffer.source() {
-                buffer::Source::Bin => blob.take().unwrap_or_default().to_vec(),
+                buffer::Source::Bin => copied(blob.take().unwrap_or_default(), path)?,
                 buffer::Source::Uri(uri) => file.read_uri(uri)?,
             };
             if data.len() < length {
@@ -79,6 +97,7 @@ impl File {
             buffers.push(data);
         }
         file.buffers = buffers;
+        file.unpacked = gltf_meshopt::unpack(&file, &packed)?;
         Ok(file)
     }
 
@@ -126,17 +145,25 @@ impl File {
         if !is_base64 {
             return Err(bad("it is not in base64".to_owned()));
         }
-        BASE64.decode(data).map_err(|error| bad(error.to_string()))
+        let mut bytes = Vec::new();
+        let length = base64::decoded_len_estimate(data.len());
+        limits::reserve(&mut bytes, length, "bytes of a data URI", &self.path)?;
+        BASE64.decode_vec(data, &mut bytes).map_err(|error| bad(error.to_string()))?;
+        Ok(bytes)
     }
 
     /// Bytes of a buffer.
-    pub(super) fn buffer(&self, buffer: &buffer::Buffer<'_>) -> Option<&[u8]> {
-        self.buffers.get(buffer.index()).map(Vec::as_slice)
+    pub(super) fn bytes(&self, buffer: usize) -> Option<&[u8]> {
+        self.buffers.get(buffer).map(Vec::as_slice)
     }
 
+    /// Bytes of a view, decompressed.
     pub(super) fn view(&self, view: &buffer::View<'_>) -> Result<&[u8], SceneError> {
-        let end = view.offset().checked_add(view.length());
-        end.and_then(|end| self.buffer(&view.buffer())?.get(view.offset()..end)).ok_or_else(|| {
+        if let Some(bytes) = self.unpacked.get(&view.index()) {
+            return Ok(bytes);
+        }
+        let (buffer, end) = (view.buffer().index(), view.offset().checked_add(view.length()));
+        end.and_then(|end| self.bytes(buffer)?.get(view.offset()..end)).ok_or_else(|| {
             let message = format!("bufferView {} leaves its buffer", view.index());
             self.invalid(message, "the file is damaged: export it again")
         })
@@ -172,10 +199,7 @@ impl File {
             fits(&view, accessor.offset(), accessor.count(), size)?;
         }
         let Some(sparse) = accessor.sparse() else {
-            return accessor
-                .view()
-                .map(|_| ())
-                .ok_or_else(|| bad("has no data; compressed meshes need their uncompressed copy"));
+            return accessor.view().map(|_| ()).ok_or_else(|| bad("has no data"));
         };
         // Without a base, items are zero, and only the file's size bounds their number.
         if accessor.view().is_none() && accessor.count() > self.byte_count() {
@@ -205,8 +229,15 @@ impl File {
     }
 
     fn byte_count(&self) -> usize {
-        self.buffers.iter().map(Vec::len).sum()
+        self.buffers.iter().chain(self.unpacked.values()).map(Vec::len).sum()
     }
+}
+
+fn copied(bytes: &[u8], path: &Path) -> Result<Vec<u8>, SceneError> {
+    let mut copy = Vec::new();
+    limits::reserve(&mut copy, bytes.len(), "bytes of a buffer", path)?;
+    copy.extend_from_slice(bytes);
+    Ok(copy)
 }
 
 /// JSON and binary chunk of a `.glb`, or a `.gltf` alone.

@@ -11,6 +11,7 @@ pub(super) struct Items<'a> {
     sparse: Option<(Rows<'a>, Rows<'a>)>,
     pub(super) count: usize,
     data_type: DataType,
+    is_normalized: bool,
 }
 
 /// Byte strings at a constant stride.
@@ -54,7 +55,8 @@ impl File {
                 Some((indices, rows(&values.view(), values.offset(), size, sparse.count())?))
             }
         };
-        Ok(Items { base, sparse, count, data_type: accessor.data_type() })
+        let (data_type, is_normalized) = (accessor.data_type(), accessor.normalized());
+        Ok(Items { base, sparse, count, data_type, is_normalized })
     }
 }
 
@@ -70,14 +72,17 @@ impl<'a> Items<'a> {
         self.base.map(|base| base.get(i))
     }
 
-    /// First components of item `i`; integers are normalized.
+    /// First components of item `i`; integers are scaled to -1..=1 if the accessor says so.
     pub(super) fn floats<const N: usize>(&self, i: usize) -> [f32; N] {
         let Some(bytes) = self.bytes(i) else { return [0.0; N] };
+        let scaled = |number: f32, most: f32| {
+            if self.is_normalized { (number / most).max(-1.0) } else { number }
+        };
         std::array::from_fn(|c| match self.data_type {
-            DataType::U8 => f32::from(bytes[c]) / 255.0,
-            DataType::I8 => (f32::from(bytes[c].cast_signed()) / 127.0).max(-1.0),
-            DataType::U16 => f32::from(u16::from_le_bytes(part(bytes, c))) / 65535.0,
-            DataType::I16 => (f32::from(i16::from_le_bytes(part(bytes, c))) / 32767.0).max(-1.0),
+            DataType::U8 => scaled(bytes[c].into(), 255.0),
+            DataType::I8 => scaled(bytes[c].cast_signed().into(), 127.0),
+            DataType::U16 => scaled(u16::from_le_bytes(part(bytes, c)).into(), 65535.0),
+            DataType::I16 => scaled(i16::from_le_bytes(part(bytes, c)).into(), 32767.0),
             DataType::U32 => u32::from_le_bytes(part(bytes, c)) as f32,
             DataType::F32 => f32::from_le_bytes(part(bytes, c)),
         })

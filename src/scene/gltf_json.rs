@@ -1,12 +1,13 @@
 //! The JSON of a glTF file, adapted to the `gltf` crate, which refuses some valid files and ignores some
 //! relevant parts.
-use super::error::quoted;
+use super::{error::quoted, limits};
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 10] = [
+pub(super) const EXTENSIONS: [&str; 13] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -15,6 +16,8 @@ pub(super) const EXTENSIONS: [&str; 10] = [
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
 
@@ -28,6 +31,10 @@ const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 
 /// Parses and adapts the JSON; also returns the extensions that are ignored.
 pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
+    if !limits::has_memory(parsed_size(bytes)) {
+        let message = format!("no memory for {} MiB of JSON", bytes.len() >> 20);
+        return Err((message, "use a smaller file, or a machine with more memory"));
+    }
     let mut root: Value = serde_json::from_slice(bytes)
         .map_err(|error| (format!("not valid JSON: {error}"), EXPORT_AGAIN))?;
     check_version(&root)?;
@@ -41,6 +48,16 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
     pick_sources(&mut root);
     keep_channels_of_nodes(&mut root);
     Ok((root, ignored))
+}
+
+/// Upper estimate of the parsed document's size [bytes]: twice, as values and in the crate's types.
+fn parsed_size(text: &[u8]) -> u64 {
+    let size = |byte: &u8| match byte {
+        b'{' => 600,
+        b',' | b':' | b'[' => 100,
+        _ => 1,
+    };
+    text.iter().map(size).sum()
 }
 
 /// Keeps the animation channels of nodes. Channels without a node, or of properties that no node has
@@ -95,7 +112,14 @@ fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
     }
     if let Some(name) = names(root, "extensionsRequired").iter().find(|name| !is_read(name)) {
         let message = format!("requires {}, which gobo does not read", quoted(name));
-        return Err((message, "export without compression or optional extensions"));
+        let help = match name.as_str() {
+            "KHR_draco_mesh_compression" => {
+                "export it without Draco (in Blender: Data, Compression off); meshopt is read"
+            }
+            "KHR_texture_basisu" => "export with PNG, JPEG or WebP textures",
+            _ => "export without compression or optional extensions",
+        };
+        return Err((message, help));
     }
     // The crate refuses files that require extensions that only this module supports.
     if let Some(root) = root.as_object_mut() {

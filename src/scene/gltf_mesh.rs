@@ -155,9 +155,9 @@ impl Meshes {
         };
         let mut vector = |semantic: Semantic| {
             let Some(accessor) = get(semantic, Dimensions::Vec3)? else { return Ok(None) };
-            if accessor.data_type() != DataType::F32 {
-                let message = format!("accessor {} is quantized", accessor.index());
-                return Err(file.invalid(message, "export without mesh quantization"));
+            if accessor.data_type() == DataType::U32 {
+                let message = format!("accessor {} holds no vectors", accessor.index());
+                return Err(file.invalid(message, "export the file again"));
             }
             self.items(file, &accessor).map(Some)
         };
@@ -168,7 +168,7 @@ impl Meshes {
         let uvs = match get(Semantic::TexCoords(uses.uv_set), Dimensions::Vec2)? {
             None => None,
             Some(accessor) => {
-                if !matches!(accessor.data_type(), DataType::F32 | DataType::U16 | DataType::U8) {
+                if accessor.data_type() == DataType::U32 {
                     let message = format!("accessor {} holds no uvs", accessor.index());
                     return Err(file.invalid(message, "export the file again"));
                 }

@@ -1,6 +1,6 @@
 //! Images of untrusted files: their size is checked before they are decoded, as a few bytes may announce
 //! gigabytes.
-use super::limits::Limit;
+use super::limits::{self, Limit};
 use image::{DynamicImage, ImageDecoder as _, ImageReader, RgbaImage};
 use std::io::Cursor;
 
@@ -23,6 +23,12 @@ pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaIm
     }
     let all = Limit::Texels.grown(*texels, u64::from(width) * u64::from(height));
     let all = all.map_err(|(message, help)| (message, help.to_owned()))?;
+    // As it is stored, and in bytes per channel.
+    let bytes = decoder.total_bytes() + 4 * u64::from(width) * u64::from(height);
+    if !limits::has_memory(bytes) {
+        let message = format!("no memory for {width} x {height} texels ({} MiB)", bytes >> 20);
+        return Err((message, "use smaller images, or a machine with more memory".to_owned()));
+    }
     let image = DynamicImage::from_decoder(decoder).map_err(|error| bad(&error))?;
     *texels = all;
     Ok(image.into_rgba8())

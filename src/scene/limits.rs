@@ -19,13 +19,20 @@ pub enum Limit {
     Particles,
     /// Triangles of shapes and meshes, including degenerate ones.
     Triangles,
-    /// Nodes of a glTF file; instances and primitives of each count too.
+    /// Nodes of a glTF file; instances and primitives of each count too, and joints of its skin.
     Nodes,
+    /// Bytes that compressed meshes of a glTF file hold: 1 GiB.
+    Unpacked,
+    /// Keys of glTF animations; each channel counts those of its sampler. Offsets of morph targets, each
+    /// with its triangles, count too.
+    Keys,
+    /// Bytes of the scene file itself.
+    Text,
 }
 
 impl Limit {
     /// All limits.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 10] = [
         Self::Lights,
         Self::Materials,
         Self::Textures,
@@ -33,6 +40,9 @@ impl Limit {
         Self::Particles,
         Self::Triangles,
         Self::Nodes,
+        Self::Unpacked,
+        Self::Keys,
+        Self::Text,
     ];
 
     /// The limit.
@@ -45,6 +55,9 @@ impl Limit {
             Self::Particles => 16_000_000,
             Self::Triangles => 8_000_000,
             Self::Nodes => 1_000_000,
+            Self::Unpacked => 1 << 30,
+            Self::Keys => 10_000_000,
+            Self::Text => 1 << 24,
         }
     }
 
@@ -58,6 +71,9 @@ impl Limit {
             Self::Particles => "particles",
             Self::Triangles => "triangles",
             Self::Nodes => "nodes of a glTF file",
+            Self::Unpacked => "bytes of compressed meshes",
+            Self::Keys => "keys and morphed triangles of a glTF file",
+            Self::Text => "bytes of a scene file",
         }
     }
 
@@ -72,6 +88,9 @@ impl Limit {
                 "simplify the meshes, use them less often, or lower a sphere's level"
             }
             Self::Nodes => "join meshes, or use them less often",
+            Self::Unpacked => "simplify the meshes",
+            Self::Keys => "use fewer keys or morph targets",
+            Self::Text => "put particles and meshes into files of their own",
         }
     }
 
@@ -86,6 +105,15 @@ impl Limit {
             }
         }
     }
+}
+
+/// Whether the host can allocate so much more [bytes]. An allocation that fails later aborts the program.
+pub(super) fn has_memory(bytes: u64) -> bool {
+    let mut probe = Vec::<u8>::new();
+    let is_there = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
+    // Otherwise the compiler may leave the allocation out.
+    std::hint::black_box(&mut probe);
+    is_there
 }
 
 /// Reserves memory for `more` items, or returns an error with the missing amount.

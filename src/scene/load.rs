@@ -4,10 +4,11 @@ use super::{
     animate::{Placed, animate},
     defaults,
     document::{CameraTable, Document, EnvironmentTable},
+    limits::Limit,
     loader::{Loader, error_of_line},
     read,
     rig::Placement,
-    source::{self, Source},
+    source::{self, SceneText},
     tables,
 };
 use crate::model::{Environment, Sky};
@@ -64,7 +65,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         && file.parse::<toml::Table>().is_ok_and(|table| !table.contains_key("light"));
     let file = if adds_sun { file + defaults::SUN } else { file };
     let text = source::joined(&file, set);
-    let source = Source::parse(path, &text, file.len(), set)?;
+    let source = SceneText::parse(path, &text, file.len(), set)?;
     let document = source.document()?;
     let mut loader = Loader::new(&source, path);
     loader.document(&document)?;
@@ -136,6 +137,10 @@ fn usual_sky() -> Arc<Environment> {
 }
 
 fn scene_text(path: &Path) -> Result<String, SceneError> {
+    let length = read::length(path)?;
+    Limit::Text
+        .grown(0, length)
+        .map_err(|(message, help)| SceneError::invalid(path, message, help))?;
     String::from_utf8(read::bytes(path)?).map_err(|error| {
         let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();

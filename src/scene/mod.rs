@@ -5,6 +5,7 @@ mod deform;
 #[doc(hidden)]
 pub mod displace;
 mod document;
+mod document_lights;
 mod document_motion;
 mod emitters;
 mod environment;
@@ -19,6 +20,7 @@ mod gltf_items;
 mod gltf_json;
 mod gltf_material;
 mod gltf_mesh;
+mod gltf_meshopt;
 mod gltf_texture;
 mod images;
 mod light_tables;

@@ -242,6 +242,10 @@ fn half_spacing(particles: &[Particle]) -> f32 {
 }
 
 fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneError> {
+    // A quoted field may hold the rest of the file, in a buffer that doubles as it grows.
+    if !limits::has_memory(3 * bytes.len() as u64) {
+        return Err(SceneError::memory(path, "no memory for the rows of the file"));
+    }
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
     let csv_error = |error: csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
@@ -280,6 +284,7 @@ fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneE
             })?;
         }
         rows.check_count(path, rows.count as usize + 1)?;
+        limits::reserve(&mut rows.particles, 1, "particles", path)?;
         rows.push(&row);
     }
     Ok(())

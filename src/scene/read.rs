@@ -10,9 +10,15 @@ pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
 
 /// Checks that the path is a regular file.
 pub(super) fn check(path: &Path) -> Result<(), SceneError> {
-    let kind = fs::metadata(path).map_err(|source| failed(path, source))?.file_type();
+    length(path).map(|_| ())
+}
+
+/// Length of a regular file [bytes].
+pub(super) fn length(path: &Path) -> Result<u64, SceneError> {
+    let metadata = fs::metadata(path).map_err(|source| failed(path, source))?;
+    let kind = metadata.file_type();
     if kind.is_file() {
-        return Ok(());
+        return Ok(metadata.len());
     }
     let message = if kind.is_dir() { "is a folder" } else { "is a device or a pipe" };
     Err(SceneError::invalid(path, message, "name a plain file"))

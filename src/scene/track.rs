@@ -41,6 +41,11 @@ impl Track {
         })
     }
 
+    /// Number of keys.
+    pub fn key_count(&self) -> usize {
+        self.times.len()
+    }
+
     fn value(&self, key: usize) -> Vec4 {
         if self.mode == Mode::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }

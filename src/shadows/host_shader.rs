@@ -49,7 +49,7 @@ impl Maps {
     /// ```
     ///
     /// The share of a light that reaches a point (world space [m], the normal unit): 1 if nothing is in
-    /// between, without falloff and cosine. `light` indexes the lights that [`Prepared::bind_lights`]
+    /// between, without falloff and cosine; 0 behind the far plane of its view. `light` indexes the lights that [`Prepared::bind_lights`]
     /// bound. The text is the same for all maps with the same number of nodes, with `gain` casters or
     /// without.
     ///

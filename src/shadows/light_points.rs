@@ -41,7 +41,7 @@ pub struct LightPoints {
 impl Prepared {
     /// The share of the `chosen` of `lights` that reaches each point: 1 if nothing is in between, without
     /// falloff and cosine. Reads the maps by the settings of [`prepare`](crate::Shadows::prepare); a light
-    /// without views is never shadowed, and points beyond a view's far plane are dark. `lights` are those
+    /// without views is never shadowed, and a point behind the far plane of its view is dark, or, of cascades, lit. `lights` are those
     /// that the views were made of.
     ///
     /// # Errors

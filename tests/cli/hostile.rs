@@ -204,6 +204,59 @@ fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
     }
 }
 
+/// Runs with so much memory [KiB], and returns the status and standard error.
+#[cfg(target_os = "linux")]
+fn with_memory(folder: &Folder, most: u32, arguments: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new("sh");
+    let limit = format!("ulimit -v {most}; exec \"$0\" \"$@\"");
+    command.current_dir(&folder.0).args(["-c", &limit]).arg(env!("CARGO_BIN_EXE_gobo"));
+    let output = command.args(arguments).output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// A file of zeros behind `head`, which takes no space on the disk.
+#[cfg(target_os = "linux")]
+fn sparse(folder: &Folder, name: &str, head: &[u8], length: u64) {
+    fs::write(folder.0.join(name), head).unwrap();
+    fs::File::options().write(true).open(folder.0.join(name)).unwrap().set_len(length).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn files_that_the_host_has_no_memory_for_are_refused() {
+    let folder = Folder::new("large");
+    let refused = |most: u32, arguments: &[&str], why: &str| {
+        let (status, told) = with_memory(&folder, most, arguments);
+        assert!(matches!(status, Some(1 | 2)), "{arguments:?}: {status:?} {told}");
+        assert!(told.contains(why) && told.contains("help: "), "{told}");
+    };
+    // One quoted field to the end.
+    sparse(&folder, "field.csv", b"x,y,z\n\"", 300 << 20);
+    refused(1_000_000, &["check", "field.csv"], "no memory");
+    // 30 million points are 360 MB, and some GB as records and answers.
+    let shape = "{'descr': '<f4', 'fortran_order': False, 'shape': (30000000, 3), }";
+    let head = [b"\x93NUMPY\x01\x00\x76\x00", format!("{shape:<117}\n").as_bytes()].concat();
+    sparse(&folder, "points.npy", &head, head.len() as u64 + 360_000_000);
+    let light =
+        ["light", "scene.toml", "--points", "points.npy", "-o", "l.npy", "--backend", "cpu"];
+    refused(1_500_000, &light, "30000010 points times");
+    // A list of 20 million tables, in 60 MB.
+    let json = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}",
+        "{},".repeat(20_000_000)
+    );
+    fs::write(folder.0.join("nodes.gltf"), json).unwrap();
+    refused(1_500_000, &["check", "nodes.gltf"], "no memory");
+}
+
+#[test]
+fn previews_of_more_frames_than_the_format_has_are_refused() {
+    let folder = Folder::new("frames-preview");
+    let all = ["render", "scene.toml", "--frames", "0..4294967295", "--preview", "p.png"];
+    assert!(folder.fail(&[&all[..], &QUICK].concat(), 2).contains("2147483647"));
+    assert!(!files(&folder.0).iter().any(|name| name.contains("p.png")));
+}
+
 /// Six maps of 16 million texels each, with less memory than they need.
 #[cfg(target_os = "linux")]
 #[test]

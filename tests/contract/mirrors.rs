@@ -4,7 +4,7 @@ use gobo::{
     gpu::Library,
     model::{
         LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape, TILE_SIZE, Transfer,
-        emitter::{STEP, STEPS_PER_SECOND, Source},
+        emitter::{EmitterShape, STEP, STEPS_PER_SECOND},
     },
     records::{
         AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
@@ -128,10 +128,10 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SHAPE_QUAD", Shape::Quad as u32),
         ("SKIRT", SKIRT),
         ("SLAB_PAIRS", SLAB_PAIRS as u32),
-        ("SOURCE_BOX", Source::Box as u32),
-        ("SOURCE_DISC", Source::Disc as u32),
-        ("SOURCE_POINT", Source::Point as u32),
-        ("SOURCE_SPHERE", Source::Sphere as u32),
+        ("EMITTER_BOX", EmitterShape::Box as u32),
+        ("EMITTER_DISC", EmitterShape::Disc as u32),
+        ("EMITTER_POINT", EmitterShape::Point as u32),
+        ("EMITTER_SPHERE", EmitterShape::Sphere as u32),
         ("STEPS_AT_ONCE", STEPS_AT_ONCE),
         ("SURFACE_LIST", shade::SURFACE_LIST),
         ("TILE_SIZE", TILE_SIZE),

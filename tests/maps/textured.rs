@@ -2,13 +2,15 @@
 use crate::common::{
     TIERS, brute_force,
     compare::{Tolerance, assert_maps_agree, compare_maps},
-    map_frame,
-    scenes::{empty, light, pane},
+    gpu, map_frame,
+    scenes::{empty, light, material, pane},
 };
 use gobo::{
+    error::Error,
     glam::{DVec2, Vec2, Vec3, Vec4},
-    model::{LightKind, Material, Transfer},
+    model::{LightKind, Material, Texture, Transfer},
     reference,
+    render::{RenderOptions, Renderer},
     scene::{self, Scene},
     view::shadow_views,
 };
@@ -21,6 +23,27 @@ fn small(name: &str) -> Scene {
         .map(|(key, value)| (key.to_owned(), value.to_owned()));
     let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     scene::load_with(path.as_ref(), &set).unwrap()
+}
+
+/// Seventeen small images, one of them wide and one high, would take 4.2 GiB as layers.
+#[test]
+fn images_that_are_small_but_not_together_are_refused() {
+    let texture = |width: u32, height: u32| Texture {
+        name: String::new(),
+        width,
+        height,
+        rgba: vec![255; (width * height * 4) as usize],
+    };
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
+    scene.textures = vec![texture(1, 1); 15];
+    scene.textures.extend([texture(8192, 1), texture(1, 8192)]);
+    let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
+    let error = renderer.render(&scene, &RenderOptions::default()).unwrap_err();
+    assert!(matches!(error, Error::Limit { need: 1_140_850_688, .. }), "{error}");
+    assert!(error.to_string().contains("alike in size"), "{error}");
+    scene.textures.truncate(15);
+    assert!(renderer.render(&scene, &RenderOptions::default()).is_ok());
 }
 
 /// Every texel of the map is the texture where its ray meets the pane.
@@ -60,7 +83,7 @@ fn a_projector_throws_its_slide() {
     let mut scene = empty(vec![Material { texture: Some(0), ..Material::default() }]);
     // 2x2 checks of 4x4 texels each.
     let texel = |i: usize| colors[i % 8 / 4 + i / 8 / 4 * 2];
-    scene.textures = vec![gobo::model::Texture {
+    scene.textures = vec![Texture {
         name: "checks".into(),
         width: 8,
         height: 8,

@@ -157,6 +157,69 @@ fn many_names_are_looked_up_soon() {
     assert_eq!(scene.lights.len(), 4096);
 }
 
+#[test]
+fn long_scene_files_are_refused_unread() {
+    let folder = Folder::new();
+    let path = folder.write("long.toml", "# ");
+    std::fs::File::options().write(true).open(&path).unwrap().set_len((1 << 24) + 1).unwrap();
+    let SceneError::Invalid { message, help, .. } = scene::load(&path).unwrap_err() else {
+        panic!("read as a document")
+    };
+    assert!(message.contains("16777217") && message.contains("16777216"), "{message}");
+    assert!(help.unwrap().contains("files of their own"));
+}
+
+/// A triangle mesh, keys and joints, each of which many parts of the file name.
+fn shared(nodes: &str, more: &str) -> String {
+    let length = 400_000 * 4;
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],{more}
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":100000,"type":"SCALAR","min":[0],"max":[1]}},
+        {{"bufferView":0,"componentType":5126,"count":100000,"type":"VEC3"}},
+        {{"bufferView":0,"componentType":5126,"count":3000,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}}],
+        "bufferViews":[{{"buffer":0,"byteLength":{length}}}],
+        "buffers":[{{"byteLength":{length},"uri":"shared.bin"}}]}}"#
+    )
+}
+
+fn list(count: usize, item: impl Fn(usize) -> String) -> String {
+    (0..count).map(item).collect::<Vec<_>>().join(",")
+}
+
+#[test]
+fn what_a_model_names_often_is_counted_each_time() {
+    let folder = Folder::new();
+    // Ascending, and no three in a line.
+    let numbers = (0..400_000_u32).map(|i| i as f32 + (i % 7) as f32 * 0.1);
+    folder.write("shared.bin", numbers.flat_map(f32::to_le_bytes).collect::<Vec<_>>());
+    let refused = |nodes: &str, more: &str, most: &str| {
+        let path = folder.write("shared.gltf", shared(nodes, more));
+        let error = quick(most, || scene::load(&path).unwrap_err()).to_string();
+        assert!(error.contains(most), "{error}");
+    };
+    let of_mesh = |primitive: &str, more: &str| {
+        format!(
+            r#""meshes":[{{"primitives":[{{"attributes":{{"POSITION":2}}{primitive}}}]{more}}}],"#
+        )
+    };
+    // 60 channels of 200,000 numbers.
+    let channel = |i| format!(r#"{{"sampler":0,"target":{{"node":{i},"path":"translation"}}}}"#);
+    let animation = format!(
+        r#""animations":[{{"samplers":[{{"input":0,"output":1}}],"channels":[{}]}}],"#,
+        list(60, channel)
+    );
+    refused(&list(60, |_| "{}".to_owned()), &animation, "10000000");
+    // 300 meshes of 5,000 joints.
+    let skin = format!(r#""skins":[{{"joints":[{}]}}],"#, list(5000, |i| i.to_string()));
+    let node = |i| if i < 5000 { "{}" } else { r#"{"mesh":0,"skin":0}"# }.to_owned();
+    refused(&list(5300, node), &(of_mesh("", "") + &skin), "1000000");
+    // 300 meshes of 1,000 triangles with 50 targets.
+    let targets = list(50, |_| r#"{"POSITION":2}"#.to_owned());
+    let weights = format!(r#","weights":[{}]"#, list(50, |_| "1".to_owned()));
+    let mesh = of_mesh(&format!(r#","targets":[{targets}]"#), &weights);
+    refused(&list(300, |_| r#"{"mesh":0}"#.to_owned()), &mesh, "10000000");
+}
+
 /// docs/scene.md states each limit.
 #[test]
 fn limits_are_documented() {

@@ -11,6 +11,7 @@ mod fluids;
 mod gltf;
 mod gltf_animation;
 mod gltf_files;
+mod gltf_meshopt;
 mod hostile;
 mod issues;
 mod limits;

@@ -6,7 +6,7 @@ use crate::common::{
 };
 use gobo::{
     Bounds, Casters, Error, Light, LightKind, Material, PointBuffers, Prepared, Profile, Receiver,
-    ReceiverPoint, ShadowSettings, Shadows, Transfer,
+    ReceiverPoint, ShadowSettings, Transfer,
     glam::{Vec3, Vec4},
     gpu::Gpu,
     light_views,
@@ -97,6 +97,28 @@ fn nothing_between_is_light() {
     }
 }
 
+/// Rule 1, with Z = 1 where nothing is opaque: a light ends at a far plane of its own.
+#[test]
+fn no_light_gets_behind_a_given_far_plane() {
+    let mut scene = layers(Receiver::Curve);
+    scene.triangles.clear();
+    let (position, direction) = (Vec3::new(0.0, 4.0, 0.0), Vec3::NEG_Y);
+    scene.lights.push(light(LightKind::Spot { position, direction, angle: 1.0 }));
+    // The sun's planes begin at the top of the upper disc's bounds, y = 5.
+    for (light, far) in scene.lights.iter_mut().zip([5.0, 4.0, 4.0]) {
+        light.far = Some(far);
+    }
+    let points = [1.5, 0.2, -0.5, -40.0].map(|y| at(y, Vec3::ZERO));
+    let expected = [through(BLUE), through(RED) * through(BLUE), Vec3::ZERO, Vec3::ZERO];
+    for mut renderer in renderers() {
+        let shares = renderer.light_points(&scene, &points).unwrap();
+        for (i, share) in shares.iter().enumerate() {
+            let apart = (Vec3::from_array(*share) - expected[i / 3]).abs().max_element();
+            assert!(apart <= ROUNDING, "{i}: {share:?} {}", renderer.device());
+        }
+    }
+}
+
 /// Points in the open and on surfaces, some of them facing away from the lights.
 fn random_points(count: usize, chance: &mut Chance) -> Vec<ReceiverPoint> {
     let point = |i| {
@@ -164,7 +186,7 @@ pub(super) fn prepared(gpu: &Gpu, receiver: Receiver) -> (Prepared, Vec<Light>) 
         .zip(&scene.lights)
         .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds).unwrap())
         .collect();
-    let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter).unwrap();
+    let mut shadows = crate::common::shadows(gpu);
     let settings = ShadowSettings { receiver, ..ShadowSettings::default() };
     let Scene { particles, materials, .. } = &scene;
     let casters = Casters { particles, materials, ..Casters::default() };

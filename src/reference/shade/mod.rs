@@ -9,7 +9,7 @@ use super::{
     caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
-    shading::{Gloss, Lighting, Point, PointKind, Receiver, mean_on_screen, world_point},
+    shading::{Gloss, Lighting, Point, PointKind, Receiver, shown, to_srgb, world_point},
     threads::each,
     tile::{Tile, TileTexels},
 };
@@ -30,25 +30,52 @@ pub const FAINT: f32 = 1.0 / 1024.0;
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let lighting = Lighting::new(scene, views, maps);
-    let samples = scene.sample_offsets();
-    let samples: Vec<_> = samples
-        .map(|offset| render_sample(scene, &lighting, &camera.clone().through(offset)))
-        .collect();
-    mean_picture(scene, &samples)
+    let mut mean = MeanPicture::new(scene);
+    for offset in scene.sample_offsets() {
+        mean.add(render_sample(scene, &lighting, &camera.clone().through(offset)));
+    }
+    mean.picture()
 }
 
-/// Mean of pictures at several samples per pixel: of linear light, and on the screen after the tone curve.
-pub fn mean_picture(scene: &Scene, samples: &[Vec<Vec3>]) -> Picture {
-    let exposure = scene.exposure.exp2();
-    let count = scene.camera.size.element_product() as usize;
-    let share = 1.0 / samples.len() as f32;
-    let mean = |i: usize| samples.iter().map(|sample| sample[i]).sum::<Vec3>() * share;
-    let light: Vec<Vec3> = (0..count).map(mean).collect();
-    let shown = |i: usize| mean_on_screen(samples.iter().map(|sample| sample[i] * exposure));
-    Picture {
-        size: scene.camera.size,
-        rgb: (0..count).map(shown).collect(),
-        light: light.into_iter().map(|light| light.to_array()).collect(),
+/// Mean of pictures at several samples per pixel: of linear light, and on the screen after the tone curve. A
+/// mean of light alone would be as bright as its brightest sample wherever the curve saturates, and edges
+/// would be jagged.
+#[derive(Clone, Debug)]
+pub struct MeanPicture {
+    size: UVec2,
+    /// Factor of light on the screen.
+    exposure: f32,
+    count: u32,
+    /// Sums over the samples, row by row.
+    light: Vec<Vec3>,
+    shown: Vec<Vec3>,
+}
+
+impl MeanPicture {
+    /// A picture of `scene` without samples.
+    pub fn new(scene: &Scene) -> Self {
+        let size = scene.camera.size;
+        let none = vec![Vec3::ZERO; size.element_product() as usize];
+        Self { size, exposure: scene.exposure.exp2(), count: 0, light: none.clone(), shown: none }
+    }
+
+    /// Adds a sample of each pixel: linear light, row by row.
+    pub fn add(&mut self, sample: impl IntoIterator<Item = Vec3>) {
+        self.count += 1;
+        for ((sum, on_screen), light) in self.light.iter_mut().zip(&mut self.shown).zip(sample) {
+            *sum += light;
+            *on_screen += shown(light * self.exposure);
+        }
+    }
+
+    /// The mean of the samples.
+    pub fn picture(self) -> Picture {
+        let share = 1.0 / self.count.max(1) as f32;
+        Picture {
+            size: self.size,
+            rgb: self.shown.into_iter().map(|sum| to_srgb(sum * share)).collect(),
+            light: self.light.into_iter().map(|sum| (sum * share).to_array()).collect(),
+        }
     }
 }
 

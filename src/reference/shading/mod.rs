@@ -7,7 +7,7 @@ pub mod soft;
 mod taps;
 mod tone;
 
-pub use tone::{mean_on_screen, to_screen};
+pub use tone::{shown, to_screen, to_srgb};
 
 use levels::Levels;
 
@@ -229,7 +229,8 @@ impl<'a> Lighting<'a> {
         point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine
     }
 
-    /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine.
+    /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0 behind
+    /// a given far plane (rule 1, with nothing in the map).
     pub fn share(&self, light: &GpuLight, point: &ReceiverPoint) -> Vec3 {
         let (toward, _) = incoming(light, point.position);
         // Normal on the light's side.

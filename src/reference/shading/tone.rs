@@ -19,13 +19,9 @@ fn tone_mapped(light: Vec3) -> Vec3 {
     (color * (new_peak / peak)).lerp(Vec3::splat(new_peak), share)
 }
 
-/// Mean of some samples of a pixel on the screen: after the tone curve. A mean of light would be as bright as
-/// its brightest sample wherever the curve saturates, and edges would be jagged.
-pub fn mean_on_screen(samples: impl ExactSizeIterator<Item = Vec3>) -> [u8; 3] {
-    let share = 1.0 / samples.len() as f32;
-    to_srgb(
-        samples.map(|light| tone_mapped(light).clamp(Vec3::ZERO, Vec3::ONE)).sum::<Vec3>() * share,
-    )
+/// Light after the tone curve, 0..=1, linear.
+pub fn shown(light: Vec3) -> Vec3 {
+    tone_mapped(light).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
 /// Light on the screen.
@@ -34,7 +30,7 @@ pub fn to_screen(light: Vec3) -> [u8; 3] {
 }
 
 /// sRGB (IEC 61966-2-1) of linear light.
-fn to_srgb(linear: Vec3) -> [u8; 3] {
+pub fn to_srgb(linear: Vec3) -> [u8; 3] {
     linear.to_array().map(|v| {
         let v = v.clamp(0.0, 1.0);
         let v = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };

@@ -99,6 +99,9 @@ fn write_rows(queue: &wgpu::Queue, texture: &wgpu::Texture, first_row: u32, byte
     }
 }
 
+/// Most texels of the texture array that holds all images: 4 GiB.
+const MOST_TEXELS: u64 = 1 << 30;
+
 pub(super) fn upload_images(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
@@ -107,6 +110,18 @@ pub(super) fn upload_images(
     let width = textures.iter().map(|t| t.width).max().unwrap_or(1);
     let height = textures.iter().map(|t| t.height).max().unwrap_or(1);
     let size = [width, height, textures.len().max(1) as u32].map(u64::from);
+    // A layer is as wide as the widest image, and as high as the highest.
+    let need = size.iter().product();
+    if need > MOST_TEXELS {
+        let remedy =
+            "make the textures smaller, or alike in size: each takes the largest width and height";
+        return Err(Error::Limit {
+            limit: "texels of all textures",
+            have: MOST_TEXELS,
+            need,
+            remedy,
+        });
+    }
     let images = allocator.texture("images", Rgba8UnormSrgb, size, TextureUsages::COPY_DST)?;
     for (layer, texture) in textures.iter().enumerate() {
         upload_image(queue, &images, layer, texture);
