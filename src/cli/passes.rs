@@ -11,7 +11,8 @@ use gobo::{
     gpu::{KernelDesc, Tier},
     records::{DEPTH_BITS, ROW},
     shadows::frame::{
-        Groups, KEYS, PAIRS, Role, STEPS, SortOf, Source, Step, Trait, Variants, When, Work,
+        Groups, KEYS, PAIRS, ResourceChoice, Role, STEPS, SortOf, Step, Trait, Variants, When,
+        Work,
         resources::{Initial, Kind, RESOURCES, ResourceDesc, SUMS},
         variants,
     },
@@ -310,7 +311,7 @@ fn records(format: &str, texels: &str) -> Value {
 /// Union of the bindings of a kernel's variants.
 fn bindings(
     variants: &Variants,
-    sources: &[(&'static str, Source)],
+    sources: &[(&'static str, ResourceChoice)],
 ) -> Result<Map<String, Value>, Failure> {
     let mut bound = Map::new();
     let descs = variants.special.iter().map(|&(_, desc)| desc).chain([variants.otherwise]);
@@ -321,17 +322,17 @@ fn bindings(
                 let source = sources.iter().find(|(name, _)| *name == binding.name);
                 let source = match source.map(|(_, source)| *source) {
                     None => binding.name.into(),
-                    Some(Source::Is(name)) => name.into(),
-                    Some(Source::Sorted(names, SortOf::Depth)) => {
+                    Some(ResourceChoice::Is(name)) => name.into(),
+                    Some(ResourceChoice::Sorted(names, SortOf::Depth)) => {
                         json!({ "sorted": "depth", "of": names })
                     }
-                    Some(Source::Sorted(names, SortOf::Tile)) => {
+                    Some(ResourceChoice::Sorted(names, SortOf::Tile)) => {
                         json!({ "sorted": "tile", "of": names })
                     }
-                    Some(Source::Curves(a, b)) => {
+                    Some(ResourceChoice::Curves(a, b)) => {
                         json!({ "trait": "curves", "then": a, "otherwise": b })
                     }
-                    Some(Source::Composed(a, b)) => {
+                    Some(ResourceChoice::Composed(a, b)) => {
                         json!({ "trait": "composed", "then": a, "otherwise": b })
                     }
                 };

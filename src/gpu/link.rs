@@ -19,8 +19,8 @@ type SourceFile = (&'static str, &'static str);
 static LIBRARY: LazyLock<Result<Library, LinkError>> =
     LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
 
-/// Module name of imports that the text beside the kernel declares.
-pub(super) const BESIDE: &str = "";
+/// Module name of imports that a text of the host declares.
+pub(super) const HOST_TEXT: &str = "";
 
 /// Error of linking a kernel.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -138,7 +138,7 @@ impl Library {
                     .ok_or_else(|| fail(format!("the kernel does not choose `{choice}`")))?
                     .1
                 {
-                    BESIDE => return Ok(None),
+                    HOST_TEXT => return Ok(None),
                     file => file,
                 }
             }

@@ -19,7 +19,7 @@ pub const MAX_BOXES: usize = 8;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
-pub enum Source {
+pub enum EmitterShape {
     #[default]
     /// The emitter's position.
     Point,
@@ -41,7 +41,7 @@ pub struct Forces {
     /// Shortest and longest lifetime [s].
     pub lifetime: [f32; 2],
     /// Region where particles start.
-    pub source: Source,
+    pub shape: EmitterShape,
     /// Position of the emitter [m].
     pub position: Vec3,
     /// Full size of the region [m].
@@ -117,11 +117,11 @@ impl Forces {
     /// Particle `number` as it starts.
     pub fn start(&self, number: u32) -> EmittedParticle {
         let axis = |k: u32| draw(self.seed, number, k) - 0.5;
-        let aside = match self.source {
-            Source::Point => Vec3::ZERO,
-            Source::Box => Vec3::new(axis(1), axis(2), axis(3)),
-            Source::Sphere => in_ball(self.seed, number, 8, Vec3::ONE) * 0.5,
-            Source::Disc => in_ball(self.seed, number, 8, Vec3::new(1.0, 0.0, 1.0)) * 0.5,
+        let aside = match self.shape {
+            EmitterShape::Point => Vec3::ZERO,
+            EmitterShape::Box => Vec3::new(axis(1), axis(2), axis(3)),
+            EmitterShape::Sphere => in_ball(self.seed, number, 8, Vec3::ONE) * 0.5,
+            EmitterShape::Disc => in_ball(self.seed, number, 8, Vec3::new(1.0, 0.0, 1.0)) * 0.5,
         };
         let [least, most] = self.lifetime;
         let life = least + (most - least) * draw(self.seed, number, 0);

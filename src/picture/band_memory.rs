@@ -3,7 +3,9 @@ use super::bands::pixels_of;
 use crate::{
     error::Error,
     gpu::{Allocator, Memory, Resources},
-    stage::shade::{CARRIED, LAYER_TEXELS, LIST_COUNT, LIST_HEAD, PIXEL_POINTS, POINT_TEXELS},
+    stage::shade::{
+        CARRIED, LAYER_TEXELS, LAYERED_HEAD, LIST_COUNT, LIST_HEAD, PIXEL_POINTS, POINT_TEXELS,
+    },
 };
 use std::sync::Arc;
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
@@ -16,6 +18,7 @@ pub(super) struct BandMemory {
     points: Texture,
     lit: Texture,
     point_lists: Buffer,
+    layered_tiles: Buffer,
     carried: Buffer,
     /// Capacity of a band [tiles].
     pub tiles: u32,
@@ -54,6 +57,11 @@ impl BandMemory {
             point_lists: allocator.storage::<u32>(
                 "point_lists",
                 u64::from(LIST_COUNT * LIST_HEAD) + points,
+                BufferUsages::INDIRECT,
+            )?,
+            layered_tiles: allocator.storage::<u32>(
+                "layered_tiles",
+                u64::from(LAYERED_HEAD + tiles),
                 BufferUsages::INDIRECT,
             )?,
             carried: allocator.storage::<[u32; 4]>("carried", carried, BufferUsages::empty())?,
@@ -99,6 +107,11 @@ impl BandMemory {
         &self.point_lists
     }
 
+    /// Tiles that have translucent casters, with the workgroup counts of a dispatch over them.
+    pub(super) fn layered_tiles(&self) -> &Buffer {
+        &self.layered_tiles
+    }
+
     pub(super) fn resources(&self) -> Resources<'_> {
         Resources::new()
             .with("seen_pixels", &self.seen)
@@ -106,6 +119,7 @@ impl BandMemory {
             .with("points", &self.points)
             .with("lit", &self.lit)
             .with("point_lists", &self.point_lists)
+            .with("layered_tiles", &self.layered_tiles)
             .with("carried", &self.carried)
     }
 }

@@ -45,13 +45,13 @@ impl ShadeFeatures {
         scene: &Scene,
     ) -> Self {
         let (air, environment) = (scene.air.is_some(), scene.environment.is_some());
-        let Features { triangles, textures, .. } = solid.features;
+        let Features { particles, triangles, textures, .. } = solid.features;
         let has_layers = blended.list.footprint_count > 0;
         let panes = has_layers && blended.features.triangles;
         Self {
             solid: Features { cost, nodes: 0, ..solid.features },
             layers: Features { cost, air, nodes: 0, ..blended.features },
-            surfaces: Features { triangles, textures, environment, ..Features::NONE },
+            surfaces: Features { particles, triangles, textures, environment, ..Features::NONE },
             panes: Features {
                 triangles: true,
                 textures: blended.features.textures,
@@ -74,6 +74,8 @@ pub(super) struct ShadedBand {
     /// Bindings of each round.
     seen: Vec<BindGroup>,
     layers: Vec<BindGroup>,
+    /// Bindings that list the tiles with translucent casters, if there are any, and their number of workgroups.
+    layered: Option<(BindGroup, [u32; 3])>,
     surfaces: BindGroup,
     /// Bindings with masks, if lights have masks.
     masks: Option<BindGroup>,
@@ -98,6 +100,7 @@ pub(super) struct Shading {
     /// Bindings for the light of the surfaces and of the panes.
     light: Vec<(u32, BindGroup)>,
     point_lists: Buffer,
+    layered_tiles: Buffer,
     /// Whether surfaces stored for the masks are still there for the shading.
     keeps_surfaces: bool,
 }
@@ -162,19 +165,26 @@ impl ToShade<'_, '_> {
             }
         }
         let band = self.uniform("band", &rect.band(0, self.memory.tiles));
-        let of_solid = of_solid.with("band", &band);
+        let of_solid = of_solid.with("band", &band).with("blended_tiles", &blended.scratch.tiles);
         let of_blended = of_blended.with("band", &band);
         let surfaces = self.bind(Variant::ShadeSurfaces, features.surfaces, &of_solid)?;
         let bind_masks = |variant| self.bind(variant, Features::NONE, &of_solid);
         let masks = features.masks.map(bind_masks).transpose()?;
         let panes = if features.composite.panes {
-            let of_panes = of_blended.with("point_batch", panes);
+            let of_panes = of_blended.clone().with("point_batch", panes);
             Some(self.bind(Variant::ShadePanes, features.panes, &of_panes)?)
         } else {
             None
         };
+        let layered = if features.composite.layers {
+            let bound = self.bind(Variant::ShadeLayered, Features::NONE, &of_blended)?;
+            Some((bound, point_grid(rect.size.element_product())))
+        } else {
+            None
+        };
         let composite = self.bind(Variant::ShadeComposite, features.composite, &of_solid)?;
-        Ok(ShadedBand { groups: rect.groups(), seen, layers, surfaces, masks, panes, composite })
+        let groups = rect.groups();
+        Ok(ShadedBand { groups, seen, layers, layered, surfaces, masks, panes, composite })
     }
 
     /// Runs of particles, as many at a time as the band's memory holds points.
@@ -236,7 +246,8 @@ impl Shading {
         let keeps_surfaces =
             features.masks.is_some() && matches!(&bands[..], [part] if part.len() == 1);
         let point_lists = to.memory.point_lists().clone();
-        Ok(Self { features, bands, casters, light, point_lists, keeps_surfaces })
+        let layered_tiles = to.memory.layered_tiles().clone();
+        Ok(Self { features, bands, casters, light, point_lists, layered_tiles, keeps_surfaces })
     }
 
     /// Records the light of the visible translucent particles.
@@ -299,8 +310,13 @@ impl Shading {
                 }
                 record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
             }
+            if let Some((layered, groups)) = &band.layered {
+                let kernel = kernels.get(Variant::ShadeLayered, Features::NONE);
+                kernel.record(&mut pass, layered, *groups);
+            }
             for round in &band.layers {
-                record(Variant::ShadeLayers, features.layers, round);
+                let kernel = kernels.get(Variant::ShadeLayers, features.layers);
+                kernel.record_indirect(&mut pass, round, &self.layered_tiles, 0);
             }
             if let Some(panes) = &band.panes {
                 let kernel = kernels.get(Variant::ShadePanes, features.panes);

@@ -7,7 +7,7 @@ use super::{
     particles::FARTHEST,
     plain::nearest,
     rig::{Moving, Placement},
-    source::Source,
+    source::SceneText,
     tables::Table,
     track::{Channel, Mode, Track},
 };
@@ -155,7 +155,7 @@ type Check<'a> = Table<'a, AnimateTable>;
 /// Motions of the scene from the keys of a scene file's tables; those of one shape or mesh become one
 /// motion.
 pub(super) fn animate(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     document: &Document,
     placed: Vec<Placed>,
     scene: &mut Scene,

@@ -3,7 +3,7 @@ use super::{
     document::{array, exactly},
     track::Mode,
 };
-use crate::model::emitter::Source;
+use crate::model::emitter::EmitterShape;
 use serde::{
     Deserialize, Deserializer,
     de::{SeqAccess, value::SeqAccessDeserializer},
@@ -96,7 +96,7 @@ pub(super) struct EmitterTable {
     pub start: Option<f32>,
     /// Time after which no particle starts [s].
     pub stop: Option<f32>,
-    pub shape: Option<Source>,
+    pub shape: Option<EmitterShape>,
     #[serde(default, deserialize_with = "exactly")]
     pub position: Option<[f32; 3]>,
     #[serde(default, deserialize_with = "exactly")]

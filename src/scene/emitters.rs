@@ -216,7 +216,7 @@ impl Loader<'_> {
             seed: given.seed.unwrap_or(0),
             rate: f64::from(number("rate", Some(given.rate), 1.0, 1e-3..=1e6)?),
             lifetime,
-            source: given.shape.unwrap_or_default(),
+            shape: given.shape.unwrap_or_default(),
             position: vector("position", given.position, [0.0; 3])?,
             extent,
             velocity: vector("velocity", given.velocity, [0.0, 1.0, 0.0])?,

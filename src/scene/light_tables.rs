@@ -3,12 +3,12 @@ use super::{
     SceneError,
     document_lights::{KindOfLight, LightShadowTable, LightTable, SourceTable},
     look_up,
-    source::Source,
+    source::SceneText,
     tables::Table,
 };
 use crate::model::{
     Cascades, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Shadow,
-    Source as LightSource,
+    Source,
 };
 use toml::Spanned;
 
@@ -18,7 +18,7 @@ const LEAST_DEPTH: f32 = 1e-7;
 const LEAST_RANGE: f32 = 1e-3;
 
 pub(super) fn light(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<LightTable>,
     index: usize,
 ) -> Result<Light, SceneError> {
@@ -78,10 +78,10 @@ fn faces(light: &LightTable) -> bool {
 
 /// Area of a light; `kind`: of the light of the table.
 fn source_of(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     light: &Table<'_, LightTable>,
     kind: LightKind,
-) -> Result<Option<LightSource>, SceneError> {
+) -> Result<Option<Source>, SceneError> {
     let Some(table) = &light.table.get_ref().source else { return Ok(None) };
     let check = Table { source, table };
     let is_sun = matches!(table.get_ref(), SourceTable::Sun { .. });
@@ -108,11 +108,11 @@ fn source_of(
         },
     };
     Ok(Some(match *table.get_ref() {
-        SourceTable::Sphere { radius } => LightSource::Sphere { radius: size("radius", radius)? },
+        SourceTable::Sphere { radius } => Source::Sphere { radius: size("radius", radius)? },
         SourceTable::Disc { radius } => {
-            LightSource::Disc { radius: size("radius", radius)?, direction: direction()? }
+            Source::Disc { radius: size("radius", radius)?, direction: direction()? }
         }
-        SourceTable::Rect { width, height } => LightSource::Rect {
+        SourceTable::Rect { width, height } => Source::Rect {
             width: size("width", width)?,
             height: size("height", height)?,
             direction: direction()?,
@@ -121,7 +121,7 @@ fn source_of(
             let most = MAX_SUN_ANGLE.to_degrees();
             let valid = |v| (0.0..=most).contains(&v);
             let range = format!("0 to {most:.0} degrees");
-            LightSource::Sun { angle: check.number("angle", angle, valid, &range)?.to_radians() }
+            Source::Sun { angle: check.number("angle", angle, valid, &range)?.to_radians() }
         }
     }))
 }

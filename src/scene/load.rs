@@ -8,7 +8,7 @@ use super::{
     loader::{Loader, error_of_line},
     read,
     rig::Placement,
-    source::{self, Source},
+    source::{self, SceneText},
     tables,
 };
 use crate::model::{Environment, Sky};
@@ -65,7 +65,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         && file.parse::<toml::Table>().is_ok_and(|table| !table.contains_key("light"));
     let file = if adds_sun { file + defaults::SUN } else { file };
     let text = source::joined(&file, set);
-    let source = Source::parse(path, &text, file.len(), set)?;
+    let source = SceneText::parse(path, &text, file.len(), set)?;
     let document = source.document()?;
     let mut loader = Loader::new(&source, path);
     loader.document(&document)?;

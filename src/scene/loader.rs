@@ -14,7 +14,7 @@ use super::{
     plain::nearest,
     rig::{Moving, Placement, Rig},
     shapes,
-    source::Source,
+    source::SceneText,
     tables,
 };
 use crate::model::{Material, ShadowSettings, volume};
@@ -28,7 +28,7 @@ use std::{
 use toml::Spanned;
 
 pub(super) struct Loader<'a> {
-    pub(super) source: &'a Source<'a>,
+    pub(super) source: &'a SceneText<'a>,
     /// Folder of the scene file.
     pub(super) folder: PathBuf,
     pub(super) scene: Scene,
@@ -47,7 +47,7 @@ pub(super) struct Loader<'a> {
 }
 
 impl<'a> Loader<'a> {
-    pub(super) fn new(source: &'a Source<'a>, path: &Path) -> Self {
+    pub(super) fn new(source: &'a SceneText<'a>, path: &Path) -> Self {
         Self {
             source,
             folder: path.parent().map(Path::to_owned).unwrap_or_default(),

@@ -3,7 +3,7 @@ use super::{
     SceneError,
     document::MaskTable,
     document_lights::{FilterTable, LightTable},
-    source::Source,
+    source::SceneText,
     tables::Table,
 };
 use crate::model::{LookUp, MaskSettings, ShadowFilter};
@@ -11,7 +11,7 @@ use toml::Spanned;
 
 /// Filter of a table; `None` without a table.
 pub(super) fn filter(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: Option<&Spanned<FilterTable>>,
 ) -> Result<Option<ShadowFilter>, SceneError> {
     let Some(table) = table else { return Ok(None) };
@@ -41,7 +41,7 @@ pub(super) fn filter(
 }
 
 pub(super) fn of_light(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     check: &Table<'_, LightTable>,
 ) -> Result<LookUp, SceneError> {
     let light = check.table.get_ref();
@@ -57,7 +57,7 @@ pub(super) fn of_light(
 }
 
 pub(super) fn mask(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<MaskTable>,
 ) -> Result<MaskSettings, SceneError> {
     let check = Table { source, table };

@@ -17,7 +17,7 @@ use toml::{
 const MAX_KEY_PARTS: usize = 8;
 
 /// The text of a scene file, followed by the values of the command line, a line each.
-pub(super) struct Source<'a> {
+pub(super) struct SceneText<'a> {
     path: &'a Path,
     text: &'a str,
     /// Length of the scene file [bytes].
@@ -26,12 +26,12 @@ pub(super) struct Source<'a> {
     tree: DeTable<'a>,
 }
 
-/// The text that [`Source::parse`] reads.
+/// The text that [`SceneText::parse`] reads.
 pub(super) fn joined(file: &str, set: &[(String, String)]) -> String {
     set.iter().fold(file.to_owned(), |text, (_, value)| text + "\n" + value)
 }
 
-impl<'a> Source<'a> {
+impl<'a> SceneText<'a> {
     /// Parses `text`, which [`joined`] made of a file of `file_length` bytes and `set`.
     pub(super) fn parse(
         path: &'a Path,

@@ -5,7 +5,7 @@ use super::{
     document_motion::Shades,
     look_up,
     noise::Noise,
-    source::Source,
+    source::SceneText,
 };
 use crate::{
     model::{
@@ -20,7 +20,7 @@ use toml::Spanned;
 
 /// A table being validated.
 pub(super) struct Table<'a, T> {
-    pub source: &'a Source<'a>,
+    pub source: &'a SceneText<'a>,
     pub table: &'a Spanned<T>,
 }
 
@@ -79,7 +79,7 @@ impl<T> Table<'_, T> {
 }
 
 pub(super) fn shadow(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<ShadowTable>,
 ) -> Result<ShadowSettings, SceneError> {
     let check = Table { source, table };
@@ -139,7 +139,7 @@ pub(super) fn shadow(
 
 /// Air of a table; `None` if it neither scatters nor absorbs.
 pub(super) fn air(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<AirTable>,
 ) -> Result<Option<Air>, SceneError> {
     let check = Table { source, table };
@@ -186,7 +186,7 @@ pub(super) fn air(
 }
 
 pub(super) fn clusters(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<ClustersTable>,
 ) -> Result<ClusterSettings, SceneError> {
     let check = Table { source, table };
@@ -215,7 +215,7 @@ pub(super) fn clusters(
 
 /// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture.
 pub(super) fn camera(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<CameraTable>,
     base: Option<Camera>,
     bounds: &Bounds,
@@ -258,7 +258,7 @@ pub(super) fn camera(
 
 /// Samples per pixel of the picture.
 pub(super) fn samples(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<CameraTable>,
 ) -> Result<u32, SceneError> {
     let samples = table.get_ref().samples.unwrap_or(1);
@@ -270,7 +270,7 @@ pub(super) fn samples(
 }
 
 pub(super) fn exposure(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<CameraTable>,
 ) -> Result<f32, SceneError> {
     let stops = table.get_ref().exposure.unwrap_or(0.0);
@@ -280,7 +280,7 @@ pub(super) fn exposure(
 
 /// Material of a table, and the source of its texture.
 pub(super) fn material(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     table: &Spanned<MaterialTable>,
 ) -> Result<(Material, Option<TextureSource>), SceneError> {
     let check = Table { source, table };

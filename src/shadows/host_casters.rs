@@ -51,7 +51,7 @@ struct HostSet {
     kernel: Kernel,
     bindings: BindGroup,
     /// The host's bind group.
-    beside: Mutex<BindGroup>,
+    host_bindings: Mutex<BindGroup>,
     group_count: u32,
     bounds: Option<Bounds>,
     version: Option<u64>,
@@ -152,13 +152,13 @@ impl HostSets {
                 .with("host_counters", counters.buffer());
             let kernel = casters.loader.kernel.clone();
             let bindings = kernel.bind(allocator.device, &resources)?;
-            let beside = Mutex::new(casters.bindings.clone());
+            let host_bindings = Mutex::new(casters.bindings.clone());
             let HostCasters { bounds, version, .. } = *casters;
             Ok::<_, Error>(HostSet {
                 index,
                 kernel,
                 bindings,
-                beside,
+                host_bindings,
                 group_count,
                 bounds,
                 version,
@@ -186,8 +186,8 @@ impl HostSets {
         encoder.clear_buffer(self.counters.buffer(), 0, None);
         let mut pass = timeline.pass(encoder, "gobo load");
         for set in &self.sets {
-            let beside = set.beside.lock().unwrap_or_else(PoisonError::into_inner);
-            pass.set_bind_group(1, &*beside, &[]);
+            let bindings = set.host_bindings.lock().unwrap_or_else(PoisonError::into_inner);
+            pass.set_bind_group(1, &*bindings, &[]);
             set.kernel.record(&mut pass, &set.bindings, grid(set.group_count));
         }
     }
@@ -196,7 +196,7 @@ impl HostSets {
     pub(super) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
         let set = self.sets.iter().find(|set| set.index == index);
         if let Some(set) = set {
-            *set.beside.lock().unwrap_or_else(PoisonError::into_inner) = bindings.clone();
+            *set.host_bindings.lock().unwrap_or_else(PoisonError::into_inner) = bindings.clone();
         }
         set.is_some()
     }

@@ -80,6 +80,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &cluster::EMIT,
     &shade::CLIP,
     &shade::SEEN,
+    &shade::LAYERED,
     &shade::LAYERS,
     &shade::SURFACES,
     &shade::PANES,

@@ -38,6 +38,9 @@ pub const NO_LIST: u32 = u32::MAX;
 pub const LIST_ROWS: u32 = 2;
 /// Words of a list's head.
 pub const LIST_HEAD: u32 = 4;
+/// Words of `layered_tiles` before the tiles: the workgroups of a dispatch over them. WGSL:
+/// `wgsl/records/layered_tile.wgsl`.
+pub const LAYERED_HEAD: u32 = 3;
 /// Tiles of a band.
 pub const BAND_TILES: u32 = 256;
 /// Pairs of a tile that one round walks: with the panes blended on the way an invocation stays below the
@@ -97,6 +100,9 @@ const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
 
 pub const PANES: KernelDesc =
     KernelDesc { with: &[IN_ORDER], ..of_points("shade_panes", "shade/shade_panes.wgsl") };
+/// One invocation per tile of a band.
+pub const LAYERED: KernelDesc =
+    KernelDesc { with: &[IN_ORDER], ..of_points("shade_layered", "shade/shade_layered.wgsl") };
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
 /// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc = KernelDesc {

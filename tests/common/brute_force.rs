@@ -219,6 +219,10 @@ fn meet_particle(
         return Met::Nothing;
     }
     let q = (ray.start + ray.way * t - center) / radius;
+    // Far beyond the corners of a quad.
+    if q.length_squared() > 9.0 {
+        return Met::Nothing;
+    }
     let up = if n.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
     let (x0, rotation) = (up.cross(n).normalize(), f64::from(particle.rotation));
     let y0 = n.cross(x0);
@@ -297,7 +301,10 @@ fn meet_triangle(
 ) -> Met {
     let [a, b, c] = triangle.positions.map(f64s);
     let [pa, pb, pc] = [a, b, c].map(|p| eye.project(p));
-    for (from, to) in [(pa, pb), (pb, pc), (pc, pa)] {
+    let (low, high) = (pa.min(pb).min(pc) - EDGE, pa.max(pb).max(pc) + EDGE);
+    let is_near = ray.texel.cmpge(low).all() && ray.texel.cmple(high).all();
+    let edges = [(pa, pb), (pb, pc), (pc, pa)];
+    for (from, to) in edges.into_iter().filter(|_| is_near) {
         let along = to - from;
         let part = ((ray.texel - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
         if (from + along * part).distance(ray.texel) < EDGE {

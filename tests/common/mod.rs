@@ -5,6 +5,7 @@ pub(crate) mod files;
 pub(crate) mod scenes;
 
 use gobo::{
+    Shadows,
     gpu::{Gpu, KernelDesc, Selection, Tier},
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
@@ -47,6 +48,12 @@ pub(crate) fn renderer(tier: Tier) -> Renderer {
 pub(crate) fn pipeline(gpu: &Gpu) -> Pipeline {
     let config = Config::new(gpu.tier, &gpu.adapter);
     Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap()
+}
+
+/// A host's shadows, whose kernels are those that all tests share.
+pub(crate) fn shadows(gpu: &Gpu) -> Shadows {
+    let config = Config::new(gpu.tier, &gpu.adapter);
+    Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone()).unwrap()
 }
 
 /// One of two renderers of the tier's device, which all tests share.

@@ -4,7 +4,7 @@ use crate::common::{TIERS, gpu};
 use gobo::{
     CasterCount, HostCasters,
     gpu::Gpu,
-    model::emitter::{EmittedParticle, Flock, Forces, Source},
+    model::emitter::{EmittedParticle, EmitterShape, Flock, Forces},
     records::GpuEmitted,
     shadows::{EMITTED_WGSL, Simulation},
     wgpu,
@@ -15,7 +15,7 @@ fn calm() -> Forces {
         seed: 11,
         rate: 700.0,
         lifetime: [0.3, 1.2],
-        source: Source::Sphere,
+        shape: EmitterShape::Sphere,
         position: Vec3::new(0.2, -1.0, 0.1),
         extent: Vec3::new(1.0, 0.4, 0.8),
         velocity: Vec3::new(0.2, 1.5, 0.0),

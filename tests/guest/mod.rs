@@ -106,9 +106,7 @@ impl HostBuffers {
 
 /// Shadows on the tier's device; tiny casters as on a GPU.
 pub(super) fn shadows(gpu: &Gpu) -> Shadows {
-    let config = gobo::shadows::Config::new(gpu.tier, &gpu.adapter);
-    let mut shadows =
-        Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone()).unwrap();
+    let mut shadows = crate::common::shadows(gpu);
     shadows.configure(|config| config.scatter_tiny = true);
     shadows
 }

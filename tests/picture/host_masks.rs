@@ -81,7 +81,7 @@ struct Host {
 impl Host {
     fn new(scene: &Scene) -> Self {
         let gpu = gpu(TIERS[0]);
-        let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter).unwrap();
+        let mut shadows = crate::common::shadows(&gpu);
         let views = shadow_views(scene);
         let prepared = shadows.prepare(&scene.casters(), &views, &scene.shadow).unwrap();
         Self { gpu, shadows, prepared }

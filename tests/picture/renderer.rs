@@ -43,7 +43,8 @@ fn kernels_that_threads_have_made_no_picture_makes() {
         let options = RenderOptions { keep: true, ..RenderOptions::default() };
         let warm = renderer.render(&scene, &options).unwrap();
         assert_eq!(made(), jobs.len(), "{tier:?}");
-        let cold = Renderer::on(own_gpu(tier)).unwrap().render(&scene, &options).unwrap();
+        let cold =
+            Renderer::on(crate::common::gpu(tier)).unwrap().render(&scene, &options).unwrap();
         assert_eq!(warm.picture.rgb, cold.picture.rgb, "{tier:?}");
     }
 }

@@ -4,7 +4,7 @@ use gobo::{
     glam::{DVec3, Vec3},
     model::{
         Particle,
-        emitter::{EmittedParticle, Forces, STEP, Source, curl_noise},
+        emitter::{EmittedParticle, EmitterShape, Forces, STEP, curl_noise},
     },
     scene::Scene,
 };
@@ -26,7 +26,7 @@ pub(super) fn forces() -> Forces {
         seed: 3,
         rate: 100.0,
         lifetime: [1.0; 2],
-        source: Source::Point,
+        shape: EmitterShape::Point,
         position: Vec3::ZERO,
         extent: Vec3::ONE,
         velocity: Vec3::new(1.0, 2.0, 0.0),
@@ -210,26 +210,26 @@ fn particles_age_as_their_stops_say() {
 #[test]
 fn particles_start_within_their_shape() {
     let extent = Vec3::new(4.0, 2.0, 1.0);
-    for source in [Source::Box, Source::Sphere, Source::Disc] {
-        let forces = Forces { source, extent, ..forces() };
+    for shape in [EmitterShape::Box, EmitterShape::Sphere, EmitterShape::Disc] {
+        let forces = Forces { shape, extent, ..forces() };
         let places: Vec<Vec3> =
             (0..4000).map(|n| forces.start(n).position / extent * 2.0).collect();
-        let inside = |p: &Vec3| match source {
-            Source::Box => p.abs().max_element() <= 1.0,
-            Source::Sphere => p.length() <= 1.0 + 1e-6,
+        let inside = |p: &Vec3| match shape {
+            EmitterShape::Box => p.abs().max_element() <= 1.0,
+            EmitterShape::Sphere => p.length() <= 1.0 + 1e-6,
             _ => p.length() <= 1.0 + 1e-6 && p.y == 0.0,
         };
-        assert!(places.iter().all(inside), "{source:?}");
+        assert!(places.iter().all(inside), "{shape:?}");
         // Uniform: the mean square of a coordinate is a third, a fifth, a quarter.
         let square = places.iter().map(|p| p.x * p.x).sum::<f32>() / 4000.0;
-        let even = match source {
-            Source::Box => 1.0 / 3.0,
-            Source::Sphere => 0.2,
+        let even = match shape {
+            EmitterShape::Box => 1.0 / 3.0,
+            EmitterShape::Sphere => 0.2,
             _ => 0.25,
         };
-        assert!((square - even).abs() < 0.02, "{source:?}: {square}");
+        assert!((square - even).abs() < 0.02, "{shape:?}: {square}");
         let mean = places.iter().sum::<Vec3>() / 4000.0;
-        assert!(mean.length() < 0.05, "{source:?}: {mean}");
+        assert!(mean.length() < 0.05, "{shape:?}: {mean}");
     }
 }
 

@@ -1,9 +1,11 @@
 //! Rows of data/gallery/failures.toml against the chords of two spheres.
 use gobo::{
-    ReceiverPoint,
+    ReceiverPoint, View,
     glam::{DVec2, UVec2, Vec3},
-    render::{RenderOptions, Renderer},
+    records::ViewMaps,
+    reference,
     scene::{self, Scene},
+    view::shadow_views,
 };
 use std::path::Path;
 
@@ -12,21 +14,31 @@ const AIR: f32 = -3.7;
 const GROUND: f32 = 0.0;
 const OURS: f32 = 3.7;
 
-fn failures() -> Scene {
+/// The scene and its maps.
+struct Failures {
+    scene: Scene,
+    views: Vec<View>,
+    maps: Vec<ViewMaps>,
+}
+
+fn failures() -> Failures {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/failures.toml");
     let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
     // The visible dust casts no shadow.
     scene.particles.clear();
     scene.samples = 1;
-    scene
+    let views = shadow_views(&scene);
+    let maps = reference::render_maps(&scene, &views).0;
+    Failures { scene, views, maps }
 }
 
 /// Shares of the sun at points of the ground, by the curve.
-fn shares(scene: &Scene, places: &[(f32, f32)]) -> Vec<Vec3> {
+fn shares(failures: &Failures, points: &[(f32, f32)]) -> Vec<Vec3> {
+    let Failures { scene, views, maps } = failures;
     let point =
         |&(x, z): &(f32, f32)| ReceiverPoint { position: Vec3::new(x, 0.0, z), normal: Vec3::Y };
-    let points: Vec<_> = places.iter().map(point).collect();
-    Renderer::on_cpu().light_points(scene, &points).unwrap().into_iter().map(Vec3::from).collect()
+    let points: Vec<_> = points.iter().map(point).collect();
+    reference::light_points(scene, views, maps, &points).into_iter().map(Vec3::from).collect()
 }
 
 /// Length inside a sphere of the sunbeam to a point of the ground [m].
@@ -46,25 +58,24 @@ fn exact(x: f32) -> Vec3 {
 }
 
 /// Light that the ground of the middle row and of ours sends straight up.
-fn seen(scene: &Scene, x: f32) -> [Vec3; 2] {
+fn seen(failures: &Failures, x: f32) -> [Vec3; 2] {
     const HEIGHT: f32 = 40.0;
     let middle = (GROUND + OURS) / 2.0;
-    let mut scene = scene.clone();
+    let mut scene = failures.scene.clone();
     scene.camera.eye = Vec3::new(x, HEIGHT, middle);
     scene.camera.target = Vec3::new(x, 0.0, middle);
     scene.camera.up = Vec3::NEG_Z;
     // 101 pixels; the rows are 40 off the middle one.
     scene.camera.size = UVec2::new(9, 101);
     scene.camera.fov_y = 2.0 * (middle / HEIGHT * 50.5 / 40.0).atan();
-    let options = RenderOptions { light: true, ..RenderOptions::default() };
-    let light = Renderer::on_cpu().render(&scene, &options).unwrap().picture.light;
+    let light = reference::render_picture(&scene, &failures.views, &failures.maps).light;
     [10, 90].map(|row| light[row * 9 + 4].into())
 }
 
 #[test]
 fn rows_fail_as_they_say_and_ours_does_not() {
-    let scene = failures();
-    let found = shares(&scene, &[(-1.3, OURS), (1.6, OURS), (2.0, OURS), (2.0, AIR)]);
+    let failures = failures();
+    let found = shares(&failures, &[(-1.3, OURS), (1.6, OURS), (2.0, OURS), (2.0, AIR)]);
     // In front of the second cloud's shadow, in its centre, and behind it.
     for (x, found) in [-1.3, 1.6, 2.0].into_iter().zip(&found) {
         let exact = exact(x);
@@ -73,9 +84,9 @@ fn rows_fail_as_they_say_and_ours_does_not() {
     // The air between the clouds counts as dust.
     assert!(found[3].x < 0.4 * found[2].x, "{found:?}");
     // The light has not reached the second cloud yet, but the cloud's part below the ground counts.
-    let [ground, ours] = seen(&scene, -0.9);
+    let [ground, ours] = seen(&failures, -0.9);
     assert!(ground.x < 0.75 * ours.x, "{ground} {ours}");
     // Behind the cloud there is no difference.
-    let [ground, ours] = seen(&scene, 2.0);
+    let [ground, ours] = seen(&failures, 2.0);
     assert!((ground - ours).abs().max_element() < 0.05 * ours.x, "{ground} {ours}");
 }

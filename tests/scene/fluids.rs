@@ -5,7 +5,7 @@ use crate::common::files::read;
 use gobo::{
     glam::{DVec3, Vec3},
     model::{
-        emitter::{EmittedParticle, Flock, Forces, STEP, Source},
+        emitter::{EmittedParticle, EmitterShape, Flock, Forces, STEP},
         fluid::Fluid,
     },
 };
@@ -22,9 +22,13 @@ fn lattice(n: i32, spacing: f32) -> Vec<Vec3> {
 }
 
 fn drop_of(count: u32, extent: f32) -> Vec<EmittedParticle> {
-    let source =
-        Forces { source: Source::Sphere, extent: Vec3::splat(extent), spread: 0.5, ..forces() };
-    let start = |number| EmittedParticle { life: 60_000, ..source.start(number) };
+    let forces = Forces {
+        shape: EmitterShape::Sphere,
+        extent: Vec3::splat(extent),
+        spread: 0.5,
+        ..forces()
+    };
+    let start = |number| EmittedParticle { life: 60_000, ..forces.start(number) };
     (0..count).map(start).collect()
 }
 

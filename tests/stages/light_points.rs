@@ -6,7 +6,7 @@ use crate::common::{
 };
 use gobo::{
     Bounds, Casters, Error, Light, LightKind, Material, PointBuffers, Prepared, Profile, Receiver,
-    ReceiverPoint, ShadowSettings, Shadows, Transfer,
+    ReceiverPoint, ShadowSettings, Transfer,
     glam::{Vec3, Vec4},
     gpu::Gpu,
     light_views,
@@ -186,7 +186,7 @@ pub(super) fn prepared(gpu: &Gpu, receiver: Receiver) -> (Prepared, Vec<Light>) 
         .zip(&scene.lights)
         .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds).unwrap())
         .collect();
-    let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter).unwrap();
+    let mut shadows = crate::common::shadows(gpu);
     let settings = ShadowSettings { receiver, ..ShadowSettings::default() };
     let Scene { particles, materials, .. } = &scene;
     let casters = Casters { particles, materials, ..Casters::default() };

@@ -7,7 +7,7 @@ use super::by_hand::{
 use crate::common::{TIERS, gpu};
 use gobo::{
     glam::DVec3,
-    gpu::{Gpu, Tier},
+    gpu::{Gpu, Resources, Tier},
     stage::{bin::SEGMENT_LENGTH, resolve},
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
@@ -44,6 +44,19 @@ impl Inputs {
             dispatches: dispatches(gpu, 2, MERGED.len() as u32),
         }
     }
+
+    fn resources<'a>(&'a self, sums: &'a Sums) -> Resources<'a> {
+        sums.resources()
+            .with("views", &self.views)
+            .with("tiles", &self.tiles)
+            .with("merged_tiles", &self.merged)
+            .with("dispatches", &self.dispatches)
+    }
+}
+
+/// Every tile has a few pairs in one segment.
+fn short_tiles() -> Vec<[u32; 4]> {
+    (0..TILES).map(|tile| tile_record(tile, [0, 9], 1)).collect()
 }
 
 /// Each texel's maps are those of `expected(tile, texel of the batch)`; the sums of resolved tiles are zero.
@@ -94,15 +107,10 @@ fn of_sums([red, green, blue, nearness]: [u32; 4]) -> (DVec3, f32) {
 fn sums_become_transmittances_and_depths() {
     for tier in TIERS {
         let gpu = gpu(tier);
-        let tiles: Vec<_> = (0..TILES).map(|tile| tile_record(tile, [0, 9], 1)).collect();
-        let inputs = Inputs::new(&gpu, &tiles);
+        let inputs = Inputs::new(&gpu, &short_tiles());
         let (outputs, all) = (Outputs::poisoned(&gpu), Sums::new(&gpu, tier, &sums()));
-        let resources = all
-            .resources()
-            .with("views", &inputs.views)
-            .with("tiles", &inputs.tiles)
-            .with("merged_tiles", &inputs.merged)
-            .with("dispatches", &inputs.dispatches)
+        let resources = inputs
+            .resources(&all)
             .with("filters", &outputs.filters)
             .with("nearests", &outputs.nearests);
         run(&gpu, &resolve::TILES, tier, &[], &resources, [2, 2, 1]);
@@ -155,12 +163,8 @@ fn assert_composed(tier: Tier) {
     let (outputs, all) = (Outputs::poisoned(&gpu), Sums::new(&gpu, tier, &sums()));
     let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let partial_buffer = gpu.upload("partials", &partials, usage);
-    let resources = all
-        .resources()
-        .with("views", &inputs.views)
-        .with("tiles", &inputs.tiles)
-        .with("merged_tiles", &inputs.merged)
-        .with("dispatches", &inputs.dispatches)
+    let resources = inputs
+        .resources(&all)
         .with("partials", &partial_buffer)
         .with("filters", &outputs.filters)
         .with("nearests", &outputs.nearests);
@@ -193,20 +197,13 @@ fn segments_are_composed_front_to_back() {
 fn nearness_becomes_opaque_depths() {
     for tier in TIERS {
         let gpu = gpu(tier);
-        let tiles: Vec<_> = (0..TILES).map(|tile| tile_record(tile, [0, 9], 1)).collect();
-        let inputs = Inputs::new(&gpu, &tiles);
+        let inputs = Inputs::new(&gpu, &short_tiles());
         let all = Sums::new(&gpu, tier, &sums());
         let opaques = gpu.texture_array("opaques", ATLAS, Format::R32Float);
         gpu.write_texture(&opaques, &vec![POISON; ATLAS.iter().product::<u32>() as usize]);
         let small = gpu.upload("small_depths", &[0_u32], BufferUsages::STORAGE);
-        let resources = all
-            .resources()
-            .with("views", &inputs.views)
-            .with("tiles", &inputs.tiles)
-            .with("merged_tiles", &inputs.merged)
-            .with("dispatches", &inputs.dispatches)
-            .with("small_depths", &small)
-            .with("opaques", &opaques);
+        let resources =
+            inputs.resources(&all).with("small_depths", &small).with("opaques", &opaques);
         run(&gpu, &resolve::OPAQUE, tier, &[], &resources, [4, 1, 1]);
         let mut expected = vec![POISON; ATLAS.iter().product::<u32>() as usize];
         for tile in MERGED {

@@ -22,6 +22,7 @@
 @group(0) @binding(50) var setups: texture_2d<u32>;
 @group(0) @binding(51) var sources: texture_2d_array<f32>;
 @group(0) @binding(53) var tiles: texture_2d<u32>;
+@group(0) @binding(119) var blended_tiles: texture_2d<u32>;
 @group(0) @binding(54) var triangles: texture_2d<u32>;
 @group(0) @binding(65) var layers: texture_2d<u32>;
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;

@@ -3,8 +3,8 @@
 import package::bind::sampled::{row_curves, rows};
 import package::bind::stored::curves;
 import package::blur::window::{gaussian, window_ends};
-import package::curve::mean::Ramp;
-import package::curve::node::{curve_layer, node_length, node_light, node_start};
+import package::curve::mean::{Ramp, light_before, next_ramp};
+import package::curve::node::{curve_layer, node_of_pair};
 import package::records::view::GpuView;
 
 var<private> child_view: GpuView;
@@ -13,7 +13,6 @@ var<private> first_off: i32;
 var<private> per_weight: f32;
 var<private> own_share: f32;
 var<private> child_at: vec2<i32>;
-var<private> child_light: vec3<f32>; // behind the nodes so far
 
 fn window_texels(view: GpuView, texel: vec2<i32>) -> u32 {
     let ends = window_ends(texel.y, i32(view.size.y));
@@ -39,7 +38,7 @@ fn open_child(view: GpuView, texel: vec2<i32>, near: f32) {
 
 fn start_child(i: u32) {
     child_at = first_child + vec2(0, i32(i));
-    child_light = vec3(1.0);
+    light_before = vec3(1.0);
     own_share = child_weight(i) * per_weight;
 }
 
@@ -49,12 +48,9 @@ fn child_share() -> f32 {
 
 fn child_ramp(k: u32) -> Ramp {
     let nodes = textureLoad(row_curves, child_at, curve_layer(child_view.layer, k / 2u), 0);
-    let node = select(nodes.xy, nodes.zw, (k & 1u) != 0u);
-    let start = node_start(node);
-    let light = node_light(node);
-    let drop = child_light - light;
-    child_light = select(child_light, light, start > 0.0);
-    return Ramp(select(0.0, start, own_share > 0.0), node_length(node), drop);
+    var ramp = next_ramp(node_of_pair(nodes, k));
+    ramp.start = select(0.0, ramp.start, own_share > 0.0);
+    return ramp;
 }
 
 fn store_nodes(at: vec2<i32>, layer: u32, nodes: vec4<u32>) {

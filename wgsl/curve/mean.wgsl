@@ -2,9 +2,7 @@
 // src/reference/curve/mean.rs.
 
 import choice::below::{child_ramp, child_share, start_child};
-import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
-import package::features::HAS_GAIN;
-import package::sums::sums::BLACK;
+import package::curve::node::{DEPTHS, node_length, node_light, node_start, packed_node};
 
 // A ramp: a depth range over which light falls linearly.
 struct Ramp {
@@ -19,6 +17,17 @@ var<private> part_low: u32;  // twice the first middle, and the last one's
 var<private> part_high: u32;
 var<private> part_cuts: u32; // first bins of the further parts
 var<private> part_light: vec3<f32>; // behind the parts so far
+
+var<private> light_before: vec3<f32>; // behind a child's ramps so far
+
+// Ramp of the next node of a child.
+fn next_ramp(node: vec2<u32>) -> Ramp {
+    let start = node_start(node);
+    let light = node_light(node);
+    let drop = light_before - light;
+    light_before = select(light_before, light, start > 0.0);
+    return Ramp(start, node_length(node), drop);
+}
 
 var<private> ramp_shift: vec2<f32> = vec2(1.0, 0.0); // map of depths: times x, plus y
 
@@ -84,15 +93,6 @@ fn longest_gaps(mask: u32, most: u32) -> u32 {
     return longer;
 }
 
-// Packed as a node.
-fn stored_share(light: vec3<f32>) -> vec3<u32> {
-    if HAS_GAIN {
-        let octave = (log2(max(light, vec3(1e-9))) - DARKEST_LOG) / OCTAVES;
-        return vec3<u32>(round(clamp(octave * LEVELS, vec3(0.0), vec3(LEVELS))));
-    }
-    return vec3<u32>(round(select(light, vec3(0.0), light < vec3(BLACK)) * LEVELS));
-}
-
 // Node of part `number`; call it for the parts in order.
 fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     var weight = 0.0;
@@ -127,10 +127,5 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     let is = weight > 0.0;
     let start = select(0u, clamp(u32(round(max(mean - half, 0.0))), 1u, 65535u), is);
     let length = select(0.0, 2.0 * half, is);
-    let root = u32(round(sqrt(length / DEPTHS) * LEVELS));
-    let share = stored_share(max(part_light, vec3(0.0)));
-    return vec2(
-        (start << 16u) | (root << 4u) | (share.r >> 8u),
-        ((share.r & 255u) << 24u) | (share.g << 12u) | share.b,
-    );
+    return packed_node(start, length, max(part_light, vec3(0.0)));
 }

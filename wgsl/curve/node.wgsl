@@ -3,6 +3,7 @@
 // unused.
 
 import package::features::{HAS_GAIN, NODES};
+import package::sums::sums::BLACK;
 
 const DEPTHS: f32 = 65535.0;
 const LEVELS: f32 = 4095.0;
@@ -12,6 +13,11 @@ const DARKEST_LOG: f32 = -10.0;
 
 fn curve_layer(view_layer: u32, pair: u32) -> u32 {
     return view_layer * (NODES / 2u) + pair;
+}
+
+// Node `k` of a curve, out of the pair of nodes in its texel.
+fn node_of_pair(pair: vec4<u32>, k: u32) -> vec2<u32> {
+    return select(pair.xy, pair.zw, (k & 1u) != 0u);
 }
 
 // Start and length in fixed point.
@@ -31,6 +37,23 @@ fn node_light(node: vec2<u32>) -> vec3<f32> {
         return select(exp2(share * OCTAVES + DARKEST_LOG), vec3(0.0), bits == vec3(0u));
     }
     return share;
+}
+
+fn stored_light(light: vec3<f32>) -> vec3<u32> {
+    if HAS_GAIN {
+        let octave = (log2(max(light, vec3(1e-9))) - DARKEST_LOG) / OCTAVES;
+        return vec3<u32>(round(clamp(octave * LEVELS, vec3(0.0), vec3(LEVELS))));
+    }
+    return vec3<u32>(round(select(light, vec3(0.0), light < vec3(BLACK)) * LEVELS));
+}
+
+fn packed_node(start: u32, length: f32, light: vec3<f32>) -> vec2<u32> {
+    let root = u32(round(sqrt(length / DEPTHS) * LEVELS));
+    let bits = stored_light(light);
+    return vec2(
+        (start << 16u) | (root << 4u) | (bits.r >> 8u),
+        ((bits.r & 255u) << 24u) | (bits.g << 12u) | bits.b,
+    );
 }
 
 // Pairs of a segment of a long tile. Rust: src/stage/curve.rs.

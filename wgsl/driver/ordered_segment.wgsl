@@ -8,7 +8,7 @@ import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::features::HAS_OVER;
 import package::hit::key_depths::front_depths;
-import package::records::dispatch::SEGMENT_DISPATCH;
+import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
 import package::records::footprint::front_depth;
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
@@ -31,7 +31,7 @@ fn walk_ordered_segment(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let index = workgroup.y * workgroups.x + workgroup.x;
+    let index = workgroup_number(workgroup, workgroups);
     if index >= dispatches[SEGMENT_DISPATCH].w {
         return;
     }

@@ -6,7 +6,7 @@
 import package::bind::read::{dispatches, overflow};
 import package::bind::sampled::rects;
 import package::bind::uniform::views;
-import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES};
+import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES, workgroup_number};
 import package::records::footprint_sampled::sample_footprint;
 import package::records::record::record_texel;
 import package::records::view::TILE_SIZE;
@@ -20,7 +20,7 @@ fn scatter_overflow(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let slot = workgroup.y * workgroups.x + workgroup.x;
+    let slot = workgroup_number(workgroup, workgroups);
     if slot >= dispatches[OVERFLOW_DISPATCH].w {
         return;
     }

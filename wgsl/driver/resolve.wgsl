@@ -5,7 +5,7 @@
 import package::bind::read::{dispatches, merged_tiles};
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
-import package::records::dispatch::MERGED_DISPATCH;
+import package::records::dispatch::{MERGED_DISPATCH, workgroup_number};
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::walk::lane::{LANES, lane_texel};
@@ -17,7 +17,7 @@ fn resolve_tile(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let slot = workgroup.y * workgroups.x + workgroup.x;
+    let slot = workgroup_number(workgroup, workgroups);
     if slot >= dispatches[MERGED_DISPATCH].w {
         return;
     }

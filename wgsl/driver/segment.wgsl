@@ -4,7 +4,7 @@
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;
-import package::records::dispatch::SEGMENT_DISPATCH;
+import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
 import package::walk::lane::{LANES, lane_texel, tile_texel};
 import choice::state::start;
 import choice::store::store_segment;
@@ -16,7 +16,7 @@ fn walk_segment(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let index = workgroup.y * workgroups.x + workgroup.x;
+    let index = workgroup_number(workgroup, workgroups);
     if index >= dispatches[SEGMENT_DISPATCH].w {
         return;
     }

@@ -8,6 +8,7 @@ import package::bind::loaded::triangles;
 import package::bind::read::chunks;
 import package::bind::uniform::{project_params, views};
 import package::hit::triangle_edges::{edge_line, owns_edge};
+import package::records::dispatch::workgroup_number;
 import package::records::opaque_depth::opaque_bits;
 import package::records::record::{TRIANGLE_TEXELS, record_texel};
 import package::records::view::TILE_SIZE;
@@ -36,7 +37,7 @@ fn occlude_small(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let chunk_index = workgroup.y * workgroups.x + workgroup.x;
+    let chunk_index = workgroup_number(workgroup, workgroups);
     if chunk_index >= project_params.chunk_count {
         return;
     }

@@ -2,8 +2,8 @@
 // four of half its width. Blocks that don't overlap show as beads along thin bars that are slanted against
 // them.
 
-import package::curve::mean::{Ramp, ramp_shift};
-import package::curve::node::{node_length, node_light, node_start};
+import package::curve::mean::{Ramp, light_before, next_ramp, ramp_shift};
+import package::curve::node::node_of_pair;
 import package::levels::child_owner::child_owner;
 import package::records::area::{LevelMap, block_nodes, block_number, level_map, leveled_view};
 import package::records::view::GpuView;
@@ -16,7 +16,6 @@ var<private> first_face: u32;
 var<private> first_child: vec2<i32>;
 var<private> child_weight: f32;
 var<private> child_block: u32;
-var<private> child_light: vec3<f32>; // behind the nodes so far
 
 fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     child_view = view;
@@ -40,7 +39,7 @@ fn start_child(i: u32) {
     let is_inner = (step == vec2(1u)) | (step == vec2(2u));
     let shares = select(vec2(0.125), vec2(0.375), is_inner);
     child_weight = shares.x * shares.y;
-    child_light = vec3(1.0);
+    light_before = vec3(1.0);
 }
 
 fn child_share() -> f32 {
@@ -52,11 +51,5 @@ fn ramp_count() -> u32 {
 }
 
 fn child_ramp(k: u32) -> Ramp {
-    let nodes = block_nodes(child_block, k / 2u);
-    let node = select(nodes.xy, nodes.zw, (k & 1u) != 0u);
-    let start = node_start(node);
-    let light = node_light(node);
-    let drop = child_light - light;
-    child_light = select(child_light, light, start > 0.0);
-    return Ramp(start, node_length(node), drop);
+    return next_ramp(node_of_pair(block_nodes(child_block, k / 2u), k));
 }

@@ -2,9 +2,9 @@
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
-import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
+import package::curve::mean::{Ramp, light_before, next_ramp, ramp_shift};
+import package::curve::node::{DEPTHS, curve_layer, node_of_pair};
 import package::features::NODES;
-import package::curve::mean::{Ramp, ramp_shift};
 import package::levels::child_owner::child_owner;
 import package::records::area::leveled_view;
 import package::records::view::GpuView;
@@ -15,7 +15,6 @@ var<private> first_face: u32;
 var<private> first_child: vec2<i32>; // in the view's map
 var<private> child_layer: u32;
 var<private> child_at: vec2<u32>;    // in the atlas
-var<private> child_light: vec3<f32>; // behind the ramps so far
 
 fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     child_view = view;
@@ -34,7 +33,7 @@ fn start_child(i: u32) {
     child_layer = owner.view.layer;
     child_at = owner.view.origin + vec2<u32>(owner.at);
     ramp_shift = owner.shift;
-    child_light = vec3(1.0);
+    light_before = vec3(1.0);
 }
 
 fn child_share() -> f32 {
@@ -55,8 +54,8 @@ fn opaque_ramp(channel: u32) -> Ramp {
     let by_channel = picture_params.colored != 0u;
     let depth = select(depths.r, depths[channel], by_channel);
     let own = vec3(channel) == vec3(0u, 1u, 2u);
-    let all_at_once = select(vec3(0.0), child_light, channel == 0u);
-    let drop = select(all_at_once, select(vec3(0.0), child_light, own), by_channel);
+    let all_at_once = select(vec3(0.0), light_before, channel == 0u);
+    let drop = select(all_at_once, select(vec3(0.0), light_before, own), by_channel);
     return Ramp(select(0.0, fixed_depth(depth), depth < 1.0), 0.0, drop);
 }
 
@@ -66,17 +65,12 @@ fn child_ramp(k: u32) -> Ramp {
     }
     if NODES > 0u {
         let nodes = textureLoad(curves, child_at, curve_layer(child_layer, k / 2u), 0);
-        let node = select(nodes.xy, nodes.zw, (k & 1u) != 0u);
-        let start = node_start(node);
-        let light = node_light(node);
-        let drop = child_light - light;
-        child_light = select(child_light, light, start > 0.0);
-        return Ramp(start, node_length(node), drop);
+        return next_ramp(node_of_pair(nodes, k));
     }
     let nearest = textureLoad(nearests, child_at, child_layer, 0).r;
     let light = textureLoad(filters, child_at, child_layer, 0).rgb;
-    let drop = child_light - light;
+    let drop = light_before - light;
     let is = nearest < 1.0;
-    child_light = select(child_light, light, is);
+    light_before = select(light_before, light, is);
     return Ramp(select(0.0, fixed_depth(nearest), is), 0.0, drop);
 }

@@ -1,10 +1,12 @@
 // Order of tiles for drivers that give each of two cores one half of the dispatch: runs of neighbours
 // alternate between the cores. (Runs, because consecutive stores in memory are many times faster.)
 
+import package::records::dispatch::workgroup_number;
+
 const RUN: u32 = 64u; // tiles
 
 fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
-    let i = workgroup.y * workgroups.x + workgroup.x;
+    let i = workgroup_number(workgroup, workgroups);
     let count = workgroups.x * workgroups.y;
     let half_count = count / 2u;
     let second = i >= half_count;

@@ -7,6 +7,7 @@ import package::bind::read::host_counts;
 import package::bind::stored::casters;
 import package::bind::uniform::{load_params, materials};
 import package::load::pack_caster::{packed_look, packed_place};
+import package::records::dispatch::workgroup_number;
 import package::records::host::{CHUNK_SIZE, Caster, FARTHEST_PLACE, HostGroup};
 import package::records::material::{MAX_GAIN, SHAPE_QUAD, TRANSFER_GAIN};
 import package::records::record::record_texel;
@@ -50,7 +51,7 @@ fn load_casters(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let group = workgroup.y * workgroups.x + workgroup.x;
+    let group = workgroup_number(workgroup, workgroups);
     if group >= load_params.group_count {
         return;
     }

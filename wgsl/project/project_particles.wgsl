@@ -6,6 +6,7 @@ import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects};
 import package::bind::uniform::{materials, project_params, views};
 import package::records::caster::look_material;
+import package::records::dispatch::workgroup_number;
 import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
@@ -49,7 +50,7 @@ fn project_particles(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let chunk_index = workgroup.y * workgroups.x + workgroup.x;
+    let chunk_index = workgroup_number(workgroup, workgroups);
     if chunk_index >= project_params.chunk_count {
         return;
     }

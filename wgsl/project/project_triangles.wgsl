@@ -7,6 +7,7 @@ import package::bind::sampled::triangles;
 import package::bind::stored::{footprints, keys, rects, setups};
 import package::bind::uniform::{project_params, views};
 import package::hit::triangle_edges::{edge_line, owns_edge, precedes};
+import package::records::dispatch::workgroup_number;
 import package::records::octahedral::octahedral;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::setup::{BACK_BIT, SETUP_TEXELS};
@@ -47,7 +48,7 @@ fn project_triangles(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let chunk_index = workgroup.y * workgroups.x + workgroup.x;
+    let chunk_index = workgroup_number(workgroup, workgroups);
     if chunk_index >= project_params.chunk_count {
         return;
     }

@@ -4,7 +4,7 @@ struct EmitterParams {
     position: vec3<f32>,  // [m]
     seed: u32,
     extent: vec3<f32>,    // full size [m]
-    source: u32,          // SOURCE_*
+    shape: u32,           // EMITTER_*
     velocity: vec3<f32>,  // mean initial velocity [m/s]
     spread: f32,          // [m/s]
     wind: vec3<f32>,      // [m/s]
@@ -38,10 +38,10 @@ struct GpuEmitted {
     age_life: u32,       // age in the low, lifetime in the high 16 bits [steps]
 }
 
-const SOURCE_POINT: u32 = 0u;
-const SOURCE_BOX: u32 = 1u;
-const SOURCE_SPHERE: u32 = 2u;
-const SOURCE_DISC: u32 = 3u;
+const EMITTER_POINT: u32 = 0u;
+const EMITTER_BOX: u32 = 1u;
+const EMITTER_SPHERE: u32 = 2u;
+const EMITTER_DISC: u32 = 3u;
 
 const STEPS_AT_ONCE: u32 = 8u;
 const STEPS_PER_SECOND: f32 = 60.0;

@@ -1,12 +1,15 @@
-// Appends points to the lists of a band.
+// Lists of a band: appends points, and empties all.
 
-import package::bind::changed::point_lists;
+import package::bind::changed::{layered_tiles, point_lists};
 import package::bind::uniform::band;
 import package::records::point_list::{
     LIST_COUNT, LIST_HEAD, LIST_LENGTH, LIST_ROWS, POINT_LANES, list_first,
 };
 
 fn empty_lists() {
+    atomicStore(&layered_tiles[0], 0u);
+    atomicStore(&layered_tiles[1], 1u);
+    atomicStore(&layered_tiles[2], 1u);
     for (var list = 0u; list < LIST_COUNT; list += 1u) {
         let head = list * LIST_HEAD;
         atomicStore(&point_lists[head], 0u);

@@ -15,6 +15,8 @@ struct Band {
 
 const ROUND_LENGTH: u32 = 16384u; // pairs of a tile that one round walks; Rust: src/stage/shade.rs
 
+const PIXELS_OF_TILE: u32 = TILE_SIZE * TILE_SIZE;
+
 // A pixel of the band.
 struct BandPixel {
     tile: u32,        // in the picture
@@ -23,13 +25,17 @@ struct BandPixel {
 }
 
 fn band_pixel(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32, tiles_x: u32) -> BandPixel {
+    return tile_pixel(tile_number(workgroup, workgroups), lane, tiles_x);
+}
+
+// `number`: of the tile, in the band.
+fn tile_pixel(number: u32, lane: u32, tiles_x: u32) -> BandPixel {
     let place = lane_texel(lane);
-    let row = tile_number(workgroup, workgroups) * TILE_SIZE + place.y;
-    return indexed_pixel(row * TILE_SIZE + place.x, tiles_x);
+    return indexed_pixel((number * TILE_SIZE + place.y) * TILE_SIZE + place.x, tiles_x);
 }
 
 fn indexed_pixel(index: u32, tiles_x: u32) -> BandPixel {
-    let number = index / (TILE_SIZE * TILE_SIZE);
+    let number = index / PIXELS_OF_TILE;
     let tile = band.origin + vec2(number % band.size.x, number / band.size.x);
     let texel = vec2(index % TILE_SIZE, index / TILE_SIZE % TILE_SIZE);
     return BandPixel(tile.y * tiles_x + tile.x, tile * TILE_SIZE + texel, index);

@@ -2,13 +2,14 @@
 // pixel of a band. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::pixels;
-import package::bind::sampled::{layers, lit, seen_pixels};
+import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};
 import package::bind::stored::radiance;
 import package::bind::uniform::{band, picture_params, views};
 import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
 import package::records::light::cluster_list;
 import package::records::point::{POINT_NONE, load_point};
 import package::records::record::record_texel;
+import package::records::tile::tile_of;
 import package::shade::air::air_at;
 import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
@@ -48,7 +49,9 @@ fn shade_composite(
     if COUNT_COST {
         cost.y += lights_asked(at.index);
     }
-    if HAS_LAYERS {
+    // A tile without translucent casters has no layers.
+    let tile = tile_of(textureLoad(blended_tiles, record_texel(at.tile), 0));
+    if HAS_LAYERS && tile.first < tile.end {
         let first = at.index * LAYER_TEXELS;
         let front = textureLoad(layers, record_texel(first), 0);
         var color = bitcast<vec3<f32>>(front.xyz);

@@ -1,17 +1,19 @@
-// shade, layers: translucent layers of each pixel of a band; one workgroup per tile, one invocation per
-// pixel. Light L behind them becomes colour + passed * L. A long tile takes several rounds, each of which
+// shade, layers: translucent layers of each pixel of a band; one workgroup per tile that has translucent
+// casters, one invocation per pixel. Light L behind them becomes colour + passed * L. A long tile takes several rounds, each of which
 // continues where the one before ended. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
 
 import package::bind::changed::carried;
+import package::bind::read::layered_tiles;
 import package::bind::sampled::{seen_pixels, tiles};
 import package::bind::stored::layers;
 import package::bind::uniform::band;
 import package::features::{HAS_TRIANGLES, HAS_VOLUMES};
+import package::records::layered_tile::LAYERED_HEAD;
 import package::records::point_list::PANE_LIST;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::shade::append_point::append_point;
-import package::shade::band::{BandPixel, ROUND_LENGTH, band_pixel};
+import package::shade::band::{BandPixel, ROUND_LENGTH, tile_pixel};
 import package::shade::camera::camera;
 import package::shade::cost::walked;
 import package::shade::fog::{inside, reached};
@@ -70,11 +72,10 @@ fn store_pane(at: BandPixel, number: u32, pane: Pane) {
 @compute @workgroup_size(LANES)
 fn shade_layers(
     @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
     let view = camera();
-    let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
+    let at = tile_pixel(layered_tiles[LAYERED_HEAD + workgroup.x], lane, view.tiles_x);
     let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
     let first = tile.first + band.round * ROUND_LENGTH;
     let goes_on = first > tile.first;

@@ -4,7 +4,7 @@
 import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
-import package::features::{HAS_ENVIRONMENT, HAS_TEXTURES, HAS_TRIANGLES};
+import package::features::{HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
 import package::hit::caster_hit::{triangle_uv, triangle_weights};
 import package::hit::texture::sample_texture;
 import package::records::caster::look_material;
@@ -118,7 +118,7 @@ fn shade_surfaces(
     if depth < 1.0 {
         if HAS_TRIANGLES && (found.y & TRIANGLE_BIT) != 0u {
             point = of_triangle(view, pixel, depth, found.y, found.z);
-        } else {
+        } else if HAS_PARTICLES {
             point = of_particle(view, pixel, depth, found.y);
         }
     }

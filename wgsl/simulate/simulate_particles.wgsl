@@ -6,7 +6,7 @@ import package::bind::changed::emitted;
 import package::bind::uniform::emitter_params;
 import package::hit::hash::{pcg, unit_float};
 import package::records::emitter::{
-    GpuEmitted, SOURCE_BOX, SOURCE_DISC, SOURCE_SPHERE, STEPS_AT_ONCE, STEPS_PER_SECOND, STEP_SECONDS,
+    EMITTER_BOX, EMITTER_DISC, EMITTER_SPHERE, GpuEmitted, STEPS_AT_ONCE, STEPS_PER_SECOND, STEP_SECONDS,
 };
 import package::simulate::curl_noise::curl_noise;
 
@@ -32,10 +32,10 @@ fn in_ball(number: u32, index: u32, axes: vec3<f32>) -> vec3<f32> {
 
 // Here and below no uniform alone decides a branch: llvmpipe would recompile the kernel for its value.
 fn aside(number: u32) -> vec3<f32> {
-    switch select(0u, emitter_params.source, number < 0xffffffffu) {
-        case SOURCE_BOX: { return vec3(draw(number, 1u), draw(number, 2u), draw(number, 3u)) - 0.5; }
-        case SOURCE_SPHERE: { return in_ball(number, 8u, vec3(1.0)) * 0.5; }
-        case SOURCE_DISC: { return in_ball(number, 8u, vec3(1.0, 0.0, 1.0)) * 0.5; }
+    switch select(0u, emitter_params.shape, number < 0xffffffffu) {
+        case EMITTER_BOX: { return vec3(draw(number, 1u), draw(number, 2u), draw(number, 3u)) - 0.5; }
+        case EMITTER_SPHERE: { return in_ball(number, 8u, vec3(1.0)) * 0.5; }
+        case EMITTER_DISC: { return in_ball(number, 8u, vec3(1.0, 0.0, 1.0)) * 0.5; }
         default: { return vec3(0.0); }
     }
 }

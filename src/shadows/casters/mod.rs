@@ -71,14 +71,14 @@ pub struct CasterSet {
     /// Memory of the host's sets.
     host_memory: Memory,
     groups: Groups,
-    source: Source,
+    uploaded: Uploaded,
     /// Identity of the set, unique.
     id: u64,
 }
 
 /// Copy of the upload, to detect changes.
 #[derive(Debug)]
-struct Source {
+struct Uploaded {
     /// Indices into the scene's particles and triangles, in upload order.
     particle_order: Vec<u32>,
     triangle_order: Vec<u32>,
@@ -197,7 +197,7 @@ impl CasterSet {
             memory,
             host_memory: Memory::default(),
             groups,
-            source: Source {
+            uploaded: Uploaded {
                 particle_order,
                 triangle_order,
                 casters,
@@ -244,7 +244,7 @@ impl CasterSet {
 
     /// Records of casters and triangles as uploaded.
     pub(super) fn records(&self) -> (&[Caster], &[TriangleRecord]) {
-        (&self.source.casters, &self.source.triangles)
+        (&self.uploaded.casters, &self.uploaded.triangles)
     }
 
     /// Whether the list, an index of [`LISTS`], has a caster.

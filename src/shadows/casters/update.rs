@@ -20,7 +20,7 @@ impl CasterSet {
     /// have drifted so far apart that they need new groups.
     pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
         let &Casters { particles, triangles, materials, textures, in_order } = casters;
-        if self.source.in_order != in_order
+        if self.uploaded.in_order != in_order
             || !self.is_laid_out_as(particles, triangles, materials, textures)
         {
             return false;
@@ -40,14 +40,14 @@ impl CasterSet {
         materials: &[Material],
         textures: &[Texture],
     ) -> bool {
-        let source = &self.source;
-        let same_layouts = materials.len() == source.materials.len()
-            && materials.iter().map(layout).eq(source.materials.iter().map(layout));
+        let uploaded = &self.uploaded;
+        let same_layouts = materials.len() == uploaded.materials.len()
+            && materials.iter().map(layout).eq(uploaded.materials.iter().map(layout));
         let sizes = textures.iter().map(|t| (t.width, t.height));
         if !same_layouts
-            || particles.len() != source.particle_order.len()
-            || triangles.len() != source.triangle_order.len()
-            || !sizes.eq(source.texture_sizes.iter().copied())
+            || particles.len() != uploaded.particle_order.len()
+            || triangles.len() != uploaded.triangle_order.len()
+            || !sizes.eq(uploaded.texture_sizes.iter().copied())
         {
             return false;
         }
@@ -58,10 +58,11 @@ impl CasterSet {
                 members.iter().all(|&i| classes[of(i) as usize] == class)
             })
         };
-        in_place(&source.particle_order, &self.particle_ranges, &|i| particles[i as usize].material)
-            && in_place(&source.triangle_order, &self.triangle_ranges, &|i| {
-                triangles[i as usize].material
-            })
+        in_place(&uploaded.particle_order, &self.particle_ranges, &|i| {
+            particles[i as usize].material
+        }) && in_place(&uploaded.triangle_order, &self.triangle_ranges, &|i| {
+            triangles[i as usize].material
+        })
     }
 
     /// Updates the materials; returns for each whether it or its texture changed.
@@ -72,24 +73,24 @@ impl CasterSet {
         materials: &[Material],
         textures: &[Texture],
     ) -> Vec<bool> {
-        let source = &mut self.source;
+        let uploaded = &mut self.uploaded;
         let hashes: Vec<u64> = textures.iter().map(hash).collect();
         let new_texture: Vec<bool> =
-            hashes.iter().zip(&source.textures).map(|(new, old)| new != old).collect();
+            hashes.iter().zip(&uploaded.textures).map(|(new, old)| new != old).collect();
         for (layer, _) in new_texture.iter().enumerate().filter(|&(_, &new)| new) {
             upload_image(queue, &self.images, layer, &textures[layer]);
         }
         let new_material: Vec<bool> = materials
             .iter()
-            .zip(&source.materials)
+            .zip(&uploaded.materials)
             .map(|(new, old)| new != old || new.texture.is_some_and(|t| new_texture[t as usize]))
             .collect();
         if new_material.contains(&true) {
             let absorptions = absorptions(materials, triangles);
-            let records = material_records(materials, textures, source.blue_first, &absorptions);
+            let records = material_records(materials, textures, uploaded.blue_first, &absorptions);
             queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&records));
         }
-        (source.materials, source.textures) = (materials.to_vec(), hashes);
+        (uploaded.materials, uploaded.textures) = (materials.to_vec(), hashes);
         new_material
     }
 
@@ -102,29 +103,29 @@ impl CasterSet {
         materials: &[Material],
         new_material: &[bool],
     ) -> bool {
-        let Self { source, groups, .. } = self;
+        let Self { uploaded, groups, .. } = self;
         let changed_at = next_generation();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
         let mut new_occluders = false;
         for group in &mut groups.groups {
             let range = group.casters.start as usize..group.casters.end as usize;
             let is_new = if group.is_triangles() {
-                let records = &mut source.triangles[range.clone()];
-                replace(records, &source.triangle_order[range], |i| {
+                let records = &mut uploaded.triangles[range.clone()];
+                replace(records, &uploaded.triangle_order[range], |i| {
                     let triangle = &triangles[i as usize];
                     (TriangleRecord::new(triangle), new_material[triangle.material as usize])
                 })
             } else {
-                let records = &mut source.casters[range.clone()];
-                replace(records, &source.particle_order[range], |i| {
+                let records = &mut uploaded.casters[range.clone()];
+                replace(records, &uploaded.particle_order[range], |i| {
                     let particle = &particles[i as usize];
                     let material = particle.material as usize;
                     (Caster::new(particle, &materials[material]), new_material[material])
                 })
             };
             if is_new {
-                let order = &source.triangle_order;
-                let members = Members { casters: &source.casters, triangles, order, materials };
+                let order = &uploaded.triangle_order;
+                let members = Members { casters: &uploaded.casters, triangles, order, materials };
                 group.refit(members, changed_at);
                 new_occluders |= group.may_hide();
                 let parts =
@@ -133,12 +134,12 @@ impl CasterSet {
             }
         }
         if new_occluders {
-            let order = &source.triangle_order;
-            let members = Members { casters: &source.casters, triangles, order, materials };
+            let order = &uploaded.triangle_order;
+            let members = Members { casters: &uploaded.casters, triangles, order, materials };
             groups.find_occluders(members, changed_at);
         }
-        upload_parts(queue, &self.casters, &source.casters, CASTER_TEXELS, &new_particles);
-        upload_parts(queue, &self.triangles, &source.triangles, TRIANGLE_TEXELS, &new_triangles);
+        upload_parts(queue, &self.casters, &uploaded.casters, CASTER_TEXELS, &new_particles);
+        upload_parts(queue, &self.triangles, &uploaded.triangles, TRIANGLE_TEXELS, &new_triangles);
         (new_particles.is_empty() && new_triangles.is_empty()) || groups.refit()
     }
 }

@@ -156,7 +156,7 @@ pub enum SortOf {
 
 /// Resource of a binding.
 #[derive(Clone, Copy, Debug)]
-pub enum Source {
+pub enum ResourceChoice {
     Is(&'static str),
     /// The first of two if the sort has an even number of digits.
     Sorted([&'static str; 2], SortOf),
@@ -166,7 +166,7 @@ pub enum Source {
     Composed(&'static str, &'static str),
 }
 
-/// Properties that choose between sources.
+/// Properties that choose between resources.
 #[derive(Clone, Copy, Debug)]
 pub struct Choices {
     pub curves: bool,
@@ -175,7 +175,7 @@ pub struct Choices {
     pub sorted: [usize; 2],
 }
 
-impl Source {
+impl ResourceChoice {
     pub fn name(self, choices: Choices) -> &'static str {
         match self {
             Self::Is(name) => name,
@@ -222,7 +222,7 @@ pub enum Work {
         role: Role,
         groups: Groups,
         /// Sources by binding; other bindings have the resource of their name.
-        sources: &'static [(&'static str, Source)],
+        sources: &'static [(&'static str, ResourceChoice)],
     },
 }
 
@@ -239,7 +239,7 @@ impl Step {
         when: &'static [When],
         role: Role,
         groups: Groups,
-        sources: &'static [(&'static str, Source)],
+        sources: &'static [(&'static str, ResourceChoice)],
     ) -> Self {
         Self { part, when, work: Work::Kernel { role, groups, sources } }
     }
@@ -247,12 +247,12 @@ impl Step {
 
 pub const KEYS: [&str; 2] = ["keys_0", "keys_1"];
 pub const PAIRS: [&str; 2] = ["pairs_0", "pairs_1"];
-const SORTED_KEYS: Source = Source::Sorted(KEYS, SortOf::Depth);
-const SORTED_PAIRS: Source = Source::Sorted(PAIRS, SortOf::Tile);
+const SORTED_KEYS: ResourceChoice = ResourceChoice::Sorted(KEYS, SortOf::Depth);
+const SORTED_PAIRS: ResourceChoice = ResourceChoice::Sorted(PAIRS, SortOf::Tile);
 
 /// Bindings of the kernels that read a list.
-const READ: &[(&str, Source)] =
-    &[("pairs", SORTED_PAIRS), ("partials", Source::Composed("composed", "partials"))];
+const READ: &[(&str, ResourceChoice)] =
+    &[("pairs", SORTED_PAIRS), ("partials", ResourceChoice::Composed("composed", "partials"))];
 
 /// Steps of each list of a batch; the list that blocks light comes before the one that filters it.
 pub const STEPS: &[Step] = &[
@@ -267,9 +267,9 @@ pub const STEPS: &[Step] = &[
         Role::ProjectParticles,
         Groups::Counts(project::PARTICLE_GRID),
         &[
-            ("keys", Source::Is(KEYS[0])),
-            ("chunks", Source::Is("particle_chunks")),
-            ("project_params", Source::Is("particle_params")),
+            ("keys", ResourceChoice::Is(KEYS[0])),
+            ("chunks", ResourceChoice::Is("particle_chunks")),
+            ("project_params", ResourceChoice::Is("particle_params")),
         ],
     ),
     Step::kernel(
@@ -278,9 +278,9 @@ pub const STEPS: &[Step] = &[
         Role::ProjectTriangles,
         Groups::Counts(project::TRIANGLE_GRID),
         &[
-            ("keys", Source::Is(KEYS[0])),
-            ("chunks", Source::Is("triangle_chunks")),
-            ("project_params", Source::Is("triangle_params")),
+            ("keys", ResourceChoice::Is(KEYS[0])),
+            ("chunks", ResourceChoice::Is("triangle_chunks")),
+            ("project_params", ResourceChoice::Is("triangle_params")),
         ],
     ),
     Step::kernel(
@@ -288,7 +288,10 @@ pub const STEPS: &[Step] = &[
         &[When::Tiny],
         Role::Tiny,
         Groups::Counts(accumulate::TINY_GRID),
-        &[("chunks", Source::Is("tiny_chunks")), ("project_params", Source::Is("tiny_params"))],
+        &[
+            ("chunks", ResourceChoice::Is("tiny_chunks")),
+            ("project_params", ResourceChoice::Is("tiny_params")),
+        ],
     ),
     Step { part: Part::Sort, when: &[When::Listed], work: Work::Sort(SortOf::Depth) },
     Step::kernel(
@@ -310,7 +313,7 @@ pub const STEPS: &[Step] = &[
         &[When::Listed],
         Role::BinEmit,
         Groups::Counts(bin::RUN_GROUPS),
-        &[("sorted", SORTED_KEYS), ("pairs", Source::Is(PAIRS[0]))],
+        &[("sorted", SORTED_KEYS), ("pairs", ResourceChoice::Is(PAIRS[0]))],
     ),
     Step::kernel(
         Part::Overflow,
@@ -327,7 +330,7 @@ pub const STEPS: &[Step] = &[
         Groups::Counts(bin::TILE_GROUPS),
         &[
             ("pairs", SORTED_PAIRS),
-            ("scattered_tiles", Source::Curves("nothing_scattered", "scattered_tiles")),
+            ("scattered_tiles", ResourceChoice::Curves("nothing_scattered", "scattered_tiles")),
         ],
     ),
     Step::kernel(Part::Read, &[], Role::Tiles, Groups::Counts(bin::TILE_GRID), READ),
@@ -355,7 +358,7 @@ pub(crate) fn parts() -> impl Iterator<Item = (Part, &'static [Step])> {
 /// Kernels of all steps whose conditions hold, and their bindings.
 pub(crate) fn kernels(
     conditions: Conditions,
-) -> impl Iterator<Item = (Role, &'static [(&'static str, Source)])> {
+) -> impl Iterator<Item = (Role, &'static [(&'static str, ResourceChoice)])> {
     STEPS.iter().filter(move |step| conditions.hold(step.when)).filter_map(|step| match step.work {
         Work::Kernel { role, sources, .. } => Some((role, sources)),
         Work::Clear(_) | Work::Sort(_) => None,
@@ -369,7 +372,7 @@ pub(crate) fn steps(part: Part) -> &'static [Step] {
 
 /// `resources` by the names of the bindings.
 pub(crate) fn bound<'a>(
-    sources: &[(&'static str, Source)],
+    sources: &[(&'static str, ResourceChoice)],
     resources: &Resources<'a>,
     choices: Choices,
 ) -> Resources<'a> {

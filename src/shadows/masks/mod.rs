@@ -188,7 +188,7 @@ struct MaskPass {
     kernel: Kernel,
     bindings: BindGroup,
     /// Bind group of the host.
-    beside: Option<BindGroup>,
+    host_bindings: Option<BindGroup>,
     groups: [u32; 3],
 }
 
@@ -230,12 +230,12 @@ impl PreparedMasks {
             };
             queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
             let of_variant = if variant == Variant::MaskLookUp { features } else { Features::NONE };
-            let (kernel, beside) =
+            let (kernel, host_bindings) =
                 make(variant, Features { masks_at_once: at_once, ..of_variant })?;
             let bound = resources.clone().and(&bound).with("mask_params", params);
             let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), layers];
             let bindings = kernel.bind(device, &bound)?;
-            passes.push(MaskPass { kernel, bindings, beside, groups });
+            passes.push(MaskPass { kernel, bindings, host_bindings, groups });
             Ok::<(), Error>(())
         };
         let [first, second] = &textures.made;
@@ -254,10 +254,10 @@ impl PreparedMasks {
     }
 
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        for MaskPass { kernel, bindings, beside, groups } in &self.passes {
+        for MaskPass { kernel, bindings, host_bindings, groups } in &self.passes {
             let mut pass = timeline.pass(encoder, "gobo mask");
-            if let Some(beside) = beside {
-                pass.set_bind_group(1, beside, &[]);
+            if let Some(host) = host_bindings {
+                pass.set_bind_group(1, host, &[]);
             }
             kernel.record(&mut pass, bindings, *groups);
         }
