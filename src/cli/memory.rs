@@ -68,7 +68,9 @@ impl Needs {
         bytes += particle * scene.particles.len() as u64 + triangle * scene.triangles.len() as u64;
         let texels = |t: &gobo::model::Texture| u64::from(t.width) * u64::from(t.height);
         if self.backend_is_cpu {
-            bytes += 16 * scene.textures.iter().map(texels).sum::<u64>();
+            // The twin's picture keeps the images of solid and of blended casters, each with a copy of the scene.
+            let texel = if self.picture { 2 * (16 + 4) } else { 16 };
+            bytes += texel * scene.textures.iter().map(texels).sum::<u64>();
         }
         if self.picture {
             // Light and shown light of the mean, one sample, and the twin's layers.
