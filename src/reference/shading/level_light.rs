@@ -98,7 +98,7 @@ impl Spot<'_> {
                 let at = self.turn(Vec2::new(column, y));
                 let end = self.end((at + 0.5) * edge, reach);
                 let block = level.block(at.as_ivec2());
-                self.add_block(&mut light, block, off, edge, width, [since, to], end);
+                self.add_block(&mut light, block, off, edge, width, ([since, to], end));
             }
         }
         // The light left in a narrower window is part of that in the widest: at most as much per area.
@@ -114,8 +114,7 @@ impl Spot<'_> {
         off: Vec2,
         edge: f32,
         width: Vec2,
-        [since, to]: [[f32; 2]; 2],
-        end: f32,
+        ([since, to], end): ([[f32; 2]; 2], f32),
     ) {
         let weight = cover(off, width);
         let (mut before, mut behind, mut last) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
