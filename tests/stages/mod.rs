@@ -15,5 +15,6 @@ mod occlude;
 mod project;
 mod resolve;
 mod soft;
+mod soft_shapes;
 mod soften_curves;
 mod sort;

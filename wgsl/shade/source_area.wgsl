@@ -1,21 +1,17 @@
 // Transmittance from an area light to a point, from the widest spots to the sharpest, from the light on.
 // CPU twin: src/reference/shading/soft.rs.
 
-import package::bind::sampled::{filters, nearests, opaques};
-import package::bind::uniform::picture_params;
-import package::curve::light::curve_light;
-import package::curve::node::DEPTHS;
-import package::features::{HAS_GAIN, NODES};
+import package::features::HAS_GAIN;
 import package::records::area::{area_of, has_area, level_map, leveled_view};
 import package::records::light::GpuLight;
 import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
+import package::shade::fade::light_before;
+import package::shade::level_light::{NEVER, evaluate_level, level_light, next_occluder};
 import package::shade::receive::{receive, receive_texel};
 import package::shade::receiver::receives;
+import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
 import package::shade::taps::{map_taps, tap_weight};
-import package::shade::spot::{
-    NEVER, SHARP, WIDEST, depth_of_spot, next_taker, set_spot, spot_at, tell_level, told,
-};
 
 // Weight of a level's result per light before the level, up to a weight of 1.
 const EVIDENCE: f32 = 300.0;
@@ -33,20 +29,6 @@ fn level_of(texels: f32, last: u32) -> u32 {
     let up = select(near, near + 1u, texels > WIDEST * f32(1u << near));
     let enough = select(up, up - 1u, up > 1u && texels <= WIDEST * f32(1u << (up - 1u)));
     return select(min(enough, last), 0u, texels <= SHARP);
-}
-
-// Light of a texel at light depth z.
-fn light_before(view: GpuView, texel: vec2<f32>, z: f32) -> vec3<f32> {
-    let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
-    let depths = textureLoad(opaques, at, view.layer, 0).rgb;
-    let solid = select(depths.rrr, depths, picture_params.colored != 0u);
-    if NODES > 0u {
-        return select(curve_light(view, at, z), vec3(0.0), vec3(z) > solid);
-    }
-    let nearest = textureLoad(nearests, at, view.layer, 0).r;
-    let filtered = textureLoad(filters, at, view.layer, 0).rgb;
-    let passed = select(vec3(1.0), filtered, z > nearest);
-    return select(passed, vec3(0.0), vec3(z) > solid);
 }
 
 fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
@@ -67,14 +49,14 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
     var passed = vec3(1.0);
     var sum = vec3(0.0);
     var around = vec3(1.0); // light that reaches the receiver where a level has no light before it
-    var since = -1.0;
+    var since = vec2(-1.0); // fade of the level before
     var number = last;
     var rest_next = NEVER; // next occluder in the window of the level before
     while number > 0u {
         let above = min(number + 2u, last);
         // Every occluder that a level left over is followed, or it would let light through.
         let blocks = select(four, 0u, rest_next != NEVER);
-        let next = min(rest_next, next_taker(level_map(view, leveled, above), blocks, since, 0.0));
+        let next = min(rest_next, next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0));
         if next == NEVER {
             break;
         }
@@ -85,23 +67,22 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
             continue;
         }
         let map = level_map(view, leveled, number);
-        let to = depth_of_spot(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
-        tell_level(map, min(texels, WIDEST * map.edge), since, to);
-        let known = relied_on(told.before);
-        let left = min(told.before - told.taken, told.most);
-        let share = max(left / max(told.before, vec3(LEAST)), vec3(0.0));
+        let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
+        evaluate_level(map, min(texels, WIDEST * (1.0 + FADE) * map.edge), since, to);
+        let known = relied_on(level_light.before);
+        let left = min(level_light.before - level_light.taken, level_light.most);
+        let share = max(left / max(level_light.before, vec3(LEAST)), vec3(0.0));
         sum += passed * (1.0 - known) * around;
         passed *= known * share;
-        let rest = told.end / max(told.behind, vec3(LEAST));
-        around = mix(around, rest, relied_on(10.0 * told.behind));
-        rest_next = told.next;
+        let rest = level_light.end / max(level_light.behind, vec3(LEAST));
+        around = mix(around, rest, relied_on(100.0 * level_light.behind));
+        rest_next = level_light.next;
         since = to;
         number -= 1u;
     }
     // Occluders close to the receiver, from the map itself.
     let blocks = select(four, 0u, rest_next != NEVER);
-    let is_near = min(rest_next, next_taker(level_map(view, leveled, 1u), blocks, since, 0.5)) != NEVER;
-    let split = (since - 1.5) / DEPTHS;
+    let is_near = min(rest_next, next_occluder(level_map(view, leveled, 1u), blocks, since.x, 0.5)) != NEVER;
     let count = select(0u, 9u, is_near);
     var behind = vec3(0.0);
     for (var i = 0u; i < count; i += 1u) {
@@ -110,11 +91,11 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         behind += receive_texel(view, texel, taps.z, bias / range) * weight;
     }
     // If no level was evaluated, all light is before the map's part.
-    var before = select(vec3(1.0), vec3(0.0), since > 0.0);
-    let count_before = select(0u, count, since > 0.0);
+    var before = select(vec3(1.0), vec3(0.0), since.x > 0.0);
+    let count_before = select(0u, count, since.x > 0.0);
     for (var i = 0u; i < count_before; i += 1u) {
         let texel = taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
-        before += light_before(view, texel, split) * tap_weight(taps, i);
+        before += light_before(view, texel, since) * tap_weight(taps, i);
     }
     let share = behind / max(before, vec3(LEAST));
     let at_map = mix(around, select(min(share, vec3(1.0)), share, HAS_GAIN), relied_on(before));

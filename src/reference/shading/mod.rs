@@ -1,9 +1,11 @@
 //! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
 //! its reflection to the camera.
+pub mod level_light;
 mod levels;
 mod outline;
 mod receive;
 pub mod soft;
+pub mod spot;
 mod taps;
 mod tone;
 

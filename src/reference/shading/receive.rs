@@ -110,20 +110,6 @@ impl Lighting<'_> {
         by_channel(receive(z, &texel, bias))
     }
 
-    /// Light of a texel up to exactly light depth `z`, without bias.
-    pub(super) fn light_before(&self, view: usize, texel: Vec2, z: f32) -> Vec3 {
-        let size = self.records.views[view].size;
-        let at = texel.clamp(Vec2::ZERO, size - 1.0).as_uvec2();
-        let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
-        let solid = map.colored.get(i).copied().unwrap_or([map.opaque[i]; 3]);
-        let light = match &map.curve {
-            Some(curve) => curve.light_at(i, z),
-            None if z > map.nearest[i] => Vec3::from_array(map.filter[i]),
-            None => Vec3::ONE,
-        };
-        light_by_channel(light, solid, z, 0.0)
-    }
-
     /// Compares each texel on its own, and weights the results by the light's filter.
     fn receive(
         &self,
