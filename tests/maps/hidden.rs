@@ -92,11 +92,8 @@ fn what_is_hidden_is_behind_opaque_triangles() {
                 let edge = edge * [0.02, 0.3, 4.0][chance.below(3)];
                 let bounds = Bounds { min, max: min + edge };
                 let is_triangles = chance.below(2) == 0;
-                let points = (0..30).map(|i| match bounds.corners().get(i) {
-                    Some(&corner) => corner,
-                    None => min + edge * chance.vec3(0.0, 1.0),
-                });
-                let points: Vec<Vec3> = points.collect();
+                let within = (8..30).map(|_| min + edge * chance.vec3(0.0, 1.0));
+                let points: Vec<Vec3> = bounds.corners().into_iter().chain(within).collect();
                 let grown = points.iter().map(|&point| {
                     let depth = -view.view_from_world.transform_point3(point).z;
                     let texel = if view.perspective > 0.0 { depth } else { 1.0 } / view.scale;

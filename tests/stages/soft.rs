@@ -2,7 +2,7 @@
 use crate::common::{
     TIERS, area_truth,
     area_truth::degrees,
-    gpu, render,
+    gpu, map_frame,
     scenes::{Chance, empty, light, material, triangle},
 };
 use gobo::{
@@ -221,7 +221,7 @@ fn kernel_equals_twin_and_itself() {
         scene.lights[5].cascades = Some(gobo::Cascades::default());
         let views = shadow_views(&scene);
         for tier in TIERS {
-            let maps = render(tier, &scene).maps;
+            let maps = map_frame(tier, &scene).maps;
             let expected = light_points(&scene, &views, &maps, &points);
             let mut renderer = Renderer::on(gpu(tier)).unwrap();
             let actual = renderer.light_points(&scene, &points).unwrap();
