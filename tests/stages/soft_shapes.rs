@@ -4,8 +4,9 @@ use crate::common::{area_truth, area_truth::degrees, scenes::light};
 use gobo::{
     Light, LightKind, Receiver, ReceiverPoint, Source,
     glam::{DVec3, Vec3},
-    scene::Scene,
+    scene::{Scene, load},
 };
+use std::path::Path;
 
 /// Under a straight edge at height h, a square light at height H has a transmittance of `x / w + 1/2` at a
 /// distance x from the edge's shadow, where `w = edge h / (H - h)`.
@@ -226,5 +227,24 @@ fn thin_slanted_bars_have_no_beads() {
             println!("{name}, {width} m: {mean:.4}, ripple {ripple:.4}");
             assert!(mean < 0.014 && ripple < 0.009, "{name}, {width} m: {mean} {ripple}");
         }
+    }
+}
+
+/// Behind a lead bar whose spot is where one level hands over to another, and which covers all texels of the map
+/// around the point.
+#[test]
+fn a_bar_in_a_fade_is_not_as_sharp_as_the_map() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let scene = load(&path).unwrap();
+    let points: Vec<_> = (0..17)
+        .map(|i| ReceiverPoint {
+            position: Vec3::new(-2.55, 1.8 + 0.025 * i as f32, 2.32),
+            normal: Vec3::X,
+        })
+        .collect();
+    for (point, found) in points.iter().zip(on_cpu(&scene, &points)) {
+        let truth = area_truth::share(&scene, &scene.lights[0], point.position, point.normal);
+        let error = (truth - found.as_dvec3()).abs().max_element();
+        assert!(error < 0.1, "{truth} {found} at {}", point.position);
     }
 }

@@ -74,13 +74,16 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         let share = max(left / max(level_light.before, vec3(LEAST)), vec3(0.0));
         sum += passed * (1.0 - known) * around;
         passed *= known * share;
+        // Also no light behind is known, if there was enough of it before.
         let rest = level_light.end / max(level_light.behind, vec3(LEAST));
-        around = mix(around, rest, relied_on(100.0 * level_light.behind));
+        around = mix(around, rest, max(known, relied_on(10.0 * level_light.behind)));
         rest_next = level_light.next;
         since = to;
         number -= 1u;
     }
-    // Occluders close to the receiver, from the map itself.
+    // Occluders close to the receiver, from the map itself. If levels were skipped, the rest of an occluder in
+    // the last one's fade has a spot far wider than the map's texels: it counts as before.
+    since = select(since, max(since, vec2(fade_at(SHARP).x)), since.x > 0.0);
     let blocks = select(four, 0u, rest_next != NEVER);
     let is_near = min(rest_next, next_occluder(level_map(view, leveled, 1u), blocks, since.x, 0.5)) != NEVER;
     let count = select(0u, 9u, is_near);

@@ -88,11 +88,17 @@ impl Lighting<'_> {
             let passed = left / window.before.max(Vec3::splat(LEAST));
             sum += light * (Vec3::ONE - known) * around;
             light *= known * passed.max(Vec3::ZERO);
-            let known = evidence(window.behind * 100.0);
+            // Also no light behind is known, if there was enough of it before.
+            let known = known.max(evidence(window.behind * 10.0));
             around = around.lerp_by(window.end / window.behind.max(Vec3::splat(LEAST)), known);
             rest = window.next;
             since = to;
             number -= 1;
+        }
+        // If levels were skipped, the rest of an occluder in the last one's fade has a spot far wider than the
+        // map's texels: it counts as before.
+        if since[0] > 0.0 {
+            since = since.map(|depth| depth.max(spot.fade_at(SHARP)[0]));
         }
         let (map, edge) = level(1);
         if rest.or_else(|| spot.next_occluder(map, edge, since[0], 0.5)).is_none() {
