@@ -30,8 +30,7 @@ impl Needs {
         // Otherwise the compiler may leave the allocation out.
         std::hint::black_box(&mut probe);
         if !is_there {
-            let points = self.points * scene.lights.len() as u64;
-            return Err(if points > 0 && self.of_points(scene) > bytes / 2 {
+            return Err(if self.points > 0 && self.of_points(scene) > bytes / 2 {
                 Failure::Points { points: self.points, lights: scene.lights.len(), bytes }
             } else {
                 Failure::Memory(bytes)
@@ -65,17 +64,20 @@ impl Needs {
         // Records of casters as they are uploaded, or, of the twin, with footprints, keys, rectangles and
         // setups as well.
         let [particle, triangle] = if self.backend_is_cpu { [128, 384] } else { [32, 128] };
-        bytes += particle * scene.particles.len() as u64 + triangle * scene.triangles.len() as u64;
+        let casters =
+            particle * scene.particles.len() as u64 + triangle * scene.triangles.len() as u64;
+        bytes = bytes.saturating_add(casters);
         let texels = |t: &gobo::model::Texture| u64::from(t.width) * u64::from(t.height);
         if self.backend_is_cpu {
             // The twin's picture keeps the images of solid and of blended casters, each with a copy of the scene.
             let texel = if self.picture { 2 * (16 + 4) } else { 16 };
-            bytes += texel * scene.textures.iter().map(texels).sum::<u64>();
+            bytes = bytes.saturating_add(texel * scene.textures.iter().map(texels).sum::<u64>());
         }
         if self.picture {
             // Light and shown light of the mean, one sample, and the twin's layers.
             let pixel = if self.backend_is_cpu { 192 } else { 80 };
-            bytes += pixel * u64::from(scene.camera.size.x) * u64::from(scene.camera.size.y);
+            let pixels = u64::from(scene.camera.size.x) * u64::from(scene.camera.size.y);
+            bytes = bytes.saturating_add(pixel * pixels);
         }
         bytes
     }
