@@ -95,7 +95,7 @@ fn count_lane(view: GpuView, offer: Offer, lane: u32) {
 
 // Visits the candidate of lane `lane`. Single hits are appended at once, all others wait for the end of
 // their slab, so none must be inserted.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32) -> bool {
+fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool {
     let placed = visit_disc(view, broadcast_disc(offer, lane));
     return false;
 }

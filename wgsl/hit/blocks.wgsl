@@ -8,7 +8,7 @@ import package::hit::hit::{facing, facing_hit};
 import package::hit::object::object_of;
 import package::hit::solid::is_solid;
 import package::records::caster::caster_rotation;
-import package::records::footprint::{Footprint, caster_of, is_triangle, setup_of};
+import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::material::TRANSFER_DITHER;
 import package::records::opaque_depth::opaque_bits;
 import package::records::setup::setup_texel;
@@ -35,7 +35,7 @@ fn threshold(
         return cell_threshold(material.pattern, material.blue_first, cell, id);
     }
     var own = vec4(0.0);
-    if HAS_TRIANGLES && is_triangle(footprint) {
+    if HAS_TRIANGLES && footprint.is_triangle {
         own = triangle_own(setup_of(footprint), texel);
     } else if HAS_PARTICLES {
         let rotation = caster_rotation(caster_of(footprint));

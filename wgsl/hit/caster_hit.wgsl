@@ -7,7 +7,7 @@ import package::hit::hit::{absorption, coverage, facing, facing_hit, transmittan
 import package::hit::texture::sample_texture;
 import package::records::caster::{caster_look, look_rotation};
 import package::records::footprint::{
-    Footprint, caster_of, footprint_color, is_triangle, opacity_base, opacity_slope, setup_of,
+    Footprint, caster_of, footprint_color, opacity_base, opacity_slope, setup_of,
 };
 import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_PUFF, TRANSFER_GAIN};
 import package::records::setup::setup_texel;
@@ -28,7 +28,7 @@ const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
 
 fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
-    if HAS_TRIANGLES && is_triangle(footprint) {
+    if HAS_TRIANGLES && footprint.is_triangle {
         hit = triangle_hit(setup_of(footprint), texel);
     } else if HAS_PARTICLES {
         hit = particle_hit(view, footprint, texel, opaque_depth);

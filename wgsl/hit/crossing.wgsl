@@ -3,7 +3,7 @@
 import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;
 import package::hit::caster_hit::{Hit, triangle_weights};
-import package::records::footprint::{Footprint, is_triangle, setup_of};
+import package::records::footprint::{Footprint, setup_of};
 import package::records::material::TRANSFER_OVER;
 import package::records::setup::{BACK_BIT, setup_texel};
 import package::records::view::GpuView;
@@ -32,7 +32,7 @@ struct Face {
 
 // Faces behind the ray's end are moved to its end.
 fn volume_face(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Face {
-    if !HAS_TRIANGLES || !is_triangle(footprint) {
+    if !HAS_TRIANGLES || !footprint.is_triangle {
         return Face(0.0, 0.0, vec3(0.0), 0);
     }
     let setup = setup_of(footprint);

@@ -2,11 +2,11 @@
 
 import package::features::HAS_TRIANGLES;
 import package::records::caster::particle_object;
-import package::records::footprint::{Footprint, caster_of, is_triangle, setup_of};
+import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::setup::setup_texel;
 
 fn object_of(footprint: Footprint) -> u32 {
-    if HAS_TRIANGLES && is_triangle(footprint) {
+    if HAS_TRIANGLES && footprint.is_triangle {
         return setup_texel(setup_of(footprint), 6u).w;
     }
     return particle_object(caster_of(footprint));

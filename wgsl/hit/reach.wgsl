@@ -1,7 +1,7 @@
 // Extent of a footprint in the map.
 
 import package::features::{HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
-import package::records::footprint::{Footprint, is_triangle};
+import package::records::footprint::Footprint;
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, is_beside};
 
@@ -13,7 +13,7 @@ fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>
         return true;
     }
     let outside = center - clamp(center, lo, hi);
-    if HAS_TRIANGLES && is_triangle(footprint) {
+    if HAS_TRIANGLES && footprint.is_triangle {
         return max(abs(outside.x), abs(outside.y)) <= radius;
     }
     var reach = radius * select(1.0, 1.41421356, HAS_QUADS);

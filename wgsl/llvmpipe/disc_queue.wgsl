@@ -53,31 +53,41 @@ fn pair_disc(pair: u32, end: u32) -> u32 {
     return textureLoad(pairs, record_texel(min(pair, end - 1u))).g;
 }
 
+fn needs_discs(queue: Queue, end: u32) -> bool {
+    return (queue.count < QUEUE) & (queue.base < end);
+}
+
 fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
     var queue = old;
     let digit = 1u << (4u * block.lane);
-    for (; queue.count < QUEUE && queue.base < end; queue.base += 2u * QUEUE) {
-        let pair = queue.base + block.lane;
-        let a = pair_disc(pair, end);
-        let b = pair_disc(pair + QUEUE, end);
-        let touches_a = pair < end && disc_touches(view, load_place(a), block.lo, block.hi);
-        let touches_b = pair + QUEUE < end && disc_touches(view, load_place(b), block.lo, block.hi);
-        let marked =
-            join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
-        let ranks_a = ranks(marked & 0x11111111u);
-        let ranks_b = ranks((marked >> 1u) & 0x11111111u);
-        let count_a = queue.count + (ranks_a >> 28u);
-        // Lanes before `count` have a disc; the others take the next ones, and the rest starts again at the
-        // first lane.
-        let next_a = subgroupShuffle(a, nth_lane(ranks_a, (block.lane - queue.count) & 7u));
-        let next_b = subgroupShuffle(b, nth_lane(ranks_b, (block.lane - count_a) & 7u));
-        let first = select(next_b, next_a, block.lane < count_a);
-        queue.footprints = vec3(
-            select(first, queue.footprints.x, block.lane < queue.count),
-            select(next_b, next_a, block.lane + QUEUE < count_a),
-            next_b,
-        );
-        queue.count = count_a + (ranks_b >> 28u);
+    loop {
+        if needs_discs(queue, end) {
+            let pair = queue.base + block.lane;
+            let a = pair_disc(pair, end);
+            let b = pair_disc(pair + QUEUE, end);
+            let touches_a = pair < end && disc_touches(view, load_place(a), block.lo, block.hi);
+            let touches_b = pair + QUEUE < end && disc_touches(view, load_place(b), block.lo, block.hi);
+            let marked =
+                join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
+            let ranks_a = ranks(marked & 0x11111111u);
+            let ranks_b = ranks((marked >> 1u) & 0x11111111u);
+            let count_a = queue.count + (ranks_a >> 28u);
+            // Lanes before `count` have a disc; the others take the next ones, and the rest starts again at
+            // the first lane.
+            let next_a = subgroupShuffle(a, nth_lane(ranks_a, (block.lane - queue.count) & 7u));
+            let next_b = subgroupShuffle(b, nth_lane(ranks_b, (block.lane - count_a) & 7u));
+            let first = select(next_b, next_a, block.lane < count_a);
+            queue.footprints = vec3(
+                select(first, queue.footprints.x, block.lane < queue.count),
+                select(next_b, next_a, block.lane + QUEUE < count_a),
+                next_b,
+            );
+            queue.count = count_a + (ranks_b >> 28u);
+            queue.base += 2u * QUEUE;
+        }
+        if !needs_discs(queue, end) {
+            break;
+        }
     }
     return queue;
 }
@@ -101,51 +111,76 @@ fn wants(front: f32, lane: u32) -> u32 {
     return join_lanes(select(CHANGES, 0u, settled(front)) | select(0u, SEEKS, seeks(front)), lane);
 }
 
+fn goes_on(queue: Queue, end: u32, wanted: u32, needed: u32) -> bool {
+    let is_left = (queue.base < end) | (queue.count > 0u);
+    return is_left & ((wanted & needed) == needed);
+}
+
 fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
     var queue = Queue(vec3(0u), 0u, first);
     var wanted = CHANGES | SEEKS;
-    while wanted == (CHANGES | SEEKS) && (queue.base < end || queue.count > 0u) {
-        queue = fill(view, queue, end, block);
-        let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
-        visit_disc(view, broadcast_disc(eight.disc, 0u), true);
-        visit_disc(view, broadcast_disc(eight.disc, 1u), true);
-        visit_disc(view, broadcast_disc(eight.disc, 2u), true);
-        visit_disc(view, broadcast_disc(eight.disc, 3u), true);
-        visit_disc(view, broadcast_disc(eight.disc, 4u), true);
-        visit_disc(view, broadcast_disc(eight.disc, 5u), true);
-        visit_disc(view, broadcast_disc(eight.disc, 6u), true);
-        visit_disc(view, broadcast_disc(eight.disc, 7u), true);
-        queue = without_eight(queue);
-        wanted = wants(eight.front, block.lane);
+    loop {
+        if goes_on(queue, end, wanted, CHANGES | SEEKS) {
+            queue = fill(view, queue, end, block);
+            let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
+            visit_disc(view, broadcast_disc(eight.disc, 0u), true);
+            visit_disc(view, broadcast_disc(eight.disc, 1u), true);
+            visit_disc(view, broadcast_disc(eight.disc, 2u), true);
+            visit_disc(view, broadcast_disc(eight.disc, 3u), true);
+            visit_disc(view, broadcast_disc(eight.disc, 4u), true);
+            visit_disc(view, broadcast_disc(eight.disc, 5u), true);
+            visit_disc(view, broadcast_disc(eight.disc, 6u), true);
+            visit_disc(view, broadcast_disc(eight.disc, 7u), true);
+            queue = without_eight(queue);
+            wanted = wants(eight.front, block.lane);
+        }
+        if !goes_on(queue, end, wanted, CHANGES | SEEKS) {
+            break;
+        }
     }
     // All texels have their nearest depth.
-    while (wanted & CHANGES) != 0u && (queue.base < end || queue.count > 0u) {
-        queue = fill(view, queue, end, block);
-        let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
-        visit_disc(view, broadcast_disc(eight.disc, 0u), false);
-        visit_disc(view, broadcast_disc(eight.disc, 1u), false);
-        visit_disc(view, broadcast_disc(eight.disc, 2u), false);
-        visit_disc(view, broadcast_disc(eight.disc, 3u), false);
-        visit_disc(view, broadcast_disc(eight.disc, 4u), false);
-        visit_disc(view, broadcast_disc(eight.disc, 5u), false);
-        visit_disc(view, broadcast_disc(eight.disc, 6u), false);
-        visit_disc(view, broadcast_disc(eight.disc, 7u), false);
-        queue = without_eight(queue);
-        wanted = wants(eight.front, block.lane);
+    loop {
+        if goes_on(queue, end, wanted, CHANGES) {
+            queue = fill(view, queue, end, block);
+            let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
+            visit_disc(view, broadcast_disc(eight.disc, 0u), false);
+            visit_disc(view, broadcast_disc(eight.disc, 1u), false);
+            visit_disc(view, broadcast_disc(eight.disc, 2u), false);
+            visit_disc(view, broadcast_disc(eight.disc, 3u), false);
+            visit_disc(view, broadcast_disc(eight.disc, 4u), false);
+            visit_disc(view, broadcast_disc(eight.disc, 5u), false);
+            visit_disc(view, broadcast_disc(eight.disc, 6u), false);
+            visit_disc(view, broadcast_disc(eight.disc, 7u), false);
+            queue = without_eight(queue);
+            wanted = wants(eight.front, block.lane);
+        }
+        if !goes_on(queue, end, wanted, CHANGES) {
+            break;
+        }
     }
 }
 
 fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
-    for (var base = first; base < end;) {
+    var base = first;
+    loop {
         let pair = base + block.lane;
-        let id = pair_disc(pair, end);
+        let id = pair_disc(pair, max(end, 1u));
         let stretch = prepare(view, id, true);
         let touched = pair < end && disc_touches(view, load_place(id), block.lo, block.hi);
         var mask = join_lanes(select(0u, 1u << block.lane, touched), block.lane);
-        for (; mask != 0u; mask &= mask - 1u) {
-            visit_disc(view, broadcast_disc(stretch.disc, firstTrailingBit(mask)), true);
+        loop {
+            if mask != 0u {
+                visit_disc(view, broadcast_disc(stretch.disc, firstTrailingBit(mask)), true);
+                mask &= mask - 1u;
+            }
+            if mask == 0u {
+                break;
+            }
         }
         base = select(end, base + QUEUE, (wants(stretch.front, block.lane) & CHANGES) != 0u);
+        if base >= end {
+            break;
+        }
     }
 }
 

@@ -9,14 +9,16 @@ struct Footprint {
     place: vec4<f32>,
     // Colour, opacity, depth key and caster, packed: read by the functions below.
     look: vec4<u32>,
+    is_triangle: bool,
 }
 
 fn footprint_of(place: vec4<u32>, look: vec4<u32>) -> Footprint {
-    return Footprint(bitcast<vec4<f32>>(place), look);
+    return Footprint(bitcast<vec4<f32>>(place), look, (look.w & TRIANGLE_BIT) != 0u);
 }
 
-fn is_triangle(footprint: Footprint) -> bool {
-    return (footprint.look.w & TRIANGLE_BIT) != 0u;
+// A footprint of a kind that is known where the kernel is compiled, which drops the code for the other kind.
+fn known_footprint(footprint: Footprint, is_triangle: bool) -> Footprint {
+    return Footprint(footprint.place, footprint.look, is_triangle);
 }
 
 // Index of the particle in `casters`, or with TRIANGLE_BIT of the triangle in `triangles`.

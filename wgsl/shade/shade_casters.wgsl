@@ -5,7 +5,7 @@ import package::bind::loaded::rects;
 import package::bind::sampled::casters;
 import package::bind::uniform::{materials, point_batch};
 import package::records::caster::look_material;
-import package::records::footprint::{caster_of, is_triangle};
+import package::records::footprint::caster_of;
 import package::records::footprint_loaded::load_footprint;
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
@@ -26,7 +26,7 @@ fn shade_casters(
     }
     let id_in_view = point_batch.first + index;
     let footprint = load_footprint(id_in_view);
-    let is_particle = !is_triangle(footprint);
+    let is_particle = !footprint.is_triangle;
     let is_seen = textureLoad(rects, record_texel(id_in_view)).g != 0u;
     let own = select(0u, caster_of(footprint), is_particle);
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(own * 2u), 0));

@@ -9,7 +9,7 @@ import package::bind::sampled::lit;
 import package::bind::uniform::materials;
 import package::features::{HAS_AIR, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::caster_hit::{Hit, caster_hit, triangle_hit, triangle_weights};
-import package::records::footprint::{Footprint, is_triangle, setup_of};
+import package::records::footprint::{Footprint, setup_of};
 import package::records::material::{TRANSFER_GAIN, TRANSFER_NONE};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
@@ -137,7 +137,7 @@ fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
     count_pair();
-    let is_pane = HAS_TRIANGLES && is_triangle(footprint);
+    let is_pane = HAS_TRIANGLES && footprint.is_triangle;
     var hit: Hit;
     if is_pane {
         hit.depth = triangle_weights(setup_of(footprint), corner + 0.5).w;

@@ -112,7 +112,7 @@ fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
 }
 
 // Visits the candidate of lane `lane`.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32) {
+fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
     visit_triangle(broadcast_triangle(offer, lane));
 }
 

@@ -1,7 +1,7 @@
 // Any caster as a lane's candidate for a visit. A lane offers its id, and all load its footprint.
 
 import package::hit::reach::touches_box;
-import package::records::footprint::Footprint;
+import package::records::footprint::{Footprint, known_footprint};
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import choice::state::visit;
@@ -27,8 +27,8 @@ fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
     return candidate.id;
 }
 
-// Visits the candidate of lane `lane`.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32) {
+// Visits the candidate of lane `lane`, which is a triangle or a particle.
+fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
     let visited = subgroupShuffle(offer, lane);
-    visit(view, visited, load_footprint(visited));
+    visit(view, visited, known_footprint(load_footprint(visited), is_triangle));
 }

@@ -2,18 +2,20 @@
 // footprint and tests it against the subgroup's block of texels; all lanes visit those that touch it. CPU
 // twin: src/reference/curve/tile.rs, `walk`.
 //
-// Drivers execute a loop once at least and take both sides of branches, but they leave loops: insertion into
-// the curves is outside of the loop that visits, and rare work has loops of its own.
+// Drivers of software adapters take both sides of branches, but they leave loops, at their end only:
+// insertion into the curves is outside of the loop that visits, triangles and rare work have loops of their
+// own, and loops test at their end whether to go on.
 
 import package::curve::behind::{open_behind, steps_behind};
 import package::curve::gather::{append_single, end_count, flush, is_counting, is_single, settled};
 import package::curve::slab::{Slab, first_slab, is_within};
+import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::walk::subgroup_block::{
-    Block, first_lane, has_lanes, subgroup_block, without_first,
+    ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
 import choice::candidate::{Offer, candidate_of, offer_of, touches};
 import choice::pairs::pair_footprint;
@@ -25,9 +27,10 @@ var<private> slab: Slab;
 // A run of pairs, one per lane, up to the end of the slab.
 struct Stretch {
     offer: Offer,
-    ballot: vec2<u32>, // lanes whose candidate touches the block
-    count: u32,        // pairs within the slab
-    key: u32,          // key of the lane's pair
+    ballot: vec2<u32>,    // lanes whose candidate touches the block
+    triangles: vec2<u32>, // lanes whose candidate is a triangle
+    count: u32,           // pairs within the slab
+    key: u32,             // key of the lane's pair
 }
 
 fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
@@ -41,8 +44,43 @@ fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
     let in_slab = subgroupBallot(within);
     let ballot = subgroupBallot(within && touches(view, candidate, block.lo, block.hi));
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
+    var triangles = vec2(0u);
+    if HAS_PARTICLES && HAS_TRIANGLES {
+        triangles = subgroupBallot(footprint.is_triangle).xy;
+    }
     // Made before the test, an offer would share terms with it, which changes the rounding of some drivers.
-    return Stretch(offer_of(view, candidate, key_depth(slab.key)), ballot.xy, count, key);
+    return Stretch(offer_of(view, candidate, key_depth(slab.key)), ballot.xy, triangles, count, key);
+}
+
+// Lanes of a stretch that wait for their visit.
+struct Run {
+    lanes: vec2<u32>,
+    last: u32,    // lane visited last
+    forced: bool, // some hit must be inserted before the next
+}
+
+fn is_next(stretch: Stretch, run: Run, is_triangle: bool) -> bool {
+    let waits = has_lanes(run.lanes) && !run.forced;
+    if HAS_PARTICLES && HAS_TRIANGLES {
+        return waits && has_lane(stretch.triangles, first_lane(run.lanes)) == is_triangle;
+    }
+    return waits;
+}
+
+// Visits casters up to the first of the other kind.
+fn visit_run(view: GpuView, stretch: Stretch, first: Run, is_triangle: bool) -> Run {
+    var run = first;
+    loop {
+        if is_next(stretch, run, is_triangle) {
+            run.last = first_lane(run.lanes);
+            run.lanes = without_first(run.lanes);
+            run.forced = visit_lane(view, stretch.offer, run.last, is_triangle);
+        }
+        if !is_next(stretch, run, is_triangle) {
+            break;
+        }
+    }
+    return run;
 }
 
 // Moves on behind the first `count` pairs of a stretch. Returns true at the end of the slab, where the
@@ -78,7 +116,7 @@ fn visit_singles(view: GpuView, end: u32, block: Block) {
         for (var whole = false; !whole;) {
             let stretch = fetch(view, end, block);
             for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {
-                let forced = visit_lane(view, stretch.offer, first_lane(lanes));
+                let forced = visit_lane(view, stretch.offer, first_lane(lanes), false);
                 append_single();
             }
             whole = move_on(stretch, stretch.count, block);
@@ -92,15 +130,33 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
     var step = 0u; // behind all pairs
     loop {
         var whole = false;
-        var forced = false; // some hit must be inserted before the next
-        while !whole && !forced {
-            let stretch = fetch(view, end, block);
-            var lane = 0u;
-            for (var lanes = stretch.ballot; has_lanes(lanes) && !forced; lanes = without_first(lanes)) {
-                lane = first_lane(lanes);
-                forced = visit_lane(view, stretch.offer, lane);
+        var run = Run(ALL_LANES, 0u, false);
+        loop {
+            var stretch: Stretch;
+            var meets_triangle = false;
+            // Particles up to the next triangle.
+            loop {
+                stretch = fetch(view, end, block);
+                run.lanes &= stretch.ballot;
+                run = visit_run(view, stretch, run, !HAS_PARTICLES);
+                meets_triangle = has_lanes(run.lanes);
+                if !meets_triangle && !run.forced {
+                    whole = move_on(stretch, stretch.count, block);
+                    run.lanes = ALL_LANES;
+                }
+                if whole | run.forced | meets_triangle {
+                    break;
+                }
             }
-            whole = move_on(stretch, select(stretch.count, lane + 1u, forced), block);
+            if HAS_PARTICLES && HAS_TRIANGLES {
+                run = visit_run(view, stretch, run, true);
+            }
+            if run.forced {
+                whole = move_on(stretch, run.last + 1u, block);
+            }
+            if whole | run.forced {
+                break;
+            }
         }
         flush(whole);
         if whole {

@@ -1,14 +1,48 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
 // core tier, without subgroups. CPU twin: src/reference/curve/tile.rs, `walk`.
+//
+// Particles and triangles are visited in loops of their own: drivers of software adapters take both sides of
+// branches, but they leave loops. They leave them at the end only, so loops test there whether to go on.
 
 import package::curve::behind::{open_behind, steps_behind};
 import package::curve::gather::{end_count, flush, is_counting, settled};
-import package::curve::slab::{first_slab, is_within};
-import package::records::footprint::{footprint_key, front_depth, key_depth};
+import package::curve::slab::{Slab, first_slab, is_within};
+import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
+import package::records::footprint::{footprint_key, front_depth, key_depth, known_footprint};
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import choice::pairs::pair_footprint;
 import choice::visit::{count_hits, slabbed, visit};
+
+struct Run {
+    pair: u32,    // next to visit
+    key: u32,     // its key
+    open: bool,   // it may be within the slab
+    forced: bool, // hits must be inserted before it is visited
+}
+
+// Visits pairs of a slab up to the first of the other kind.
+fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool) -> Run {
+    var run = first;
+    var same = true;
+    loop {
+        let footprint = load_footprint(pair_footprint(min(run.pair, end - 1u)));
+        run.key = footprint_key(footprint);
+        run.open = run.open && is_within(slab, run.pair, run.key);
+        if HAS_PARTICLES && HAS_TRIANGLES {
+            same = footprint.is_triangle == is_triangle;
+        }
+        if run.open && same {
+            run.forced = visit(view, known_footprint(footprint, is_triangle));
+            run.pair += 1u;
+            run.open = run.pair < end && !run.forced;
+        }
+        if !(run.open & same) {
+            break;
+        }
+    }
+    return run;
+}
 
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first; // next pair
@@ -21,31 +55,30 @@ fn walk(view: GpuView, first: u32, end: u32) {
     }
     end_count();
     base = first;
+    // An empty tile has no pair, but the load needs a valid index.
+    let some = max(end, 1u);
     var slab = first_slab(first, end);
     var step = 0u; // behind all pairs
     loop {
-        var whole = true;
-        var key = 0u;
-        while base < end {
-            let footprint = load_footprint(pair_footprint(base));
-            key = footprint_key(footprint);
-            if !is_within(slab, base, key) {
-                break;
+        var run = Run(base, 0u, base < end, false);
+        loop {
+            run = visit_run(view, slab, run, some, !HAS_PARTICLES);
+            if HAS_PARTICLES && HAS_TRIANGLES {
+                run = visit_run(view, slab, run, some, true);
             }
-            base += 1u;
-            if visit(view, footprint) {
-                whole = false;
+            if !run.open {
                 break;
             }
         }
-        flush(whole);
-        if whole {
+        base = run.pair;
+        flush(!run.forced);
+        if !run.forced {
             slab.first = base;
-            slab.key = key;
+            slab.key = run.key;
             if step == steps_behind() {
                 break;
             }
-            if base >= end || settled(key_depth(key)) {
+            if base >= end || settled(key_depth(run.key)) {
                 base = end;
                 open_behind(view, step);
                 step += 1u;

@@ -1,31 +1,100 @@
 // Walks a tile's pairs front to back, a subgroup at a time: every lane makes a candidate of one footprint
 // and tests it against the subgroup's block of texels; all lanes visit those that touch it. The state says
 // in `settled` when to stop.
+//
+// Particles and triangles are visited in loops of their own: drivers of software adapters take both sides of
+// branches, but they leave loops. They leave them at the end only, so loops test there whether to go on.
 
 import package::bind::loaded::pairs;
+import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::walk::subgroup_block::{first_lane, has_lanes, subgroup_block, without_first};
-import choice::candidate::{candidate_of, offer_of, touches, visit_lane};
+import package::walk::subgroup_block::{
+    ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
+};
+import choice::candidate::{Offer, candidate_of, offer_of, touches, visit_lane};
 import choice::state::settled;
+
+// Pairs that wait for their visit, one per lane.
+struct Stretch {
+    offer: Offer,
+    lanes: vec2<u32>,     // whose candidate touches the block
+    triangles: vec2<u32>, // whose candidate is a triangle
+    front: f32,           // no pair behind them is nearer
+}
+
+fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretch {
+    let pair = base + block.lane;
+    // An empty tile has no pair, but the load needs a valid index.
+    let id = textureLoad(pairs, record_texel(min(pair, max(end, 1u) - 1u))).g;
+    let footprint = load_footprint(id);
+    let candidate = candidate_of(id, footprint);
+    var triangles = vec2(0u);
+    if HAS_PARTICLES && HAS_TRIANGLES {
+        triangles = subgroupBallot(footprint.is_triangle).xy;
+    }
+    let lanes = subgroupBallot(pair < end && touches(view, candidate, block.lo, block.hi)).xy;
+    return Stretch(
+        offer_of(view, candidate, front),
+        lanes,
+        triangles,
+        key_depth(subgroupShuffle(footprint_key(footprint), block.size - 1u)),
+    );
+}
+
+// Whether a caster of the kind is the next to visit.
+fn is_next(stretch: Stretch, is_triangle: bool) -> bool {
+    if HAS_PARTICLES && HAS_TRIANGLES {
+        let found = has_lane(stretch.triangles, first_lane(stretch.lanes));
+        return has_lanes(stretch.lanes) && found == is_triangle;
+    }
+    return has_lanes(stretch.lanes);
+}
+
+// Visits casters up to the first of the other kind. Returns the lanes that are left.
+fn visit_run(view: GpuView, first: Stretch, is_triangle: bool) -> vec2<u32> {
+    var stretch = first;
+    loop {
+        if is_next(stretch, is_triangle) {
+            visit_lane(view, stretch.offer, first_lane(stretch.lanes), is_triangle);
+            stretch.lanes = without_first(stretch.lanes);
+        }
+        if !is_next(stretch, is_triangle) {
+            break;
+        }
+    }
+    return stretch.lanes;
+}
 
 fn walk(view: GpuView, first: u32, end: u32) {
     let block = subgroup_block();
+    var base = first;
     var front = 0.0; // no pair from `base` on is nearer
-    for (var base = first; base < end; base += block.size) {
-        let pair = base + block.lane;
-        let id = textureLoad(pairs, record_texel(min(pair, end - 1u))).g;
-        let footprint = load_footprint(id);
-        let candidate = candidate_of(id, footprint);
-        let ballot = subgroupBallot(pair < end && touches(view, candidate, block.lo, block.hi));
-        let offer = offer_of(view, candidate, front);
-        for (var lanes = ballot.xy; has_lanes(lanes); lanes = without_first(lanes)) {
-            visit_lane(view, offer, first_lane(lanes));
+    var unvisited = ALL_LANES;
+    var open = true;
+    loop {
+        var stretch: Stretch;
+        // Particles up to the next triangle.
+        loop {
+            stretch = fetch(view, base, end, block, front);
+            stretch.lanes &= unvisited;
+            stretch.lanes = visit_run(view, stretch, !HAS_PARTICLES);
+            if !has_lanes(stretch.lanes) {
+                base += block.size;
+                front = stretch.front;
+                unvisited = ALL_LANES;
+                open = base < end && !subgroupAll(settled(front));
+            }
+            if has_lanes(stretch.lanes) | !open {
+                break;
+            }
         }
-        front = key_depth(subgroupShuffle(footprint_key(footprint), block.size - 1u));
-        if subgroupAll(settled(front)) {
+        if HAS_PARTICLES && HAS_TRIANGLES {
+            unvisited = visit_run(view, stretch, true);
+        }
+        if !open {
             break;
         }
     }

@@ -3,6 +3,8 @@
 import package::features::WIDE;
 import choice::state::{ROWS, corner};
 
+const ALL_LANES: vec2<u32> = vec2(0xffffffffu);
+
 struct Block {
     lane: u32,     // of the invocation
     size: u32,     // lanes
@@ -26,6 +28,13 @@ fn subgroup_block() -> Block {
 
 fn has_lanes(ballot: vec2<u32>) -> bool {
     return select(ballot.x, ballot.x | ballot.y, WIDE) != 0u;
+}
+
+fn has_lane(ballot: vec2<u32>, lane: u32) -> bool {
+    if !WIDE {
+        return ((ballot.x >> lane) & 1u) != 0u;
+    }
+    return ((select(ballot.x, ballot.y, lane >= 32u) >> (lane & 31u)) & 1u) != 0u;
 }
 
 fn first_lane(ballot: vec2<u32>) -> u32 {

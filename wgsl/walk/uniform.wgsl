@@ -1,19 +1,54 @@
 // Walks a tile's pairs front to back; every invocation visits every pair. The core tier, without subgroups.
 // The state defines `visit`, and when to stop in `settled`.
+//
+// Particles and triangles are visited in loops of their own: drivers of software adapters take both sides of
+// branches, but they leave loops. They leave them at the end only, so loops test there whether to go on.
 
 import package::bind::loaded::pairs;
-import package::records::footprint::front_depth;
+import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
+import package::records::footprint::{front_depth, known_footprint};
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 import choice::state::{settled, visit};
 
-fn walk(view: GpuView, first: u32, end: u32) {
-    for (var pair = first; pair < end; pair += 1u) {
-        let id = textureLoad(pairs, record_texel(pair)).g;
+struct Run {
+    pair: u32,  // next to visit
+    open: bool, // there is one, and it can change something
+}
+
+// Visits pairs up to the first of the other kind.
+fn visit_run(view: GpuView, first: Run, end: u32, is_triangle: bool) -> Run {
+    var run = first;
+    var same = true;
+    loop {
+        let id = textureLoad(pairs, record_texel(min(run.pair, end - 1u))).g;
         let footprint = load_footprint(id);
-        visit(view, id, footprint);
-        if settled(front_depth(footprint)) {
+        if HAS_PARTICLES && HAS_TRIANGLES {
+            same = footprint.is_triangle == is_triangle;
+        }
+        if run.open && same {
+            visit(view, id, known_footprint(footprint, is_triangle));
+            run.pair += 1u;
+            run.open = run.pair < end && !settled(front_depth(footprint));
+        }
+        if !(run.open & same) {
+            break;
+        }
+    }
+    return run;
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    // An empty tile has no pair, but the load needs a valid index.
+    let some = max(end, 1u);
+    var run = Run(first, first < end);
+    loop {
+        run = visit_run(view, run, some, !HAS_PARTICLES);
+        if HAS_PARTICLES && HAS_TRIANGLES {
+            run = visit_run(view, run, some, true);
+        }
+        if !run.open {
             break;
         }
     }
