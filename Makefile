@@ -32,9 +32,10 @@ farm: setup
 
 # Hosts of several kinds, each of which fails where it sees something wrong.
 examples: setup
-	@for example in minimal embed frame_cost warm_up gpu_particles host_renderer; do \
+	@for example in minimal embed warm_up gpu_particles host_renderer; do \
 		cargo run --quiet --example $$example || exit; \
 	done
+	cargo run --quiet -p gobo-benches --example frame_cost
 
 # Most of the time lavapipe compiles kernels, each on one core: without LLVM's optimisations in half
 # of it, to the same results, and with other tests beside.
@@ -114,7 +115,7 @@ results: setup
 
 # Kernels beside loops for the CPU that do the same work.
 native: setup
-	cargo bench --quiet --bench native
+	cargo bench --quiet -p gobo-benches --bench native
 
 # The figures of docs/dither.md.
 tables: setup

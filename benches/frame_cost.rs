@@ -4,7 +4,7 @@
 //! An allocation is wgpu's if a function of its interface is in its backtrace, gobo's otherwise. The counting
 //! allocator takes a lock for each.
 //!
-//! `cargo run --release --example frame_cost`
+//! `cargo run --release -p gobo-benches --example frame_cost`
 use gobo::{
     Bounds, CasterCount, Casters, Gpu, HostCasters, HostInputs, Light, Material, Particle,
     Prepared, Receiver, ShadowSettings, Shadows, View,

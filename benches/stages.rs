@@ -1,6 +1,6 @@
 //! Stages alone: the twins on the CPU; sort, bin and accumulate on the device.
 //!
-//! `cargo bench --bench stages`, or `cargo bench --bench stages -- gpu/sort` for some of them.
+//! `cargo bench -p gobo-benches --bench stages`, or `cargo bench -p gobo-benches --bench stages -- gpu/sort` for some of them.
 mod common;
 
 use common::{mix, pairs, particles, stage_time, timeline, view};
