@@ -30,14 +30,16 @@ var<private> level_light: LevelLight;
 var<private> light_left: vec3<f32>;
 var<private> first_depth: f32;
 
-fn find_occluder(node: vec2<u32>, since: f32, end: f32) {
+// A filter counts up to `beyond` behind `end`.
+fn find_occluder(node: vec2<u32>, since: f32, end: f32, beyond: f32) {
     let start = node_start(node);
     let light = node_light(node);
     let drop = abs(light_left - light);
     light_left = light;
     let first = max(start, since);
     let takes = max(drop.x, max(drop.y, drop.z)) > NOTHING;
-    let is = start > 0.0 && takes && start + node_length(node) >= since && first < end;
+    let last = end + select(0.0, beyond, any(light > vec3(0.0)));
+    let is = start > 0.0 && takes && start + node_length(node) >= since && first < last;
     first_depth = select(first_depth, min(first_depth, first), is);
 }
 
@@ -48,8 +50,8 @@ fn pairs_before(first: vec4<u32>, end: f32) -> u32 {
 }
 
 // First depth from `since` on at which `blocks` (0 or 4) of a level around the point remove light; NEVER
-// for none.
-fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
+// for none. `beyond`: how far behind the receiver's end a filter counts, which may touch the receiver.
+fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32, beyond: f32) -> f32 {
     let corner = vec2<i32>(floor(spot_center / map.edge - 0.5));
     first_depth = NEVER;
     for (var i = 0u; i < blocks; i += 1u) {
@@ -58,10 +60,10 @@ fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
         let block = block_number(map, at);
         light_left = vec3(1.0);
         var nodes = block_nodes(block, 0u);
-        let pairs = pairs_before(nodes, end);
+        let pairs = pairs_before(nodes, end + beyond);
         for (var pair = 0u; pair < pairs; pair += 1u) {
-            find_occluder(nodes.xy, since, end);
-            find_occluder(nodes.zw, since, end);
+            find_occluder(nodes.xy, since, end, beyond);
+            find_occluder(nodes.zw, since, end, beyond);
             nodes = block_nodes(block, 1u);
         }
     }

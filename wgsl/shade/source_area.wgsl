@@ -1,6 +1,7 @@
 // Transmittance from an area light to a point, from the widest spots to the sharpest, from the light on.
 // CPU twin: src/reference/shading/soft.rs.
 
+import package::curve::node::DEPTHS;
 import package::features::HAS_GAIN;
 import package::records::area::{area_of, has_area, level_map, leveled_view};
 import package::records::light::GpuLight;
@@ -9,7 +10,7 @@ import package::records::view::GpuView;
 import package::shade::fade::light_before;
 import package::shade::level_light::{NEVER, evaluate_level, level_light, next_occluder};
 import package::shade::receive::{receive, receive_texel};
-import package::shade::receiver::receives;
+import package::shade::receiver::{is_solid, receives};
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
 import package::shade::taps::{map_taps, tap_weight};
 
@@ -56,7 +57,7 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
         let above = min(number + 2u, last);
         // Every occluder that a level left over is followed, or it would let light through.
         let blocks = select(four, 0u, rest_next != NEVER);
-        let next = min(rest_next, next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0));
+        let next = min(rest_next, next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0));
         if next == NEVER {
             break;
         }
@@ -85,7 +86,10 @@ fn receive_area(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point
     // the last one's fade has a spot far wider than the map's texels: it counts as before.
     since = select(since, max(since, vec2(fade_at(SHARP).x)), since.x > 0.0);
     let blocks = select(four, 0u, rest_next != NEVER);
-    let is_near = min(rest_next, next_occluder(level_map(view, leveled, 1u), blocks, since.x, 0.5)) != NEVER;
+    // The map's look-up decides which filters within the bias tint an opaque receiver.
+    let beyond = select(0.0, 2.0 * bias / range * DEPTHS, is_solid);
+    let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, 0.5, beyond);
+    let is_near = min(rest_next, near_next) != NEVER;
     let count = select(0u, 9u, is_near);
     var behind = vec3(0.0);
     for (var i = 0u; i < count; i += 1u) {

@@ -16,7 +16,10 @@ use super::{
     receive::{Plane, Surface},
     spot::{FADE, SHARP, Spot, WIDEST},
 };
-use crate::records::{GpuLight, level_count};
+use crate::{
+    records::{GpuLight, level_count},
+    reference::curve::DEPTHS,
+};
 use glam::Vec3;
 
 /// Weight of a level's result per light before the level, up to a weight of 1.
@@ -69,7 +72,8 @@ impl Lighting<'_> {
         while number > 0 {
             let above = (number + 2).min(last);
             let (map, edge) = level(above);
-            let Some(next) = rest.or_else(|| spot.next_occluder(map, edge, since[0], 0.0)) else {
+            let Some(next) = rest.or_else(|| spot.next_occluder(map, edge, since[0], 0.0, 0.0))
+            else {
                 break;
             };
             let radius = spot.radius_at(next);
@@ -101,7 +105,10 @@ impl Lighting<'_> {
             since = since.map(|depth| depth.max(spot.fade_at(SHARP)[0]));
         }
         let (map, edge) = level(1);
-        if rest.or_else(|| spot.next_occluder(map, edge, since[0], 0.5)).is_none() {
+        // The map's look-up decides which filters within the bias tint an opaque receiver.
+        let beyond = if receiver.solid { 2.0 * bias / range * DEPTHS } else { 0.0 };
+        let near = || spot.next_occluder(map, edge, since[0], 0.5, beyond);
+        if rest.or_else(near).is_none() {
             return sum + light;
         }
         // Occluders close to the receiver, from the map itself.
