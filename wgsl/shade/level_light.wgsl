@@ -33,7 +33,8 @@ var<private> light_open: vec3<f32>;
 var<private> first_depth: f32; // found so far
 var<private> least_open: f32;  // least light of a block where the search starts
 
-fn find_occluder(node: vec2<u32>, since: f32, end: f32) {
+// A filter counts up to `beyond` behind `end`.
+fn find_occluder(node: vec2<u32>, since: f32, end: f32, beyond: f32) {
     let start = node_start(node);
     let light = node_light(node);
     let drop = abs(light_left - light);
@@ -42,7 +43,8 @@ fn find_occluder(node: vec2<u32>, since: f32, end: f32) {
     light_open = select(light_open, light, start > 0.0 && past < since);
     let first = max(start, since);
     let takes = max(drop.x, max(drop.y, drop.z)) > NOTHING;
-    let is = start > 0.0 && takes && past >= since && first < end;
+    let last = end + select(0.0, beyond, any(light > vec3(0.0)));
+    let is = start > 0.0 && takes && past >= since && first < last;
     first_depth = select(first_depth, min(first_depth, first), is);
 }
 
@@ -53,8 +55,9 @@ fn pairs_before(first: vec4<u32>, end: f32) -> u32 {
 }
 
 // First depth from `since` on at which `blocks` (0 or 4) of a level around the point remove light; NEVER
-// for none. Sets `least_open`.
-fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
+// for none. `beyond`: how far behind the receiver's end a filter counts, which may touch the receiver. Sets
+// `least_open`.
+fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32, beyond: f32) -> f32 {
     let corner = vec2<i32>(floor(spot_center / map.edge - 0.5));
     let slack = slack_within(around * map.edge);
     first_depth = NEVER;
@@ -66,10 +69,10 @@ fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32) -> f32 {
         light_left = vec3(1.0);
         light_open = vec3(1.0);
         var nodes = block_nodes(block, 0u);
-        let pairs = pairs_before(nodes, end);
+        let pairs = pairs_before(nodes, end + beyond);
         for (var pair = 0u; pair < pairs; pair += 1u) {
-            find_occluder(nodes.xy, since, end);
-            find_occluder(nodes.zw, since, end);
+            find_occluder(nodes.xy, since, end, beyond);
+            find_occluder(nodes.zw, since, end, beyond);
             nodes = block_nodes(block, 1u);
         }
         least_open = min(least_open, max(light_open.x, max(light_open.y, light_open.z)));

@@ -1,6 +1,7 @@
 // Transmittance from an area light to a point, from the widest spots to the sharpest, from the light on.
 // CPU twin: src/reference/shading/soft.rs.
 
+import package::curve::node::DEPTHS;
 import package::features::HAS_GAIN;
 import package::records::area::{area_of, has_area, level_map, leveled_view};
 import package::records::light::GpuLight;
@@ -9,7 +10,7 @@ import package::records::view::GpuView;
 import package::shade::fade::{fade_between, light_before};
 import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder};
 import package::shade::receive::receive_texel;
-import package::shade::receiver::receives;
+import package::shade::receiver::{is_solid, receives};
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
 import package::shade::taps::{
     FILTER_SPLINE, Filter, SPLINE_REACH, filter_of, filter_tap, map_taps, next_way, turn,
@@ -72,7 +73,7 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
         var above = min(select(rest, number, cue == NEVER) + 1u, last);
         rest_next = select(NEVER, cue, is_known);
         loop {
-            let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0);
+            let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0);
             is_known = is_known || (cue != NEVER && least_open < LEAST_OPEN);
             let is_none = next == NEVER && !is_known;
             cue = select(cue, next, next != NEVER && !is_known);
@@ -105,8 +106,11 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
     // map's texels: it counts as before.
     since = select(since, max(since, vec2(fade_at(SHARP).x)), since.x > 0.0);
     let blocks = select(four, 0u, rest_next != NEVER);
-    let is_near = min(rest_next, next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND)) != NEVER;
-    return Leveled(sum, passed, around, since, is_near && any(passed > vec3(0.0)));
+    // The map's look-up decides which filters within the bias tint an opaque receiver.
+    let beyond = select(0.0, 2.0 * bias / (view.far - view.near) * DEPTHS, is_solid);
+    let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND, beyond);
+    let is_near = min(rest_next, near_next) != NEVER && any(passed > vec3(0.0));
+    return Leveled(sum, passed, around, since, is_near);
 }
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     records::{GpuLight, level_count},
-    reference::resolve::BLACK,
+    reference::{curve::DEPTHS, resolve::BLACK},
 };
 use glam::Vec3;
 
@@ -86,7 +86,7 @@ impl Lighting<'_> {
                 let mut above = (first + 1).min(last);
                 loop {
                     let (map, edge) = level(above);
-                    let (next, open) = spot.next_occluder(map, edge, since[0], 0.0);
+                    let (next, open) = spot.next_occluder(map, edge, since[0], 0.0, 0.0);
                     let is_dark = cue.is_some() && open < LEAST_OPEN;
                     let is_found = is_dark || next.is_some();
                     cue = if is_dark { cue } else { next.or(cue) };
@@ -129,8 +129,10 @@ impl Lighting<'_> {
             since = since.map(|depth| depth.max(spot.fade_at(SHARP)[0]));
         }
         let (map, edge) = level(1);
-        let is_near = rest.is_some() || spot.next_occluder(map, edge, since[0], AROUND).0.is_some();
-        if !is_near || light == Vec3::ZERO {
+        // The map's look-up decides which filters within the bias tint an opaque receiver.
+        let beyond = if receiver.solid { 2.0 * bias / range * DEPTHS } else { 0.0 };
+        let near = || spot.next_occluder(map, edge, since[0], AROUND, beyond).0.is_some();
+        if light == Vec3::ZERO || !(rest.is_some() || near()) {
             return sum + light;
         }
         // Occluders close to the receiver, from the map itself.
