@@ -15,6 +15,7 @@ fn main() -> ExitCode {
         .without_time()
         .with_filter(chosen.unwrap_or_else(warnings));
     tracing_subscriber::registry().with(messages).init();
+    cli::give_aborts_a_status();
     match cli::run(arguments.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

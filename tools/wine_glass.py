@@ -20,6 +20,10 @@ WINE = [
     (0, 8.93), (0.59, 9.03), (1.48, 9.43), (2.66, 10.28), (3.55, 11.43), (4.0, 12.82), (4.09, 14.0),
     (4.04, 14.05), (0, 14.0),
 ]
+LEVEL = 14.0  # of the wine [cm]
+# What is left of light after a distance [m].
+GLASS_BODY = ([0.8, 0.88, 0.86], 0.012)
+WINE_BODY = ([0.86, 0.08, 0.1], 0.03)
 
 
 def corners(profile):
@@ -34,7 +38,7 @@ def corners(profile):
     return sharp + [True]
 
 
-def smooth(profile):
+def smooth(profile, cuts=CUTS):
     """The profile through the same points, rounded between its corners (Catmull and Rom 1974)."""
     sharp, points = corners(profile), [profile[0]]
     for i, (b, c) in enumerate(zip(profile, profile[1:])):
@@ -43,8 +47,8 @@ def smooth(profile):
             continue
         a = b if sharp[i] else profile[i - 1]
         d = c if sharp[i + 1] else profile[i + 2]
-        for cut in range(1, CUTS + 1):
-            t = cut / CUTS
+        for cut in range(1, cuts + 1):
+            t = cut / cuts
             weights = (-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, -t**2 + t**3)
             points.append(tuple(sum(w * p[k] for w, p in zip(weights, (a, b, c, d))) / 2 for k in (0, 1)))
     return points
@@ -122,7 +126,7 @@ def main(path):
     document = {
         "asset": {"version": "2.0", "generator": "gobo, tools/wine_glass.py"},
         "extensionsUsed": ["KHR_materials_transmission", "KHR_materials_volume"],
-        "materials": [body("glass", [0.8, 0.88, 0.86], 0.012, 0.05), body("wine", [0.62, 0.03, 0.06], 0.03, 0.1)],
+        "materials": [body("glass", *GLASS_BODY, 0.05), body("wine", *WINE_BODY, 0.1)],
         "meshes": meshes,
         "nodes": [{"name": "glass", "mesh": 0}, {"name": "wine", "mesh": 1}],
         "scenes": [{"nodes": [0, 1]}],

@@ -3,6 +3,9 @@
 use super::failure::Failure;
 use gobo::{
     gpu::Backend,
+    model::View,
+    records::{FormerSlots, MaskSlots, air_columns},
+    reference::mask::SeenSurface,
     scene::Scene,
     view::{atlas::AtlasLimits, fitted_views},
 };
@@ -46,38 +49,68 @@ impl Needs {
 
     /// Estimate [bytes].
     fn bytes(&self, scene: &Scene) -> u64 {
-        let nodes = u64::from(scene.shadow.curve_nodes());
         let mut bytes = self.of_points(scene);
         if self.maps || self.backend_is_cpu {
-            // F, D and Z of a texel, its channels and nodes.
-            let texel = 20 + 12 * u64::from(scene.shadow.colored) + 8 * nodes;
-            let (views, _) = fitted_views(scene, &AtlasLimits::CORE);
-            let texels = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y));
-            let (all, most) =
-                texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));
-            bytes = bytes.saturating_add(all * texel);
-            if self.backend_is_cpu {
-                // What the twin keeps of a texel of the view that it renders.
-                bytes = bytes.saturating_add(most * (64 + 24 * nodes));
-            }
+            bytes = bytes.saturating_add(self.of_maps(scene));
         }
-        // Records of casters as they are uploaded, or, of the twin, with footprints, keys, rectangles and
-        // setups as well.
-        let [particle, triangle] = if self.backend_is_cpu { [128, 384] } else { [32, 128] };
+        // Records of casters as they are uploaded, or, of the twin, with copies, footprints, keys,
+        // rectangles and setups of the picture as well.
+        let [particle, triangle] = if self.backend_is_cpu { [256, 640] } else { [32, 128] };
         let casters =
             particle * scene.particles.len() as u64 + triangle * scene.triangles.len() as u64;
         bytes = bytes.saturating_add(casters);
-        let texels = |t: &gobo::model::Texture| u64::from(t.width) * u64::from(t.height);
-        if self.backend_is_cpu {
-            // The twin's picture keeps the images of solid and of blended casters, each with a copy of the scene.
-            let texel = if self.picture { 2 * (16 + 4) } else { 16 };
-            bytes = bytes.saturating_add(texel * scene.textures.iter().map(texels).sum::<u64>());
-        }
         if self.picture {
-            // Light and shown light of the mean, one sample, and the twin's layers.
-            let pixel = if self.backend_is_cpu { 192 } else { 80 };
-            let pixels = u64::from(scene.camera.size.x) * u64::from(scene.camera.size.y);
-            bytes = bytes.saturating_add(pixel * pixels);
+            bytes = bytes.saturating_add(self.of_picture(scene));
+        }
+        bytes
+    }
+
+    fn of_maps(&self, scene: &Scene) -> u64 {
+        let shadow = &scene.shadow;
+        let nodes = u64::from(shadow.curve_nodes());
+        // F, D and Z of a texel, its channels and nodes.
+        let texel = 20 + 12 * u64::from(shadow.colored) + 8 * nodes;
+        let (views, _) = fitted_views(scene, &AtlasLimits::CORE);
+        let texels = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y));
+        let (all, most) =
+            texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));
+        let mut bytes = all.saturating_mul(texel);
+        if self.backend_is_cpu {
+            // What the twin keeps of a texel of the view that it renders, softens or blurs.
+            let filters = shadow.soften || shadow.blur > 0;
+            let own = 64 + 24 * nodes + u64::from(filters) * (128 + 8 * nodes);
+            bytes = bytes.saturating_add(most * own);
+            if scene.lights.iter().any(|light| light.source.is_some()) {
+                // Levels: four nodes to a block of four texels, of nine, and so on.
+                bytes = bytes.saturating_add(all * 24);
+            }
+        }
+        if self.maps {
+            // Arrays and previews of the view that is written.
+            bytes = bytes.saturating_add(most * (24 + 20 * nodes));
+        }
+        bytes
+    }
+
+    /// Light and shown light of the mean, one sample, and the twin's layers, masks and air.
+    fn of_picture(&self, scene: &Scene) -> u64 {
+        let size = scene.camera.size;
+        let pixels = u64::from(size.x) * u64::from(size.y);
+        if !self.backend_is_cpu {
+            return 80 * pixels;
+        }
+        let mut bytes = 192 * pixels;
+        if let Some(settings) = &scene.mask {
+            let camera = View::from_camera(&scene.camera, &scene.bounds());
+            let masks = MaskSlots::new(scene, settings, &camera, &FormerSlots::new()).count;
+            // Surfaces by tile and by row, with their pixels, and values of a mask before and behind a blur.
+            let surface = 3 * size_of::<SeenSurface>() as u64;
+            bytes = bytes.saturating_add((surface + 16 * (u64::from(masks) + 4)) * pixels);
+        }
+        if let Some(air) = &scene.air {
+            let columns = air_columns(size);
+            let slices = u64::from(columns.x) * u64::from(columns.y) * u64::from(air.steps);
+            bytes = bytes.saturating_add(16 * slices);
         }
         bytes
     }

@@ -31,6 +31,7 @@ pub(crate) use arguments::Arguments;
 use arguments::Command;
 use failure::Failure;
 pub(crate) use files::Quiet;
+pub(crate) use stop::give_aborts_a_status;
 
 pub(crate) fn run(command: Command) -> Result<(), Failure> {
     match command {

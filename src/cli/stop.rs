@@ -1,4 +1,4 @@
-//! Stopping by signals: a job ends after the present frame.
+//! Stopping by signals: a job ends after the present frame, an abort with a status.
 use super::failure::Failure;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,3 +19,17 @@ pub(super) fn listen() -> Result<(), Failure> {
 pub(super) fn is_stopped() -> bool {
     STOPPED.load(Ordering::Relaxed)
 }
+
+/// Gives an abort the status of other failures. An allocation that fails aborts the program after a message:
+/// commands ask for memory first, but not for what libraries and drivers allocate.
+#[cfg(unix)]
+pub(crate) fn give_aborts_a_status() {
+    use signal_hook::{consts::SIGABRT, flag::register_conditional_shutdown};
+    let always = std::sync::Arc::new(AtomicBool::new(true));
+    if let Err(error) = register_conditional_shutdown(SIGABRT, 1, always) {
+        tracing::debug!("aborts keep their status: {error}");
+    }
+}
+
+#[cfg(not(unix))]
+pub(crate) fn give_aborts_a_status() {}

@@ -31,3 +31,4 @@ pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use timing::{Profiler, Timeline};
+pub(crate) use transfer::filled;

@@ -2,7 +2,30 @@
 //! CLI, never for a frame.
 use super::Gpu;
 use crate::error::Error;
-use wgpu::util::DeviceExt as _;
+
+/// A buffer with contents. A device without memory for it reports that as it does for every other buffer;
+/// `wgpu::util` would panic.
+pub(crate) fn filled<T: bytemuck::NoUninit>(
+    device: &wgpu::Device,
+    label: &str,
+    data: &[T],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    let bytes: &[u8] = bytemuck::cast_slice(data);
+    let size = (bytes.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size.max(wgpu::COPY_BUFFER_ALIGNMENT),
+        usage,
+        mapped_at_creation: true,
+    });
+    if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
+        mapped.slice(..bytes.len()).copy_from_slice(bytes);
+        drop(mapped);
+        buffer.unmap();
+    }
+    buffer
+}
 
 impl Gpu {
     pub fn upload<T: bytemuck::NoUninit>(
@@ -11,11 +34,7 @@ impl Gpu {
         data: &[T],
         usage: wgpu::BufferUsages,
     ) -> wgpu::Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents: bytemuck::cast_slice(data),
-            usage,
-        })
+        filled(&self.device, label, data, usage)
     }
 
     /// An array of `len` elements (at least one: WebGPU has no empty bindings).

@@ -20,7 +20,7 @@ pub struct Records<'a> {
     pub materials: &'a [Material],
     /// Absorption coefficient of each material [1/m].
     pub absorptions: &'a [Vec3],
-    pub images: &'a [Image],
+    pub images: &'a [Image<'a>],
 }
 
 /// Hit of a ray: light `L` from the light's side becomes `L * light + added`.

@@ -22,7 +22,8 @@ use super::{
 };
 use crate::{
     model::{
-        Class, Counters, Material, Receives, Scene, Transfer, View, absorptions, dither::window,
+        Casters, Class, Counters, Material, Receives, Scene, ShadowSettings, Transfer, View,
+        absorptions, dither::window,
     },
     records::{
         CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView, INVISIBLE,
@@ -40,7 +41,7 @@ pub(super) struct SceneRecords<'a> {
     gpu_materials: Vec<GpuMaterial>,
     /// Absorption coefficient of each material [1/m].
     pub absorptions: Vec<Vec3>,
-    pub images: Vec<Image>,
+    pub images: Vec<Image<'a>>,
     pub casters: Vec<Caster>,
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
@@ -64,7 +65,7 @@ pub(super) struct ViewCasters {
 
 /// Maps of all views, and their counters. Each view is a batch of its own.
 pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
-    let records = SceneRecords::new(scene);
+    let records = SceneRecords::new(scene.casters(), &scene.shadow);
     let mut counters = Counters {
         casters: (scene.particles.len() + scene.triangles.len()) as u64,
         views_rendered: views.len() as u64,
@@ -76,8 +77,8 @@ pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
 }
 
 impl<'a> SceneRecords<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Self {
-        let materials = &scene.materials[..];
+    pub(super) fn new(scene: Casters<'a>, shadow: &ShadowSettings) -> Self {
+        let materials = scene.materials;
         let uses = |transfer: Transfer| {
             let used = |material: u32| {
                 let material = &materials[material as usize];
@@ -95,8 +96,8 @@ impl<'a> SceneRecords<'a> {
         });
         Self {
             materials,
-            absorptions: absorptions(materials, &scene.triangles),
-            gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, &scene.textures)).collect(),
+            absorptions: absorptions(materials, scene.triangles),
+            gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, scene.textures)).collect(),
             images: scene.textures.iter().map(Image::new).collect(),
             casters: scene.particles.iter().map(caster).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
@@ -106,18 +107,18 @@ impl<'a> SceneRecords<'a> {
                 owners: materials.iter().any(|m| m.visible && m.receives == Receives::Others),
                 volumes: has_volumes,
             },
-            curve_modes: (scene.shadow.curve_nodes() > 0).then(|| CurveModes {
-                nodes: scene.shadow.curve_nodes(),
+            curve_modes: (shadow.curve_nodes() > 0).then(|| CurveModes {
+                nodes: shadow.curve_nodes(),
                 gain: uses(Transfer::Gain),
-                slabs: only_discs(scene),
+                slabs: only_discs(&scene),
                 over: uses(Transfer::Over),
                 volumes: has_volumes,
                 segment: CURVE_SEGMENT as usize,
             }),
-            pair_budget: scene.shadow.pair_budget,
-            soften_window: if scene.shadow.soften { window(materials) } else { 0 },
-            blur: scene.shadow.blur,
-            colored: scene.shadow.colored && uses(Transfer::Dither),
+            pair_budget: shadow.pair_budget,
+            soften_window: if shadow.soften { window(materials) } else { 0 },
+            blur: shadow.blur,
+            colored: shadow.colored && uses(Transfer::Dither),
         }
     }
 
@@ -259,29 +260,32 @@ impl<'a> SceneRecords<'a> {
             };
             casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
         });
-        let mut projected: Vec<Projected> = chunks.into_iter().flatten().collect();
-        if !params.include_non_casters {
-            let casts =
-                |i: usize| Class::of(&self.materials[self.casters[i].material() as usize]).casts();
-            for i in (0..projected.len()).filter(|&i| !casts(i)) {
-                projected[i] = Projected::INVISIBLE;
-            }
-        }
+        let count = self.casters.len() + self.triangles.len();
+        let mut all = ViewCasters {
+            footprints: Vec::with_capacity(count),
+            keys: Vec::with_capacity(count),
+            rects: Vec::with_capacity(count),
+            setups: Vec::new(),
+        };
         let mut setups = Vec::with_capacity(self.triangles.len());
+        let mut push = |of: Projected, material: u32| {
+            let casts = || Class::of(&self.materials[material as usize]).casts();
+            let is_listed = params.include_non_casters || casts();
+            let Projected { footprint, key, rect } =
+                if is_listed { of } else { Projected::INVISIBLE };
+            all.footprints.push(footprint);
+            all.keys.push(key);
+            all.rects.push(rect);
+        };
+        for (caster, of) in self.casters.iter().zip(chunks.into_iter().flatten()) {
+            push(of, caster.material());
+        }
         for (i, triangle) in self.triangles.iter().enumerate() {
-            let (of_triangle, setup) =
-                project_triangle(view, 0, triangle, i as u32, i as u32, params);
-            let material = &self.materials[triangle.material as usize];
-            let is_listed = params.include_non_casters || Class::of(material).casts();
-            projected.push(if is_listed { of_triangle } else { Projected::INVISIBLE });
+            let (of, setup) = project_triangle(view, 0, triangle, i as u32, i as u32, params);
+            push(of, triangle.material);
             setups.push(setup);
         }
-        ViewCasters {
-            footprints: projected.iter().map(|p| p.footprint).collect(),
-            keys: projected.iter().map(|p| p.key).collect(),
-            rects: projected.iter().map(|p| p.rect).collect(),
-            setups,
-        }
+        ViewCasters { setups, ..all }
     }
 
     fn store(
@@ -342,7 +346,7 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
 }
 
 /// Whether all filtering casters are those of [`CurveModes::slabs`].
-fn only_discs(scene: &Scene) -> bool {
+fn only_discs(scene: &Casters<'_>) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
     !scene.particles.iter().any(|p| filters(p.material) && !material(p.material).is_plain_disc())

@@ -2,13 +2,15 @@
 use crate::model::Texture;
 use glam::{Vec2, Vec4};
 
-/// A texture decoded to linear rgba.
+/// A texture that is decoded to linear rgba where it is sampled.
 #[derive(Clone, Debug)]
-pub struct Image {
+pub struct Image<'a> {
     /// Width [texels].
     width: i32,
     height: i32,
-    texels: Vec<Vec4>,
+    texels: &'a [[u8; 4]],
+    /// Linear values of the bytes of rgb.
+    decoded: [f32; 256],
 }
 
 /// Linear value of an sRGB byte (IEC 61966-2-1).
@@ -17,17 +19,13 @@ fn linear_from_srgb(value: u8) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-impl Image {
-    pub fn new(texture: &Texture) -> Self {
-        let decoded: [f32; 256] = std::array::from_fn(|v| linear_from_srgb(v as u8));
-        let texels = texture.rgba.as_chunks::<4>().0.iter().map(|&[r, g, b, a]| {
-            let [r, g, b] = [r, g, b].map(|channel| decoded[usize::from(channel)]);
-            Vec4::new(r, g, b, f32::from(a) / 255.0)
-        });
+impl<'a> Image<'a> {
+    pub fn new(texture: &'a Texture) -> Self {
         Self {
             width: texture.width as i32,
             height: texture.height as i32,
-            texels: texels.collect(),
+            texels: texture.rgba.as_chunks().0,
+            decoded: std::array::from_fn(|v| linear_from_srgb(v as u8)),
         }
     }
 
@@ -40,7 +38,9 @@ impl Image {
         let (x, y) = (low.x as i32, low.y as i32);
         let texel = |x: i32, y: i32| {
             let (x, y) = (x.rem_euclid(self.width), y.rem_euclid(self.height));
-            self.texels[(y * self.width + x) as usize]
+            let [r, g, b, a] = self.texels[(y * self.width + x) as usize];
+            let [r, g, b] = [r, g, b].map(|channel| self.decoded[usize::from(channel)]);
+            Vec4::new(r, g, b, f32::from(a) / 255.0)
         };
         let top = texel(x, y).lerp(texel(x + 1, y), part.x);
         let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), part.x);

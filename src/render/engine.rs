@@ -1,5 +1,5 @@
 //! Rendering of scenes on a device.
-use super::{Frame, RenderOptions, read_maps::read_maps};
+use super::{Frame, RenderOptions, place_order::place_order, read_maps::read_maps};
 use crate::{
     error::Error,
     gpu::{Gpu, KernelJob, Memory, Timeline, while_made},
@@ -180,10 +180,12 @@ impl GpuEngine {
         let chosen: Vec<_> = (0..scene.lights.len()).collect();
         let answers = limits.max_storage_buffer_binding_size as usize / size_of::<[f32; 3]>();
         let at_a_time = (answers / chosen.len().max(1)).clamp(1, MOST);
-        let mut shares = Vec::with_capacity(points.len() * chosen.len());
-        for some in points.chunks(at_a_time) {
+        let order = place_order(points.iter().map(|point| point.position));
+        let mut shares = vec![[0.0; 3]; points.len() * chosen.len()];
+        for some in order.chunks(at_a_time) {
             let upload = |of: fn(&ReceiverPoint) -> Vec3| {
-                let vectors: Vec<[f32; 3]> = some.iter().map(|point| of(point).into()).collect();
+                let vectors = some.iter().map(|&i| of(&points[i as usize]).into());
+                let vectors: Vec<[f32; 3]> = vectors.collect();
                 self.gpu.upload("points", &vectors, wgpu::BufferUsages::STORAGE)
             };
             let (positions, normals) =
@@ -195,7 +197,10 @@ impl GpuEngine {
             lit.record(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
             let read: Vec<[f32; 3]> = self.gpu.try_read(lit.shares())?;
-            shares.extend_from_slice(&read[..some.len() * chosen.len()]);
+            for (&i, own) in some.iter().zip(read.chunks_exact(chosen.len().max(1))) {
+                let first = i as usize * chosen.len();
+                shares[first..first + chosen.len()].copy_from_slice(own);
+            }
         }
         Ok(shares)
     }

@@ -1,5 +1,6 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
 mod engine;
+mod place_order;
 mod read_maps;
 
 #[cfg(feature = "device")]

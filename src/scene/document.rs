@@ -281,6 +281,7 @@ pub(super) struct MeshTable {
     /// Name for keys.
     pub name: Option<String>,
     pub file: PathBuf,
+    pub casts: Option<bool>,
     #[serde(default, deserialize_with = "exactly")]
     pub translation: Option<[f32; 3]>,
     /// Euler xyz [degrees].

@@ -128,13 +128,17 @@ impl<'a> Loader<'a> {
             self.shape(table)?;
         }
         for table in &document.mesh {
-            let MeshTable { name, file, translation, rotation, scale } = table.get_ref();
+            let MeshTable { name, file, casts, translation, rotation, scale } = table.get_ref();
             let placement = self.placement(&table.span(), *translation, *rotation, *scale)?;
             let path = self.folder.join(file);
             let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("mesh."));
+            let first_material = self.scene.materials.len();
             let moving = self
                 .model(&path, placement, is_keyed)
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
+            for material in &mut self.scene.materials[first_material..] {
+                material.casts &= casts.unwrap_or(true);
+            }
             self.place("mesh", &table.span(), name.as_ref(), moving)?;
         }
         Ok(())

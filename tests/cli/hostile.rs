@@ -278,3 +278,45 @@ fn maps_that_the_host_has_no_memory_for_are_refused() {
     assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
     assert!(!folder.0.join("o/frame_0000.png").exists());
 }
+
+/// What the twin keeps of a pixel of shadow masks is many times a pixel of the picture.
+#[cfg(target_os = "linux")]
+#[test]
+fn masks_that_the_twin_has_no_memory_for_are_refused() {
+    let folder = Folder::new("large-masks");
+    let set = ["--set", "camera.size=[4096,4096]", "--set", "mask.limit=1"];
+    let all = [&["render", "scene.toml", "-o", "o", "--backend", "cpu"][..], &set].concat();
+    let (status, told) = with_memory(&folder, 5_000_000, &all);
+    assert_eq!(status, Some(1), "{told}");
+    assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
+}
+
+/// The twin reads images as they are in the scene, and makes no copies.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_twin_renders_large_images_in_little_memory() {
+    let folder = Folder::new("large-images");
+    let mut scene = "[shadow]\nsize = 16\n".to_owned();
+    for i in 0..2 {
+        let image = image::RgbImage::from_pixel(4096, 4096, image::Rgb([200, 90 * i, 40]));
+        image.save(folder.0.join(format!("{i}.png"))).unwrap();
+        scene += &format!("[[material]]\nname = \"{i}\"\ntexture = \"{i}.png\"\n");
+        scene += &format!("[[shape]]\nkind = \"pane\"\nmaterial = \"{i}\"\n");
+    }
+    fs::write(folder.0.join("images.toml"), scene).unwrap();
+    let all = [&["render", "images.toml", "-o", "o"][..], &QUICK].concat();
+    let (status, told) = with_memory(&folder, 800_000, &all);
+    assert_eq!(status, Some(0), "{told}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn emitters_that_the_host_has_no_memory_for_are_refused() {
+    let folder = Folder::new("large-emitters");
+    let emitter = "[[emitter]]\nmaterial = \"m\"\nrate = 90000\nlifetime = [3, 5]\nstart = -5\n";
+    let scene = "[[material]]\nname = \"m\"\n".to_owned() + &emitter.repeat(30);
+    fs::write(folder.0.join("many.toml"), scene).unwrap();
+    let (status, told) = with_memory(&folder, 1_000_000, &["check", "many.toml"]);
+    assert_eq!(status, Some(1), "{told}");
+    assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
+}

@@ -150,6 +150,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("VIEW_TEXELS", VIEW_TEXELS),
     ];
     let real = [
+        ("AROUND", soft::AROUND),
         ("BLACK", BLACK),
         ("DARKEST_LOG", curve::DARKEST_LOG),
         ("DEPTHS", curve::DEPTHS),
@@ -160,6 +161,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("FARTHEST_PLACE", FARTHEST_PLACE),
         ("FIXED_ONE", accumulate::FIXED_ONE),
         ("LEAST", soft::LEAST),
+        ("LEAST_OPEN", soft::LEAST_OPEN),
         ("LEAST_REST", curve::LEAST_REST),
         ("LEVELS", curve::LEVELS),
         ("LONGEST", spot::LONGEST),

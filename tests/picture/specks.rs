@@ -5,7 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
-    model::{Light, LightKind, Material, Receiver, Transfer, Triangle},
+    model::{Light, LightKind, Material, Receiver, Source, Transfer, Triangle},
     records::Picture,
     reference,
     scene::Scene,
@@ -126,12 +126,16 @@ fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
 /// front of it.
 #[test]
 fn a_pane_tints_the_floor_from_where_it_stands() {
-    for receiver in [Receiver::Nearest, Receiver::Curve] {
+    let sun = Some(Source::Sun { angle: 1e-3 });
+    let cases =
+        [Receiver::Nearest, Receiver::Curve].map(|receiver| [(receiver, None), (receiver, sun)]);
+    for (receiver, source) in cases.into_iter().flatten() {
         let mut scene = floor(512, 0.005);
         scene.shadow.receiver = receiver;
+        scene.lights[0].source = source;
         quad(&mut scene, Vec3::Y * 0.25, Vec3::Z * 0.5, Vec3::Y * 0.25, 1);
-        assert_eq!(green_pixels(&mut scene, 0.02, 0.02), [0; 3], "{receiver:?}");
-        assert_eq!(green_pixels(&mut scene, -0.02, 0.98), [32 * 32; 3], "{receiver:?}");
+        assert_eq!(green_pixels(&mut scene, 0.02, 0.02), [0; 3], "{receiver:?} {source:?}");
+        assert_eq!(green_pixels(&mut scene, -0.02, 0.98), [32 * 32; 3], "{receiver:?} {source:?}");
     }
 }
 

@@ -1,10 +1,10 @@
 //! glTF models, written by the tests themselves.
 use super::particles::Random;
-use crate::common::files::TempFile;
+use crate::common::files::{Folder, TempFile};
 use gobo::{
     glam::{Mat4, Quat, Vec2, Vec3, Vec4},
     model::{LightKind, Material, Transfer},
-    scene::{Model, SceneError, load_model},
+    scene::{self, Model, SceneError, load_model},
 };
 
 /// A quad's worth of positions, uvs, strip indices and a 2 x 1 image, then the rest of the document.
@@ -215,6 +215,18 @@ fn bodies_grow_with_their_node() {
     let model = load_model(&file.0, Mat4::from_scale(Vec3::splat(2.0))).unwrap();
     let tint = material(&model, "body (open)").tint;
     assert!((tint.x - 0.25).abs() < 1e-6, "{tint}");
+}
+
+#[test]
+fn a_mesh_may_be_seen_without_casting() {
+    let folder = Folder::new();
+    folder.write("model.glb", glb_of(&document("")));
+    let mesh = "[[mesh]]\nfile = 'model.glb'\n";
+    let path = folder.write("scene.toml", format!("{mesh}{mesh}casts = false\n"));
+    let scene = scene::load(&path).unwrap();
+    let (first, second) = scene.materials.split_at(scene.materials.len() / 2);
+    assert!(!first.is_empty() && first.iter().all(|material| material.casts));
+    assert!(second.iter().all(|material| material.visible && !material.casts));
 }
 
 #[test]

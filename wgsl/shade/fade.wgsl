@@ -9,18 +9,29 @@ import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node
 import package::features::NODES;
 import package::records::view::GpuView;
 
+// A fade: the share falls from 1 at `low` to 0 at `high`.
+struct Fade {
+    low: f32,
+    high: f32,
+    slope: f32,
+}
+
+fn fade_between(depths: vec2<f32>) -> Fade {
+    return Fade(depths.x, depths.y, 1.0 / max(depths.y - depths.x, 1e-3));
+}
+
 // Share of the ramp from `start` on, of an inverse length, that counts as before a fade, from the light on;
 // of the part up to `stop`.
-fn share_before(fade: vec2<f32>, start: f32, stop: f32, inverse: f32) -> f32 {
-    let inside = clamp(vec2(start, stop), fade.xx, fade.yy);
-    let weights = (fade.y - inside) * (1.0 / max(fade.y - fade.x, 1e-3));
-    let whole = max(min(stop, fade.x) - start, 0.0);
+fn share_before(fade: Fade, start: f32, stop: f32, inverse: f32) -> f32 {
+    let inside = clamp(vec2(start, stop), vec2(fade.low), vec2(fade.high));
+    let weights = (fade.high - inside) * fade.slope;
+    let whole = max(min(stop, fade.low) - start, 0.0);
     return saturate((whole + (inside.y - inside.x) * 0.5 * (weights.x + weights.y)) * inverse);
 }
 
 // Share of a surface that counts as before a fade. Depth 1 is none.
-fn surface_before(fade: vec2<f32>, depth: vec3<f32>) -> vec3<f32> {
-    let share = saturate((fade.y - depth * DEPTHS) * (1.0 / max(fade.y - fade.x, 1e-3)));
+fn surface_before(fade: Fade, depth: vec3<f32>) -> vec3<f32> {
+    let share = saturate((fade.high - depth * DEPTHS) * fade.slope);
     return select(share, vec3(0.0), depth >= vec3(1.0));
 }
 
@@ -28,7 +39,7 @@ fn surface_before(fade: vec2<f32>, depth: vec3<f32>) -> vec3<f32> {
 var<private> texel_left: vec3<f32>;
 var<private> texel_light: vec3<f32>;
 
-fn fade_node(node: vec2<u32>, fade: vec2<f32>) {
+fn fade_node(node: vec2<u32>, fade: Fade) {
     let start = node_start(node);
     let length = max(node_length(node), 1.0);
     let light = node_light(node);
@@ -38,7 +49,7 @@ fn fade_node(node: vec2<u32>, fade: vec2<f32>) {
 }
 
 // Light of a texel before a fade.
-fn light_before(view: GpuView, texel: vec2<f32>, fade: vec2<f32>) -> vec3<f32> {
+fn light_before(view: GpuView, texel: vec2<f32>, fade: Fade) -> vec3<f32> {
     let at = view.origin + vec2<u32>(clamp(texel, vec2(0.0), view.size - 1.0));
     let depths = textureLoad(opaques, at, view.layer, 0).rgb;
     texel_left = vec3(1.0);

@@ -104,20 +104,38 @@ fn fade_at(texels: f32) -> vec2<f32> {
     return vec2(depth_of_spot(texels * (1.0 + FADE)), depth_of_spot(texels * (1.0 - FADE)));
 }
 
-// Depth of the receiver along the ray through `texel`, the least within `around` texels.
-fn receiver_end(texel: vec2<f32>, around: f32) -> f32 {
-    let slack = (abs(plane_by_texel.x) + abs(plane_by_texel.y)) * around;
+// How much the receiver's plane varies within `around` texels, for `receiver_end`.
+fn slack_within(around: f32) -> f32 {
+    return (abs(plane_by_texel.x) + abs(plane_by_texel.y)) * around;
+}
+
+// Depth of the receiver along the ray through `texel`, less `slack`.
+fn receiver_end(texel: vec2<f32>, slack: f32) -> f32 {
     let linear = plane_middle + dot(plane_by_texel, texel - spot_view.size * 0.5);
     let by_distance = 1.0 / max(linear + slack, 1e-7);
     let distance = select(linear - slack, by_distance, spot_view.perspective > 0.0);
     return min(fixed_of(distance), spot_depth) - spot_bias;
 }
 
+// Windows on blocks of one edge.
+struct Window {
+    width: vec2<f32>,   // of the widest, along its axes [blocks]
+    squares: vec2<f32>, // of widths, per square of a spot's radius [1/texels^2]
+    less: f32,          // of the squares
+}
+
+// `texels`: radius of the widest spot.
+fn window_of(texels: f32, per_edge: f32) -> Window {
+    let shape = spot_shape * per_edge;
+    var window = Window(vec2(0.0), 3.0 * shape * shape, 3.25 - 9.0 * per_edge * per_edge);
+    window.width = filter_width(window, texels);
+    return window;
+}
+
 // Window that filters a spot on blocks of an edge, along its axes [blocks]. Together with the overlap of the
 // blocks and a block's own width it is closest to a disc at a variance slightly above the disc's.
-fn filter_width(texels: f32, per_edge: f32) -> vec2<f32> {
-    let radius = spot_shape * (texels * per_edge);
-    return sqrt(max(3.0 * radius * radius - (3.25 - 9.0 * per_edge * per_edge), vec2(1.0)));
+fn filter_width(window: Window, texels: f32) -> vec2<f32> {
+    return sqrt(max(window.squares * (texels * texels) - window.less, vec2(1.0)));
 }
 
 // Share of a window of `width` blocks, at least one, that covers the block `off` its centre, along its axes,

@@ -14,7 +14,7 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::{Class, Material, Scene, View},
+    model::{Casters, Class, Material, Particle, Scene, Triangle, View},
     records::{
         AirParams, Footprint, FormerSlots, GpuView, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps,
     },
@@ -86,8 +86,8 @@ pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let world_from_view = camera.view_from_world.inverse();
     let eye = Eye { view, world_from_view, lighting: &lighting, air: None, masks: None };
-    let solid_scene = of_classes(scene, Class::SOLID);
-    eye.picture_masks(scene, &camera, &Seen::new(&solid_scene, &view))
+    let solid = OfClasses::new(scene, Class::SOLID);
+    eye.picture_masks(scene, &camera, &solid.seen(scene, &view))
 }
 
 /// Linear light of one sample per pixel, row by row.
@@ -100,10 +100,8 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
         .map(|air| AirParams::new(air, scene.ambient))
         .map(|air| AirVolume::new(&view, &world_from_view, lighting, &air));
     let mut eye = Eye { view, world_from_view, lighting, air, masks: None };
-    let solid_scene = of_classes(scene, Class::SOLID);
-    let blended_scene = of_classes(scene, Class::BLENDED);
-    let solid = Seen::new(&solid_scene, &view);
-    let blended = Seen::new(&blended_scene, &view);
+    let [solid, blended] = [Class::SOLID, Class::BLENDED].map(|of| OfClasses::new(scene, of));
+    let [solid, blended] = [&solid, &blended].map(|casters| casters.seen(scene, &view));
     let lit: Vec<Vec3> = each(blended.casters.footprints.len(), |i| eye.light_caster(&blended, i));
     let tile_count = (view.tiles_x * camera.tiles().y) as usize;
     let size = scene.camera.size;
@@ -123,15 +121,31 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     light
 }
 
-/// A scene with the casters of `classes` only, in that order.
-fn of_classes(scene: &Scene, classes: RangeInclusive<Class>) -> Scene {
-    let class = |material: u32| Class::of(&scene.materials[material as usize]);
-    let mut part = scene.clone();
-    part.particles.retain(|p| classes.contains(&class(p.material)));
-    part.particles.sort_by_key(|p| class(p.material));
-    part.triangles.retain(|t| classes.contains(&class(t.material)));
-    part.triangles.sort_by_key(|t| class(t.material));
-    part
+/// Casters of some classes, in the order of the classes.
+struct OfClasses {
+    particles: Vec<Particle>,
+    triangles: Vec<Triangle>,
+}
+
+impl OfClasses {
+    fn new(scene: &Scene, classes: RangeInclusive<Class>) -> Self {
+        let class = |material: u32| Class::of(&scene.materials[material as usize]);
+        let is = |material: u32| classes.contains(&class(material));
+        let mut particles = scene.particles.clone();
+        particles.retain(|p| is(p.material));
+        particles.shrink_to_fit();
+        particles.sort_by_key(|p| class(p.material));
+        let mut triangles = scene.triangles.clone();
+        triangles.retain(|t| is(t.material));
+        triangles.shrink_to_fit();
+        triangles.sort_by_key(|t| class(t.material));
+        Self { particles, triangles }
+    }
+
+    fn seen<'a>(&'a self, scene: &'a Scene, view: &GpuView) -> Seen<'a> {
+        let Self { particles, triangles } = self;
+        Seen::new(Casters { particles, triangles, ..scene.casters() }, &scene.shadow, view)
+    }
 }
 
 /// The camera and the lighting of its scene.
@@ -154,7 +168,7 @@ impl Eye<'_> {
         let size = camera.size;
         let none = SeenSurface { depth: 1.0, point: None };
         let mut seen = vec![none; size.element_product() as usize];
-        for (index, points) in points.iter().enumerate() {
+        for (index, points) in points.into_iter().enumerate() {
             for (place, pixel) in Tile::new(&self.view, index as u32).texels() {
                 let at = pixel.as_uvec2();
                 seen[(at.y * size.x + at.x) as usize] = points[place];

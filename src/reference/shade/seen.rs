@@ -1,6 +1,6 @@
 //! Casters visible to the camera, and the surfaces of their triangles at a hit.
 use crate::{
-    model::{Material, Scene, TILE_SIZE},
+    model::{Casters, Material, ShadowSettings, TILE_SIZE},
     records::{Footprint, GpuView, TRIANGLE_BIT, TriangleRecord, TriangleSetup, from_octahedral},
     reference::{
         bin::{Bins, bin},
@@ -21,8 +21,8 @@ pub(super) struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    pub(super) fn new(scene: &'a Scene, view: &GpuView) -> Self {
-        let records = SceneRecords::new(scene);
+    pub(super) fn new(casters: Casters<'a>, shadow: &ShadowSettings, view: &GpuView) -> Self {
+        let records = SceneRecords::new(casters, shadow);
         let casters = records.project(
             view,
             ProjectParams { scatter: false, include_non_casters: true, by_distance: false },

@@ -43,31 +43,39 @@ fn nodes_before(block: &Block, end: f32) -> &[PackedNode] {
 }
 
 impl Spot<'_> {
-    /// First depth [fixed point] from `from` on at which blocks of a level around the point remove light.
+    /// First depth [fixed point] from `from` on at which blocks of a level around the point remove light, and
+    /// the least light that a block has there. `beyond`: how far behind the receiver's end a filter counts,
+    /// which may touch the receiver.
     pub(super) fn next_occluder(
         &self,
         level: &Level,
         edge: f32,
         from: f32,
         around: f32,
-    ) -> Option<f32> {
+        beyond: f32,
+    ) -> (Option<f32>, f32) {
         let corner = (self.center / edge - 0.5).floor().as_ivec2();
-        let mut next = f32::INFINITY;
+        let (mut next, mut least_open) = (f32::INFINITY, 1.0_f32);
         for i in 0..4 {
             let at = corner + IVec2::new(i % 2, i / 2);
             let end = self.end((at.as_vec2() + 0.5) * edge, around * edge);
-            let mut left = Vec3::ONE;
-            for &node in nodes_before(level.block(at), end) {
+            let (mut left, mut open) = (Vec3::ONE, Vec3::ONE);
+            for &node in nodes_before(level.block(at), end + beyond) {
                 let (start, length, light) = unpack(node, self.gain);
+                let last = if light.max_element() > 0.0 { end + beyond } else { end };
                 let takes = (left - light).abs().max_element() > NOTHING;
                 left = light;
+                if start > 0.0 && start + length < from {
+                    open = light;
+                }
                 let first = start.max(from);
-                if start > 0.0 && takes && start + length >= from && first < end {
+                if start > 0.0 && takes && start + length >= from && first < last {
                     next = next.min(first);
                 }
             }
+            least_open = least_open.min(open.max_element());
         }
-        (next < f32::INFINITY).then_some(next)
+        ((next < f32::INFINITY).then_some(next), least_open)
     }
 
     /// Evaluates the depths from the fade `since` to the fade `to` on a level; `spot` is the radius of their

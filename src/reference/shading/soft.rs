@@ -16,11 +16,18 @@ use super::{
     receive::{Plane, Surface},
     spot::{FADE, SHARP, Spot, WIDEST},
 };
-use crate::records::{GpuLight, level_count};
+use crate::{
+    records::{GpuLight, level_count},
+    reference::{curve::DEPTHS, resolve::BLACK},
+};
 use glam::Vec3;
 
 /// Weight of a level's result per light before the level, up to a weight of 1.
 pub const EVIDENCE: f32 = 300.0;
+/// Least light that a search for occluders relies on.
+pub const LEAST_OPEN: f32 = 0.25;
+/// Distance of texels' centres from the middle of a block of the first level [blocks].
+pub const AROUND: f32 = 0.25;
 /// Least light to divide by.
 pub const LEAST: f32 = 1e-4;
 
@@ -64,21 +71,39 @@ impl Lighting<'_> {
         let mut around = Vec3::ONE;
         // Fade of the level before.
         let (mut since, mut number) = ([-1.0; 2], last);
-        // Next occluder in the window of the level before: each is followed, or it would let light through.
+        // Next occluder in the window of the level before.
         let mut rest = None;
         while number > 0 {
-            let above = (number + 2).min(last);
-            let (map, edge) = level(above);
-            let Some(next) = rest.or_else(|| spot.next_occluder(map, edge, since[0], 0.0)) else {
+            // It is followed where it fades into the next level or into the map. Else ever finer levels are
+            // asked: coarse blocks mix what is before the receiver with what is behind it. Where no light is
+            // left, they know nothing, and the wider window is believed.
+            let level_at = |depth: f32, most: u32| level_of(spot.radius_at(depth)).min(most);
+            let mut cue = rest.take();
+            let first = cue.map_or(number, |depth| level_at(depth, number));
+            if cue.is_some() && (first == number || first == 0) {
+                (rest, number) = (cue, first);
+            } else {
+                let mut above = (first + 1).min(last);
+                loop {
+                    let (map, edge) = level(above);
+                    let (next, open) = spot.next_occluder(map, edge, since[0], 0.0, 0.0);
+                    let is_dark = cue.is_some() && open < LEAST_OPEN;
+                    let is_found = is_dark || next.is_some();
+                    cue = if is_dark { cue } else { next.or(cue) };
+                    number = match cue {
+                        None => 0,
+                        Some(depth) if is_found => level_at(depth, number),
+                        Some(_) => above - 2,
+                    };
+                    if is_dark || number == 0 || (is_found && number + 1 >= above) {
+                        break;
+                    }
+                    above = number + 1;
+                }
+            }
+            let Some(radius) = cue.filter(|_| number > 0).map(|depth| spot.radius_at(depth)) else {
                 break;
             };
-            let radius = spot.radius_at(next);
-            let found = level_of(radius).min(number);
-            if found == 0 || (rest.is_none() && found + 2 < above) {
-                number = found;
-                continue;
-            }
-            number = found;
             let (map, edge) = level(number);
             let to = spot.fade_at(if number == 1 { SHARP } else { WIDEST * edge * 0.5 });
             let widest = WIDEST * (1.0 + FADE) * edge;
@@ -88,12 +113,15 @@ impl Lighting<'_> {
             let passed = left / window.before.max(Vec3::splat(LEAST));
             sum += light * (Vec3::ONE - known) * around;
             light *= known * passed.max(Vec3::ZERO);
+            if !gain {
+                light = Vec3::select(light.cmplt(Vec3::splat(BLACK)), Vec3::ZERO, light);
+            }
             // Also no light behind is known, if there was enough of it before.
             let known = known.max(evidence(window.behind * 10.0));
             around = around.lerp_by(window.end / window.behind.max(Vec3::splat(LEAST)), known);
             rest = window.next;
             since = to;
-            number -= 1;
+            number = if light == Vec3::ZERO { 0 } else { number - 1 };
         }
         // If levels were skipped, the rest of an occluder in the last one's fade has a spot far wider than the
         // map's texels: it counts as before.
@@ -101,21 +129,20 @@ impl Lighting<'_> {
             since = since.map(|depth| depth.max(spot.fade_at(SHARP)[0]));
         }
         let (map, edge) = level(1);
-        if rest.or_else(|| spot.next_occluder(map, edge, since[0], 0.5)).is_none() {
+        // The map's look-up decides which filters within the bias tint an opaque receiver.
+        let beyond = if receiver.solid { 2.0 * bias / range * DEPTHS } else { 0.0 };
+        let near = || spot.next_occluder(map, edge, since[0], AROUND, beyond).0.is_some();
+        if light == Vec3::ZERO || !(rest.is_some() || near()) {
             return sum + light;
         }
         // Occluders close to the receiver, from the map itself.
         let plane = Plane::new(view, surface);
-        // If no level was evaluated, all light is before the map's part.
-        let is_first = since[0] <= 0.0;
-        let (mut before, mut behind) = (Vec3::splat(f32::from(is_first)), Vec3::ZERO);
+        let (mut before, mut behind) = (Vec3::ZERO, Vec3::ZERO);
         for i in 0..9 {
             let (texel, weight) = sharp.tap(i);
             behind +=
                 weight * self.receive_texel(index, texel, sharp.z, plane, bias / range, receiver);
-            if !is_first {
-                before += weight * self.light_before(index, texel, since);
-            }
+            before += weight * self.light_before(index, texel, since);
         }
         let known = evidence(before);
         let passed = behind / before.max(Vec3::splat(LEAST));

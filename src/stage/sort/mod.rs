@@ -22,7 +22,7 @@ use super::formula::{
 };
 use crate::{
     error::Error,
-    gpu::{Kernel, KernelCache, KernelError, Resources, Tier},
+    gpu::{Kernel, KernelCache, KernelError, Resources, Tier, filled},
     model::MAX_PAIRS,
 };
 use bytemuck::{Pod, Zeroable};
@@ -238,7 +238,7 @@ impl Sort {
     ) -> Result<SortBindings, Error> {
         let own_count = |count: u32| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            upload(device, "counts", &[count], usage)
+            filled(device, "counts", &[count], usage)
         };
         let (counts, index, capacity) = match count {
             SortCount::Known(capacity) => (&own_count(capacity), 0, capacity),
@@ -274,7 +274,7 @@ impl Sort {
         let bind_digit = |at: usize, digit: Range<u32>| {
             let digit_count = 1 << digit.len();
             let pass = SortPass { shift: digit.start, digit_count, capacity, count_index: index };
-            let pass = upload(device, "sort_pass", &[pass], wgpu::BufferUsages::UNIFORM);
+            let pass = filled(device, "sort_pass", &[pass], wgpu::BufferUsages::UNIFORM);
             let [from, to] = if at.is_multiple_of(2) { pairs } else { [pairs[1], pairs[0]] };
             let resources = Resources::new()
                 .with("sort_pass", &pass)
@@ -381,18 +381,4 @@ pub fn digits(bits: Range<u32>, most: u32) -> impl ExactSizeIterator<Item = Rang
     let digit_count = DIGITS.count(&numbers);
     let edge = move |digit: u32| start + SHIFT.count(&numbers.with(Number::Digit, digit));
     (0..digit_count).map(move |digit| edge(digit)..edge(digit + 1))
-}
-
-fn upload<T: bytemuck::NoUninit>(
-    device: &wgpu::Device,
-    label: &str,
-    data: &[T],
-    usage: wgpu::BufferUsages,
-) -> wgpu::Buffer {
-    use wgpu::util::DeviceExt as _;
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents: bytemuck::cast_slice(data),
-        usage,
-    })
 }
