@@ -12,6 +12,7 @@ gobo=${GOBO:-target/release/gobo}
 folder=$(mktemp -d)
 pid=
 trap 'test -z "$pid" || kill "$pid" 2>/dev/null; rm -rf "$folder"' EXIT
+: >"$folder/frames" # the loops below may read it before the program has started
 "$gobo" render data/smoke.toml --frames "0..$frames" --set 'camera.size=[64,36]' \
 	--set shadow.size=64 --json -o "$folder/out" >"$folder/frames" &
 pid=$!

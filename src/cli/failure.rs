@@ -76,6 +76,9 @@ impl Failure {
             Self::Gpu(Error::Memory(_)) => {
                 Some("--set shadow.size=512 takes less memory, --backend cpu none of the GPU's")
             }
+            Self::Gpu(Error::Lost(_)) => {
+                Some("--set shadow.size=512 asks less of it, --backend cpu renders without a GPU")
+            }
             Self::Memory(_) => {
                 Some("--set shadow.size=512 takes less, as do fewer lights and pixels")
             }

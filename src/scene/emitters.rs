@@ -2,7 +2,7 @@
 use super::{
     Scene, SceneError,
     document_motion::{BoxTable, EmitterTable, FluidTable, Shades},
-    limits::Limit,
+    limits::{self, Limit},
     loader::Loader,
     particles::FARTHEST,
     tables::Table,
@@ -10,7 +10,7 @@ use super::{
 use crate::{
     model::{
         Motion, Particle,
-        emitter::{Flock, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
+        emitter::{EmittedParticle, Flock, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
         fluid::Fluid,
     },
     records::pcg,
@@ -150,10 +150,24 @@ impl Loader<'_> {
             self.next_id = self.next_id.wrapping_add(1 << 24);
             emitters.push(emitter);
         }
+        self.ask_for(have - first_particle)?;
         let emitters = Emitters { first_particle, emitters, flocks: Mutex::default() };
         emitters.apply(&mut self.scene, 0.0);
         self.scene.motions.push(Arc::new(emitters));
         Ok(())
+    }
+
+    /// Asks for the memory of the most particles that are alive at a time.
+    fn ask_for(&mut self, most: usize) -> Result<(), SceneError> {
+        let path = self.source.path();
+        limits::reserve(&mut self.scene.particles, most, "particles", path)?;
+        // Emitters keep theirs with a step each, twice while they fly.
+        let bytes = (2 * size_of::<(EmittedParticle, u32)>() * most) as u64;
+        if limits::has_memory(bytes) {
+            return Ok(());
+        }
+        let message = format!("no memory for {most} particles of emitters ({} MiB)", bytes >> 20);
+        Err(SceneError::memory(path, message))
     }
 
     fn emitter(&self, table: &Spanned<EmitterTable>) -> Result<Emitter, SceneError> {

@@ -308,3 +308,15 @@ fn the_twin_renders_large_images_in_little_memory() {
     let (status, told) = with_memory(&folder, 800_000, &all);
     assert_eq!(status, Some(0), "{told}");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn emitters_that_the_host_has_no_memory_for_are_refused() {
+    let folder = Folder::new("large-emitters");
+    let emitter = "[[emitter]]\nmaterial = \"m\"\nrate = 90000\nlifetime = [3, 5]\nstart = -5\n";
+    let scene = "[[material]]\nname = \"m\"\n".to_owned() + &emitter.repeat(30);
+    fs::write(folder.0.join("many.toml"), scene).unwrap();
+    let (status, told) = with_memory(&folder, 1_000_000, &["check", "many.toml"]);
+    assert_eq!(status, Some(1), "{told}");
+    assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
+}
