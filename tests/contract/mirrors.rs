@@ -195,6 +195,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
 
 /// Constants without a mirror in Rust.
 const KERNELS_OWN: &[&str] = &[
+    "ALL_LANES",
     "FULL",
     "GOLDEN_COSINE",
     "GOLDEN_SINE",

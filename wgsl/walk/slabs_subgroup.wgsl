@@ -142,7 +142,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
                 meets_triangle = has_lanes(run.lanes);
                 if !meets_triangle && !run.forced {
                     whole = move_on(stretch, stretch.count, block);
-                    run.lanes = ALL_LANES;
+                    run.lanes = select(ALL_LANES, vec2(0u), whole);
                 }
                 if whole | run.forced | meets_triangle {
                     break;
