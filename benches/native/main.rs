@@ -1,6 +1,6 @@
 //! Kernels against loops for the CPU that do the same work on the same data, measured in turns.
 //!
-//! `cargo bench -p gobo-benches --bench native`, or `cargo bench --bench native -- sort` for one of the two tables.
+//! `cargo bench -p gobo-benches --bench native`, or `cargo bench -p gobo-benches --bench native -- sort` for one of the two tables.
 //! No time is printed before the results agree.
 #[path = "../common/mod.rs"]
 mod common;
