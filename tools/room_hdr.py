@@ -27,9 +27,9 @@ def room():
     glow = np.exp(-((turn + 22) / 34) ** 2 - ((height + 6) / 22) ** 2)[..., None]
     light = light + glow * np.array([0.62, 0.27, 0.11])
     # a window of two by three panes, behind the viewer's left shoulder, and a narrow one at the right
-    for middle, width, bars, strength in ((-118, 13, 2, 7.0), (74, 4, 1, 4.0)):
+    for middle, width, bars, strength in ((-118, 10, 2, 8.0), (74, 3, 1, 5.0)):
         across = (turn - middle) / width
-        up = (height - 24) / 19
+        up = (height - 24) / 16
         panes = (np.abs(across) < 1) & (np.abs(up) < 1)
         panes &= np.abs((across + 1) * bars / 2 % 1 - 0.5) < 0.45
         panes &= np.abs((up + 1) * 1.5 % 1 - 0.5) < 0.46
