@@ -23,10 +23,7 @@ pub(super) fn image(picture: &Picture) -> Fallible<RgbImage> {
 
 /// All pictures, rows from the top, on black.
 pub(super) fn contact_sheet(plates: &[Plate]) -> RgbImage {
-    let thumbs = plates
-        .iter()
-        .map(|plate| thumb(&plate.image, THUMB))
-        .collect::<Vec<RgbImage>>();
+    let thumbs = plates.iter().map(|plate| thumb(&plate.image, THUMB)).collect::<Vec<RgbImage>>();
     let height = thumbs.iter().map(RgbImage::height).max().unwrap_or(1);
     let rows = (thumbs.len() as u32).div_ceil(COLUMNS);
     let mut sheet = RgbImage::new(COLUMNS * (THUMB + GAP) + GAP, rows * (height + GAP) + GAP);

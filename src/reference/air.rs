@@ -114,7 +114,7 @@ impl Ray {
     }
 }
 
-/// Part of the ray `origin + way t` with t within `ends` that is in the cone of a spot at the origin; empty
+/// Part of the ray `origin + way t` with t within `ends` that is in the cone of a spot at zero; empty
 /// where x > y.
 fn in_cone(light: &GpuLight, origin: Vec3, way: Vec3, ends: Vec2) -> Vec2 {
     // A point x is in it where dot(x, direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.

@@ -27,7 +27,7 @@ fn phase(cosine: f32, g: f32) -> f32 {
     return PER_FOUR_PI * (1.0 - g * g) / (spread * sqrt(spread));
 }
 
-// Part of the ray `origin + way t` with t within `ends` that is in the cone of a spot at the origin; empty
+// Part of the ray `origin + way t` with t within `ends` that is in the cone of a spot at zero; empty
 // where x > y.
 fn in_cone(light: GpuLight, origin: vec3<f32>, way: vec3<f32>, ends: vec2<f32>) -> vec2<f32> {
     // A point x is in it where dot(x, direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
