@@ -175,7 +175,7 @@ fn beams_are_as_bright_as_a_fine_march() {
         spot([-1.0, 0.5, -5.0], [0.3, -1.0, -0.4], 150.0),
         LightKind::Point { position: Vec3::new(0.3, 0.1, -6.3) },
     ] {
-        scene.lights[0].kind = lamp.clone();
+        scene.lights[0].kind = lamp;
         let (volume, camera) = volume(&scene);
         let world_from_view = camera.view_from_world.inverse();
         let pixels = (0..256).map(|i| Vec2::new((i % 16) as f32, (i / 16) as f32) * 4.0 + 2.0);
