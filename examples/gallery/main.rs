@@ -9,6 +9,7 @@ mod preview;
 
 use gobo::{
     gpu::Backend,
+    picture::debug::DebugMode,
     render::{Frame, RenderOptions, Renderer},
     scene::load_with,
 };
@@ -27,6 +28,8 @@ struct Plate {
     /// First comment of the scene file.
     about: String,
     path: PathBuf,
+    /// The picture; the masks of a scene that has them are inset.
+    image: RgbImage,
     frame: Frame,
     /// Time of reading, rendering and reading back.
     time: Duration,
@@ -52,7 +55,7 @@ fn main() -> Fallible<()> {
         println!("{:>7.1} s  {}", plate.time.as_secs_f64(), plate.path.display());
         plates.push(plate);
     }
-    let sheet = preview::contact_sheet(&plates)?;
+    let sheet = preview::contact_sheet(&plates);
     sheet.save(out.join("sheet.png"))?;
     let whole: Duration = plates.iter().map(|plate| plate.time).sum();
     fs::write(out.join("index.html"), page::page(&plates, &device, whole)?)?;
@@ -93,12 +96,18 @@ fn render(
     let text = fs::read_to_string(scene)?;
     let about: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
     let loaded = load_with(scene, set)?;
-    let frame = renderer.render(&loaded, &RenderOptions { maps: true, ..Default::default() })?;
+    let debug: &[DebugMode] = if loaded.mask.is_some() { &[DebugMode::Masks] } else { &[] };
+    let options = RenderOptions { maps: true, debug, ..Default::default() };
+    let frame = renderer.render(&loaded, &options)?;
     let time = clock.elapsed();
     let name = name(scene);
     let path = out.join(format!("{name}.png"));
-    preview::image(&frame.picture)?.save(&path)?;
-    Ok(Plate { name, about: about.join(" "), path, frame, time })
+    let mut image = preview::image(&frame.picture)?;
+    for (_, masks) in &frame.debug {
+        preview::inset(&mut image, &preview::image(masks)?);
+    }
+    image.save(&path)?;
+    Ok(Plate { name, about: about.join(" "), path, image, frame, time })
 }
 
 /// Checks that every picture exists and is not flat, and that no capacity was too small.
@@ -113,7 +122,8 @@ fn check(plates: &[Plate]) -> Fallible<()> {
         let casts = |maps: &gobo::records::ViewMaps| {
             maps.filter.iter().any(|filter| filter.iter().any(|&light| light < 0.9))
         };
-        if !frame.maps.iter().any(casts) {
+        // What masks show are solid casters.
+        if frame.debug.is_empty() && !frame.maps.iter().any(casts) {
             faults.push(format!("{name}: nothing translucent casts in any map"));
         }
         for (what, count) in

@@ -27,10 +27,10 @@ pub(super) fn page(plates: &[Plate], device: &str, whole: Duration) -> Fallible<
 }
 
 fn section(plate: &Plate) -> Fallible<String> {
-    let Plate { name, about, frame, time, .. } = plate;
+    let Plate { name, about, image, frame, time, .. } = plate;
     let size = frame.picture.size;
     let mut html = format!("<h2 id=\"{name}\">{name}</h2>\n");
-    html += &picture(&preview::image(&frame.picture)?, name, "picture")?;
+    html += &picture(image, name, "picture")?;
     let _ = writeln!(
         html,
         "<p>{}</p>\n<p>{:.1} s, {} x {} pixels, {} casters, {} shadow views, {:.0} MiB</p>",

@@ -10,6 +10,8 @@ use image::{
 const THUMB: u32 = 480;
 const COLUMNS: u32 = 3;
 const GAP: u32 = 8;
+/// An inset's share of the picture's width.
+const INSET: u32 = 4;
 /// Edge of a map's preview [pixels].
 const MAP: u32 = 160;
 
@@ -20,11 +22,8 @@ pub(super) fn image(picture: &Picture) -> Fallible<RgbImage> {
 }
 
 /// All pictures, rows from the top, on black.
-pub(super) fn contact_sheet(plates: &[Plate]) -> Fallible<RgbImage> {
-    let thumbs = plates
-        .iter()
-        .map(|plate| Ok(thumb(&image(&plate.frame.picture)?, THUMB)))
-        .collect::<Fallible<Vec<RgbImage>>>()?;
+pub(super) fn contact_sheet(plates: &[Plate]) -> RgbImage {
+    let thumbs = plates.iter().map(|plate| thumb(&plate.image, THUMB)).collect::<Vec<RgbImage>>();
     let height = thumbs.iter().map(RgbImage::height).max().unwrap_or(1);
     let rows = (thumbs.len() as u32).div_ceil(COLUMNS);
     let mut sheet = RgbImage::new(COLUMNS * (THUMB + GAP) + GAP, rows * (height + GAP) + GAP);
@@ -33,7 +32,18 @@ pub(super) fn contact_sheet(plates: &[Plate]) -> Fallible<RgbImage> {
         let place = (GAP + column * (THUMB + GAP), GAP + row * (height + GAP));
         imageops::replace(&mut sheet, thumb, i64::from(place.0), i64::from(place.1));
     }
-    Ok(sheet)
+    sheet
+}
+
+/// Puts the first mask, at the left of the debug picture, into the picture's lower left corner.
+pub(super) fn inset(image: &mut RgbImage, masks: &RgbImage) {
+    let (width, height) = image.dimensions();
+    let mask = imageops::crop_imm(masks, 0, 0, width, height).to_image();
+    let small = thumb(&mask, width / INSET);
+    let mut framed = RgbImage::from_pixel(small.width() + 4, small.height() + 4, Rgb([20; 3]));
+    imageops::replace(&mut framed, &small, 2, 2);
+    let top = height - framed.height() - 2 * GAP;
+    imageops::replace(image, &framed, (2 * GAP).into(), top.into());
 }
 
 pub(super) fn thumb(image: &RgbImage, width: u32) -> RgbImage {

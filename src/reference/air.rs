@@ -1,7 +1,9 @@
 //! Twin of `wgsl/shade/air_*.wgsl` and `wgsl/shade/air.wgsl`: single scattering towards the eye, as a
 //! volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
-use crate::records::{AIR_CELL, AirParams, GpuView, air_columns};
+use crate::records::{
+    AIR_CELL, AirParams, GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, air_columns,
+};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -32,6 +34,18 @@ impl AirBefore {
 /// square.
 pub const THIN: f32 = 1e-3;
 
+/// Angle at a lamp between two samples [radians]: half a degree.
+pub const SAMPLE_ANGLE: f32 = 0.008_726_6;
+/// Most samples of a light in a slice.
+pub const MOST_SAMPLES: u32 = 16;
+/// Most samples of all lights in a slice, unless each has the least: the loops of an invocation share
+/// llvmpipe's 65,535 iterations.
+pub const MOST_OF_ALL: u32 = 256;
+/// Distance from a lamp below which its light does not rise [m].
+pub const NEAREST: f32 = 0.01;
+/// Instead of 0 in a divisor.
+pub const TINY: f32 = 1e-20;
+
 /// Mean of `exp(-x)` from 0 to `tau`.
 fn mean_left(tau: f32) -> f32 {
     if tau < THIN { 1.0 - 0.5 * tau } else { (1.0 - (-tau).exp()) / tau }
@@ -42,6 +56,90 @@ fn mean_left(tau: f32) -> f32 {
 pub fn phase(cosine: f32, g: f32) -> f32 {
     let spread = (1.0 + g * g - 2.0 * g * cosine).max(1e-6);
     0.25 * FRAC_1_PI * (1.0 - g * g) / (spread * spread.sqrt())
+}
+
+/// Middle of a column: `eye + way t`, where t is the distance along the camera's axis, world space.
+struct Ray {
+    eye: Vec3,
+    way: Vec3,
+}
+
+impl Ray {
+    /// Radiance that the air between two distances `ends` scatters back along the ray, per unit of
+    /// scattering optical depth: the mean. Samples of a lamp are at even angles seen from it (Kulla and
+    /// Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
+    fn scattered(
+        &self,
+        lighting: &Lighting<'_>,
+        light: &GpuLight,
+        params: &AirParams,
+        ends: Vec2,
+    ) -> Vec3 {
+        let (ray, metres) = (self.way.normalize(), self.way.length());
+        let origin = self.eye - light.position;
+        let lit = match light.kind {
+            LIGHT_SPOT => in_cone(light, origin, self.way, ends),
+            _ => ends,
+        };
+        if lit.x >= lit.y {
+            return Vec3::ZERO;
+        }
+        // Along the ray, from the point nearest to the lamp [m].
+        let nearest = origin.dot(ray);
+        let (low, high) = (lit.x * metres + nearest, lit.y * metres + nearest);
+        let apart = (origin - ray * nearest).length().max(NEAREST);
+        let is_local = light.kind != LIGHT_DIRECTIONAL;
+        let seen = (apart * (high - low)).atan2(apart * apart + low * high);
+        let angle = if is_local { seen } else { 0.0 };
+        let least = params.samples;
+        let most = (MOST_OF_ALL / lighting.lights().len() as u32).clamp(least, MOST_SAMPLES);
+        let count = ((angle / SAMPLE_ANGLE).ceil() as u32).clamp(least, most);
+        let sample = |i: u32| {
+            let part = (i as f32 + 0.5) / count as f32;
+            let (at, share) = if is_local {
+                let turn = Vec2::new((angle * part).cos(), (angle * part).sin());
+                let turned =
+                    apart * Vec2::new(low, apart).dot(turn) / Vec2::new(apart, -low).dot(turn);
+                let at = turned.clamp(low, high);
+                (at, (apart + at * at / apart) * angle)
+            } else {
+                (low + (high - low) * part, high - low)
+            };
+            // Length of the ray that the sample stands for, in slices.
+            let share = share / (metres * (ends.y - ends.x) * count as f32);
+            let point = self.eye + ray * (at - nearest);
+            lighting.scattered(light, point, ray, params.anisotropy) * share
+        };
+        (0..count).map(sample).sum()
+    }
+}
+
+/// Part of the ray `origin + way t` with t within `ends` that is in the cone of a spot at zero; empty
+/// where x > y.
+fn in_cone(light: &GpuLight, origin: Vec3, way: Vec3, ends: Vec2) -> Vec2 {
+    // A point x is in it where dot(x, direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
+    let (along, start) = (way.dot(light.direction), origin.dot(light.direction));
+    let square = light.cone_outer * light.cone_outer;
+    let curved = along * along - square * way.length_squared();
+    let a = if curved.abs() < TINY { TINY } else { curved };
+    let b = along * start - square * way.dot(origin);
+    let c = start * start - square * origin.length_squared();
+    let inner = b * b - a * c;
+    let root = inner.max(0.0).sqrt();
+    let q = if b < 0.0 { root - b } else { -(b + root) };
+    let (first, second) = (q / a, c / if q.abs() < TINY { TINY } else { q });
+    let (low, high) = (first.min(second), first.max(second));
+    // Across the cone: between the roots, if they are not those of its mirror image. Along it: the ray
+    // leaves one of the two by one root, and enters the other by the other.
+    if a < 0.0 {
+        let is_missed = inner < 0.0 || start - along * b / a < 0.0;
+        let lit = Vec2::new(ends.x.max(low), ends.y.min(high));
+        if is_missed { Vec2::X } else { lit }
+    } else if along > 0.0 {
+        Vec2::new(ends.x.max(high), ends.y)
+    } else {
+        Vec2::new(ends.x, ends.y.min(low))
+    }
 }
 
 impl AirVolume {
@@ -58,7 +156,8 @@ impl AirVolume {
             let pixel = (cell.as_vec2() + 0.5) * AIR_CELL as f32;
             let slope = (pixel - view.size * 0.5) / view.scale;
             let way = Vec3::new(slope.x, -slope.y, -1.0);
-            let ray = world_from_view.transform_vector3(way).normalize();
+            let eye = world_from_view.transform_point3(Vec3::ZERO);
+            let ray = Ray { eye, way: world_from_view.transform_vector3(way) };
             let range = view.far - view.near;
             let length = range / params.slices as f32 * way.length();
             let tau = params.extinction * length;
@@ -66,14 +165,11 @@ impl AirVolume {
             let share = params.scattering * length * tau.map(mean_left);
             let (mut light, mut left) = (Vec3::ZERO, Vec3::ONE);
             let slice = |k: u32| {
-                let mut sum = Vec3::ZERO;
-                for i in 0..params.samples {
-                    let along = k as f32 + (i as f32 + 0.5) / params.samples as f32;
-                    let distance = view.near + along / params.slices as f32 * range;
-                    let point = world_from_view.transform_point3(way * distance);
-                    sum += params.ambient + lighting.scattered(point, ray, params.anisotropy);
-                }
-                light += sum / params.samples as f32 * (left * share);
+                let parts = Vec2::new(k as f32, k as f32 + 1.0) / params.slices as f32;
+                let ends = view.near + parts * range;
+                let lights = lighting.lights().iter().filter(|l| l.traits & SHAFTS_BIT != 0);
+                let of_lights = lights.map(|l| ray.scattered(lighting, l, params, ends));
+                light += (params.ambient + of_lights.sum::<Vec3>()) * (left * share);
                 left *= passed;
                 light
             };

@@ -41,6 +41,8 @@ use std::collections::{BTreeMap, BTreeSet};
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
+        ("MOST_OF_ALL", air::MOST_OF_ALL),
+        ("MOST_SAMPLES", air::MOST_SAMPLES),
         ("ALL_LIGHTS", ALL_LIGHTS),
         ("AREA_FLAT", AREA_FLAT),
         ("AREA_SPHERE", AREA_SPHERE),
@@ -180,6 +182,9 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("STEPS_PER_SECOND", STEPS_PER_SECOND as f32),
         ("STEP_SECONDS", STEP),
         ("THIN", air::THIN),
+        ("NEAREST", air::NEAREST),
+        ("SAMPLE_ANGLE", air::SAMPLE_ANGLE),
+        ("TINY", air::TINY),
         ("TRACE", TRACE),
         ("UNIT", UNIT),
         ("LEAST_FACING", mask::LEAST_FACING),

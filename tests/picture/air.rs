@@ -119,20 +119,118 @@ fn air_behind_glass_is_coloured_and_before_it_is_not() {
     let maps = reference::render_maps(&scene, &views).0;
     let seen = |scene: &Scene, z: f32| {
         let lighting = Lighting::new(scene, &views, &maps);
-        lighting.scattered(Vec3::new(0.3, 0.2, z), Vec3::X, 0.0) * (4.0 * std::f32::consts::PI)
+        let light = &lighting.lights()[0];
+        lighting.scattered(light, Vec3::new(0.3, 0.2, z), Vec3::X, 0.0)
+            * (4.0 * std::f32::consts::PI)
     };
     assert!((seen(&scene, -3.0) - Vec3::ONE).abs().max_element() < 1e-5);
     assert!((seen(&scene, -7.0) - tint).abs().max_element() < 2e-3);
     assert!(seen(&scene, -12.0).max_element() < 1e-6);
-    scene.lights[0].shafts = false;
-    assert_eq!(seen(&scene, -3.0), Vec3::ZERO);
+}
+
+/// Light of a lamp without shadows that clear air scatters along a ray from `eye`, up to `end` metres: a
+/// march of 20,000 steps by the formulas, in 64 bits.
+fn fine_march(lamp: &LightKind, eye: Vec3, ray: Vec3, ends: [f64; 2]) -> f64 {
+    const STEPS: u32 = 20_000;
+    let (position, cone) = match *lamp {
+        LightKind::Spot { position, direction, angle } => (position, Some((direction, angle))),
+        LightKind::Point { position } => (position, None),
+        LightKind::Directional { .. } => unreachable!("a lamp"),
+    };
+    let [near, far] = ends;
+    let step = (far - near) / f64::from(STEPS);
+    let at = |i: u32| {
+        let point = eye.as_dvec3() + ray.as_dvec3() * (near + (f64::from(i) + 0.5) * step);
+        let away = point - position.as_dvec3();
+        let toward = away.normalize();
+        let share = cone.map_or(1.0, |(direction, angle)| {
+            let [outer, inner] = [1.0, 0.85].map(|part| (f64::from(angle) * 0.5 * part).cos());
+            let t = (toward.dot(direction.as_dvec3().normalize()) - outer) / (inner - outer);
+            t.clamp(0.0, 1.0).powi(2) * (3.0 - 2.0 * t.clamp(0.0, 1.0))
+        });
+        let g = f64::from(AIR.anisotropy);
+        let spread = 1.0 + g * g + 2.0 * g * toward.dot(ray.as_dvec3());
+        share * (1.0 - g * g) / spread.powf(1.5) / away.length_squared()
+    };
+    (0..STEPS).map(at).sum::<f64>() * step / (4.0 * std::f64::consts::PI)
+}
+
+/// Slices of a metre, lamps whose beams are a tenth of that wide where they begin: no sample may miss them.
+#[test]
+fn beams_are_as_bright_as_a_fine_march() {
+    let spot = |position: [f32; 3], direction: [f32; 3], degrees: f32| LightKind::Spot {
+        position: position.into(),
+        direction: Vec3::from(direction).normalize(),
+        angle: degrees.to_radians(),
+    };
+    let mut scene = sunny();
+    scene.lights[0].intensity = 1.0;
+    let even = Vec3::ONE;
+    scene.air = Some(Air { scattering: even, extinction: Vec3::ZERO, steps: 20, ..AIR });
+    for lamp in [
+        // Across the view, from its left border; towards the eye; with the eye in its cone; wide.
+        spot([-2.2, 0.1, -6.0], [1.0, 0.02, -0.1], 16.0),
+        spot([0.4, 0.3, -14.0], [0.05, -0.02, 1.0], 20.0),
+        spot([0.6, 0.5, 0.5], [-0.1, -0.05, -1.0], 40.0),
+        spot([-1.0, 0.5, -5.0], [0.3, -1.0, -0.4], 150.0),
+        LightKind::Point { position: Vec3::new(0.3, 0.1, -6.3) },
+    ] {
+        scene.lights[0].kind = lamp;
+        let (volume, camera) = volume(&scene);
+        let world_from_view = camera.view_from_world.inverse();
+        let pixels = (0..256).map(|i| Vec2::new((i % 16) as f32, (i / 16) as f32) * 4.0 + 2.0);
+        let columns: Vec<[f64; 2]> = pixels
+            .map(|pixel| {
+                let slope = (pixel - camera.size.as_vec2() * 0.5) / camera.scale;
+                let way = Vec3::new(slope.x, -slope.y, -1.0);
+                let ray = world_from_view.transform_vector3(way).normalize();
+                let ends = [camera.near, camera.far].map(|end| f64::from(end * way.length()));
+                let exact = fine_march(&lamp, scene.camera.eye, ray, ends);
+                [f64::from(volume.at(pixel, 1.0).light.x), exact]
+            })
+            .collect();
+        let brightest = columns.iter().fold(0.0, |most: f64, of| most.max(of[1]));
+        assert!(brightest > 0.0, "{lamp:?}");
+        for (i, [light, exact]) in columns.iter().enumerate() {
+            let error = (light - exact).abs();
+            assert!(error < MARCHED * exact + 1e-3 * brightest, "{lamp:?} {i}: {light} {exact}");
+        }
+    }
+}
+
+/// Error of a beam's light: at least two samples in its cone, whose edge is soft.
+const MARCHED: f64 = 0.04;
+
+fn small(name: &str) -> Scene {
+    let set = [("camera.size", "[160, 90]"), ("shadow.size", "256"), ("air.steps", "24")]
+        .map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    scene::load_with(path.as_ref(), &set).unwrap()
 }
 
 fn shafts() -> Scene {
-    let set = [("camera.size", "[160, 90]"), ("shadow.size", "256"), ("air.steps", "24")]
-        .map(|(key, value)| (key.to_owned(), value.to_owned()));
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/shafts.toml");
-    scene::load_with(path.as_ref(), &set).unwrap()
+    small("shafts")
+}
+
+/// A sun, and lamps that shine through slides.
+#[test]
+fn beams_match_the_twin() {
+    let mut scene = small("projector");
+    let sun = LightKind::Directional { direction: Vec3::new(0.4, -1.0, -0.2).normalize() };
+    scene.lights.push(light(sun));
+    scene.lights[2].intensity = 0.2;
+    let lamp = light(LightKind::Point { position: Vec3::new(0.5, 1.0, 0.4) });
+    scene.lights.push(lamp);
+    let expected = twin(&scene);
+    scene.lights[3].shafts = false;
+    let without = twin(&scene);
+    scene.lights[3].shafts = true;
+    for tier in TIERS {
+        let picture = render(tier, &scene).picture;
+        let apart = share_apart(&picture, &expected);
+        assert!(apart <= GRAZED, "{tier:?}: {apart}");
+        assert!(share_apart(&picture, &without) > GRAZED);
+    }
 }
 
 fn share_apart(a: &Picture, b: &Picture) -> f64 {

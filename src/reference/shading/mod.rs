@@ -20,8 +20,7 @@ use crate::{
         View, irradiance_at, place_of,
     },
     records::{
-        GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, SHAFTS_BIT, ViewMaps,
-        owner_tag,
+        GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, ViewMaps, owner_tag,
     },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
@@ -251,18 +250,15 @@ impl<'a> Lighting<'a> {
         self.shadow(light, point.position, face, toward, point.reach, receiver)
     }
 
-    /// Radiance of the lights that a point of the air scatters back along `ray`, per unit of scattering
+    /// Radiance of a light that a point of the air scatters back along `ray`, per unit of scattering
     /// optical depth.
-    pub fn scattered(&self, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
-        let mut sum = Vec3::ZERO;
-        for light in self.lights().iter().filter(|light| light.traits & SHAFTS_BIT != 0) {
-            let (toward, color) = incoming(light, point);
-            if color.cmpgt(Vec3::ZERO).any() {
-                let passed = self.shadow(light, point, Vec3::ZERO, toward, 0.0, Receiver::AIR);
-                sum += color * passed * phase(toward.dot(ray), anisotropy);
-            }
+    pub fn scattered(&self, light: &GpuLight, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
+        let (toward, color) = incoming(light, point);
+        if !color.cmpgt(Vec3::ZERO).any() {
+            return Vec3::ZERO;
         }
-        sum
+        let passed = self.shadow(light, point, Vec3::ZERO, toward, 0.0, Receiver::AIR);
+        color * passed * phase(toward.dot(ray), anisotropy)
     }
 }
 
