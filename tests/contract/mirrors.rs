@@ -25,7 +25,7 @@ use gobo::{
         order::WAITING,
         project::{MIN_COSINE, SLACK},
         resolve::BLACK,
-        shading::{level_light, soft, spot},
+        shading::{level_light, nearest_lit, soft, spot},
     },
     stage::{
         bin::{Dispatch, RUN_PAIRS, SEGMENT_LENGTH},
@@ -162,6 +162,9 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("FIXED_ONE", accumulate::FIXED_ONE),
         ("LEAST", soft::LEAST),
         ("LEAST_OPEN", soft::LEAST_OPEN),
+        ("LEAST_LIT", soft::LEAST),
+        ("LIT", nearest_lit::LIT),
+        ("DIM", nearest_lit::DIM),
         ("LEAST_REST", curve::LEAST_REST),
         ("LEVELS", curve::LEVELS),
         ("LONGEST", spot::LONGEST),
