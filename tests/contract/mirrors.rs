@@ -165,6 +165,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("LEAST_LIT", soft::LEAST),
         ("LIT", nearest_lit::LIT),
         ("DIM", nearest_lit::DIM),
+        ("EARLY", nearest_lit::EARLY),
         ("LEAST_REST", curve::LEAST_REST),
         ("LEVELS", curve::LEVELS),
         ("LONGEST", spot::LONGEST),

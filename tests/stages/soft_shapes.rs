@@ -289,4 +289,11 @@ fn a_floor_behind_a_bar_and_a_wall_is_dark() {
     };
     let worst = worst_error(&scene, &(0..8 * 16).map(on_floor).collect::<Vec<_>>());
     assert!(worst < 0.02, "{worst}");
+    // Away from the wall, past where the level of its spots takes over from the map.
+    let on_floor = |i: usize| {
+        let x = -3.05 - 0.004 * i as f32;
+        ReceiverPoint { position: Vec3::new(x, 0.0, -0.9184 * x), normal: Vec3::Y }
+    };
+    let worst = worst_error(&scene, &(0..40).map(on_floor).collect::<Vec<_>>());
+    assert!(worst < 0.12, "{worst}");
 }

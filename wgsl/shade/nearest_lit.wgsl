@@ -10,6 +10,9 @@ import package::shade::spot::{receiver_end, slack_within, spot_center};
 
 // Least light of a lit block.
 const LIT: f32 = 0.25;
+// Part of a fade over which occluders count as before: one whose rest the map holds does not, or its own blocks
+// would be dark.
+const EARLY: f32 = 0.1;
 // Share of the brightest channel below which a channel has no share of its own.
 const DIM: f32 = 0.01;
 // Least light to divide by.
@@ -37,7 +40,7 @@ fn light_node(node: vec2<u32>, fade: Fade, end: f32) {
 // to `last`, until a block around the point is lit, then back to the finest along the nearest lit blocks. 1 if
 // none is, and if `first` is beyond `last`.
 fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f32>) -> vec3<f32> {
-    let fade = fade_between(since);
+    let fade = fade_between(vec2(since.x, since.x + EARLY * (since.y - since.x)));
     var number = first;
     var place = spot_center;
     var share = vec3(1.0);

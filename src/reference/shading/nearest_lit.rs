@@ -16,6 +16,9 @@ use glam::{Vec2, Vec3};
 
 /// Least light of a lit block.
 pub const LIT: f32 = 0.25;
+/// Part of a fade over which occluders count as before: one whose rest the map holds does not, or its own blocks
+/// would be dark.
+pub const EARLY: f32 = 0.1;
 /// Share of the brightest channel below which a channel has no share of its own.
 pub const DIM: f32 = 0.01;
 
@@ -31,6 +34,7 @@ impl Spot<'_> {
     ) -> Vec3 {
         let (mut number, mut place, mut share) = (first, self.center, Vec3::ONE);
         let mut is_found = false;
+        let since = [since[0], since[0] + EARLY * (since[1] - since[0])];
         while number > 0 && number <= last {
             let (level, edge) = (levels.level(leveled, number), (1 << number) as f32);
             let corner = (place / edge - 0.5).floor();
