@@ -20,7 +20,6 @@ struct LevelLight {
     before: vec3<f32>, // light before the level's depths
     taken: vec3<f32>,
     behind: vec3<f32>,
-    end: vec3<f32>,    // light at the receiver
     most: vec3<f32>,   // the most that can be left of `before`
     next: f32,         // first depth behind the level's that removes light; NEVER for none
 }
@@ -85,9 +84,9 @@ var<private> fade_since: Fade; // into the level above
 var<private> fade_to: Fade;    // into the level below
 var<private> window: Window;       // of its widest spot
 
-// Light of a block behind the nodes so far; before the level's depths, behind them and at the receiver.
+// Light of a block behind the nodes so far; before the level's depths, and behind them.
 var<private> node_left: vec3<f32>;
-var<private> block_light: mat3x3<f32>;
+var<private> block_light: mat2x3<f32>;
 
 fn evaluate_node(node: vec2<u32>, off: vec2<f32>, end: f32) {
     let start = node_start(node);
@@ -102,12 +101,11 @@ fn evaluate_node(node: vec2<u32>, off: vec2<f32>, end: f32) {
     level_light.next = select(level_light.next, min(level_light.next, next), follows);
     let inverse = 1.0 / length;
     let stop = clamp(end, start, start + length);
-    let shares = vec3(
+    let shares = vec2(
         share_before(fade_since, start, stop, inverse),
         share_before(fade_to, start, stop, inverse),
-        (stop - start) * inverse,
     );
-    block_light -= mat3x3(drop * shares.x, drop * shares.y, drop * shares.z);
+    block_light -= mat2x3(drop * shares.x, drop * shares.y);
     let texels = spot_at(start + length * 0.5 * (shares.x + shares.y));
     let cover = window_cover(off, min(filter_width(window, texels), window.width));
     level_light.taken += drop * ((shares.y - shares.x) * cover);
@@ -129,7 +127,7 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
     let count = u32(columns * straight.y);
     let reach = select(BLOCK_REACH * map.edge, 1.0, map.edge == 2.0);
     let slack = slack_within(reach);
-    level_light = LevelLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
+    level_light = LevelLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
     // Row and column are counted: division of integers is slow on llvmpipe.
     var row = low.y;
     var step = 0.0;
@@ -143,7 +141,7 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
         let end = select(0.0, receiver_end((at + 0.5) * map.edge, slack), weight > 0.0);
         let block = block_number(map, vec2<i32>(at));
         node_left = vec3(1.0);
-        block_light = mat3x3(vec3(1.0), vec3(1.0), vec3(1.0));
+        block_light = mat2x3(vec3(1.0), vec3(1.0));
         var nodes = block_nodes(block, 0u);
         let pairs = pairs_before(nodes, end);
         for (var pair = 0u; pair < pairs; pair += 1u) {
@@ -153,7 +151,6 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
         }
         level_light.before += block_light[0] * weight;
         level_light.behind += block_light[1] * weight;
-        level_light.end += block_light[2] * weight;
         let is_last = step + 1.0 >= columns;
         row += select(0.0, 1.0, is_last);
         step = select(step + 1.0, 0.0, is_last);

@@ -9,6 +9,7 @@ import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
 import package::shade::fade::{fade_between, light_before};
 import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder};
+import package::shade::nearest_lit::nearest_lit;
 import package::shade::receive::receive_texel;
 import package::shade::receiver::{is_solid, receives};
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
@@ -41,11 +42,14 @@ fn level_of(texels: f32, last: u32) -> u32 {
 
 // What the levels leave to the map.
 struct Leveled {
-    sum: vec3<f32>,     // light where the levels know nothing
-    passed: vec3<f32>,  // share of the light behind the levels' occluders
-    around: vec3<f32>,  // light that reaches the receiver where a level has no light before it
-    since: vec2<f32>,   // fade into the map
-    is_near: bool,      // the map has occluders behind that
+    passed: vec3<f32>,       // share of the light behind the levels' occluders
+    since: vec2<f32>,        // fade into the map
+    is_near: bool,           // the map has occluders behind that
+    hidden: vec3<f32>,       // light that gets past occluders behind which levels hold nothing
+    hidden_since: vec2<f32>, // fade behind which the first of them holds nothing
+    hidden_level: u32,       // last of them
+    number: u32,             // of the leveled view
+    last: u32,               // its coarsest level
 }
 
 // `is_lit`: the levels are asked at all.
@@ -57,8 +61,9 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
     // Loop counts are not constant, so that compilers do not unroll.
     let four = select(0u, 4u, last > 0u);
     var passed = vec3(1.0);
-    var sum = vec3(0.0);
-    var around = vec3(1.0);
+    var hidden = vec3(0.0);
+    var hidden_since = vec2(0.0);
+    var hidden_level = 0u;
     var since = vec2(-1.0); // fade of the level before
     var number = last;
     var rest_next = NEVER; // next occluder in the window of the level before
@@ -88,16 +93,20 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
             break;
         }
         let map = level_map(view, leveled, number);
+        // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this window
+        // is far narrower than its spot.
+        since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
         let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
         evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
         let known = relied_on(level_light.before);
         let left = min(level_light.before - level_light.taken, level_light.most);
         let share = max(left / max(level_light.before, vec3(LEAST)), vec3(0.0));
-        sum += passed * (1.0 - known) * around;
+        let unknown = passed * (1.0 - known);
+        let is_hidden = any(unknown > vec3(0.0));
+        hidden_since = select(hidden_since, since, is_hidden && all(hidden == vec3(0.0)));
+        hidden_level = select(hidden_level, number, is_hidden);
+        hidden += unknown;
         passed = blackened(passed * known * share);
-        // Also no light behind is known, if there was enough of it before.
-        let behind = level_light.end / max(level_light.behind, vec3(LEAST));
-        around = mix(around, behind, max(known, relied_on(10.0 * level_light.behind)));
         rest_next = level_light.next;
         since = to;
         number = select(0u, number - 1u, any(passed > vec3(0.0)));
@@ -110,7 +119,7 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
     let beyond = select(0.0, 2.0 * bias / (view.far - view.near) * DEPTHS, is_solid);
     let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND, beyond);
     let is_near = min(rest_next, near_next) != NEVER && any(passed > vec3(0.0));
-    return Leveled(sum, passed, around, since, is_near);
+    return Leveled(passed, since, is_near, hidden, hidden_since, hidden_level, leveled, last);
 }
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
@@ -120,7 +129,8 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, poin
     let taps = map_taps(view, at);
     let reach = bias / (view.far - view.near);
     let is_lit = taps.reaches && taps.z <= 1.0 + reach;
-    var leveled = Leveled(vec3(0.0), vec3(1.0), vec3(1.0), vec2(-1.0), is_lit);
+    let none = vec3(0.0);
+    var leveled = Leveled(vec3(1.0), vec2(-1.0), is_lit, none, vec2(0.0), 0u, 0u, 0u);
     var own = filter_of(light);
     if is_soft {
         leveled = through_levels(light, index, view, point, normal, bias, is_lit);
@@ -140,8 +150,16 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, poin
         way = next_way(way);
     }
     let share = behind / max(before, vec3(LEAST));
-    let at_map = mix(leveled.around, select(min(share, vec3(1.0)), share, HAS_GAIN), relied_on(before));
-    let soft = leveled.sum + leveled.passed * select(vec3(1.0), at_map, leveled.is_near);
+    let known = select(vec3(1.0), relied_on(before), leveled.is_near);
+    let at_map = select(vec3(1.0), select(min(share, vec3(1.0)), share, HAS_GAIN), leveled.is_near);
+    let unknown = leveled.passed * (1.0 - known);
+    let is_hidden = any(unknown > vec3(0.0));
+    let is_first = is_hidden && all(leveled.hidden == vec3(0.0));
+    let hidden_since = select(leveled.hidden_since, leveled.since, is_first);
+    // 0 where nothing is hidden: no level is asked.
+    let first = select(leveled.hidden_level, 1u, is_hidden);
+    let around = nearest_lit(view, leveled.number, first, leveled.last, hidden_since);
+    let soft = leveled.passed * known * at_map + (leveled.hidden + unknown) * around;
     let lit = select(behind, select(vec3(0.0), soft, is_lit), is_soft);
     return select(vec3(1.0), lit, taps.reaches);
 }

@@ -24,12 +24,10 @@ pub const BLOCK_REACH: f32 = 1.0;
 /// Light of a level's blocks, averaged over the window.
 #[derive(Default)]
 pub(super) struct LevelLight {
-    /// Light before the level's depths, light that they remove, light behind them, and light at the
-    /// receiver.
+    /// Light before the level's depths, light that they remove, and light behind them.
     pub(super) before: Vec3,
     pub(super) taken: Vec3,
     pub(super) behind: Vec3,
-    pub(super) end: Vec3,
     /// The most that can be left of `before`.
     pub(super) most: Vec3,
     /// First depth behind the level's that removes light.
@@ -37,7 +35,7 @@ pub(super) struct LevelLight {
 }
 
 /// Nodes of a block, without the second pair if all of it is behind the receiver.
-fn nodes_before(block: &Block, end: f32) -> &[PackedNode] {
+pub(super) fn nodes_before(block: &Block, end: f32) -> &[PackedNode] {
     let start = (block[1][0] >> 16) as f32;
     if start > 0.0 && start < end { block } else { &block[..2] }
 }
@@ -125,7 +123,7 @@ impl Spot<'_> {
         ([since, to], end): ([[f32; 2]; 2], f32),
     ) {
         let weight = cover(off, width);
-        let (mut before, mut behind, mut last) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
+        let (mut before, mut behind) = (Vec3::ONE, Vec3::ONE);
         let mut left = Vec3::ONE;
         for &node in nodes_before(block, end) {
             let (start, length, node_light) = unpack(node, self.gain);
@@ -140,20 +138,18 @@ impl Spot<'_> {
             let shares = [since, to].map(|fade| share_before(fade, start, stop, length));
             before -= drop * shares[0];
             behind -= drop * shares[1];
-            last -= drop * ((stop - start) / length);
             let spot = self.radius_at(start + length * 0.5 * (shares[0] + shares[1]));
             let covered = cover(off, self.width(spot, edge).min(width));
             light.taken += drop * ((shares[1] - shares[0]) * covered);
         }
         light.before += before * weight;
         light.behind += behind * weight;
-        light.end += last * weight;
     }
 }
 
 /// Share of the ramp from `start` on, of a length, that counts as before a fade, from the light on; of the part
 /// up to `stop`.
-fn share_before([low, high]: [f32; 2], start: f32, stop: f32, length: f32) -> f32 {
+pub(super) fn share_before([low, high]: [f32; 2], start: f32, stop: f32, length: f32) -> f32 {
     let inside = [start, stop].map(|depth| depth.clamp(low, high));
     let [first, last] = inside.map(|depth| (high - depth) / (high - low).max(1e-3));
     let whole = (stop.min(low) - start).max(0.0);

@@ -2,6 +2,7 @@
 //! its reflection to the camera.
 pub mod level_light;
 mod levels;
+pub mod nearest_lit;
 mod outline;
 mod receive;
 pub mod soft;

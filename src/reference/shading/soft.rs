@@ -9,8 +9,7 @@
 //! Levels are evaluated from the widest spots to the sharpest, from the light on. Each gives the light
 //! behind its depths as a share of the light before them, and the shares are multiplied: an occluder behind
 //! another removes only what the first left. Blocks that no ray from the light's centre reaches hold
-//! nothing about the occluders behind; there, the share is the one that the level before measured around
-//! it.
+//! nothing about the occluders behind; there, the share is that of the nearest block that is lit.
 use super::{
     Lighting, Receiver,
     receive::{Plane, Surface},
@@ -30,6 +29,26 @@ pub const LEAST_OPEN: f32 = 0.25;
 pub const AROUND: f32 = 0.25;
 /// Least light to divide by.
 pub const LEAST: f32 = 1e-4;
+
+/// Light that gets past occluders behind which a level, or the map, holds nothing.
+#[derive(Default)]
+struct Hidden {
+    light: Vec3,
+    /// Last level that holds nothing; 1 for the map.
+    level: u32,
+    /// Fade behind which the first of them holds nothing.
+    since: [f32; 2],
+}
+
+impl Hidden {
+    fn add(&mut self, light: Vec3, level: u32, since: [f32; 2]) {
+        if light.cmpgt(Vec3::ZERO).any() {
+            self.since = if self.light == Vec3::ZERO { since } else { self.since };
+            self.light += light;
+            self.level = level;
+        }
+    }
+}
 
 /// Weight of a level's result, per channel.
 fn evidence(before: Vec3) -> Vec3 {
@@ -66,9 +85,8 @@ impl Lighting<'_> {
             let filters = |level: &u32| radius <= WIDEST * (1 << level) as f32;
             if radius <= SHARP { 0 } else { (1..last).find(filters).unwrap_or(last) }
         };
-        let (mut light, mut sum) = (Vec3::ONE, Vec3::ZERO);
-        // Light that reaches the receiver where a level has no light before it.
-        let mut around = Vec3::ONE;
+        let mut light = Vec3::ONE;
+        let mut hidden = Hidden::default();
         // Fade of the level before.
         let (mut since, mut number) = ([-1.0; 2], last);
         // Next occluder in the window of the level before.
@@ -105,20 +123,23 @@ impl Lighting<'_> {
                 break;
             };
             let (map, edge) = level(number);
+            // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this
+            // window is far narrower than its spot.
+            if since[0] > 0.0 {
+                let low = spot.fade_at(WIDEST * edge);
+                since = [since[0].max(low[0]), since[1].max(low[1])];
+            }
             let to = spot.fade_at(if number == 1 { SHARP } else { WIDEST * edge * 0.5 });
             let widest = WIDEST * (1.0 + FADE) * edge;
             let window = spot.evaluate(map, edge, radius.min(widest), since, to);
             let known = evidence(window.before);
             let left = (window.before - window.taken).min(window.most);
             let passed = left / window.before.max(Vec3::splat(LEAST));
-            sum += light * (Vec3::ONE - known) * around;
+            hidden.add(light * (Vec3::ONE - known), number, since);
             light *= known * passed.max(Vec3::ZERO);
             if !gain {
                 light = Vec3::select(light.cmplt(Vec3::splat(BLACK)), Vec3::ZERO, light);
             }
-            // Also no light behind is known, if there was enough of it before.
-            let known = known.max(evidence(window.behind * 10.0));
-            around = around.lerp_by(window.end / window.behind.max(Vec3::splat(LEAST)), known);
             rest = window.next;
             since = to;
             number = if light == Vec3::ZERO { 0 } else { number - 1 };
@@ -132,8 +153,13 @@ impl Lighting<'_> {
         // The map's look-up decides which filters within the bias tint an opaque receiver.
         let beyond = if receiver.solid { 2.0 * bias / range * DEPTHS } else { 0.0 };
         let near = || spot.next_occluder(map, edge, since[0], AROUND, beyond).0.is_some();
+        let through = |hidden: &Hidden| {
+            let Hidden { light, level, since } = *hidden;
+            let share = || spot.nearest_lit(&self.levels, leveled, [level, last], since);
+            if light == Vec3::ZERO { light } else { light * share() }
+        };
         if light == Vec3::ZERO || !(rest.is_some() || near()) {
-            return sum + light;
+            return light + through(&hidden);
         }
         // Occluders close to the receiver, from the map itself.
         let plane = Plane::new(view, surface);
@@ -147,16 +173,7 @@ impl Lighting<'_> {
         let known = evidence(before);
         let passed = behind / before.max(Vec3::splat(LEAST));
         let passed = if gain { passed } else { passed.min(Vec3::ONE) };
-        sum + light * around.lerp_by(passed, known)
-    }
-}
-
-trait LerpBy {
-    fn lerp_by(self, other: Self, share: Self) -> Self;
-}
-
-impl LerpBy for Vec3 {
-    fn lerp_by(self, other: Self, share: Self) -> Self {
-        self + (other - self) * share
+        hidden.add(light * (Vec3::ONE - known), 1, since);
+        light * known * passed + through(&hidden)
     }
 }

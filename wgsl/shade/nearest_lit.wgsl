@@ -1,0 +1,88 @@
+// What occluders let through that another one hides from the light's centre: as in the nearest block that is
+// lit. CPU twin: src/reference/shading/nearest_lit.rs.
+
+import package::curve::node::{node_length, node_light, node_start};
+import package::records::area::{block_nodes, block_number, level_map};
+import package::records::view::GpuView;
+import package::shade::fade::{Fade, fade_between, share_before};
+import package::shade::level_light::{NEVER, pairs_before};
+import package::shade::spot::{receiver_end, slack_within, spot_center};
+
+// Least light of a lit block.
+const LIT: f32 = 0.25;
+// Part of a fade over which occluders count as before: one whose rest the map holds does not, or its own blocks
+// would be dark.
+const EARLY: f32 = 0.1;
+// Share of the brightest channel below which a channel has no share of its own.
+const DIM: f32 = 0.01;
+// Least light to divide by.
+const LEAST_LIT: f32 = 1e-4;
+
+// Light of a block behind its nodes so far; before the fade, and at the receiver.
+var<private> lit_left: vec3<f32>;
+var<private> lit_before: vec3<f32>;
+var<private> lit_here: vec3<f32>;
+
+fn light_node(node: vec2<u32>, fade: Fade, end: f32) {
+    let start = node_start(node);
+    let length = max(node_length(node), 1.0);
+    let light = node_light(node);
+    let drop = select(vec3(0.0), lit_left - light, start > 0.0);
+    lit_left = light;
+    let inverse = 1.0 / length;
+    let before = share_before(fade, start, start + length, inverse);
+    let here = (clamp(end, start, start + length) - start) * inverse;
+    lit_before -= drop * before;
+    lit_here -= drop * max(here, before);
+}
+
+// Share of the light behind a fade that reaches the receiver. Levels are asked from `first` to coarser ones, up
+// to `last`, until a block around the point is lit, then back to the finest along the nearest lit blocks. 1 if
+// none is, and if `first` is beyond `last`.
+fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f32>) -> vec3<f32> {
+    let fade = fade_between(vec2(since.x, since.x + EARLY * (since.y - since.x)));
+    var number = first;
+    var place = spot_center;
+    var share = vec3(1.0);
+    var is_found = false;
+    while number > 0u && number <= last {
+        let map = level_map(view, leveled, number);
+        let slack = slack_within(select(map.edge, 1.0, number == 1u));
+        let corner = floor(place / map.edge - 0.5);
+        // The loop count is not constant, so that compilers do not unroll.
+        let blocks = select(0u, 4u, number <= last);
+        var nearest = NEVER;
+        for (var i = 0u; i < blocks; i += 1u) {
+            let at = corner + vec2<f32>(vec2(i % 2u, i / 2u));
+            let middle = (at + 0.5) * map.edge;
+            let end = receiver_end(middle, slack);
+            let block = block_number(map, vec2<i32>(at));
+            lit_left = vec3(1.0);
+            lit_before = vec3(1.0);
+            lit_here = vec3(1.0);
+            var nodes = block_nodes(block, 0u);
+            let pairs = pairs_before(nodes, end);
+            for (var pair = 0u; pair < pairs; pair += 1u) {
+                light_node(nodes.xy, fade, end);
+                light_node(nodes.zw, fade, end);
+                nodes = block_nodes(block, 1u);
+            }
+            let off = middle - spot_center;
+            let away = dot(off, off);
+            let open = max(lit_before.x, max(lit_before.y, lit_before.z));
+            let is_nearest = open > LIT && away < nearest;
+            let mean = vec3(max(lit_here.x, max(lit_here.y, lit_here.z)) / max(open, LEAST_LIT));
+            let own = lit_here / max(lit_before, vec3(LEAST_LIT));
+            let here = select(own, mean, lit_before < vec3(DIM * open));
+            share = select(share, here, is_nearest);
+            place = select(place, middle, is_nearest);
+            nearest = select(nearest, away, is_nearest);
+        }
+        let is_lit = nearest < NEVER;
+        // A lit block whose children around its middle are dark is the finest to know.
+        let is_last = is_found && !is_lit;
+        is_found = is_found || is_lit;
+        number = select(select(number + 1u, number - 1u, is_found), 0u, is_last);
+    }
+    return share;
+}
