@@ -10,8 +10,8 @@ import package::shade::spot::{receiver_end, slack_within, spot_center};
 
 // Least light of a lit block.
 const LIT: f32 = 0.25;
-// Part of a fade over which occluders count as before: one whose rest the map holds does not, or its own blocks
-// would be dark.
+// Part of a fade over which the share of occluders before it falls here: blocks of one that has much of its share
+// behind are lit, and dark at the receiver.
 const EARLY: f32 = 0.1;
 // Share of the brightest channel below which a channel has no share of its own.
 const DIM: f32 = 0.01;
