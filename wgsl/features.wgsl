@@ -33,6 +33,8 @@ override COUNT_COST: bool = false;
 // Loops over the texels of a lane are not unrolled. Unrolled they are faster, but some compilers take a
 // minute for that.
 override ROLLED: bool = false;
+// Walks visit particles and triangles in loops of their own.
+override KINDS_APART: bool = false;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
 // The picture has air, casters that are not solid, and panes among them.

@@ -188,17 +188,7 @@ mod tests {
         Light {
             name: name.to_owned(),
             kind: LightKind::Point { position: Vec3::ZERO },
-            color: Vec3::ONE,
-            intensity: 1.0,
-            near: None,
-            far: None,
-            size: None,
-            casts: true,
-            cascades: None,
-            shadows: Vec::new(),
-            shafts: true,
-            source: None,
-            look_up: gobo::LookUp::default(),
+            ..Light::default()
         }
     }
 

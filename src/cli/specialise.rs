@@ -8,6 +8,7 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         shape: Shape::Wide,
         scatter_tiny: true,
         rolled: false,
+        kinds_apart: false,
         wide: true,
         queued: false,
         interleaved: false,

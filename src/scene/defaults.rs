@@ -1,6 +1,6 @@
 //! Defaults of a scene file.
 use super::{Bounds, Camera, Scene, document::KindOfShape, particles::FARTHEST, shapes};
-use crate::model::{Light, LightKind, LookUp, Material, Transfer};
+use crate::model::{Light, LightKind, Material, Transfer};
 use glam::{Mat4, UVec2, Vec3, Vec4};
 
 impl Scene {
@@ -34,17 +34,8 @@ pub(super) fn sun() -> Light {
     Light {
         name: "sun".to_owned(),
         kind: LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() },
-        color: Vec3::ONE,
         intensity: 3.0,
-        near: None,
-        far: None,
-        size: None,
-        casts: true,
-        cascades: None,
-        shadows: Vec::new(),
-        shafts: true,
-        source: None,
-        look_up: LookUp::default(),
+        ..Light::default()
     }
 }
 

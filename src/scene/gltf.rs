@@ -13,7 +13,7 @@ use super::{
     limits::Limit,
     rig::{Draw, Node, Rig},
 };
-use crate::model::{Light, LightKind, LookUp, Material, Skipped, Texture, Triangle};
+use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
 use ::gltf::{
     accessor::{DataType, Dimensions},
     khr_lights_punctual::Kind,
@@ -255,15 +255,7 @@ fn light(
         kind,
         color,
         intensity: watts,
-        near: None,
-        far: None,
-        size: None,
-        casts: true,
-        cascades: None,
-        shadows: Vec::new(),
-        shafts: true,
-        source: None,
-        look_up: LookUp::default(),
+        ..Light::default()
     })
 }
 

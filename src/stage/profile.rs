@@ -16,6 +16,9 @@ pub struct Profile {
     /// Whether loops over the texels of a lane stay loops. On SwiftShader, whose compiler takes a minute
     /// for an unrolled kernel and a second for a rolled one.
     pub rolled: bool,
+    /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
+    /// take both sides of a branch; elsewhere it doubles the code of a kernel.
+    pub kinds_apart: bool,
     /// Whether subgroups may have more than 32 lanes.
     pub wide: bool,
     /// Whether soft discs are collected in batches of eight, one for each lane of a subgroup. On software
@@ -34,6 +37,7 @@ impl Profile {
             shape: if is_software { Shape::Serial } else { Shape::Wide },
             scatter_tiny: !is_software,
             rolled: adapter.driver.starts_with("SwiftShader"),
+            kinds_apart: is_software,
             wide: adapter.subgroup_max_size > 32,
             queued: is_software && lanes == [8, 8],
             interleaved: is_software,
@@ -41,8 +45,8 @@ impl Profile {
     }
 
     /// Values of the overrides.
-    pub fn constants(&self) -> [Constant; 2] {
-        [("ROLLED", self.rolled), ("WIDE", self.wide)]
+    pub fn constants(&self) -> [Constant; 3] {
+        [("ROLLED", self.rolled), ("WIDE", self.wide), ("KINDS_APART", self.kinds_apart)]
             .map(|(name, is)| (name, f64::from(u8::from(is))))
     }
 

@@ -15,8 +15,9 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
-/// The device of a tier and its kernels, which all tests share. Tests that count what a device makes
-/// or have it fail open their own ([`own_gpu`]). A missing GPU fails the test; it never skips it.
+/// The device of a tier and its kernels, which all tests share. Tests that count what a device makes take
+/// turns with another ([`counted_gpu`]); those that have it fail or count kernels open their own
+/// ([`own_gpu`]). A missing GPU fails the test; it never skips it.
 pub(crate) fn gpu(tier: Tier) -> Gpu {
     static GPUS: [OnceLock<Gpu>; 2] = [OnceLock::new(), OnceLock::new()];
     GPUS[tier as usize].get_or_init(|| own_gpu(tier)).clone()
@@ -27,6 +28,14 @@ pub(crate) fn own_gpu(tier: Tier) -> Gpu {
     let gpu = Gpu::new(&selection).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(gpu.tier, tier, "{}", gpu.tier_reason);
     gpu
+}
+
+/// A device of the tier whose counters one test at a time reads, while it holds the guard.
+pub(crate) fn counted_gpu(tier: Tier) -> (Gpu, MutexGuard<'static, ()>) {
+    static GPUS: [OnceLock<Gpu>; 2] = [OnceLock::new(), OnceLock::new()];
+    static READER: Mutex<()> = Mutex::new(());
+    let guard = READER.lock().unwrap_or_else(PoisonError::into_inner);
+    (GPUS[tier as usize].get_or_init(|| own_gpu(tier)).clone(), guard)
 }
 
 /// Two devices of one instance, each of which detects resources of the other. (Handles of two instances

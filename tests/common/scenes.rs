@@ -2,8 +2,8 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, Light, LightKind, LookUp, Material, Part, Particle, Projection, ShadowSettings,
-        Transfer, Triangle, View,
+        Camera, Light, LightKind, Material, Part, Particle, Projection, ShadowSettings, Transfer,
+        Triangle, View,
     },
     scene::Scene,
 };
@@ -69,21 +69,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
 }
 
 pub(crate) fn light(kind: LightKind) -> Light {
-    Light {
-        name: "light".into(),
-        kind,
-        color: Vec3::ONE,
-        intensity: 1.0,
-        near: None,
-        far: None,
-        size: None,
-        casts: true,
-        cascades: None,
-        shadows: Vec::new(),
-        shafts: true,
-        source: None,
-        look_up: LookUp::default(),
-    }
+    Light { kind, ..Light::default() }
 }
 
 pub(crate) fn material(transfer: Transfer) -> Material {

@@ -1,7 +1,7 @@
 //! Allocations of a frame: none. `record` has neither device nor queue; the counters of wgpu confirm that
 //! nothing is created behind the scenes.
 use crate::common::{
-    TIERS, own_gpu,
+    TIERS, counted_gpu, own_gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
@@ -14,7 +14,7 @@ use gobo::{
     view::shadow_views,
     wgpu,
 };
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard};
 
 /// Live resources of the device. Buffers include those that `Queue::write_*` stages until the next
 /// submission. (Command encoders are the host's; wgpu 30 counts views and bytes of textures, but not all
@@ -103,12 +103,12 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-fn open(tier: Tier) -> (Gpu, Pipeline) {
-    let gpu = own_gpu(tier);
+fn open(tier: Tier) -> (Gpu, Pipeline, MutexGuard<'static, ()>) {
+    let (gpu, guard) = counted_gpu(tier);
     let mut config = Config::new(gpu.tier, &gpu.adapter);
     config.scatter_tiny = true; // as on a GPU
-    let pipeline = Pipeline::new(&gpu.device, config).unwrap();
-    (gpu, pipeline)
+    let pipeline = Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap();
+    (gpu, pipeline, guard)
 }
 
 fn prepare(
@@ -125,7 +125,7 @@ fn prepare(
 #[test]
 fn a_frame_makes_nothing_on_the_device() {
     for tier in TIERS {
-        let (gpu, mut pipeline) = open(tier);
+        let (gpu, mut pipeline, _alone) = open(tier);
         let usual = pipeline.config;
         for Case { name, scene, set } in cases() {
             pipeline.config = usual;
@@ -150,7 +150,7 @@ fn a_frame_makes_nothing_on_the_device() {
 /// No allocation even inside wgpu at a submission.
 #[test]
 fn frames_after_the_first_leave_the_device_as_it_is() {
-    let (gpu, mut pipeline) = open(Tier::Native);
+    let (gpu, mut pipeline, _alone) = open(Tier::Native);
     let scene = &cases()[0].scene;
     let (casters, views) = (casters(&gpu, scene), shadow_views(scene));
     let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
@@ -182,7 +182,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
 /// Pictures through other places of the pixels, and of the next frames, find it there.
 #[test]
 fn an_environment_that_stays_is_not_uploaded_again() {
-    let (gpu, mut pipeline) = open(Tier::Native);
+    let (gpu, mut pipeline, _alone) = open(Tier::Native);
     let mut scene = mixture(material(Transfer::Filter));
     let sky = || Some(Arc::new(Environment::of_sky(&Sky::default(), 1.0)));
     scene.environment = sky();
@@ -222,7 +222,7 @@ fn an_environment_that_stays_is_not_uploaded_again() {
 
 #[test]
 fn casters_that_stay_are_not_uploaded_again() {
-    let (gpu, _) = open(Tier::Native);
+    let (gpu, _, _alone) = open(Tier::Native);
     let mut scene = mixture(material(Transfer::Filter));
     let mut casters = casters(&gpu, &scene);
     submit_all(&gpu);
@@ -250,9 +250,15 @@ fn casters_that_stay_are_not_uploaded_again() {
 /// The counters used above do count.
 #[test]
 fn what_is_made_is_noticed() {
-    let (gpu, mut pipeline) = open(Tier::Native);
+    let gpu = own_gpu(Tier::Native);
+    let config = Config::new(gpu.tier, &gpu.adapter);
+    let mut pipeline = Pipeline::new(&gpu.device, config).unwrap();
     let Gpu { device, queue, .. } = &gpu;
-    let scene = &cases()[0].scene;
+    // Few kernels: none was made before.
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
+    scene.particles = random_discs(20, 1);
+    let scene = &scene;
     let set = casters(&gpu, scene);
     submit_all(&gpu);
     let has = |made: &[(&str, isize)], wanted: &str| {

@@ -3,7 +3,7 @@ use super::{
     HostBuffers, Particle, ShadowSettings, Vec3, Vec4, count_buffer, counted, materials, on_device,
     particles, shadows, submit, uploaded, views,
 };
-use crate::common::{TIERS, gpu, own_gpu};
+use crate::common::{TIERS, counted_gpu, gpu};
 use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver, gpu::Tier};
 
 const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
@@ -162,7 +162,7 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
 #[test]
 fn frames_follow_the_buffers_and_make_nothing() {
     for tier in TIERS {
-        let gpu = own_gpu(tier);
+        let (gpu, _alone) = counted_gpu(tier);
         let mut shadows = shadows(&gpu);
         let frames: Vec<_> =
             [500, 80, 613, 0].into_iter().zip(20..).map(|(n, seed)| particles(n, seed)).collect();

@@ -6,7 +6,7 @@ use crate::common::{
 use gobo::{
     glam::{Vec3, Vec4},
     gpu::Tier,
-    model::{LightKind, Material, Profile, Shape, Transfer},
+    model::{LightKind, Material, Profile, Receiver, Shape, Transfer},
     records::ViewMaps,
     reference,
     render::{RenderOptions, Renderer},
@@ -160,6 +160,28 @@ fn a_queue_of_discs_changes_no_bit() {
         for (a, b) in maps(true).iter().zip(&maps(false)) {
             let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
             assert!(same, "{count} discs of opacity {opacity}, opaque casters: {opaque}");
+        }
+    }
+}
+
+/// Walks as on a GPU, whose loops visit both kinds, and as on software adapters.
+#[test]
+fn loops_for_each_kind_change_no_bit() {
+    let mut scene = mixture(600);
+    for tier in TIERS {
+        let mut renderer = Renderer::on(gpu(tier)).unwrap();
+        for receiver in [Receiver::Nearest, Receiver::Curve] {
+            scene.shadow.receiver = receiver;
+            let mut maps = |apart| {
+                renderer.configure(|config| config.profile.kinds_apart = apart);
+                let options =
+                    RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+                renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
+            };
+            for (a, b) in maps(true).iter().zip(&maps(false)) {
+                let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
+                assert!(same && a.curve == b.curve, "{tier:?}, {receiver:?}");
+            }
         }
     }
 }

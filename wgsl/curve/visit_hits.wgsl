@@ -10,10 +10,11 @@ import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::{Face, face_crossing, volume_face};
 import package::hit::hit_order::{Hit4, WAITING, hits_of, next_waiting, pass_on};
-import package::records::footprint::{Footprint, known_footprint};
+import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::walk::candidate::Offer;
+import package::walk::kinds::visited;
 
 fn ordered() -> bool {
     return false;
@@ -88,7 +89,7 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
 // Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool {
     let footprint = load_footprint(subgroupShuffle(offer, lane));
-    return subgroupAny(visit(view, known_footprint(footprint, is_triangle)));
+    return subgroupAny(visit(view, visited(footprint, is_triangle)));
 }
 
 fn join_hits(hits: Hit4) -> vec4<bool> {

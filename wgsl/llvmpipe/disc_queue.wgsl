@@ -116,48 +116,41 @@ fn goes_on(queue: Queue, end: u32, wanted: u32, needed: u32) -> bool {
     return is_left & ((wanted & needed) == needed);
 }
 
+struct Crowd {
+    queue: Queue,
+    wanted: u32, // by some texel: CHANGES, SEEKS
+}
+
+// Visits discs, eight at a time, while texels want all that is `needed`.
+fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32) -> Crowd {
+    let seeks = (needed & SEEKS) != 0u;
+    var crowd = first;
+    loop {
+        if goes_on(crowd.queue, end, crowd.wanted, needed) {
+            let queue = fill(view, crowd.queue, end, block);
+            let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
+            visit_disc(view, broadcast_disc(eight.disc, 0u), seeks);
+            visit_disc(view, broadcast_disc(eight.disc, 1u), seeks);
+            visit_disc(view, broadcast_disc(eight.disc, 2u), seeks);
+            visit_disc(view, broadcast_disc(eight.disc, 3u), seeks);
+            visit_disc(view, broadcast_disc(eight.disc, 4u), seeks);
+            visit_disc(view, broadcast_disc(eight.disc, 5u), seeks);
+            visit_disc(view, broadcast_disc(eight.disc, 6u), seeks);
+            visit_disc(view, broadcast_disc(eight.disc, 7u), seeks);
+            crowd = Crowd(without_eight(queue), wants(eight.front, block.lane));
+        }
+        if !goes_on(crowd.queue, end, crowd.wanted, needed) {
+            break;
+        }
+    }
+    return crowd;
+}
+
 fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
-    var queue = Queue(vec3(0u), 0u, first);
-    var wanted = CHANGES | SEEKS;
-    loop {
-        if goes_on(queue, end, wanted, CHANGES | SEEKS) {
-            queue = fill(view, queue, end, block);
-            let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
-            visit_disc(view, broadcast_disc(eight.disc, 0u), true);
-            visit_disc(view, broadcast_disc(eight.disc, 1u), true);
-            visit_disc(view, broadcast_disc(eight.disc, 2u), true);
-            visit_disc(view, broadcast_disc(eight.disc, 3u), true);
-            visit_disc(view, broadcast_disc(eight.disc, 4u), true);
-            visit_disc(view, broadcast_disc(eight.disc, 5u), true);
-            visit_disc(view, broadcast_disc(eight.disc, 6u), true);
-            visit_disc(view, broadcast_disc(eight.disc, 7u), true);
-            queue = without_eight(queue);
-            wanted = wants(eight.front, block.lane);
-        }
-        if !goes_on(queue, end, wanted, CHANGES | SEEKS) {
-            break;
-        }
-    }
+    let crowd = Crowd(Queue(vec3(0u), 0u, first), CHANGES | SEEKS);
+    let rest = visit_crowd(view, crowd, end, block, CHANGES | SEEKS);
     // All texels have their nearest depth.
-    loop {
-        if goes_on(queue, end, wanted, CHANGES) {
-            queue = fill(view, queue, end, block);
-            let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
-            visit_disc(view, broadcast_disc(eight.disc, 0u), false);
-            visit_disc(view, broadcast_disc(eight.disc, 1u), false);
-            visit_disc(view, broadcast_disc(eight.disc, 2u), false);
-            visit_disc(view, broadcast_disc(eight.disc, 3u), false);
-            visit_disc(view, broadcast_disc(eight.disc, 4u), false);
-            visit_disc(view, broadcast_disc(eight.disc, 5u), false);
-            visit_disc(view, broadcast_disc(eight.disc, 6u), false);
-            visit_disc(view, broadcast_disc(eight.disc, 7u), false);
-            queue = without_eight(queue);
-            wanted = wants(eight.front, block.lane);
-        }
-        if !goes_on(queue, end, wanted, CHANGES) {
-            break;
-        }
-    }
+    _ = visit_crowd(view, rest, end, block, CHANGES);
 }
 
 fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {

@@ -16,11 +16,6 @@ fn footprint_of(place: vec4<u32>, look: vec4<u32>) -> Footprint {
     return Footprint(bitcast<vec4<f32>>(place), look, (look.w & TRIANGLE_BIT) != 0u);
 }
 
-// A footprint of a kind that is known where the kernel is compiled, which drops the code for the other kind.
-fn known_footprint(footprint: Footprint, is_triangle: bool) -> Footprint {
-    return Footprint(footprint.place, footprint.look, is_triangle);
-}
-
 // Index of the particle in `casters`, or with TRIANGLE_BIT of the triangle in `triangles`.
 fn caster_of(footprint: Footprint) -> u32 {
     return footprint.look.w;

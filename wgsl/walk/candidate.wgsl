@@ -1,9 +1,10 @@
 // Any caster as a lane's candidate for a visit. A lane offers its id, and all load its footprint.
 
 import package::hit::reach::touches_box;
-import package::records::footprint::{Footprint, known_footprint};
+import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
+import package::walk::kinds::visited;
 import choice::state::visit;
 
 struct Candidate {
@@ -27,8 +28,8 @@ fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
     return candidate.id;
 }
 
-// Visits the candidate of lane `lane`, which is a triangle or a particle.
+// Visits the candidate of lane `lane`. `is_triangle`: kind of the loop.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
-    let visited = subgroupShuffle(offer, lane);
-    visit(view, visited, known_footprint(load_footprint(visited), is_triangle));
+    let id = subgroupShuffle(offer, lane);
+    visit(view, id, visited(load_footprint(id), is_triangle));
 }

@@ -3,17 +3,18 @@
 // twin: src/reference/curve/tile.rs, `walk`.
 //
 // Drivers of software adapters take both sides of branches, but they leave loops, at their end only:
-// insertion into the curves is outside of the loop that visits, triangles and rare work have loops of their
-// own, and loops test at their end whether to go on.
+// insertion into the curves is outside of the loop that visits, rare work has loops of its own, and loops
+// test at their end whether to go on.
 
 import package::curve::behind::{open_behind, steps_behind};
 import package::curve::gather::{append_single, end_count, flush, is_counting, is_single, settled};
 import package::curve::slab::{Slab, first_slab, is_within};
-import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
+import package::features::HAS_PARTICLES;
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
+import package::walk::kinds::kinds_apart;
 import package::walk::subgroup_block::{
     ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
@@ -45,7 +46,7 @@ fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
     let ballot = subgroupBallot(within && touches(view, candidate, block.lo, block.hi));
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
     var triangles = vec2(0u);
-    if HAS_PARTICLES && HAS_TRIANGLES {
+    if kinds_apart() {
         triangles = subgroupBallot(footprint.is_triangle).xy;
     }
     // Made before the test, an offer would share terms with it, which changes the rounding of some drivers.
@@ -61,13 +62,13 @@ struct Run {
 
 fn is_next(stretch: Stretch, run: Run, is_triangle: bool) -> bool {
     let waits = has_lanes(run.lanes) && !run.forced;
-    if HAS_PARTICLES && HAS_TRIANGLES {
+    if kinds_apart() {
         return waits && has_lane(stretch.triangles, first_lane(run.lanes)) == is_triangle;
     }
     return waits;
 }
 
-// Visits casters up to the first of the other kind.
+// Visits casters, up to the first of the other kind where kinds are apart.
 fn visit_run(view: GpuView, stretch: Stretch, first: Run, is_triangle: bool) -> Run {
     var run = first;
     loop {
@@ -134,7 +135,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
         loop {
             var stretch: Stretch;
             var meets_triangle = false;
-            // Particles up to the next triangle.
+            // Where kinds are apart, up to the next triangle.
             loop {
                 stretch = fetch(view, end, block);
                 run.lanes &= stretch.ballot;
@@ -148,7 +149,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
                     break;
                 }
             }
-            if HAS_PARTICLES && HAS_TRIANGLES {
+            if kinds_apart() {
                 run = visit_run(view, stretch, run, true);
             }
             if run.forced {

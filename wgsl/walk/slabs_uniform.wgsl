@@ -1,16 +1,14 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
 // core tier, without subgroups. CPU twin: src/reference/curve/tile.rs, `walk`.
-//
-// Particles and triangles are visited in loops of their own: drivers of software adapters take both sides of
-// branches, but they leave loops. They leave them at the end only, so loops test there whether to go on.
 
 import package::curve::behind::{open_behind, steps_behind};
 import package::curve::gather::{end_count, flush, is_counting, settled};
 import package::curve::slab::{Slab, first_slab, is_within};
-import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
-import package::records::footprint::{footprint_key, front_depth, key_depth, known_footprint};
+import package::features::HAS_PARTICLES;
+import package::records::footprint::{footprint_key, front_depth, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
+import package::walk::kinds::{kinds_apart, visited};
 import choice::pairs::pair_footprint;
 import choice::visit::{count_hits, slabbed, visit};
 
@@ -21,7 +19,7 @@ struct Run {
     forced: bool, // hits must be inserted before it is visited
 }
 
-// Visits pairs of a slab up to the first of the other kind.
+// Visits pairs of a slab, up to the first of the other kind where kinds are apart.
 fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool) -> Run {
     var run = first;
     var same = true;
@@ -29,11 +27,11 @@ fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool)
         let footprint = load_footprint(pair_footprint(min(run.pair, end - 1u)));
         run.key = footprint_key(footprint);
         run.open = run.open && is_within(slab, run.pair, run.key);
-        if HAS_PARTICLES && HAS_TRIANGLES {
+        if kinds_apart() {
             same = footprint.is_triangle == is_triangle;
         }
         if run.open && same {
-            run.forced = visit(view, known_footprint(footprint, is_triangle));
+            run.forced = visit(view, visited(footprint, is_triangle));
             run.pair += 1u;
             run.open = run.pair < end && !run.forced;
         }
@@ -63,7 +61,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
         var run = Run(base, 0u, base < end, false);
         loop {
             run = visit_run(view, slab, run, some, !HAS_PARTICLES);
-            if HAS_PARTICLES && HAS_TRIANGLES {
+            if kinds_apart() {
                 run = visit_run(view, slab, run, some, true);
             }
             if !run.open {

@@ -1,16 +1,14 @@
 // Walks a tile's pairs front to back, a subgroup at a time: every lane makes a candidate of one footprint
 // and tests it against the subgroup's block of texels; all lanes visit those that touch it. The state says
 // in `settled` when to stop.
-//
-// Particles and triangles are visited in loops of their own: drivers of software adapters take both sides of
-// branches, but they leave loops. They leave them at the end only, so loops test there whether to go on.
 
 import package::bind::loaded::pairs;
-import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
+import package::features::HAS_PARTICLES;
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
+import package::walk::kinds::kinds_apart;
 import package::walk::subgroup_block::{
     ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
@@ -32,7 +30,7 @@ fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretc
     let footprint = load_footprint(id);
     let candidate = candidate_of(id, footprint);
     var triangles = vec2(0u);
-    if HAS_PARTICLES && HAS_TRIANGLES {
+    if kinds_apart() {
         triangles = subgroupBallot(footprint.is_triangle).xy;
     }
     let lanes = subgroupBallot(pair < end && touches(view, candidate, block.lo, block.hi)).xy;
@@ -46,14 +44,14 @@ fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretc
 
 // Whether a caster of the kind is the next to visit.
 fn is_next(stretch: Stretch, is_triangle: bool) -> bool {
-    if HAS_PARTICLES && HAS_TRIANGLES {
+    if kinds_apart() {
         let found = has_lane(stretch.triangles, first_lane(stretch.lanes));
         return has_lanes(stretch.lanes) && found == is_triangle;
     }
     return has_lanes(stretch.lanes);
 }
 
-// Visits casters up to the first of the other kind. Returns the lanes that are left.
+// Visits casters, up to the first of the other kind where kinds are apart. Returns the lanes that are left.
 fn visit_run(view: GpuView, first: Stretch, is_triangle: bool) -> vec2<u32> {
     var stretch = first;
     loop {
@@ -76,7 +74,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     var open = true;
     loop {
         var stretch: Stretch;
-        // Particles up to the next triangle.
+        // Where kinds are apart, up to the next triangle.
         loop {
             stretch = fetch(view, base, end, block, front);
             stretch.lanes &= unvisited;
@@ -91,7 +89,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
                 break;
             }
         }
-        if HAS_PARTICLES && HAS_TRIANGLES {
+        if kinds_apart() {
             unvisited = visit_run(view, stretch, true);
         }
         if !open {

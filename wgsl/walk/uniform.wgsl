@@ -1,15 +1,13 @@
 // Walks a tile's pairs front to back; every invocation visits every pair. The core tier, without subgroups.
 // The state defines `visit`, and when to stop in `settled`.
-//
-// Particles and triangles are visited in loops of their own: drivers of software adapters take both sides of
-// branches, but they leave loops. They leave them at the end only, so loops test there whether to go on.
 
 import package::bind::loaded::pairs;
-import package::features::{HAS_PARTICLES, HAS_TRIANGLES};
-import package::records::footprint::{front_depth, known_footprint};
+import package::features::HAS_PARTICLES;
+import package::records::footprint::front_depth;
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
+import package::walk::kinds::{kinds_apart, visited};
 import choice::state::{settled, visit};
 
 struct Run {
@@ -17,18 +15,18 @@ struct Run {
     open: bool, // there is one, and it can change something
 }
 
-// Visits pairs up to the first of the other kind.
+// Visits pairs, up to the first of the other kind where kinds are apart.
 fn visit_run(view: GpuView, first: Run, end: u32, is_triangle: bool) -> Run {
     var run = first;
     var same = true;
     loop {
         let id = textureLoad(pairs, record_texel(min(run.pair, end - 1u))).g;
         let footprint = load_footprint(id);
-        if HAS_PARTICLES && HAS_TRIANGLES {
+        if kinds_apart() {
             same = footprint.is_triangle == is_triangle;
         }
         if run.open && same {
-            visit(view, id, known_footprint(footprint, is_triangle));
+            visit(view, id, visited(footprint, is_triangle));
             run.pair += 1u;
             run.open = run.pair < end && !settled(front_depth(footprint));
         }
@@ -45,7 +43,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     var run = Run(first, first < end);
     loop {
         run = visit_run(view, run, some, !HAS_PARTICLES);
-        if HAS_PARTICLES && HAS_TRIANGLES {
+        if kinds_apart() {
             run = visit_run(view, run, some, true);
         }
         if !run.open {
