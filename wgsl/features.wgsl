@@ -26,6 +26,8 @@ override HAS_OPAQUE: bool = true;
 override FAINT: bool = false;
 // Nodes of a curve (K), at most 16; 0 without curves.
 override NODES: u32 = 0u;
+// Curves are softened: a ramp will be inserted into each.
+override HAS_SOFTENING: bool = false;
 // The picture shows the cost of each pixel.
 override COUNT_COST: bool = false;
 // Loops over the texels of a lane are not unrolled. Unrolled they are faster, but some compilers take a

@@ -124,24 +124,29 @@ impl Gpu {
         let row = size.width * texel_size(texture);
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let rows = u64::from(size.height) * u64::from(size.depth_or_array_layers);
-        let staging = self.staging(rows * u64::from(padded));
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &staging,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(padded),
-                    rows_per_image: Some(size.height),
-                },
-            },
-            size,
-        );
-        let bytes = self.submit_and_map(encoder, &staging)?;
         let mut texels = Vec::with_capacity(rows as usize * row as usize / size_of::<T>().max(1));
-        for line in bytes.chunks_exact(padded as usize) {
-            texels.extend_from_slice(bytemuck::cast_slice(&line[..row as usize]));
+        // A texture may be larger than the largest buffer.
+        let most = self.device.limits().max_buffer_size;
+        for (origin, part) in parts(size, most / u64::from(padded)) {
+            let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
+            let staging = self.staging(rows * u64::from(padded));
+            let mut encoder = self.device.create_command_encoder(&Default::default());
+            encoder.copy_texture_to_buffer(
+                wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &staging,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(padded),
+                        rows_per_image: Some(part.height),
+                    },
+                },
+                part,
+            );
+            let bytes = self.submit_and_map(encoder, &staging)?;
+            for line in bytes.chunks_exact(padded as usize) {
+                texels.extend_from_slice(bytemuck::cast_slice(&line[..row as usize]));
+            }
         }
         Ok(texels)
     }
@@ -170,6 +175,23 @@ impl Gpu {
         answer.map_err(|error| Error::Lost(error.to_string()))?;
         staging.get_mapped_range(..).map_err(|error| Error::Lost(error.to_string()))
     }
+}
+
+/// Parts of a texture of at most `most` rows, in order: whole layers, or else rows of one layer.
+fn parts(size: wgpu::Extent3d, most: u64) -> Vec<(wgpu::Origin3d, wgpu::Extent3d)> {
+    let most = u32::try_from(most.max(1)).unwrap_or(u32::MAX);
+    let height = size.height.clamp(1, most);
+    let layers = if height == size.height { most / height } else { 1 };
+    let mut parts = Vec::new();
+    for z in (0..size.depth_or_array_layers).step_by(layers as usize) {
+        let depth_or_array_layers = layers.min(size.depth_or_array_layers - z);
+        for y in (0..size.height).step_by(height as usize) {
+            let height = height.min(size.height - y);
+            let part = wgpu::Extent3d { height, depth_or_array_layers, ..size };
+            parts.push((wgpu::Origin3d { x: 0, y, z }, part));
+        }
+    }
+    parts
 }
 
 /// Size of a texel [bytes].

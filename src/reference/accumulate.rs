@@ -223,7 +223,7 @@ fn segment_of(
         if !target.filters() {
             continue;
         }
-        for (place, texel) in tile.texels() {
+        for (place, texel) in target.texels(tile) {
             passed[place].cross(&target, texel, opaque[place]);
             if let Some(hit) = hit_before(&target, texel, opaque[place]) {
                 passed[place].pass(&hit);
@@ -255,7 +255,7 @@ fn ordered_segment(
         if !target.filters() {
             continue;
         }
-        for (place, texel) in tile.texels() {
+        for (place, texel) in target.texels(tile) {
             let (passed, order) = &mut passed[place];
             if i >= first {
                 passed.cross(&target, texel, opaque[place]);

@@ -7,7 +7,11 @@ use super::{
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{BACK_BIT, Caster, Footprint, GpuView, TRIANGLE_BIT, TriangleSetup},
-    reference::dither::{Place, cell, threshold},
+    reference::{
+        dither::{Place, cell, threshold},
+        project::SLACK,
+        tile::Tile,
+    },
 };
 use glam::{IVec3, Vec2, Vec3};
 
@@ -85,6 +89,8 @@ pub struct Target<'a> {
     /// Seed of dither patterns.
     pub id: u32,
     form: Form<'a>,
+    /// Centre in the map and reach along each axis [texels].
+    place: (Vec2, f32),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -96,10 +102,12 @@ enum Form<'a> {
 
 impl<'a> Target<'a> {
     pub fn new(records: Records<'a>, footprint: &Footprint) -> Self {
+        let place = |shape| (footprint.center, reach(records.view, footprint, shape));
         if footprint.caster & TRIANGLE_BIT != 0 {
             let setup = &records.setups[footprint.red_green as usize];
             let material = &records.materials[setup.material as usize];
-            return Self { records, material, id: setup.id, form: Form::Triangle(setup) };
+            let (form, place) = (Form::Triangle(setup), place(None));
+            return Self { records, material, id: setup.id, form, place };
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
@@ -111,7 +119,13 @@ impl<'a> Target<'a> {
         } else {
             Form::Facing { facing, color, base, slope }
         };
-        Self { records, material, id: caster.id, form }
+        Self { records, material, id: caster.id, form, place: place(Some(material.shape)) }
+    }
+
+    /// Texels of a tile that the caster may touch, as [`Tile::texels`].
+    pub fn texels(&self, tile: &Tile) -> impl Iterator<Item = (usize, Vec2)> + use<> {
+        let (center, reach) = self.place;
+        tile.texels_near(center, reach)
     }
 
     /// Whether hits filter the light, rather than block it or do nothing.
@@ -234,6 +248,30 @@ impl Face {
         let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
         Crossing { tau, leaves: self.leaves }
     }
+}
+
+/// Least distance from the centre, along either axis, beyond which a footprint touches no texel [texels];
+/// `shape`: of a particle. Twin of `wgsl/hit/reach.wgsl`.
+fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
+    let Some(shape) = shape else { return footprint.radius };
+    if footprint.beside().is_some() {
+        return f32::INFINITY;
+    }
+    let corner = if shape == Shape::Quad { std::f32::consts::SQRT_2 } else { 1.0 };
+    let mut reach = footprint.radius * corner;
+    if view.perspective > 0.0 {
+        if shape == Shape::Puff {
+            // A sphere's cone has its radius over distance as sine, not as tangent.
+            reach = if reach < 1.0 { reach / (1.0 - reach * reach).sqrt() } else { f32::INFINITY };
+        }
+        // tan(axis + cone) - tan(axis), outwards from the view's centre.
+        let slope = (footprint.center - view.size * 0.5).length() / view.scale;
+        let rest = 1.0 - slope * reach;
+        let ends = rest > 0.0 && reach.is_finite();
+        reach =
+            if ends { view.scale * reach * (1.0 + slope * slope) / rest } else { f32::INFINITY };
+    }
+    reach + SLACK
 }
 
 /// Length of the ray through a texel from light depth 0 to 1 [m].

@@ -34,7 +34,7 @@ pub fn occlude_colored<'a>(
         if !target.material.transfer.is_opaque() {
             continue;
         }
-        for (place, texel) in tile.texels() {
+        for (place, texel) in target.texels(tile) {
             if let Some(hit) = target.hit(texel, 1.0) {
                 let blocked = blocked_channels(&target, texel, &hit);
                 let depth = Vec3::splat(stored_depth(&target, &hit));

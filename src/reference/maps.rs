@@ -113,6 +113,7 @@ impl<'a> SceneRecords<'a> {
                 slabs: only_discs(&scene),
                 over: uses(Transfer::Over),
                 volumes: has_volumes,
+                softening: shadow.soften,
                 segment: CURVE_SEGMENT as usize,
             }),
             pair_budget: shadow.pair_budget,
@@ -184,6 +185,12 @@ impl<'a> SceneRecords<'a> {
                 self.modes,
             );
         }
+        // Kernels have lists of their own for casters that filter and for those that block.
+        let filtering = |index: usize| {
+            let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
+            let pairs = pairs.filter(|&i| self.filters(i));
+            pairs.map(|i| (&footprints[i], keys[i])).collect::<Vec<_>>()
+        };
         if self.modes.ordered {
             let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
             counters.unordered += overflowed.iter().filter(filters).count() as u64;
@@ -191,9 +198,8 @@ impl<'a> SceneRecords<'a> {
         if let Some(modes) = self.curve_modes {
             count(counters, &bins, sorted.len(), scattered.len());
             let tiles = each(tile_count, |index| {
-                let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
-                let pairs: Vec<_> = pairs.map(|i| (&footprints[i], keys[i])).collect();
-                curves(records, index as u32, &pairs, &opaque[index], sums.as_ref(), modes)
+                let (pairs, opaque) = (filtering(index), &opaque[index]);
+                curves(records, index as u32, &pairs, opaque, sums.as_ref(), modes)
             });
             let accumulated: Vec<_> = tiles.iter().map(without_curves).collect();
             let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
@@ -211,8 +217,7 @@ impl<'a> SceneRecords<'a> {
             return maps;
         }
         let accumulated = each(tile_count, |index| {
-            let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
-            let pairs: Vec<_> = pairs.map(|i| (&footprints[i], keys[i])).collect();
+            let pairs = filtering(index);
             let (opaque, sums) = (&opaque[index], sums.as_ref());
             accumulate(records, index as u32, &pairs, opaque, sums, self.modes)
         });
@@ -247,6 +252,13 @@ impl<'a> SceneRecords<'a> {
         }
         soften_curves(maps, self.soften_window, over);
         filter_colored(maps, self.soften_window);
+    }
+
+    /// Whether footprint `i` is of a caster that filters light.
+    fn filters(&self, i: usize) -> bool {
+        let particle = self.casters.get(i).map(Caster::material);
+        let material = particle.unwrap_or_else(|| self.triangles[i - self.casters.len()].material);
+        Class::FILTERING.contains(&Class::of(&self.materials[material as usize]))
     }
 
     /// Projects particles first, then triangles.

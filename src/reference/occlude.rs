@@ -49,7 +49,7 @@ pub fn occlude<'a>(
         if !target.material.transfer.is_opaque() {
             continue;
         }
-        for (place, texel) in tile.texels() {
+        for (place, texel) in target.texels(tile) {
             if let Some(hit) = target.hit(texel, 1.0)
                 && blocks(&target, texel, &hit)
             {

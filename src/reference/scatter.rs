@@ -74,7 +74,7 @@ impl ScatterSums {
         for (x, y) in rect.tiles() {
             let index = y * records.view.tiles_x + x;
             let tile = index as usize;
-            for (place, texel) in Tile::new(records.view, index).texels() {
+            for (place, texel) in target.texels(&Tile::new(records.view, index)) {
                 self.add(&target, texel, tile, place, &opaque[tile], modes);
             }
         }

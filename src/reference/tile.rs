@@ -46,10 +46,30 @@ impl Tile {
 
     /// Indices of the tile's texels that are in the map, with their centres in the map [texels].
     pub fn texels(&self) -> impl Iterator<Item = (usize, Vec2)> + use<> {
-        let (origin, size) = (self.origin, self.size);
-        (0..TEXELS as u32).filter_map(move |place| {
-            let texel = origin + UVec2::new(place % TILE_SIZE, place / TILE_SIZE);
-            texel.cmplt(size).all().then(|| (place as usize, texel.as_vec2() + 0.5))
+        self.texels_near(Vec2::ZERO, f32::INFINITY)
+    }
+
+    /// As [`Self::texels`], those whose centres are at most `reach` from `center` along each axis, and
+    /// perhaps some next to them [texels].
+    pub fn texels_near(
+        &self,
+        center: Vec2,
+        reach: f32,
+    ) -> impl Iterator<Item = (usize, Vec2)> + use<> {
+        let edge = UVec2::splat(TILE_SIZE).min(self.size.saturating_sub(self.origin));
+        let place = center - self.origin.as_vec2();
+        // A number that is not one excludes nothing.
+        let first = (place - reach - 1.0).max(Vec2::ZERO).as_uvec2();
+        let last = place + reach + 1.0;
+        let end =
+            |last: f32, edge: u32| if last < edge as f32 { last.max(0.0) as u32 } else { edge };
+        let (end_x, end_y) = (end(last.x, edge.x), end(last.y, edge.y));
+        let origin = self.origin;
+        (first.y..end_y).flat_map(move |y| {
+            (first.x..end_x).map(move |x| {
+                let texel = origin + UVec2::new(x, y);
+                ((y * TILE_SIZE + x) as usize, texel.as_vec2() + 0.5)
+            })
         })
     }
 }

@@ -278,7 +278,8 @@ impl Plan {
         }
         let dense = filtering.footprint_count >= DENSE * tile_count;
         let features = filtering.features.of_walk(dense, config.queued);
-        let features = Features { nodes: config.nodes, ..features };
+        let softening = config.soften && config.nodes > 0;
+        let features = Features { nodes: config.nodes, softening, ..features };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }

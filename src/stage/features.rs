@@ -35,6 +35,8 @@ pub struct Features {
     pub queued: bool,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
+    /// Curves are softened; no property of casters.
+    pub softening: bool,
     /// Kernels of the picture count the cost of each pixel; no property of casters.
     pub cost: bool,
     /// The picture has air; no property of casters.
@@ -79,6 +81,7 @@ impl Features {
         dense: false,
         queued: false,
         nodes: 0,
+        softening: false,
         cost: false,
         air: false,
         environment: false,
@@ -165,6 +168,7 @@ impl Features {
             ("PERSPECTIVE", self.perspective),
             ("HAS_OPAQUE", self.opaque),
             ("DENSE", self.dense),
+            ("HAS_SOFTENING", self.softening),
             ("COUNT_COST", self.cost),
             ("HAS_AIR", self.air),
             ("HAS_ENVIRONMENT", self.environment),

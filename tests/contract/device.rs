@@ -52,6 +52,34 @@ fn texels_come_back_as_they_went() {
     );
 }
 
+/// Two layers of 128 MiB and a little more, where a buffer has 256 MiB at most.
+#[test]
+#[ignore = "takes 0.8 GB: make test-all"]
+fn a_texture_larger_than_any_buffer_comes_back() {
+    let gpu = gpu(Tier::Core);
+    let (width, height) = (8192, 4100);
+    assert!(2 * 4 * u64::from(width * height) > gpu.device.limits().max_buffer_size);
+    let texture = gpu.texture_array("texels", [width, height, 2], wgpu::TextureFormat::R32Uint);
+    let corners = [(0, 0, 0), (width - 1, height - 1, 0), (0, 0, 1), (width - 1, height - 1, 1)];
+    for (value, (x, y, z)) in (1_u32..).zip(corners) {
+        gpu.queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x, y, z },
+                ..texture.as_image_copy()
+            },
+            &value.to_le_bytes(),
+            wgpu::TexelCopyBufferLayout::default(),
+            wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+        );
+    }
+    let texels: Vec<u32> = gpu.try_read_texture(&texture).unwrap();
+    assert_eq!(texels.len(), 2 * (width * height) as usize);
+    for (value, (x, y, z)) in (1..).zip(corners) {
+        assert_eq!(texels[((z * height + y) * width + x) as usize], value);
+    }
+    assert_eq!(texels.iter().filter(|&&texel| texel > 0).count(), corners.len());
+}
+
 #[test]
 fn a_refused_command_is_an_error_once() {
     let gpu = own_gpu(Tier::Native);

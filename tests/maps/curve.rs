@@ -255,6 +255,19 @@ fn gpu_matches_twin_of_every_kind() {
     holds(Tier::Native, &gain, "gain");
 }
 
+/// A ground in front of all discs by its nearest corner, which is beside them: slabs are cut by the discs'
+/// depths alone.
+#[test]
+fn slabs_do_not_depend_on_opaque_casters() {
+    let mut scene = discs(8);
+    scene.materials.push(material(Transfer::Opaque));
+    let corner = |x: f32, z: f32| Vec3::new(x, -3.0, z);
+    let corners = [corner(-30.0, -30.0), corner(40.0, -30.0), corner(0.0, 60.0)];
+    scene.triangles.push(triangle(corners, 1));
+    holds(Tier::Native, &scene, "over a ground");
+    holds(Tier::Core, &scene, "over a ground");
+}
+
 #[test]
 fn overflow_goes_behind() {
     let mut scene = discs(8);

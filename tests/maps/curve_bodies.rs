@@ -13,11 +13,14 @@ use gobo::{
     glam::{DVec3, Vec3, Vec4},
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
     records::ViewMaps,
+    reference::curve::bodies::LEAST_BEND,
     scene::Scene,
 };
 
 /// Rounding of a stored channel, of f16 in `F`, and of a depth in 16 bits.
 const ROUNDING: f32 = 2e-3;
+/// Bend of a ramp that is not split any more, and by how much its largest error exceeds that in its middle.
+const FLAT: f32 = 1.05 * 0.5 * LEAST_BEND * LEAST_BEND;
 
 fn middle(maps: &ViewMaps) -> usize {
     let size = maps.view.size;
@@ -39,6 +42,12 @@ fn bend(passed: Vec3) -> Vec3 {
             .zip((0..=100).map(|i| a.powf(i as f32 / 100.0)))
             .fold(0.0, |most: f32, (line, exact)| most.max(line - exact))
     })
+}
+
+/// Largest error inside a body that is `count` ramps, a power of two: that of as many equal ones, in the
+/// channel that bends most, or less than is worth a node.
+fn parts(passed: Vec3, count: u32) -> Vec3 {
+    Vec3::splat(bend(passed.powf(1.0 / count as f32)).max_element().max(FLAT))
 }
 
 /// Transmittance of some metres of fog.
@@ -76,7 +85,9 @@ fn volumes_are_ramps() {
                 let inside = [(3.0, 4.0), (0.0, 1.5), (-3.0, -2.0)]
                     .iter()
                     .any(|&(low, high)| z < high + 0.02 && z > low - 0.02);
-                let slack = if inside { bend(through(1.5)) } else { Vec3::ZERO };
+                // Three bodies in eight nodes: each has two at least.
+                let half = through(1.5).powf(0.5);
+                let slack = if inside { bend(half) } else { Vec3::ZERO };
                 let is = light_at(&maps[0], Vec3::new(0.0, 0.0, z.max(-2.98)));
                 near(is, through(fog_above(z.max(-2.98))), slack, &format!("{kind:?} {z}"));
             }
@@ -101,8 +112,8 @@ fn volumes_that_hold_the_light_begin_with_it() {
             .find(|maps| maps.view.view_from_world.transform_vector3(Vec3::NEG_Z).z < -0.9);
         let down = down.unwrap();
         for (z, metres) in [(-1.0, 3.0), (-2.9, 4.9), (-3.5, 5.0), (-6.0, 5.0)] {
-            // A single ramp.
-            let slack = if z > -3.0 { bend(through(5.0)) } else { Vec3::splat(4e-3) };
+            // One body in eight nodes.
+            let slack = if z > -3.0 { parts(through(5.0), 8) } else { Vec3::splat(4e-3) };
             near(light_at(down, Vec3::new(0.0, 0.0, z)), through(metres), slack, "down");
         }
     }
@@ -173,6 +184,72 @@ fn puffs_are_ramps_that_may_overlap() {
         // Half-way through both, the chord of the first is incomplete: steps would be far off.
         let is = light_at(&maps[0], Vec3::new(0.0, 0.0, 0.2));
         assert!((is - passed(0, -9.0) * passed(1, 0.2)).abs().max_element() > 0.05, "{is}");
+    }
+}
+
+/// A dense body in a curve of its own, a fog and a puff: a receiver inside gets the exponential, as exactly
+/// as K ramps can hold it. One ramp is off by up to 0.32.
+#[test]
+fn receivers_inside_a_dense_body_get_what_reaches_them() {
+    let mut fog = stage(SUN);
+    fog.triangles.extend(cuboid(Vec3::new(-2.0, -2.0, -2.0), Vec3::new(2.0, 2.0, 2.0), FOG));
+    let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
+    let mut steam = empty(vec![puff]);
+    steam.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+    steam.shadow.size = 65;
+    let soot = Vec4::new(0.0, 0.5, 0.9, 0.95);
+    steam.particles.push(particle(Vec3::ZERO, 1.0, soot));
+    let of_soot = 1.0 - soot.w * (1.0 - soot.truncate());
+    for (scene, half, passed) in [(fog, 2.0, through(4.0)), (steam, 1.0, of_soot)] {
+        for nodes in [4, 8, 16] {
+            let scene = curved(scene.clone(), nodes);
+            for (maps, _) in all_maps(&scene) {
+                let mut apart = 0.0_f32;
+                for i in 0..200 {
+                    let share = (i as f32 + 0.5) / 200.0;
+                    let is = light_at(&maps[0], Vec3::new(0.0, 0.0, half - 2.0 * half * share));
+                    let what = format!("{nodes} nodes, {share}");
+                    near(is, passed.powf(share), parts(passed, nodes), &what);
+                    apart = apart.max((is - passed.powf(share)).abs().max_element());
+                }
+                // The nodes are used.
+                let used = maps[0].curve.as_ref().unwrap().ramps(middle(&maps[0])).count();
+                assert!(used > 3 && used <= nodes as usize, "{nodes} nodes: {used}, {apart}");
+            }
+        }
+    }
+    assert!(bend(of_soot).max_element() > 0.3);
+}
+
+/// Kernels split what the twin splits, among other puffs and volumes; no body takes a hit's node.
+#[test]
+fn bodies_take_free_nodes_only() {
+    let mut scene = discs(4);
+    scene.materials = vec![Material { shape: Shape::Puff, ..material(Transfer::Filter) }, fog()];
+    scene.particles.truncate(60);
+    for particle in &mut scene.particles {
+        (particle.radius, particle.color.w) = (particle.radius.max(0.1), 0.9);
+    }
+    scene.triangles.extend(cuboid(Vec3::new(-1.5, -0.5, -1.0), Vec3::new(0.5, 0.8, 1.2), 1));
+    for (tier, nodes) in TIERS.into_iter().zip([4, 8]) {
+        holds(tier, &curved(scene.clone(), nodes), "puffs and a fog");
+    }
+    // Four puffs in four nodes, one behind another: between them, every light is exact.
+    let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
+    let mut row = empty(vec![puff]);
+    row.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
+    row.shadow.size = 65;
+    let color = Vec4::new(0.1, 0.5, 0.8, 0.6);
+    let passed = 1.0 - color.w * (1.0 - color.truncate());
+    for i in 0..4 {
+        let center = Vec3::new(0.0, 0.0, 1.5 - i as f32);
+        row.particles.push(Particle { id: i, ..particle(center, 0.3, color) });
+    }
+    for (maps, _) in all_maps(&curved(row, 4)) {
+        for i in 0..3 {
+            let is = light_at(&maps[0], Vec3::new(0.0, 0.0, 1.0 - i as f32));
+            near(is, passed.powf(i as f32 + 1.0), Vec3::ZERO, &format!("behind puff {i}"));
+        }
     }
 }
 

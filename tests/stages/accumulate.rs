@@ -1,8 +1,8 @@
 //! From pairs to maps and sums, against products of the formulas in 64 bits: each kernel alone, with inputs
 //! by hand and poisoned outputs.
 use super::by_hand::{
-    ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, dispatches, records, run,
-    texel_of, tile_record, view_buffer,
+    ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, disc, dispatches, records,
+    run, texel_of, tile_record, view_buffer,
 };
 use crate::common::{
     TIERS, gpu,
@@ -39,15 +39,6 @@ const BLACK: f64 = 1.0 / 1024.0;
 /// A disc across tiles, as in no tile: nothing passes it.
 fn shade() -> Footprint {
     disc(Vec2::splat(24.0), 1e4, 0.001, Vec3::ZERO, 1.0)
-}
-
-fn disc(center: Vec2, radius: f32, depth: f32, color: Vec3, opacity: f32) -> Footprint {
-    let key = (depth * 65534.0) as u32;
-    let mut footprint =
-        Footprint { center, radius, depth, red_green: 0, blue_slope: 0, base: 0, caster: 0 };
-    footprint.set_opacity(color, 0.0, opacity);
-    footprint.base |= key << 16;
-    footprint
 }
 
 /// Footprints front to back, and each tile's run of `pairs`.

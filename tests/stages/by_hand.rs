@@ -1,8 +1,8 @@
 //! A batch by hand: two views in a poisoned atlas, their tiles and sums, and what a kernel makes of them.
 use gobo::{
-    glam::{Mat4, UVec2, Vec2},
+    glam::{Mat4, UVec2, Vec2, Vec3},
     gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
-    records::{GpuView, MAX_VIEWS, PART_WHOLE, ROW},
+    records::{Footprint, GpuView, MAX_VIEWS, PART_WHOLE, ROW},
     stage::features::Features,
     wgpu::{self, BufferUsages, TextureFormat as Format, TextureUsages as Use},
 };
@@ -81,8 +81,21 @@ pub(super) fn records<const N: usize>(
     texture
 }
 
+/// A soft disc, or an opaque one, of an orthographic view.
+pub(super) fn disc(center: Vec2, radius: f32, depth: f32, color: Vec3, opacity: f32) -> Footprint {
+    let key = (depth * 65534.0) as u32;
+    let mut footprint =
+        Footprint { center, radius, depth, red_green: 0, blue_slope: 0, base: 0, caster: 0 };
+    footprint.set_opacity(color, 0.0, opacity);
+    footprint.base |= key << 16;
+    footprint
+}
+
 pub(super) fn view_buffer(gpu: &Gpu) -> wgpu::Buffer {
-    let [first, second] = views();
+    upload_views(gpu, views())
+}
+
+pub(super) fn upload_views(gpu: &Gpu, [first, second]: [GpuView; 2]) -> wgpu::Buffer {
     let mut all = vec![first; MAX_VIEWS];
     all[1] = second;
     gpu.upload("views", &all, BufferUsages::UNIFORM)
@@ -194,11 +207,24 @@ pub(super) fn run(
 ) {
     let discs = Features { particles: true, opaque: true, ..Features::NONE }.constants();
     let constants = [constants, &discs].concat();
-    let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], &constants).unwrap();
-    let bindings = kernel.bind(&gpu.device, resources).unwrap();
+    run_all(gpu, tier, &constants, resources, &[(desc, groups)]);
+}
+
+/// Runs kernels, one after another.
+pub(super) fn run_all(
+    gpu: &Gpu,
+    tier: Tier,
+    constants: &[Constant],
+    resources: &Resources<'_>,
+    kernels: &[(&'static KernelDesc, [u32; 3])],
+) {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-    kernel.record(&mut pass, &bindings, groups);
+    for &(desc, groups) in kernels {
+        let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], constants).unwrap();
+        let bindings = kernel.bind(&gpu.device, resources).unwrap();
+        kernel.record(&mut pass, &bindings, groups);
+    }
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
 }

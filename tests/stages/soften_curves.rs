@@ -5,7 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    model::{LightKind, Material, Pattern, Profile, Receiver, Transfer, dither::window},
+    model::{LightKind, Material, Pattern, Profile, Receiver, Shape, Transfer, dither::window},
     records::ViewMaps,
     reference::render_maps,
     scene::Scene,
@@ -121,6 +121,30 @@ fn mixture(pattern: Pattern, transfer: Transfer) -> Scene {
     scene.triangles.extend(pane(0.5, 0.6, 2));
     scene.shadow.soften = true;
     scene
+}
+
+/// Three hits of a curve with four nodes, one of them a dense puff: the softening has a node of its own.
+#[test]
+fn a_dense_puff_leaves_a_node_to_the_softening() {
+    const SIZE: usize = 64;
+    let gel = gel(Vec3::splat(0.97));
+    let dithered = dithered(Pattern::Bayer8, Vec4::new(0.0, 0.0, 0.0, 0.25));
+    let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
+    let mut scene = empty(vec![gel, dithered, puff]);
+    for (depth, material) in [(0.2, 0), (0.22, 0), (0.95, 1)] {
+        scene.triangles.extend(pane(depth, 100.0, material));
+    }
+    let soot = particle(Vec3::new(0.0, 0.0, -7.0), 1.0, Vec4::new(0.0, 0.0, 0.0, 0.95));
+    scene.particles.push(gobo::model::Particle { material: 2, ..soot });
+    scene.shadow.soften = true;
+    let scene = curved(scene, 4);
+    let maps = render_maps(&scene, &[flat_view(SIZE as u32, 30.0)]).0.remove(0);
+    let curve = maps.curve.as_ref().unwrap();
+    let middle = SIZE / 2 * SIZE + SIZE / 2;
+    for (z, light) in [(0.1, 1.0), (0.21, 0.97), (0.5, 0.9409), (0.9, 0.047), (0.97, 0.0353)] {
+        let is = curve.light_at(middle, z).x;
+        assert!((is - light).abs() <= ROUNDING, "{z}: {is} for {light}");
+    }
 }
 
 /// Share of (texel, depth) whose light differs.

@@ -1,5 +1,6 @@
 // Insertion of a hit between a texel's nodes. CPU twin: src/reference/curve/mod.rs.
 
+import package::curve::bodies::new_place;
 import package::curve::light4::{
     Light4, decode_light, encode_lights, encode_means, plus, quotient, scaled, white4,
 };
@@ -17,12 +18,14 @@ fn seek(i: u32) {
     old_span = select(old_span, spans[i], in_front);
     new_lights = select(new_lights, node_lights[i], in_front);
     new_means = select(new_means, node_means[i], in_front);
+    new_place += select(vec4(0u), vec4(1u), in_front);
 }
 
 // Moves nodes behind the new one back, and dims them. Without a hit the new node goes last.
 fn insert_between(span: vec4<u32>, light: Light4, passed: Light4, last: vec4<bool>, counts: vec4<bool>) {
     new_span = select(vec4(0xffffffffu), span, counts);
     old_span = vec4(0u);
+    new_place = vec4(0u);
     let white = white4();
     new_lights = encode_lights(white);
     new_means = encode_means(white);

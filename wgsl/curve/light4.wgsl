@@ -88,6 +88,10 @@ fn quotient(a: Light4, b: Light4, least: f32) -> Light4 {
     );
 }
 
+fn root4(a: Light4) -> Light4 {
+    return Light4(sqrt(a.red), sqrt(a.green), sqrt(a.blue));
+}
+
 fn selected(a: Light4, b: Light4, is: vec4<bool>) -> Light4 {
     return Light4(select(a.red, b.red, is), select(a.green, b.green, is), select(a.blue, b.blue, is));
 }

@@ -4,6 +4,7 @@
 // Indices are literals, so that the arrays become registers: software drivers read arrays with an
 // unknown index one lane at a time.
 
+import package::curve::bodies::{clear_bodies, follow_merge};
 import package::curve::light4::{Light4, black4, encode_lights, encode_means, white4};
 import package::curve::merge::{before, best, best_cost, close_up, merged_span, weigh};
 import package::curve::between::insert_between;
@@ -30,6 +31,7 @@ fn clear_list() {
     disordered = 0u;
     latest = vec4(0u);
     adding = black4();
+    clear_bodies();
     clear_node(0u);
     clear_node(1u);
     clear_node(2u);
@@ -97,6 +99,7 @@ fn insert(start: vec4<u32>, end: vec4<u32>, light: Light4, passed: Light4, is: v
     let merged = merged_span();
     // Without a hit, the new node is dropped.
     let at = select(vec4(NODES), best, counts);
+    follow_merge(counts);
     close_up(0u, at, merged);
     close_up(1u, at, merged);
     close_up(2u, at, merged);

@@ -4,6 +4,7 @@
 import package::bind::changed::counters;
 import package::bind::read::scattered_tiles;
 import package::bind::stored::{curves, filters, nearests};
+import package::curve::bodies::split_bodies;
 import package::curve::gather::{
     ROWS, join_ramp, light_texel, nearest, nearest_seen, open_added, open_end, open_light,
     open_start, total_light,
@@ -60,6 +61,7 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
         textureStore(filters, row, view.layer, vec4(blackened(light_texel(all, i)), 1.0));
         textureStore(nearests, row, view.layer, vec4(nearest[i]));
     }
+    split_bodies();
     store_curves(view, at);
     if disordered > 0u {
         atomicAdd(&counters.disordered, disordered);

@@ -17,6 +17,7 @@
 //!
 //! Streaming insertion with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps). Unlike
 //! theirs: in colour, with ramps, and with depths that move.
+pub mod bodies;
 pub mod mean;
 pub mod soften;
 pub mod tile;
@@ -46,6 +47,8 @@ struct Node {
     span: u32,
     /// Light behind: red, green, blue and their mean.
     light: [u16; 4],
+    /// Of a single hit, not merged.
+    is_alone: bool,
 }
 
 impl Node {
@@ -123,7 +126,7 @@ impl Streaming {
             disordered: 0,
         };
         let light = new.encode_light(Vec3::ONE);
-        new.nodes = [Node { span: 0, light }; MAX_NODES];
+        new.nodes = [Node { span: 0, light, is_alone: false }; MAX_NODES];
         new
     }
 
@@ -231,12 +234,12 @@ impl Streaming {
         let mut all = [Node::default(); MAX_NODES + 1];
         all[..place].copy_from_slice(&self.nodes[..place]);
         let behind = if place == count { self.passed } else { reached * light + added };
-        all[place] = Node { span, light: self.encode_light(behind) };
+        all[place] = Node { span, light: self.encode_light(behind), is_alone: true };
         let light = light + added / reached.max(Vec3::splat(BLACK));
         for i in place..count {
             let node = self.nodes[i];
             let light = self.encode_light(self.light_of(&node) * light);
-            all[i + 1] = Node { span: node.span, light };
+            all[i + 1] = Node { light, ..node };
         }
         self.merge_cheapest(&all[..=count]);
     }
@@ -255,7 +258,13 @@ impl Streaming {
         }
         let (_, at, before) = best;
         let span = merged_span(before, [mean(at), mean(at + 1)], [all[at], all[at + 1]]);
-        let merged = Node { span, light: all[at + 1].light };
+        // One that absorbs nothing leaves the other as it is.
+        let is_alone = if before == mean(at) {
+            all[at + 1].is_alone
+        } else {
+            mean(at) == mean(at + 1) && all[at].is_alone
+        };
+        let merged = Node { span, light: all[at + 1].light, is_alone };
         for i in 0..self.count {
             self.nodes[i] = match i.cmp(&at) {
                 std::cmp::Ordering::Less => all[i],

@@ -95,7 +95,8 @@ impl Streaming {
             if start > 0.0 {
                 let end = (start + length).round_ties_even().min(super::DEPTHS) as u32;
                 let span = (start as u32) << 16 | end;
-                curve.nodes[i] = Node { span, light: curve.encode_light(light) };
+                let light_bits = curve.encode_light(light);
+                curve.nodes[i] = Node { span, light: light_bits, is_alone: false };
                 curve.passed = light;
             }
         }

@@ -55,6 +55,8 @@ pub struct CurveModes {
     pub over: bool,
     /// Closed meshes absorb along the ray.
     pub volumes: bool,
+    /// Curves are softened: a ramp will be inserted into each.
+    pub softening: bool,
     /// Pairs of a segment.
     pub segment: usize,
 }
@@ -164,6 +166,10 @@ pub fn curves(
     for place in 0..TEXELS {
         let rest = scattered.map(|sums| sums.texel(index, place));
         finish(&mut texels[place], rest, modes);
+        // With `over`, light may grow inside a body; ramps of several segments are merged ones.
+        if !modes.over && !modes.slabs && footprints.len() <= modes.segment {
+            texels[place].curve.split_bodies(usize::from(modes.softening));
+        }
     }
     let mut done = TileTexels::filled(CurveTexel {
         nodes: Vec::new(),
@@ -243,7 +249,7 @@ fn walk(
     let reach = (keys.1 - keys.0) / slab_count(modes.nodes);
     let mut counts = TileTexels::filled(0);
     for target in pairs.iter().map(|pair| Target::new(records, pair.0)).filter(|_| modes.slabs) {
-        for (place, at) in tile.texels() {
+        for (place, at) in target.texels(tile) {
             let hit = target.hit(at, opaque[place]).filter(|hit| hit.depth < opaque[place]);
             counts[place] += u32::from(hit.is_some_and(|hit| hit.opacity >= TRACE));
         }
@@ -259,7 +265,7 @@ fn walk(
         if !target.filters() {
             continue;
         }
-        for (place, at) in tile.texels() {
+        for (place, at) in target.texels(tile) {
             let texel = &mut texels[place];
             let mut placed = false;
             if modes.volumes

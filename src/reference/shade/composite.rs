@@ -15,6 +15,9 @@ use crate::{
 };
 use glam::{Vec2, Vec3};
 
+/// Pairs after which it is asked again whether anything behind is visible.
+const ENDS: usize = 256;
+
 impl Eye<'_> {
     /// Blends translucent casters over the opaque surfaces of a tile.
     pub(super) fn composite(
@@ -29,14 +32,18 @@ impl Eye<'_> {
         for (place, at) in tile.texels() {
             pixels[place] = Pixel::empty(metres_per_depth(&self.view, at));
         }
-        for pair in blended.bins.tile(index) {
+        let is_faint = |pixel: &Pixel<_>| pixel.passed.max_element() < FAINT;
+        for (i, pair) in blended.bins.tile(index).iter().enumerate() {
+            if i % ENDS == ENDS - 1 && tile.texels().all(|(place, _)| is_faint(&pixels[place])) {
+                break;
+            }
             let footprint = &blended.casters.footprints[pair.footprint as usize];
             let target = Target::new(blended.records(), footprint);
             let material = target.material;
-            for (place, at) in tile.texels() {
+            for (place, at) in target.texels(tile) {
                 let (_, opaque) = surfaces[place];
                 let pixel = &mut pixels[place];
-                if pixel.passed.max_element() < FAINT {
+                if is_faint(pixel) {
                     continue;
                 }
                 let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {

@@ -223,7 +223,7 @@ impl Eye<'_> {
         for pair in solid.bins.tile(index) {
             let footprint = &solid.casters.footprints[pair.footprint as usize];
             let target = Target::new(solid.records(), footprint);
-            for (place, pixel) in tile.texels() {
+            for (place, pixel) in target.texels(tile) {
                 if let Some(hit) = target.hit(pixel, 1.0)
                     && is_solid(target.material, &hit)
                     && hit.depth < nearest[place].0
