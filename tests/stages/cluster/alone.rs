@@ -24,7 +24,7 @@ fn every_word_of_the_lists_is_written_and_no_other() {
         let params = grid.params(&scene.clusters, scene.lights.len());
         assert_eq!(params.word_count, 2);
         let count = params.cluster_count as usize;
-        assert!(count % cluster::LANES as usize != 0, "{count} fill their workgroups");
+        assert!(!count.is_multiple_of(cluster::LANES as usize), "{count} fill their workgroups");
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let uniform = gpu.upload("cluster_params", &[params], BufferUsages::UNIFORM);
         let counters = gpu.upload("cluster_counters", &[ClusterCounters::default()], usage);
