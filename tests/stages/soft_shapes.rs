@@ -267,7 +267,7 @@ fn a_corner_behind_a_bar_is_lit_from_both_sides() {
     let scene = load(&path).unwrap();
     let on_walls = |i: usize| {
         let (height, along) = (1.2 + 0.1 * (i / 24) as f32, -2.54 + 0.02 * (i % 24 / 2) as f32);
-        if i % 2 == 0 {
+        if i.is_multiple_of(2) {
             ReceiverPoint { position: Vec3::new(-2.55, height, along), normal: Vec3::X }
         } else {
             ReceiverPoint { position: Vec3::new(along, height, -2.55), normal: Vec3::Z }
