@@ -105,7 +105,8 @@ fn records_and_boxes_are_those_of_an_upload() {
             assert!(apart.max_element() <= 1e-6 && apart.min_element() > -1e-3, "{apart}");
         }
     }
-    assert!(texels == expected, "{:?}", texels.iter().zip(&expected).position(|(a, b)| a != b));
+    let apart = texels.iter().zip(&expected).enumerate().find(|(_, (a, b))| a != b);
+    assert!(texels == expected, "{apart:x?}");
     assert!(groups[..2].iter().chain(&groups[5..]).all(|group| *group == HostGroup::default()));
     let counted: Vec<LoadCounters> = gpu.read(&counters);
     assert_eq!(counted, [LoadCounters { taken: 599, skipped: 1 }]);

@@ -22,7 +22,7 @@ pub(super) const CONVENTIONS: [Convention; 4] = [
     USUAL,
     Convention { name: "reversed", reversed: true, ..USUAL },
     Convention { name: "infinite and reversed", reversed: true, infinite: true, ..USUAL },
-    Convention { name: "wider", reversed: false, infinite: false, wider: 1.5 },
+    Convention { name: "wider", reversed: false, infinite: false, wider: 1.4 },
 ];
 
 impl Convention {

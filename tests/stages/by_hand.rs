@@ -3,7 +3,7 @@ use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
     gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
     records::{Footprint, GpuView, MAX_VIEWS, PART_WHOLE, ROW},
-    stage::features::Features,
+    stage::{features::Features, profile::Profile},
     wgpu::{self, BufferUsages, TextureFormat as Format, TextureUsages as Use},
 };
 
@@ -218,10 +218,11 @@ pub(super) fn run_all(
     resources: &Resources<'_>,
     kernels: &[(&'static KernelDesc, [u32; 3])],
 ) {
+    let constants = [constants, &Profile::of(&gpu.adapter).constants()].concat();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     for &(desc, groups) in kernels {
-        let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], constants).unwrap();
+        let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], &constants).unwrap();
         let bindings = kernel.bind(&gpu.device, resources).unwrap();
         kernel.record(&mut pass, &bindings, groups);
     }
