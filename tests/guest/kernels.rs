@@ -36,6 +36,14 @@ fn plain(particle: &Particle) -> [f32; 12] {
     [c.x, c.y, c.z, radius, r, g, b, a, rotation, bits[0], bits[1], 0.0]
 }
 
+/// Whether texel `i` of the records is the same; where division is not that of IEEE 754, a turn may be its neighbour.
+fn is_same(i: usize, a: [u32; 4], b: [u32; 4]) -> bool {
+    let turn = |texel: [u32; 4]| (texel[2] >> 16) as u16;
+    let rest = |texel: [u32; 4]| [texel[0], texel[1], texel[2] & 0xffff, texel[3]];
+    let steps = turn(a).wrapping_sub(turn(b)).wrapping_add(1);
+    a == b || (i % 2 == 1 && rest(a) == rest(b) && steps <= 2)
+}
+
 #[test]
 fn records_and_boxes_are_those_of_an_upload() {
     let gpu = gpu(TIERS[0]);
@@ -105,8 +113,8 @@ fn records_and_boxes_are_those_of_an_upload() {
             assert!(apart.max_element() <= 1e-6 && apart.min_element() > -1e-3, "{apart}");
         }
     }
-    let apart = texels.iter().zip(&expected).enumerate().find(|(_, (a, b))| a != b);
-    assert!(texels == expected, "{apart:x?}");
+    let apart = texels.iter().zip(&expected).enumerate().find(|(i, (a, b))| !is_same(*i, **a, **b));
+    assert!(apart.is_none() && texels.len() == expected.len(), "{apart:x?}");
     assert!(groups[..2].iter().chain(&groups[5..]).all(|group| *group == HostGroup::default()));
     let counted: Vec<LoadCounters> = gpu.read(&counters);
     assert_eq!(counted, [LoadCounters { taken: 599, skipped: 1 }]);

@@ -247,9 +247,9 @@ fn costs_are_what_pixels_ask() {
             lit += u32::from(lights > 0);
             walked += u32::from(pairs > 5);
         }
-        // Fewer the smaller the block that a subgroup culls for: 5,640 of whole tiles, 2,560 of
-        // subgroups of 8, 976 of 4.
-        assert!(lit > 1000 && walked > 500, "{tier:?}: {lit}, {walked}");
+        // Fewer the smaller the block that a subgroup culls for: 5,392 of whole tiles, 760 of
+        // subgroups of 8, 176 of 4.
+        assert!(lit > 1000 && walked > 100, "{tier:?}: {lit}, {walked}");
     }
 }
 
