@@ -36,7 +36,8 @@ fn plain(particle: &Particle) -> [f32; 12] {
     [c.x, c.y, c.z, radius, r, g, b, a, rotation, bits[0], bits[1], 0.0]
 }
 
-/// Whether texel `i` of the records is the same; where division is not that of IEEE 754, a turn may be its neighbour.
+/// Whether texel `i` of the records is the same. Where division is not that of IEEE 754, a turn may be its
+/// neighbour.
 fn is_same(i: usize, a: [u32; 4], b: [u32; 4]) -> bool {
     let turn = |texel: [u32; 4]| (texel[2] >> 16) as u16;
     let rest = |texel: [u32; 4]| [texel[0], texel[1], texel[2] & 0xffff, texel[3]];
