@@ -5,7 +5,6 @@ python3 tools/lanterns.py data/gallery/market.toml data/gallery/market_lanterns.
 A body of revolution between two dark caps; it shines brightest where the lamp is near, and its ribs are darker.
 Lanterns of one colour are instances of one mesh (EXT_mesh_gpu_instancing).
 """
-import json
 import math
 import struct
 import sys
@@ -13,6 +12,7 @@ import tomllib
 import zlib
 
 import wine_glass
+from glb import write_glb
 
 wine_glass.SIDES = 20
 RIBS = 5
@@ -122,12 +122,7 @@ def main(scene, path):
         "bufferViews": views,
         "buffers": [{"byteLength": len(binary)}],
     }
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    with open(path, "wb") as file:
-        file.write(struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)))
-        file.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
-        file.write(struct.pack("<II", len(binary), 0x004E4942) + binary)
+    write_glb(path, document, binary)
 
 
 if __name__ == "__main__":

@@ -6,12 +6,12 @@ The name chooses the shirt (white or dark) and the arms that are raised (none, l
 The body is a signed distance [m], a smooth union of round cones and ellipsoids (Quilez 2008), and its surface the
 dual of a grid (surface nets, Gibson 1998) moved onto it along the gradient.
 """
-import json
 import pathlib
-import struct
 import sys
 
 import numpy as np
+
+from glb import write_glb
 
 CELL = 0.031  # of the grid [m]
 MERGE = 0.035  # over which parts join [m]
@@ -129,13 +129,7 @@ def main(path):
                         for i, (start, a) in enumerate(zip(starts, arrays))],
         "buffers": [{"byteLength": len(binary)}],
     }
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    binary += b"\0" * (-len(binary) % 4)
-    with open(path, "wb") as file:
-        file.write(struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)))
-        file.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
-        file.write(struct.pack("<II", len(binary), 0x004E4942) + binary)
+    write_glb(path, document, binary)
 
 
 if __name__ == "__main__":

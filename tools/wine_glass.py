@@ -2,10 +2,11 @@
 
 python3 tools/wine_glass.py data/gallery/wine_glass.glb
 """
-import json
 import math
 import struct
 import sys
+
+from glb import write_glb
 
 SIDES = 72
 CUTS = 4  # of a smooth segment
@@ -135,13 +136,7 @@ def main(path):
         "bufferViews": views,
         "buffers": [{"byteLength": len(binary)}],
     }
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    binary += b"\0" * (-len(binary) % 4)
-    with open(path, "wb") as file:
-        file.write(struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)))
-        file.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
-        file.write(struct.pack("<II", len(binary), 0x004E4942) + binary)
+    write_glb(path, document, binary)
 
 
 if __name__ == "__main__":
