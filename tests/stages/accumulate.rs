@@ -2,7 +2,7 @@
 //! by hand and poisoned outputs.
 use super::by_hand::{
     ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, disc, dispatches, records,
-    run, texel_of, tile_record, view_buffer,
+    run, texel_of, tile_records, view_buffer,
 };
 use crate::common::{
     TIERS, gpu,
@@ -180,12 +180,7 @@ fn assert_tiles(tier: Tier, desc: &'static KernelDesc, opacity: f32) {
     let gpu = gpu(tier);
     let batch = Batch::new(opacity, 3);
     let run_of = |tile: u32| batch.runs[tile as usize].clone();
-    let tiles: Vec<_> = (0..TILES)
-        .map(|tile| {
-            let pairs = run_of(tile);
-            tile_record(tile, [pairs.start, pairs.end], u32::from(tile == MERGED))
-        })
-        .collect();
+    let tiles = tile_records(&batch.runs, MERGED);
     let inputs = Inputs::new(&gpu, &batch, &tiles);
     let outputs = Outputs::poisoned(&gpu);
     let resources =

@@ -6,6 +6,7 @@ use gobo::{
     stage::{features::Features, profile::Profile},
     wgpu::{self, BufferUsages, TextureFormat as Format, TextureUsages as Use},
 };
+use std::ops::Range;
 
 pub(super) const TILE: u32 = 16;
 /// Texels of a tile.
@@ -65,6 +66,14 @@ pub(super) fn tile_record(tile: u32, [first, end]: [u32; 2], merged: u32) -> [u3
     let (view, corner) = place_of(tile);
     let place = corner / TILE;
     [first, end, merged, view as u32 | place.x << 8 | place.y << 20]
+}
+
+/// Records of all tiles, each with its run of pairs; other kernels finish the tile `merged`.
+pub(super) fn tile_records(runs: &[Range<u32>; TILES as usize], merged: u32) -> Vec<[u32; 4]> {
+    let record = |(tile, run): (u32, &Range<u32>)| {
+        tile_record(tile, [run.start, run.end], u32::from(tile == merged))
+    };
+    (0..).zip(runs).map(record).collect()
 }
 
 /// A record texture; the texels behind `texels` are poison.

@@ -2,7 +2,7 @@
 //! outputs.
 use super::by_hand::{
     ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, disc, dispatches, place_of, records, run_all,
-    texel_of, tile_record, view_buffer, views,
+    texel_of, tile_records, view_buffer, views,
 };
 use crate::common::{
     TIERS, gpu,
@@ -223,12 +223,7 @@ fn assert_tiles(tier: Tier, desc: &'static KernelDesc, triangles: bool) {
     let gpu = gpu(tier);
     let batch = Batch::new(triangles, 3);
     let run_of = |tile: u32| batch.runs[tile as usize].clone();
-    let tiles: Vec<_> = (0..TILES)
-        .map(|tile| {
-            let pairs = run_of(tile);
-            tile_record(tile, [pairs.start, pairs.end], u32::from(tile == MERGED))
-        })
-        .collect();
+    let tiles = tile_records(&batch.runs, MERGED);
     let inputs = Inputs::new(&gpu, &batch, &tiles);
     let opaques = gpu.texture_array("opaques", ATLAS, Format::R32Float);
     gpu.write_texture(&opaques, &vec![POISON; ATLAS.iter().product::<u32>() as usize]);
