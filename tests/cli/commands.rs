@@ -320,7 +320,7 @@ fn render_writes_pictures_and_maps() {
 #[test]
 fn a_truncated_array_is_noticed() {
     let folder = Folder::new("truncated");
-    folder.run(&["render", "scene.toml", "-o", "o", "--maps"]);
+    folder.run(&["render", "scene.toml", "-o", "o", "--maps", "--backend", "cpu"]);
     let path = folder.0.join("o/maps/frame_0000/key_light.0.filter.npy");
     let bytes = fs::read(&path).unwrap();
     npy(&path).unwrap();
@@ -333,7 +333,7 @@ fn a_truncated_array_is_noticed() {
 #[test]
 fn changed_names_are_reported() {
     let folder = Folder::new("names");
-    let output = folder.gobo(&["render", "scene.toml", "-o", "o", "--maps"]);
+    let output = folder.gobo(&["render", "scene.toml", "-o", "o", "--maps", "--backend", "cpu"]);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(stderr.contains("key/light") && stderr.contains("key_light"), "{stderr}");
     assert!(!stderr.contains("lamp"), "{stderr}");
@@ -342,7 +342,7 @@ fn changed_names_are_reported() {
 #[test]
 fn an_unwritable_folder_is_1() {
     let folder = Folder::new("unwritable");
-    let stderr = folder.fail(&["render", "scene.toml", "-o", "scene.toml"], 1);
+    let stderr = folder.fail(&["render", "scene.toml", "-o", "scene.toml", "--backend", "cpu"], 1);
     assert!(stderr.contains("scene.toml"), "{stderr}");
     assert_eq!(fs::read_to_string(folder.0.join("scene.toml")).unwrap(), SCENE);
 }
@@ -352,7 +352,7 @@ fn an_unwritable_folder_is_1() {
 fn a_failed_write_leaves_nothing_behind() {
     let folder = Folder::new("atomic");
     fs::create_dir_all(folder.0.join("o/frame_0000.png")).unwrap();
-    let stderr = folder.fail(&["render", "scene.toml", "-o", "o"], 1);
+    let stderr = folder.fail(&["render", "scene.toml", "-o", "o", "--backend", "cpu"], 1);
     assert!(stderr.contains("frame_0000.png"), "{stderr}");
     assert_eq!(files(&folder.0), ["scene.toml"]);
 }

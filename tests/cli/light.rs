@@ -46,8 +46,9 @@ fn shares_are_as_paper_says() {
     }
     // The lamp moves below the glass; positions alone are enough.
     fs::write(folder.0.join("p.npy"), array("<f4", 3, &floats(&[0.1, 0.3, 0.1]))).unwrap();
-    let set = "light.lamp.position=[0,0.5,0]";
-    folder.run(&["light", "scene.toml", "--points", "p.npy", "-o", "l.npy", "--set", set]);
+    let moved = ["--backend", "cpu", "--set", "light.lamp.position=[0,0.5,0]"];
+    let light = ["light", "scene.toml", "--points", "p.npy", "-o", "l.npy"];
+    folder.run(&[&light[..], &moved].concat());
     let (shape, shares) = npy(&folder.0.join("l.npy")).unwrap();
     assert_eq!(shape, [1, 2, 3]);
     assert!((shares[1] - 0.6).abs() <= 1e-3 && (shares[4] - 1.0).abs() <= 1e-3, "{shares:?}");
