@@ -5,7 +5,7 @@ use gobo::{
     gpu::{Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier, words},
     stage::{
         KERNELS, bin, curve,
-        levels::{OF_AREA, OF_POINT},
+        levels::{BLOCKS, OF_AREA, OF_POINT},
         sort::SERIAL_SCATTER,
         variants,
     },
@@ -69,7 +69,7 @@ fn every_declaration_is_some_kernels() {
     // Code that hosts link into shaders of their own.
     let library = Library::embedded().unwrap();
     for source in [OF_POINT, OF_AREA] {
-        let choices = [(source.name, source.files[0])];
+        let choices = [source, BLOCKS].map(|choice| (choice.name, choice.files[0]));
         linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
     let used: HashSet<_> =
