@@ -158,6 +158,24 @@ fn files_are_short() {
     }
 }
 
+/// llvmpipe executes a loop's body once more than it has turns where the test comes first: a look-up of an area
+/// light would take a third longer.
+#[test]
+fn loops_of_area_look_ups_end_with_their_test() {
+    let files =
+        ["level_light", "nearest_lit", "source_area"].map(|name| format!("shade/{name}.wgsl"));
+    let items = Library::embedded().unwrap().items();
+    let (mut loops, mut early) = (0, Vec::new());
+    for item in items.filter(|item| files.iter().any(|file| file == item.file)) {
+        loops += item.text.matches("loop {").count();
+        if item.text.contains("for (") || item.text.contains("while ") {
+            early.push((item.file, item.name));
+        }
+    }
+    assert_eq!(early, []);
+    assert!(loops >= 9, "{loops}");
+}
+
 #[test]
 fn errors_name_their_file() {
     let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();
