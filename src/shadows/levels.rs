@@ -59,7 +59,8 @@ impl AreaLevels {
         let texels = |blocks: u32| u64::from(blocks) * u64::from(BLOCK_TEXELS);
         let longest = firsts.iter().zip(ends).map(|(first, end)| end - first).max().unwrap_or(0);
         let all = texels(ends.last().copied().unwrap_or(0));
-        let texture = allocator.records("levels", Rgba32Uint, all, TextureUsages::COPY_DST)?;
+        let read = TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING;
+        let texture = allocator.records("levels", Rgba32Uint, all, read)?;
         let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
         let made = allocator.records("new_levels", Rgba32Uint, texels(longest), usage)?;
         let sizes = (0..records.leveled.len()).map(|i| records.view_of(i).size.as_uvec2());

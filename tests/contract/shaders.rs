@@ -5,7 +5,7 @@ use gobo::{
     gpu::{Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier, words},
     stage::{
         KERNELS, bin, curve,
-        levels::{OF_AREA, OF_POINT},
+        levels::{BLOCKS, OF_AREA, OF_POINT},
         sort::SERIAL_SCATTER,
         variants,
     },
@@ -69,7 +69,7 @@ fn every_declaration_is_some_kernels() {
     // Code that hosts link into shaders of their own.
     let library = Library::embedded().unwrap();
     for source in [OF_POINT, OF_AREA] {
-        let choices = [(source.name, source.files[0])];
+        let choices = [source, BLOCKS].map(|choice| (choice.name, choice.files[0]));
         linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
     let used: HashSet<_> =
@@ -156,6 +156,24 @@ fn files_are_short() {
         let lines = text.lines().count();
         assert!(lines <= 250, "wgsl/{path} has {lines} lines");
     }
+}
+
+/// llvmpipe executes a loop's body once more than it has turns where the test comes first: a look-up of an area
+/// light would take a third longer.
+#[test]
+fn loops_of_area_look_ups_end_with_their_test() {
+    let files =
+        ["level_light", "nearest_lit", "source_area"].map(|name| format!("shade/{name}.wgsl"));
+    let items = Library::embedded().unwrap().items();
+    let (mut loops, mut early) = (0, Vec::new());
+    for item in items.filter(|item| files.iter().any(|file| file == item.file)) {
+        loops += item.text.matches("loop {").count();
+        if item.text.contains("for (") || item.text.contains("while ") {
+            early.push((item.file, item.name));
+        }
+    }
+    assert_eq!(early, []);
+    assert!(loops >= 9, "{loops}");
 }
 
 #[test]

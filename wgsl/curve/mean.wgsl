@@ -49,27 +49,38 @@ fn ramp_bin(ramp: Ramp) -> u32 {
     return (ramp_middle(ramp) - part_low) * BINS / (part_high - part_low + 1u);
 }
 
-// Finds the parts, at most `parts`.
+// Finds the parts, at most `parts`. A child has some ramps: their loops end with the test, as llvmpipe executes a body
+// once more where it comes first.
 fn find_parts(children: u32, ramps: u32, parts: u32) {
     part_light = vec3(1.0);
     part_low = 0xffffffffu;
     part_high = 0u;
     for (var i = 0u; i < children; i += 1u) {
         start_child(i);
-        for (var k = 0u; k < ramps; k += 1u) {
+        var k = 0u;
+        loop {
             let ramp = shifted(child_ramp(k));
             let counts = ramp_weight(ramp) > 0.0;
             part_low = select(part_low, min(part_low, ramp_middle(ramp)), counts);
             part_high = select(part_high, max(part_high, ramp_middle(ramp)), counts);
+            k += 1u;
+            if k >= ramps {
+                break;
+            }
         }
     }
     var mask = 0u;
     for (var i = 0u; i < children; i += 1u) {
         start_child(i);
-        for (var k = 0u; k < ramps; k += 1u) {
+        var k = 0u;
+        loop {
             let ramp = shifted(child_ramp(k));
             let counts = ramp_weight(ramp) > 0.0;
             mask |= select(0u, 1u << (ramp_bin(ramp) & 31u), counts);
+            k += 1u;
+            if k >= ramps {
+                break;
+            }
         }
     }
     part_cuts = longest_gaps(mask, parts - 1u);
@@ -103,7 +114,8 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     var middle = 0.0;
     for (var i = 0u; i < children; i += 1u) {
         start_child(i);
-        for (var k = 0u; k < ramps; k += 1u) {
+        var k = 0u;
+        loop {
             let ramp = shifted(child_ramp(k));
             let below = (2u << (ramp_bin(ramp) & 31u)) - 1u;
             let is_own = countOneBits(part_cuts & below) == number;
@@ -118,6 +130,10 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
             first = select(first, min(first, ramp.start), counts);
             end = select(end, max(end, ramp.start + ramp.length), counts);
             part_light -= select(vec3(0.0), ramp.drop * child_share(), counts);
+            k += 1u;
+            if k >= ramps {
+                break;
+            }
         }
     }
     let off = sum / max(weight, 1e-30);

@@ -30,13 +30,31 @@ fn node_length(node: vec2<u32>) -> f32 {
     return root * root * DEPTHS;
 }
 
+fn node_bits(node: vec2<u32>) -> vec3<u32> {
+    return vec3(((node.x & 15u) << 8u) | (node.y >> 24u), (node.y >> 12u) & 0xfffu, node.y & 0xfffu);
+}
+
 fn node_light(node: vec2<u32>) -> vec3<f32> {
-    let bits = vec3(((node.x & 15u) << 8u) | (node.y >> 24u), (node.y >> 12u) & 0xfffu, node.y & 0xfffu);
-    let share = vec3<f32>(bits) / LEVELS;
+    let bits = node_bits(node);
+    return light_of(bits, vec3<f32>(bits) / LEVELS);
+}
+
+fn light_of(bits: vec3<u32>, share: vec3<f32>) -> vec3<f32> {
     if HAS_GAIN {
         return select(exp2(share * OCTAVES + DARKEST_LOG), vec3(0.0), bits == vec3(0u));
     }
     return share;
+}
+
+// Length and light but for their last bit: compilers of llvmpipe keep divisions by constants.
+fn quick_length(node: vec2<u32>) -> f32 {
+    let root = f32((node.x >> 4u) & 0xfffu);
+    return root * root * (DEPTHS / (LEVELS * LEVELS));
+}
+
+fn quick_light(node: vec2<u32>) -> vec3<f32> {
+    let bits = node_bits(node);
+    return light_of(bits, vec3<f32>(bits) * (1.0 / LEVELS));
 }
 
 fn stored_light(light: vec3<f32>) -> vec3<u32> {

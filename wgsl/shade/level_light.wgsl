@@ -1,11 +1,12 @@
 // Light of a window of a level's blocks. CPU twin: src/reference/shading/level_light.rs.
 
-import package::curve::node::{node_length, node_light, node_start};
-import package::records::area::{LevelMap, block_nodes, block_number};
+import choice::blocks::block_nodes;
+import package::curve::node::{node_start, quick_length, quick_light};
+import package::records::area::{LevelMap, block_number};
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::spot::{
-    Window, filter_width, receiver_end, slack_within, spot_at, spot_center, spot_shear, turned,
-    window_cover, window_of,
+    Windows, narrower, receiver_end, slack_within, spot_at, spot_center, spot_shear, turned,
+    window_cover, windows_of,
 };
 
 // Smallest change of light that counts as an occluder.
@@ -35,13 +36,13 @@ var<private> least_open: f32;  // least light of a block where the search starts
 // A filter counts up to `beyond` behind `end`.
 fn find_occluder(node: vec2<u32>, since: f32, end: f32, beyond: f32) {
     let start = node_start(node);
-    let light = node_light(node);
+    let light = quick_light(node);
     let drop = abs(light_left - light);
     light_left = light;
-    let past = start + node_length(node);
+    let past = start + quick_length(node);
     light_open = select(light_open, light, start > 0.0 && past < since);
     let first = max(start, since);
-    let takes = max(drop.x, max(drop.y, drop.z)) > NOTHING;
+    let takes = any(drop > vec3(NOTHING));
     let last = end + select(0.0, beyond, any(light > vec3(0.0)));
     let is = start > 0.0 && takes && past >= since && first < last;
     first_depth = select(first_depth, min(first_depth, first), is);
@@ -61,20 +62,33 @@ fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32, beyond: f3
     let slack = slack_within(around * map.edge);
     first_depth = NEVER;
     least_open = 1.0;
-    for (var i = 0u; i < blocks; i += 1u) {
-        let at = corner + vec2<i32>(vec2(i % 2u, i / 2u));
-        let end = receiver_end((vec2<f32>(at) + 0.5) * map.edge, slack);
-        let block = block_number(map, at);
-        light_left = vec3(1.0);
-        light_open = vec3(1.0);
-        var nodes = block_nodes(block, 0u);
-        let pairs = pairs_before(nodes, end + beyond);
-        for (var pair = 0u; pair < pairs; pair += 1u) {
-            find_occluder(nodes.xy, since, end, beyond);
-            find_occluder(nodes.zw, since, end, beyond);
-            nodes = block_nodes(block, 1u);
+    // Loops end with their test: llvmpipe executes a body once more where the test comes first.
+    var i = 0u;
+    if blocks > 0u {
+        loop {
+            let at = corner + vec2<i32>(vec2(i % 2u, i / 2u));
+            let end = receiver_end((vec2<f32>(at) + 0.5) * map.edge, slack);
+            let block = block_number(map, at);
+            light_left = vec3(1.0);
+            light_open = vec3(1.0);
+            var nodes = block_nodes(block, 0u);
+            let pairs = pairs_before(nodes, end + beyond);
+            var pair = 1u;
+            loop {
+                find_occluder(nodes.xy, since, end, beyond);
+                find_occluder(nodes.zw, since, end, beyond);
+                if pair >= pairs {
+                    break;
+                }
+                nodes = block_nodes(block, pair);
+                pair += 1u;
+            }
+            least_open = min(least_open, max(light_open.x, max(light_open.y, light_open.z)));
+            i += 1u;
+            if i >= blocks {
+                break;
+            }
         }
-        least_open = min(least_open, max(light_open.x, max(light_open.y, light_open.z)));
     }
     return first_depth;
 }
@@ -82,20 +96,19 @@ fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32, beyond: f3
 // Of the level that is evaluated. Hoisted by hand: compilers of llvmpipe leave divisions in loops.
 var<private> fade_since: Fade; // into the level above
 var<private> fade_to: Fade;    // into the level below
-var<private> window: Window;       // of its widest spot
+var<private> windows: Windows;
 
-// Light of a block behind the nodes so far; before the level's depths, and behind them.
+// Light of a block behind the nodes so far.
 var<private> node_left: vec3<f32>;
-var<private> block_light: mat2x3<f32>;
 
-fn evaluate_node(node: vec2<u32>, off: vec2<f32>, end: f32) {
+// `weight`: of the block in the widest window, and what it changes by to the narrower ones.
+fn evaluate_node(node: vec2<u32>, weight: f32, change: vec2<f32>, end: f32) {
     let start = node_start(node);
-    let length = max(node_length(node), 1.0);
-    let light = node_light(node);
+    let length = max(quick_length(node), 1.0);
+    let light = quick_light(node);
     let drop = select(vec3(0.0), node_left - light, start > 0.0);
     node_left = light;
-    let size = abs(drop);
-    let takes = max(size.x, max(size.y, size.z)) > NOTHING;
+    let takes = any(abs(drop) > vec3(NOTHING));
     let next = max(start, fade_to.low);
     let follows = takes && start + length > fade_to.low && next < end;
     level_light.next = select(level_light.next, min(level_light.next, next), follows);
@@ -105,9 +118,10 @@ fn evaluate_node(node: vec2<u32>, off: vec2<f32>, end: f32) {
         share_before(fade_since, start, stop, inverse),
         share_before(fade_to, start, stop, inverse),
     );
-    block_light -= mat2x3(drop * shares.x, drop * shares.y);
+    level_light.before -= drop * (shares.x * weight);
+    level_light.behind -= drop * (shares.y * weight);
     let texels = spot_at(start + length * 0.5 * (shares.x + shares.y));
-    let cover = window_cover(off, min(filter_width(window, texels), window.width));
+    let cover = weight + dot(change, narrower(windows, texels));
     level_light.taken += drop * ((shares.y - shares.x) * cover);
 }
 
@@ -117,45 +131,54 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
     let per_edge = 1.0 / map.edge;
     fade_since = fade_between(since);
     fade_to = fade_between(to);
-    window = window_of(texels, per_edge);
+    windows = windows_of(texels, spot_at(to.y), per_edge);
     let middle = turned(spot_center * per_edge - 0.5);
-    let half = 0.5 * (window.width + 1.0);
-    let low = ceil(middle - half);
-    let straight = floor(middle + half) - low + 1.0;
-    // A sheared row starts anywhere between two blocks.
-    let columns = select(floor(2.0 * half.x) + 1.0, straight.x, spot_shear == 0.0);
-    let count = u32(columns * straight.y);
+    let half = 0.5 * (windows.wide.width + 1.0);
+    let low = ceil(middle.y - half.y);
+    let high = floor(middle.y + half.y);
+    // Where floats are too coarse to count rows and columns, no more than these.
+    let most = u32((floor(2.0 * half.x) + 1.0) * (high - low + 1.0));
     let reach = select(BLOCK_REACH * map.edge, 1.0, map.edge == 2.0);
     let slack = slack_within(reach);
     level_light = LevelLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
-    // Row and column are counted: division of integers is slow on llvmpipe.
-    var row = low.y;
-    var step = 0.0;
-    for (var i = 0u; i < count; i += 1u) {
-        let sheared = spot_shear * (row - middle.y);
-        let column = ceil(middle.x + sheared - half.x) + step;
+    // Row and column are counted: division of integers is slow on llvmpipe. A sheared row starts anywhere
+    // between two blocks.
+    var row = low;
+    var sheared = spot_shear * (row - middle.y);
+    var column = ceil(middle.x + sheared - half.x);
+    var i = 1u;
+    loop {
         let off = vec2(column - sheared, row) - middle;
-        let weight = window_cover(off, window.width);
+        let wide = window_cover(off, windows.wide);
+        let between = window_cover(off, windows.middle);
+        let change = vec2(between - wide, window_cover(off, windows.narrow) - between);
         let at = turned(vec2(column, row));
-        // A block beside the window is as if behind the receiver.
-        let end = select(0.0, receiver_end((at + 0.5) * map.edge, slack), weight > 0.0);
+        let end = receiver_end((at + 0.5) * map.edge, slack);
         let block = block_number(map, vec2<i32>(at));
         node_left = vec3(1.0);
-        block_light = mat2x3(vec3(1.0), vec3(1.0));
+        level_light.before += wide;
+        level_light.behind += wide;
         var nodes = block_nodes(block, 0u);
         let pairs = pairs_before(nodes, end);
-        for (var pair = 0u; pair < pairs; pair += 1u) {
-            evaluate_node(nodes.xy, off, end);
-            evaluate_node(nodes.zw, off, end);
-            nodes = block_nodes(block, 1u);
+        var pair = 1u;
+        loop {
+            evaluate_node(nodes.xy, wide, change, end);
+            evaluate_node(nodes.zw, wide, change, end);
+            if pair >= pairs {
+                break;
+            }
+            nodes = block_nodes(block, pair);
+            pair += 1u;
         }
-        level_light.before += block_light[0] * weight;
-        level_light.behind += block_light[1] * weight;
-        let is_last = step + 1.0 >= columns;
+        let is_last = !(column + 1.0 <= middle.x + sheared + half.x);
         row += select(0.0, 1.0, is_last);
-        step = select(step + 1.0, 0.0, is_last);
+        sheared = spot_shear * (row - middle.y);
+        column = select(column + 1.0, ceil(middle.x + sheared - half.x), is_last);
+        if i >= most || row > high {
+            break;
+        }
+        i += 1u;
     }
     // The light left in a narrower window is part of that in the widest: at most as much per area.
-    let least = min(filter_width(window, spot_at(to.y)), window.width);
-    level_light.most = level_light.behind * (window.width.x * window.width.y / (least.x * least.y));
+    level_light.most = level_light.behind * (windows.narrow.per_area / windows.wide.per_area);
 }

@@ -1,8 +1,9 @@
 // What occluders let through that another one hides from the light's centre: as in the nearest block that is
 // lit. CPU twin: src/reference/shading/nearest_lit.rs.
 
-import package::curve::node::{node_length, node_light, node_start};
-import package::records::area::{block_nodes, block_number, level_map};
+import choice::blocks::block_nodes;
+import package::curve::node::{node_start, quick_length, quick_light};
+import package::records::area::{block_number, level_map};
 import package::records::view::GpuView;
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::level_light::{NEVER, pairs_before};
@@ -25,8 +26,8 @@ var<private> lit_here: vec3<f32>;
 
 fn light_node(node: vec2<u32>, fade: Fade, end: f32) {
     let start = node_start(node);
-    let length = max(node_length(node), 1.0);
-    let light = node_light(node);
+    let length = max(quick_length(node), 1.0);
+    let light = quick_light(node);
     let drop = select(vec3(0.0), lit_left - light, start > 0.0);
     lit_left = light;
     let inverse = 1.0 / length;
@@ -45,44 +46,59 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
     var place = spot_center;
     var share = vec3(1.0);
     var is_found = false;
-    while number > 0u && number <= last {
-        let map = level_map(view, leveled, number);
-        let slack = slack_within(select(map.edge, 1.0, number == 1u));
-        let corner = floor(place / map.edge - 0.5);
-        // The loop count is not constant, so that compilers do not unroll.
-        let blocks = select(0u, 4u, number <= last);
-        var nearest = NEVER;
-        for (var i = 0u; i < blocks; i += 1u) {
-            let at = corner + vec2<f32>(vec2(i % 2u, i / 2u));
-            let middle = (at + 0.5) * map.edge;
-            let end = receiver_end(middle, slack);
-            let block = block_number(map, vec2<i32>(at));
-            lit_left = vec3(1.0);
-            lit_before = vec3(1.0);
-            lit_here = vec3(1.0);
-            var nodes = block_nodes(block, 0u);
-            let pairs = pairs_before(nodes, end);
-            for (var pair = 0u; pair < pairs; pair += 1u) {
-                light_node(nodes.xy, fade, end);
-                light_node(nodes.zw, fade, end);
-                nodes = block_nodes(block, 1u);
+    // The loop count is not constant, so that compilers do not unroll.
+    let four = select(0u, 4u, first <= last);
+    if first > 0u && first <= last {
+        loop {
+            let map = level_map(view, leveled, number);
+            let slack = slack_within(select(map.edge, 1.0, number == 1u));
+            let corner = floor(place / map.edge - 0.5);
+            var nearest = NEVER;
+            var i = 0u;
+            loop {
+                let at = corner + vec2<f32>(vec2(i % 2u, i / 2u));
+                let middle = (at + 0.5) * map.edge;
+                let end = receiver_end(middle, slack);
+                let block = block_number(map, vec2<i32>(at));
+                lit_left = vec3(1.0);
+                lit_before = vec3(1.0);
+                lit_here = vec3(1.0);
+                var nodes = block_nodes(block, 0u);
+                let pairs = pairs_before(nodes, end);
+                var pair = 1u;
+                loop {
+                    light_node(nodes.xy, fade, end);
+                    light_node(nodes.zw, fade, end);
+                    if pair >= pairs {
+                        break;
+                    }
+                    nodes = block_nodes(block, pair);
+                    pair += 1u;
+                }
+                let off = middle - spot_center;
+                let away = dot(off, off);
+                let open = max(lit_before.x, max(lit_before.y, lit_before.z));
+                let is_nearest = open > LIT && away < nearest;
+                let mean = vec3(max(lit_here.x, max(lit_here.y, lit_here.z)) / max(open, LEAST_LIT));
+                let own = lit_here / max(lit_before, vec3(LEAST_LIT));
+                let here = select(own, mean, lit_before < vec3(DIM * open));
+                share = select(share, here, is_nearest);
+                place = select(place, middle, is_nearest);
+                nearest = select(nearest, away, is_nearest);
+                i += 1u;
+                if i >= four {
+                    break;
+                }
             }
-            let off = middle - spot_center;
-            let away = dot(off, off);
-            let open = max(lit_before.x, max(lit_before.y, lit_before.z));
-            let is_nearest = open > LIT && away < nearest;
-            let mean = vec3(max(lit_here.x, max(lit_here.y, lit_here.z)) / max(open, LEAST_LIT));
-            let own = lit_here / max(lit_before, vec3(LEAST_LIT));
-            let here = select(own, mean, lit_before < vec3(DIM * open));
-            share = select(share, here, is_nearest);
-            place = select(place, middle, is_nearest);
-            nearest = select(nearest, away, is_nearest);
+            let is_lit = nearest < NEVER;
+            // A lit block whose children around its middle are dark is the finest to know.
+            let is_last = is_found && !is_lit;
+            is_found = is_found || is_lit;
+            number = select(select(number + 1u, number - 1u, is_found), 0u, is_last);
+            if number == 0u || number > last {
+                break;
+            }
         }
-        let is_lit = nearest < NEVER;
-        // A lit block whose children around its middle are dark is the finest to know.
-        let is_last = is_found && !is_lit;
-        is_found = is_found || is_lit;
-        number = select(select(number + 1u, number - 1u, is_found), 0u, is_last);
     }
     return share;
 }

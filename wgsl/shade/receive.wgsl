@@ -45,10 +45,18 @@ fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<
     var way = turn;
     // The loop count is not constant: compilers would unroll it, with the whole look-up of a texel.
     let count = select(0u, own.count, taps.reaches);
-    for (var i = 0u; i < count; i += 1u) {
-        let tap = filter_tap(own, taps, i, way);
-        sum += receive_texel(view, tap.texel, taps.z, bias / (view.far - view.near)) * tap.weight;
-        way = next_way(way);
+    var i = 0u;
+    // Tested at its end: llvmpipe executes a body once more where the test comes first.
+    if count > 0u {
+        loop {
+            let tap = filter_tap(own, taps, i, way);
+            sum += receive_texel(view, tap.texel, taps.z, bias / (view.far - view.near)) * tap.weight;
+            way = next_way(way);
+            i += 1u;
+            if i >= count {
+                break;
+            }
+        }
     }
     return select(vec3(1.0), sum, taps.reaches);
 }

@@ -67,49 +67,54 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
     var since = vec2(-1.0); // fade of the level before
     var number = last;
     var rest_next = NEVER; // next occluder in the window of the level before
-    while number > 0u {
-        // What the level before left over is followed where it fades into the next one or into the map. Else
-        // ever finer levels are asked: coarse blocks mix what is before the receiver with what is behind it.
-        // Where no light is left, they know nothing, and the wider window is believed.
-        var cue = rest_next;
-        let rest = min(level_of(spot_at(cue), last), number);
-        var is_known = cue != NEVER && (rest == number || rest == 0u);
-        let blocks = select(four, 0u, is_known);
-        var above = min(select(rest, number, cue == NEVER) + 1u, last);
-        rest_next = select(NEVER, cue, is_known);
+    if number > 0u {
         loop {
-            let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0);
-            is_known = is_known || (cue != NEVER && least_open < LEAST_OPEN);
-            let is_none = next == NEVER && !is_known;
-            cue = select(cue, next, next != NEVER && !is_known);
-            let found = min(level_of(spot_at(cue), last), number);
-            number = select(found, select(above - 2u, 0u, cue == NEVER), is_none);
-            if is_known || number == 0u || (number + 1u >= above && !is_none) {
+            // What the level before left over is followed where it fades into the next one or into the map. Else
+            // ever finer levels are asked: coarse blocks mix what is before the receiver with what is behind it.
+            // Where no light is left, they know nothing, and the wider window is believed.
+            var cue = rest_next;
+            let rest = min(level_of(spot_at(cue), last), number);
+            var is_known = cue != NEVER && (rest == number || rest == 0u);
+            let blocks = select(four, 0u, is_known);
+            var above = min(select(rest, number, cue == NEVER) + 1u, last);
+            rest_next = select(NEVER, cue, is_known);
+            loop {
+                let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0);
+                is_known = is_known || (cue != NEVER && least_open < LEAST_OPEN);
+                let is_none = next == NEVER && !is_known;
+                cue = select(cue, next, next != NEVER && !is_known);
+                let found = min(level_of(spot_at(cue), last), number);
+                number = select(found, select(above - 2u, 0u, cue == NEVER), is_none);
+                if is_known || number == 0u || (number + 1u >= above && !is_none) {
+                    break;
+                }
+                above = number + 1u;
+            }
+            if number == 0u {
                 break;
             }
-            above = number + 1u;
+            let map = level_map(view, leveled, number);
+            // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this window
+            // is far narrower than its spot.
+            since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
+            let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
+            evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
+            let known = relied_on(level_light.before);
+            let left = min(level_light.before - level_light.taken, level_light.most);
+            let share = max(left / max(level_light.before, vec3(LEAST)), vec3(0.0));
+            let unknown = passed * (1.0 - known);
+            let is_hidden = any(unknown > vec3(0.0));
+            hidden_since = select(hidden_since, since, is_hidden && all(hidden == vec3(0.0)));
+            hidden_level = select(hidden_level, number, is_hidden);
+            hidden += unknown;
+            passed = blackened(passed * known * share);
+            rest_next = level_light.next;
+            since = to;
+            number = select(0u, number - 1u, any(passed > vec3(0.0)));
+            if number == 0u {
+                break;
+            }
         }
-        if number == 0u {
-            break;
-        }
-        let map = level_map(view, leveled, number);
-        // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this window
-        // is far narrower than its spot.
-        since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
-        let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
-        evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
-        let known = relied_on(level_light.before);
-        let left = min(level_light.before - level_light.taken, level_light.most);
-        let share = max(left / max(level_light.before, vec3(LEAST)), vec3(0.0));
-        let unknown = passed * (1.0 - known);
-        let is_hidden = any(unknown > vec3(0.0));
-        hidden_since = select(hidden_since, since, is_hidden && all(hidden == vec3(0.0)));
-        hidden_level = select(hidden_level, number, is_hidden);
-        hidden += unknown;
-        passed = blackened(passed * known * share);
-        rest_next = level_light.next;
-        since = to;
-        number = select(0u, number - 1u, any(passed > vec3(0.0)));
     }
     // If levels were skipped, the rest of an occluder in the last one's fade has a spot far wider than the
     // map's texels: it counts as before.
@@ -143,11 +148,18 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, poin
     var before = vec3(0.0);
     var behind = vec3(0.0);
     var way = turn;
-    for (var i = 0u; i < count; i += 1u) {
-        let tap = filter_tap(own, taps, i, way);
-        behind += receive_texel(view, tap.texel, taps.z, reach) * tap.weight;
-        before += light_before(view, tap.texel, fade) * tap.weight;
-        way = next_way(way);
+    var i = 0u;
+    if count > 0u {
+        loop {
+            let tap = filter_tap(own, taps, i, way);
+            behind += receive_texel(view, tap.texel, taps.z, reach) * tap.weight;
+            before += light_before(view, tap.texel, fade) * tap.weight;
+            way = next_way(way);
+            i += 1u;
+            if i >= count {
+                break;
+            }
+        }
     }
     let share = behind / max(before, vec3(LEAST));
     let known = select(vec3(1.0), relied_on(before), leveled.is_near);

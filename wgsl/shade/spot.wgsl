@@ -117,30 +117,55 @@ fn receiver_end(texel: vec2<f32>, slack: f32) -> f32 {
     return min(fixed_of(distance), spot_depth) - spot_bias;
 }
 
-// Windows on blocks of one edge.
+// A window on blocks.
 struct Window {
-    width: vec2<f32>,   // of the widest, along its axes [blocks]
-    squares: vec2<f32>, // of widths, per square of a spot's radius [1/texels^2]
-    less: f32,          // of the squares
+    width: vec2<f32>, // along its axes [blocks]
+    per_area: f32,
 }
 
-// `texels`: radius of the widest spot.
-fn window_of(texels: f32, per_edge: f32) -> Window {
+// Windows on blocks of one edge: the widest, and two narrower ones.
+struct Windows {
+    wide: Window,
+    middle: Window,
+    narrow: Window,
+    squares: vec2<f32>, // of the radii of the spots that the first two filter [texels^2]
+    per_square: vec2<f32>, // inverse steps from these to the next
+}
+
+// `widest` and `least`: radii of spots.
+fn windows_of(widest: f32, least: f32, per_edge: f32) -> Windows {
     let shape = spot_shape * per_edge;
-    var window = Window(vec2(0.0), 3.0 * shape * shape, 3.25 - 9.0 * per_edge * per_edge);
-    window.width = filter_width(window, texels);
-    return window;
+    let by_square = 3.0 * shape * shape;
+    let less = 3.25 - 9.0 * per_edge * per_edge;
+    // Below that the windows are one block wide.
+    let low = (1.0 + less) / max(max(by_square.x, by_square.y), 1e-12);
+    let wide = widest * widest;
+    let narrow = min(max(least * least, low), wide);
+    let middle = sqrt(wide * narrow);
+    return Windows(
+        window_of(by_square * wide - less),
+        window_of(by_square * middle - less),
+        window_of(by_square * narrow - less),
+        vec2(wide, middle),
+        1.0 / max(vec2(wide - middle, middle - narrow), vec2(1e-6)),
+    );
 }
 
-// Window that filters a spot on blocks of an edge, along its axes [blocks]. Together with the overlap of the
-// blocks and a block's own width it is closest to a disc at a variance slightly above the disc's.
-fn filter_width(window: Window, texels: f32) -> vec2<f32> {
-    return sqrt(max(window.squares * (texels * texels) - window.less, vec2(1.0)));
+// Together with the overlap of the blocks and a block's own width, the window that filters a spot is closest to a
+// disc at a variance slightly above the disc's. `squares`: of its widths.
+fn window_of(squares: vec2<f32>) -> Window {
+    let width = sqrt(max(squares, vec2(1.0)));
+    return Window(width, 1.0 / (width.x * width.y));
 }
 
-// Share of a window of `width` blocks, at least one, that covers the block `off` its centre, along its axes,
-// by area.
-fn window_cover(off: vec2<f32>, width: vec2<f32>) -> f32 {
-    let over = saturate(0.5 * (width + 1.0) - abs(off));
-    return over.x * over.y / (width.x * width.y);
+// Share of a window, at least one block wide, that covers the block `off` its centre, along its axes, by area.
+fn window_cover(off: vec2<f32>, window: Window) -> f32 {
+    let over = saturate(0.5 * (window.width + 1.0) - abs(off));
+    return over.x * over.y * window.per_area;
+}
+
+// A spot between those of two windows is filtered by both, so that their variance is its own: a root and a
+// division less for each ramp. How much of each step between windows its radius is below the wider one's.
+fn narrower(windows: Windows, texels: f32) -> vec2<f32> {
+    return saturate((windows.squares - texels * texels) * windows.per_square);
 }

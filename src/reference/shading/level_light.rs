@@ -7,7 +7,7 @@
 use super::{
     Lighting,
     levels::{Block, Level},
-    spot::{Spot, cover},
+    spot::{Spot, Windows, cover},
 };
 use crate::{
     records::PackedNode,
@@ -87,7 +87,8 @@ impl Spot<'_> {
         to: [f32; 2],
     ) -> LevelLight {
         let middle = self.turn(self.center / edge - 0.5);
-        let width = self.width(spot, edge);
+        let windows = self.windows(spot, self.radius_at(to[1]), edge);
+        let [width, _, least] = windows.widths;
         let half = 0.5 * (width + 1.0);
         let low = (middle.y - half.y).ceil();
         let rows = ((middle.y + half.y).floor() - low + 1.0) as i32;
@@ -104,11 +105,10 @@ impl Spot<'_> {
                 let at = self.turn(Vec2::new(column, y));
                 let end = self.end((at + 0.5) * edge, reach);
                 let block = level.block(at.as_ivec2());
-                self.add_block(&mut light, block, off, edge, width, ([since, to], end));
+                self.add_block(&mut light, block, off, &windows, [since, to], end);
             }
         }
         // The light left in a narrower window is part of that in the widest: at most as much per area.
-        let least = self.width(self.radius_at(to[1]), edge).min(width);
         light.most = light.behind * (width / least).element_product();
         light
     }
@@ -118,11 +118,11 @@ impl Spot<'_> {
         light: &mut LevelLight,
         block: &Block,
         off: Vec2,
-        edge: f32,
-        width: Vec2,
-        ([since, to], end): ([[f32; 2]; 2], f32),
+        windows: &Windows,
+        [since, to]: [[f32; 2]; 2],
+        end: f32,
     ) {
-        let weight = cover(off, width);
+        let weight = cover(off, windows.widths[0]);
         let (mut before, mut behind) = (Vec3::ONE, Vec3::ONE);
         let mut left = Vec3::ONE;
         for &node in nodes_before(block, end) {
@@ -139,7 +139,7 @@ impl Spot<'_> {
             before -= drop * shares[0];
             behind -= drop * shares[1];
             let spot = self.radius_at(start + length * 0.5 * (shares[0] + shares[1]));
-            let covered = cover(off, self.width(spot, edge).min(width));
+            let covered = windows.cover(off, spot);
             light.taken += drop * ((shares[1] - shares[0]) * covered);
         }
         light.before += before * weight;

@@ -133,11 +133,42 @@ impl<'a> Spot<'a> {
         if self.turned { along.yx() } else { along }
     }
 
-    /// Window that filters a spot on blocks of an edge, along its axes [blocks]. Together with the overlap of
-    /// the blocks and a block's own width it is closest to a disc at a variance slightly above the disc's.
-    pub(super) fn width(&self, spot: f32, edge: f32) -> Vec2 {
-        let radius = self.shape * (spot / edge);
-        (3.0 * radius * radius - 3.25 + 9.0 / (edge * edge)).max(Vec2::ONE).map(f32::sqrt)
+    /// Windows on blocks of an edge for spots of radii from `widest` to `least` [texels].
+    pub(super) fn windows(&self, widest: f32, least: f32, edge: f32) -> Windows {
+        let shape = self.shape / edge;
+        let by_square = 3.0 * shape * shape;
+        let less = 3.25 - 9.0 / (edge * edge);
+        // Below that the windows are one block wide.
+        let low = (1.0 + less) / by_square.max_element().max(1e-12);
+        let wide = widest * widest;
+        let narrow = (least * least).max(low).min(wide);
+        let squares = [wide, (wide * narrow).sqrt(), narrow];
+        // Together with the overlap of the blocks and a block's own width, a window is closest to a disc at a
+        // variance slightly above the disc's.
+        let width = |square: f32| (by_square * square - less).max(Vec2::ONE).map(f32::sqrt);
+        Windows { squares, widths: squares.map(width) }
+    }
+}
+
+/// Windows on blocks of one edge: the widest, and two narrower ones.
+pub(super) struct Windows {
+    /// Of the radii of the spots that they filter [texels^2].
+    squares: [f32; 3],
+    /// Along their axes [blocks].
+    pub(super) widths: [Vec2; 3],
+}
+
+impl Windows {
+    /// Weight of a block `off` their centre for a spot of a radius. A spot between those of two windows is
+    /// filtered by both, so that their variance is its own.
+    pub(super) fn cover(&self, off: Vec2, radius: f32) -> f32 {
+        let covers = self.widths.map(|width| cover(off, width));
+        let step = |i: usize| {
+            let [wide, narrow] = [self.squares[i], self.squares[i + 1]];
+            let narrower = ((wide - radius * radius) / (wide - narrow).max(1e-6)).clamp(0.0, 1.0);
+            narrower * (covers[i + 1] - covers[i])
+        };
+        covers[0] + step(0) + step(1)
     }
 }
 
