@@ -75,6 +75,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &levels::FIRST,
     &levels::NEXT,
     &simulate::PARTICLES,
+    &simulate::CASTERS,
     &cluster::COUNT,
     &cluster::SCAN,
     &cluster::EMIT,

@@ -40,8 +40,23 @@ fn aside(number: u32) -> vec3<f32> {
     }
 }
 
-fn started_particle(number: u32) -> GpuEmitted {
-    let position = emitter_params.position + aside(number) * emitter_params.extent;
+// Offset of the emitter along its path.
+fn gone(seconds: f32) -> vec3<f32> {
+    let count = select(1u, emitter_params.path_count, seconds > -1e9);
+    var last = 0u;
+    for (var i = 1u; i < count; i += 1u) {
+        last = select(last, i, emitter_params.path[i].x <= seconds);
+    }
+    let before = emitter_params.path[last];
+    let behind = emitter_params.path[min(last + 1u, count - 1u)];
+    let share = (seconds - before.x) / max(behind.x - before.x, 1e-9);
+    return mix(before.yzw, behind.yzw, clamp(share, 0.0, 1.0));
+}
+
+// `place`: its place among those that start in the step.
+fn started_particle(number: u32, place: u32) -> GpuEmitted {
+    let seconds = emitter_params.first_birth + f32(place) * emitter_params.period;
+    let position = emitter_params.position + gone(seconds) + aside(number) * emitter_params.extent;
     let velocity = emitter_params.velocity + in_ball(number, 40u, vec3(1.0)) * emitter_params.spread;
     let range = emitter_params.life_most - emitter_params.life_least;
     let seconds = emitter_params.life_least + range * draw(number, 0u);
@@ -86,9 +101,8 @@ fn advanced(particle: GpuEmitted, step: u32) -> GpuEmitted {
     let pushed = particle.velocity + (vec3(0.0, lift, 0.0) + air * emitter_params.drag) * STEP_SECONDS;
     var velocity = pushed / (1.0 + emitter_params.drag * STEP_SECONDS);
     var position = particle.position + velocity * STEP_SECONDS;
-    let ground = select(-1e30, emitter_params.ground, emitter_params.has_ground != 0u);
-    if position.y < ground {
-        position.y = ground;
+    if position.y < emitter_params.ground {
+        position.y = emitter_params.ground;
         velocity = collided(velocity, vec3(0.0, 1.0, 0.0));
     }
     let box_count = select(0u, emitter_params.box_count, particle.age_life > 0u);
@@ -122,7 +136,7 @@ fn simulate_particles(
         // The next particle that belongs in this slot.
         let number = before + (place + capacity - before % capacity) % capacity;
         if number < behind {
-            particle = started_particle(number);
+            particle = started_particle(number, number - before);
         }
         if (particle.age_life & 0xffffu) < (particle.age_life >> 16u) {
             particle = advanced(particle, emitter_params.step + i);
