@@ -151,6 +151,14 @@ impl EmitterParams {
     }
 }
 
+impl EmitterParams {
+    /// Particles that start in the steps, without those whose slot another of them takes over.
+    pub(crate) fn new_count(&self, capacity: u32) -> u32 {
+        let started = self.started.as_flattened();
+        (started[self.step_count as usize] - started[0]).min(capacity)
+    }
+}
+
 /// How the particles of an emitter look at a moment.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

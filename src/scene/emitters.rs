@@ -81,7 +81,7 @@ impl Motion for Emitters {
     }
 
     fn most_particles(&self) -> u64 {
-        let most = |emitter: &Arc<Emitter>| emitter.forces.most_until(emitter.steps).into();
+        let most = |emitter: &Arc<Emitter>| u64::from(emitter.forces.most_until(emitter.steps));
         self.emitters.iter().map(most).sum()
     }
 

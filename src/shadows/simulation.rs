@@ -15,9 +15,10 @@ use wgpu::{BindGroup, Buffer, BufferUsages};
 pub struct Simulation {
     queue: wgpu::Queue,
     forces: Forces,
-    kernel: Kernel,
-    /// Parameters and bindings of each dispatch that one recording may make.
-    rounds: Vec<(Buffer, BindGroup)>,
+    /// Kernels that start particles and that advance them.
+    kernels: [Kernel; 2],
+    /// Parameters and bindings of each round of both kernels that one recording may make.
+    rounds: Vec<(Buffer, [BindGroup; 2])>,
     emitted: Buffer,
     capacity: u32,
     step: u32,
@@ -65,21 +66,22 @@ impl Shadows {
         let capacity = forces.most_until(last).max(1);
         let copied = BufferUsages::COPY_SRC;
         let emitted = allocator.storage::<GpuEmitted>("emitted", u64::from(capacity), copied)?;
-        let kernel = self.kernel_of(&simulate::PARTICLES)?;
+        let kernels = [self.kernel_of(&simulate::START)?, self.kernel_of(&simulate::PARTICLES)?];
         let mut rounds = Vec::new();
         for _ in 0..ROUNDS {
             let params = allocator.uniform::<EmitterParams>("emitter_params");
             let resources =
                 Resources::new().with("emitter_params", &params).with("emitted", &emitted);
-            let bindings = kernel.bind(device, &resources)?;
+            let [start, advance] = kernels.each_ref().map(|own| own.bind(device, &resources));
+            let bindings = [start?, advance?];
             rounds.push((params, bindings));
         }
         let (queue, forces) = (queue.clone(), forces.clone());
-        Ok(Simulation { queue, forces, kernel, rounds, emitted, capacity, step: 0, last, memory })
+        Ok(Simulation { queue, forces, kernels, rounds, emitted, capacity, step: 0, last, memory })
     }
 }
 
-/// Most dispatches of one recording.
+/// Most rounds of one recording.
 const ROUNDS: u32 = 8;
 
 impl Simulation {
@@ -103,7 +105,8 @@ impl Simulation {
         let end = self.step.saturating_add(steps.min(Self::MOST_STEPS));
         let (first, at_once) = (self.step, EmitterParams::steps_at_once(&self.forces));
         let mut pass = timeline.pass(encoder, "gobo simulate");
-        for (params, bindings) in &self.rounds {
+        let [start, advance] = &self.kernels;
+        for (params, [of_start, of_advance]) in &self.rounds {
             let count = (end - self.step).min(at_once);
             if count == 0 {
                 break;
@@ -111,7 +114,11 @@ impl Simulation {
             let values =
                 EmitterParams::new(&self.forces, self.capacity, self.step, count, self.last);
             self.queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
-            self.kernel.record(&mut pass, bindings, point_grid(self.capacity));
+            let new = values.new_count(self.capacity);
+            if new > 0 {
+                start.record(&mut pass, of_start, point_grid(new));
+            }
+            advance.record(&mut pass, of_advance, point_grid(self.capacity));
             self.step += count;
         }
         self.step - first

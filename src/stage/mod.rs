@@ -74,6 +74,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &air::SUM,
     &levels::FIRST,
     &levels::NEXT,
+    &simulate::START,
     &simulate::PARTICLES,
     &simulate::CASTERS,
     &cluster::COUNT,
