@@ -192,10 +192,11 @@ fn assert_same(a: &Frame, b: &Frame, what: &str) {
 
 /// Positions of both differ by 1e-5 m, a ten-thousandth of a radius and less than a thousandth of a texel:
 /// a soft disc's opacity changes by less than 1e-3, and a hard edge passes the centre of one texel in a thousand.
-/// So up to one texel in 200 may be off. A force that is off by an eighth moves particles by centimetres.
+/// So one texel in a thousand may be off, in a map of hardly more than soft discs. A force that is off by an eighth
+/// moves particles by centimetres, and with them several texels in a thousand.
 #[test]
 fn the_device_draws_what_the_cpu_does() {
-    const MOST: f64 = 0.005;
+    const MOST: f64 = 0.001;
     for tier in TIERS {
         let mut renderer = Renderer::on(gpu(tier)).unwrap();
         let (mut on_cpu, mut on_device) = (staged(CALM), left_to_device(CALM));
@@ -212,7 +213,6 @@ fn the_device_draws_what_the_cpu_does() {
                 assert!((a.far - b.far).abs() < 1e-3 && (a.scale / b.scale - 1.0).abs() < 1e-4);
             }
             let off = shares_off(&found, &expected);
-            println!("RIGHT {tier} {seconds} {off:?}");
             assert!(off.iter().all(|&share| share <= MOST), "{tier}, {seconds} s: {off:?}");
             let (a, b) = (&found.counters, &expected.counters);
             assert_eq!((a.casters, &a.skipped), (b.casters, &b.skipped), "{tier}, {seconds} s");
@@ -232,7 +232,6 @@ fn the_device_draws_what_the_cpu_does() {
             ("[0.05, 0.01]", "[0.05, 0.02]", 2),
         ] {
             let off = shares_off(&at(&mut renderer, &mut wrong(from, to), 0.7), &expected);
-            println!("WRONG {tier} {to} {off:?}");
             assert!(off[place] > MOST, "{tier}, {to}: {off:?}");
         }
     }
@@ -275,7 +274,7 @@ fn an_emitter_may_have_sent_out_nothing() {
     let emitter = "[[material]]\nname = 'm'\n[[emitter]]\nmaterial = 'm'\nrate = 90\nlifetime = 0.5\nstart = 1\nstop = 2\n";
     let text = format!("[camera]\nsize = [16, 16]\n[shadow]\nsize = 32\n{emitter}");
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
-    for (seconds, least) in [(0.5, 0), (1.5, 44), (3.0, 0)] {
+    for (seconds, least) in [(0.5, 0), (1.5, 43), (3.0, 0)] {
         let [on_cpu, on_device] = [false, true].map(|leaves| {
             let mut scene = read(&text).unwrap();
             if leaves {
