@@ -204,7 +204,7 @@ fn the_device_draws_what_the_cpu_does() {
             assert!(CALM.contains(from));
             left_to_device(&CALM.replace(from, to))
         };
-        for seconds in [0.0, 0.7, 2.1] {
+        for seconds in [0.0, 0.71, 2.1] {
             let expected = at(&mut renderer, &mut on_cpu, seconds);
             let found = at(&mut renderer, &mut on_device, seconds);
             assert!(on_device.particles.len() == 200 && on_cpu.particles.len() > 600);
@@ -222,7 +222,7 @@ fn the_device_draws_what_the_cpu_does() {
             assert!(found.stages.iter().any(|(name, _)| *name == "simulate"));
             assert!(expected.stages.iter().all(|(name, _)| *name != "simulate"));
         }
-        let expected = at(&mut renderer, &mut on_cpu, 0.7);
+        let expected = at(&mut renderer, &mut on_cpu, 0.71);
         for (from, to, place) in [
             ("buoyancy = 1\n", "buoyancy = 0.875\n", 0),
             ("wind = [0.6, 0, 0]", "wind = [0.525, 0, 0]", 0),
@@ -231,7 +231,7 @@ fn the_device_draws_what_the_cpu_does() {
             ("stop = 0.3", "stop = 0", 1),
             ("[0.05, 0.01]", "[0.05, 0.02]", 2),
         ] {
-            let off = shares_off(&at(&mut renderer, &mut wrong(from, to), 0.7), &expected);
+            let off = shares_off(&at(&mut renderer, &mut wrong(from, to), 0.71), &expected);
             assert!(off[place] > MOST, "{tier}, {to}: {off:?}");
         }
     }
