@@ -11,7 +11,7 @@ pub(crate) mod context;
 mod converted;
 mod count;
 pub mod cull;
-#[cfg_attr(not(feature = "picture"), expect(dead_code, reason = "only pictures have emitters"))]
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
 mod filter_mips;
 pub mod frame;

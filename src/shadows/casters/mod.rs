@@ -1,5 +1,6 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 mod check;
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
 mod features;
 mod update;
