@@ -2,6 +2,7 @@
 //! and in a sequence.
 use crate::common::{TIERS, files::read, gpu, own_gpu};
 use gobo::{
+    gpu::Tier,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };
@@ -145,15 +146,25 @@ const OPTIONS: RenderOptions<'static> = RenderOptions {
     maps_only: false,
 };
 
-fn staged(emitters: &str) -> Scene {
-    read(&format!("{STAGE}{emitters}")).unwrap_or_else(|error| panic!("{error}"))
+/// On the native tier no material asks for owners, so that tiny particles may be scattered.
+fn staged(tier: Tier, emitters: &str) -> Scene {
+    let owners = if tier == Tier::Core { "" } else { "receives = 'others'\n" };
+    let stage = STAGE.replace(owners, "");
+    read(&format!("{stage}{emitters}")).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The scene with all of its emitters on the device.
-fn left_to_device(emitters: &str) -> Scene {
-    let mut scene = staged(emitters);
+fn left_to_device(tier: Tier, emitters: &str) -> Scene {
+    let mut scene = staged(tier, emitters);
     assert_eq!(scene.simulate_on_device(1 << 20), [""; 0]);
     scene
+}
+
+/// On the native tier tiny particles are scattered, as on a GPU.
+fn new_renderer(tier: Tier) -> Renderer {
+    let mut renderer = Renderer::on(gpu(tier)).unwrap();
+    renderer.configure(|config| config.scatter_tiny = tier == Tier::Native);
+    renderer
 }
 
 fn at(renderer: &mut Renderer, scene: &mut Scene, seconds: f64) -> Frame {
@@ -198,11 +209,11 @@ fn assert_same(a: &Frame, b: &Frame, what: &str) {
 fn the_device_draws_what_the_cpu_does() {
     const MOST: f64 = 0.001;
     for tier in TIERS {
-        let mut renderer = Renderer::on(gpu(tier)).unwrap();
-        let (mut on_cpu, mut on_device) = (staged(CALM), left_to_device(CALM));
+        let mut renderer = new_renderer(tier);
+        let (mut on_cpu, mut on_device) = (staged(tier, CALM), left_to_device(tier, CALM));
         let wrong = |from: &str, to: &str| {
             assert!(CALM.contains(from));
-            left_to_device(&CALM.replace(from, to))
+            left_to_device(tier, &CALM.replace(from, to))
         };
         for seconds in [0.0, 0.71, 2.1] {
             let expected = at(&mut renderer, &mut on_cpu, seconds);
@@ -216,7 +227,9 @@ fn the_device_draws_what_the_cpu_does() {
             assert!(off.iter().all(|&share| share <= MOST), "{tier}, {seconds} s: {off:?}");
             let (a, b) = (&found.counters, &expected.counters);
             assert_eq!((a.casters, &a.skipped), (b.casters, &b.skipped), "{tier}, {seconds} s");
-            for (a, b) in [(a.visible, b.visible), (a.pairs, b.pairs)] {
+            let pairs = [(a.visible, b.visible), (a.pairs, b.pairs), (a.scattered, b.scattered)];
+            assert!(seconds == 0.0 || (b.scattered > 0) == (tier == Tier::Native), "{b:?}");
+            for (a, b) in pairs {
                 assert!(a.abs_diff(b) <= 3 + b / 200, "{tier}, {seconds} s: {a} {b}");
             }
             assert!(found.stages.iter().any(|(name, _)| *name == "simulate"));
@@ -242,14 +255,14 @@ fn a_frame_alone_is_that_of_the_sequence() {
     let moments = [0.0, 1.0 / 24.0, 0.52, 0.7, 2.3, 6.0];
     for (tier, receiver) in [(TIERS[0], "curve"), (TIERS[1], "nearest")] {
         let scene = || {
-            let mut scene = staged(WILD);
+            let mut scene = staged(tier, WILD);
             if receiver == "curve" {
                 scene.shadow.receiver = gobo::model::Receiver::Curve;
             }
             assert_eq!(scene.simulate_on_device(1 << 20), [""; 0]);
             scene
         };
-        let new = || Renderer::on(gpu(tier)).unwrap();
+        let new = || new_renderer(tier);
         let (mut renderer, mut in_turn) = (new(), scene());
         let all = moments.map(|seconds| at(&mut renderer, &mut in_turn, seconds));
         for (seconds, expected) in moments.into_iter().zip(&all) {
@@ -291,7 +304,7 @@ fn an_emitter_may_have_sent_out_nothing() {
 #[test]
 fn what_a_device_cannot_simulate_stays_on_the_cpu() {
     let fluid = CALM.replace("seed = 4", "seed = 4\nfluid = { spacing = 0.1 }");
-    let (mut mixed, mut on_cpu) = (staged(&fluid), staged(&fluid));
+    let (mut mixed, mut on_cpu) = (staged(TIERS[0], &fluid), staged(TIERS[0], &fluid));
     let reasons = mixed.simulate_on_device(1 << 20);
     assert_eq!(reasons.len(), 1);
     assert!(reasons[0].contains("emitter 1") && reasons[0].contains("fluid"), "{reasons:?}");
@@ -301,18 +314,18 @@ fn what_a_device_cannot_simulate_stays_on_the_cpu() {
     assert!(shares_off(&found, &expected).iter().all(|&share| share < 0.005));
     assert_eq!(found.counters.casters, expected.counters.casters);
     // 120 particles that live for 2 s.
-    let reasons = staged(CALM).simulate_on_device(130);
+    let reasons = staged(TIERS[0], CALM).simulate_on_device(130);
     assert_eq!(reasons.len(), 3, "{reasons:?}");
     assert!(reasons[1].contains("buffer"), "{reasons:?}");
     let rows: Vec<_> = (0..40).map(|i| format!("[{}, 0, 0, 0]", f64::from(i) * 1e-4)).collect();
     let crowded = CALM.replace("seed = 6", &format!("path = [{}]", rows.join(", ")));
-    let reasons = staged(&crowded).simulate_on_device(1 << 20);
+    let reasons = staged(TIERS[0], &crowded).simulate_on_device(1 << 20);
     assert!(reasons.len() == 1 && reasons[0].contains("rows"), "{reasons:?}");
 }
 
 #[test]
 fn without_a_device_nothing_is_left_to_it() {
-    let mut scene = left_to_device(CALM);
+    let mut scene = left_to_device(TIERS[0], CALM);
     scene.set_time(0.5);
     let mut twin = Renderer::on_cpu();
     assert!(twin.most_simulated().is_none());
@@ -326,7 +339,7 @@ fn without_a_device_nothing_is_left_to_it() {
 fn a_sequence_allocates_no_more_than_its_first_frames() {
     let gpu = own_gpu(TIERS[0]);
     let mut renderer = Renderer::on(gpu).unwrap();
-    let mut scene = left_to_device(CALM);
+    let mut scene = left_to_device(TIERS[0], CALM);
     let mut bytes = [24, 25, 90].map(|frame| {
         let frame = at(&mut renderer, &mut scene, f64::from(frame) / 24.0);
         let emitted = |name: &str| {
