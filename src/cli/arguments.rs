@@ -93,6 +93,10 @@ pub(crate) struct RenderArguments {
     /// Part of the adapter's name, as `gobo info` prints it
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
+    /// Where the particles of emitters are simulated: `device` keeps them there, `cpu` gives the same
+    /// frames on every machine, `auto` is `device` on a GPU and `cpu` on a software adapter
+    #[arg(long, default_value = "auto")]
+    pub(crate) simulation: SimulationName,
     /// Write the shadow maps too
     #[arg(long)]
     pub(crate) maps: bool,
@@ -208,6 +212,13 @@ impl From<BackendName> for Backend {
             BackendName::Cpu => Self::Cpu,
         }
     }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SimulationName {
+    Auto,
+    Device,
+    Cpu,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

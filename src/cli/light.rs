@@ -8,7 +8,10 @@ const FARTHEST: f32 = 1e7;
 
 pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     let length = length(&arguments.points)?;
-    let mut scene = scene::load_with(&arguments.scene, &arguments.set)?;
+    let mut load = scene::LoadOptions::default();
+    load.set.clone_from(&arguments.set);
+    load.emitters = false;
+    let mut scene = scene::load_as(&arguments.scene, &load)?;
     // A point has at least three numbers; the file itself is read as a whole.
     let count = length / size_of::<Vec3>() as u64;
     Needs { points: count, ..Needs::of(arguments.backend()) }.check(&scene)?;

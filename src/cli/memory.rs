@@ -56,8 +56,9 @@ impl Needs {
         // Records of casters as they are uploaded, or, of the twin, with copies, footprints, keys,
         // rectangles and setups of the picture as well.
         let [particle, triangle] = if self.backend_is_cpu { [256, 640] } else { [32, 128] };
-        let casters =
-            particle * scene.particles.len() as u64 + triangle * scene.triangles.len() as u64;
+        let emitted: u64 = scene.motions.iter().map(|motion| motion.most_particles()).sum();
+        let casters = particle * (scene.particles.len() as u64 + emitted)
+            + triangle * scene.triangles.len() as u64;
         bytes = bytes.saturating_add(casters);
         if self.picture {
             bytes = bytes.saturating_add(self.of_picture(scene));

@@ -1,6 +1,6 @@
 //! `gobo render`: frames, maps, and their costs.
 use super::{
-    arguments::RenderArguments,
+    arguments::{RenderArguments, SimulationName},
     exr,
     failure::Failure,
     files, maps,
@@ -43,6 +43,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         let message = "--debug needs an adapter: leave --backend cpu out";
         return Err(Failure::Usage(message.to_owned()));
     }
+    if arguments.backend() == Backend::Cpu && arguments.simulation == SimulationName::Device {
+        let message = "--simulation device needs an adapter: leave --backend cpu out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     if arguments.no_ground && is_scene_file {
         let message = "--no-ground is for models and particle files: remove it, or the shape that \
@@ -52,11 +56,13 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.set);
     load.ground = !arguments.no_ground;
+    load.emitters = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
     Needs { maps: arguments.maps, picture: true, ..Needs::of(arguments.backend()) }
         .check(&scene)?;
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    leave_to_device(&mut scene, &renderer, arguments.simulation);
     let debug = arguments.debug();
     let options = RenderOptions {
         maps: arguments.maps,
@@ -159,6 +165,18 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         tracing::warn!("left out: {}", reasons.join(", "));
     }
     Ok(())
+}
+
+/// Leaves emitters to the adapter, and says which it cannot simulate.
+fn leave_to_device(scene: &mut scene::Scene, renderer: &Renderer, simulation: SimulationName) {
+    let is_wanted = match simulation {
+        SimulationName::Auto => !renderer.is_software(),
+        SimulationName::Device => true,
+        SimulationName::Cpu => false,
+    };
+    if let Some(most) = renderer.most_simulated().filter(|_| is_wanted) {
+        files::warn(&scene.simulate_on_device(most));
+    }
 }
 
 /// Progress bar on standard error, hidden unless that is a terminal.

@@ -25,6 +25,12 @@ impl Bounds {
         Self { min: self.min.min(center - radius), max: self.max.max(center + radius) }
     }
 
+    /// The box grown to hold another.
+    #[must_use]
+    pub fn with(self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
     /// Whether the box is empty.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()

@@ -4,7 +4,7 @@
 //! Random numbers are integer hashes (Jarzynski and Olano 2020, `pcg`); a step uses only sums, products,
 //! divisions and square roots. The twin of `wgsl/simulate/simulate_particles.wgsl`.
 use super::{fluid::Fluid, hash::pcg};
-use glam::{IVec3, Vec3};
+use glam::{IVec3, Vec3, Vec4};
 
 /// Time step [s].
 pub const STEP: f32 = 1.0 / 60.0;
@@ -148,6 +148,23 @@ impl Forces {
             (Some(end), None) | (None, Some(end)) => place(end),
             (None, None) => Vec3::ZERO,
         }
+    }
+
+    /// The path from one time to another [s from the start]: rows of seconds since the first, and the offset.
+    pub fn path_between(&self, begin: f64, end: f64) -> Vec<Vec4> {
+        if self.path.is_empty() {
+            return vec![Vec4::ZERO];
+        }
+        let row = |seconds: f64, place: Vec3| {
+            Vec4::new((seconds - begin) as f32, place.x, place.y, place.z)
+        };
+        let inside = self.path.iter().filter(|row| {
+            let seconds = f64::from(row[0]);
+            seconds > begin && seconds < end
+        });
+        let inside = inside.map(|&[s, x, y, z]| row(f64::from(s), Vec3::new(x, y, z)));
+        let ends = [begin, end].map(|seconds| row(seconds, self.gone(seconds)));
+        [ends[0]].into_iter().chain(inside).chain([ends[1]]).collect()
     }
 
     /// Step of time in which particle `number` starts; the first is number 0 in step 0.
@@ -354,6 +371,11 @@ impl Forces {
         // Particles that start within the longest life and one more step.
         let seconds = f64::from(self.longest() + 1) / STEPS_PER_SECOND;
         (self.rate * seconds).ceil() as u32 + 1
+    }
+
+    /// Like [`Self::most`], if no particle starts from step `last` on.
+    pub fn most_until(&self, last: u32) -> u32 {
+        self.most().min(self.started_before(last))
     }
 
     /// The emitter in a scene that is translated [m].

@@ -6,6 +6,7 @@ mod caster;
 mod class;
 mod counters;
 pub mod dither;
+pub mod emission;
 pub mod emitter;
 mod environment;
 pub mod fluid;

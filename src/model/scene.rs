@@ -1,7 +1,7 @@
 //! The scene: everything a frame is made from.
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, MaskSettings,
-    Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
+    Material, Particle, ShadowSettings, Skipped, Texture, Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -35,6 +35,9 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
+    /// Emitters whose particles a device simulates: they are not among [`Self::particles`]. See
+    /// [`Self::simulate_on_device`].
+    pub emissions: Vec<Emission>,
     /// Triangles of meshes and shapes, world space.
     pub triangles: Vec<Triangle>,
     /// Ambient radiance if there is no environment: linear rgb.
@@ -61,6 +64,17 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     /// Whether particles move, or come and go.
     fn moves_particles(&self) -> bool {
         false
+    }
+
+    /// Most particles that it sends out at a time.
+    fn most_particles(&self) -> u64 {
+        0
+    }
+
+    /// The motion with its particles left to a device, if it has emitters, and for each emitter that stays on
+    /// the CPU the reason. `most`: particles that a buffer of the device holds.
+    fn on_device(&self, _most: u64) -> Option<(Arc<dyn Motion>, Vec<String>)> {
+        None
     }
 
     /// The motion in a scene that is translated [m]; `None` if nothing in it has a position.
@@ -100,10 +114,8 @@ impl Scene {
     pub fn bounds(&self) -> Bounds {
         let particles =
             self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
-        self.triangles
-            .iter()
-            .flat_map(|t| t.positions)
-            .fold(particles, |b, p| b.with_sphere(p, 0.0))
+        let emitted = self.emissions.iter().fold(particles, |b, e| b.with(&e.bounds()));
+        self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
@@ -125,6 +137,19 @@ impl Scene {
         }
         self.motions = motions;
     }
+
+    /// Leaves emitters to the device that renders, from the next [`Self::set_time`] on. `most`: particles that
+    /// a buffer of the device holds. Returns, for each emitter that stays on the CPU, why.
+    pub fn simulate_on_device(&mut self, most: u64) -> Vec<String> {
+        let mut all = Vec::new();
+        for motion in &mut self.motions {
+            if let Some((moved, reasons)) = motion.on_device(most) {
+                *motion = moved;
+                all.extend(reasons);
+            }
+        }
+        all
+    }
 }
 
 impl Default for Scene {
@@ -142,6 +167,7 @@ impl Default for Scene {
             materials: Vec::new(),
             textures: Vec::new(),
             particles: Vec::new(),
+            emissions: Vec::new(),
             triangles: Vec::new(),
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),

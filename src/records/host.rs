@@ -5,9 +5,12 @@ use glam::Vec3;
 /// Farthest position of a host caster from the origin along each axis [m].
 pub const FARTHEST_PLACE: f32 = 1e7;
 
+/// Half a quad's diagonal, rounded up [radii].
+pub const DIAGONAL: f32 = 1.4143;
+
 /// Parameters of `load` for a set of casters.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct LoadParams {
     /// Capacity of the set [casters].
     pub capacity: u32,
@@ -18,8 +21,9 @@ pub struct LoadParams {
     pub first_group: u32,
     /// Record of the first group's first caster.
     pub first_caster: u32,
+    /// Reach of a quad in its group's box [radii].
+    pub quad_reach: f32,
     pub pad_0: u32,
-    pub pad_1: u32,
     /// Materials that the set may use, a bit each.
     pub materials: [[u32; 4]; 4],
 }
@@ -30,8 +34,8 @@ crate::gpu_layout!(LoadParams {
     group_count,
     first_group,
     first_caster,
+    quad_reach,
     pad_0,
-    pad_1,
     materials
 });
 
@@ -44,9 +48,10 @@ pub struct HostGroup {
     /// Number of valid casters: the group's first records.
     pub count: u32,
     pub high: Vec3,
-    pub pad_0: u32,
+    /// Least alpha of its valid casters.
+    pub least_alpha: f32,
 }
-crate::gpu_layout!(HostGroup { low, count, high, pad_0 });
+crate::gpu_layout!(HostGroup { low, count, high, least_alpha });
 
 /// Counters of `load`.
 #[repr(C)]

@@ -36,12 +36,12 @@ pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
 };
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
-pub use emitter::{EmitterParams, GpuEmitted, STEPS_AT_ONCE};
+pub use emitter::{EmissionParams, EmitterParams, GpuEmitted, STEPS_AT_ONCE};
 pub use footprint::{
     CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
     TileRect,
 };
-pub use host::{CullParams, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
+pub use host::{CullParams, DIAGONAL, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};
 pub use light::{

@@ -1,5 +1,7 @@
 //! Rendering of scenes on a device.
-use super::{Frame, RenderOptions, place_order::place_order, read_maps::read_maps};
+use super::{
+    Frame, RenderOptions, emitters::DeviceEmitters, place_order::place_order, read_maps::read_maps,
+};
 use crate::{
     error::Error,
     gpu::{Gpu, KernelJob, Memory, Timeline, while_made},
@@ -20,7 +22,8 @@ use glam::Vec3;
 pub(super) struct GpuEngine {
     pub(super) gpu: Gpu,
     pub(super) shadows: Shadows,
-    timeline: Timeline,
+    pub(super) timeline: Timeline,
+    pub(super) emitters: DeviceEmitters,
     /// Buffer sizes of the last picture, if all its pairs fitted.
     capacity: Option<PictureCapacity>,
     /// Whether a frame with the same casters has counted its pairs.
@@ -52,8 +55,8 @@ impl GpuEngine {
         } else {
             Timeline::new(&gpu.device, &gpu.queue)
         };
-        let kept = Kept::default();
-        Ok(Self { gpu, shadows, timeline, capacity: None, has_counted: false, kept })
+        let (emitters, kept) = (DeviceEmitters::default(), Kept::default());
+        Ok(Self { gpu, shadows, timeline, emitters, capacity: None, has_counted: false, kept })
     }
 
     /// What the device reported first: without memory for a texture, the error is that it cannot be bound.
@@ -66,6 +69,7 @@ impl GpuEngine {
         scene: &Scene,
         options: &RenderOptions<'_>,
     ) -> Result<Frame, Error> {
+        self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = fitted_views(scene, &limits);
         let whole = View::from_camera(&scene.camera, &scene.bounds());
@@ -81,7 +85,8 @@ impl GpuEngine {
             Ok(engine.shadows.kernels().pending())
         };
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
-        let stages = self.timeline.read(&self.gpu.device);
+        let mut stages = self.emitters.stages.clone();
+        stages.extend(self.timeline.read(&self.gpu.device));
         let maps = if options.maps {
             let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
             read_maps(&self.gpu, prepared.maps(), &views, owners, options)?
@@ -97,6 +102,7 @@ impl GpuEngine {
             memory: Vec::new(),
         };
         let mut memory = prepared.memory().clone();
+        memory.add_all(&self.emitters.memory);
         if !options.maps_only {
             let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
             self.add_picture(&mut frame, &mut memory, &lit, &whole, options)?;
@@ -148,9 +154,11 @@ impl GpuEngine {
 
     /// The kernels of a frame that are not made yet.
     pub(super) fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
+        self.emit(scene)?;
         let (views, _) = fitted_views(scene, &AtlasLimits::of(&self.gpu.device.limits()));
         let camera = View::from_camera(&scene.camera, &scene.bounds());
-        let (casters, inputs) = (scene.casters(), HostInputs::new());
+        let (casters, slots) = (scene.casters(), self.emitters.slots.clone());
+        let inputs = HostInputs::new().emitted(&slots);
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.count_first = count_first);
         // Planned twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
@@ -163,6 +171,7 @@ impl GpuEngine {
 
     pub(super) fn forget(&mut self) {
         self.shadows.forget();
+        self.emitters = DeviceEmitters::default();
         self.has_counted = false;
     }
 
@@ -174,6 +183,7 @@ impl GpuEngine {
     ) -> Result<Vec<[f32; 3]>, Error> {
         /// Most points that are looked up at a time.
         const MOST: usize = 1 << 20;
+        self.emit(scene)?;
         let limits = self.gpu.device.limits();
         let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
         let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(Vec::new()))?;
@@ -213,11 +223,12 @@ impl GpuEngine {
         ahead: impl FnOnce(&mut Self, &Prepared) -> Result<Vec<KernelJob>, Error>,
     ) -> Result<(Prepared, Counters), Error> {
         let mut ahead = Some(ahead);
-        let casters = scene.casters();
+        let (casters, slots) = (scene.casters(), self.emitters.slots.clone());
+        let inputs = HostInputs::new().emitted(&slots);
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.count_first = count_first);
         loop {
-            let prepared = self.shadows.prepare(&casters, views, &scene.shadow)?;
+            let prepared = self.shadows.prepare_with(&casters, views, &scene.shadow, &inputs)?;
             self.shadows.configure(|config| config.count_first = false);
             self.has_counted = true;
             let jobs = ahead.take().map_or(Ok(Vec::new()), |ahead| ahead(self, &prepared))?;
@@ -356,7 +367,7 @@ impl GpuEngine {
 }
 
 /// Records, submits, and restarts the timings of the stages.
-fn submit(
+pub(super) fn submit(
     gpu: &Gpu,
     timeline: &mut Timeline,
     record: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timeline),

@@ -1,4 +1,5 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
+mod emitters;
 mod engine;
 mod place_order;
 mod read_maps;
@@ -10,7 +11,7 @@ use crate::{
     gpu::{Gpu, KernelJob},
     model::{Counters, ReceiverPoint, Scene, View},
     picture::debug::DebugMode,
-    records::{Picture, ViewMaps},
+    records::{GpuEmitted, Picture, ViewMaps},
     reference,
     shadows::{Config, check as check_views},
     view::{atlas::AtlasLimits, fitted_views, views_around},
@@ -100,6 +101,23 @@ impl Renderer {
         }
     }
 
+    /// Most particles of an emitter that the device simulates, for [`Scene::simulate_on_device`]; `None`
+    /// without a device.
+    pub fn most_simulated(&self) -> Option<u64> {
+        let Engine::Gpu(engine) = &self.engine else { return None };
+        let limits = engine.gpu.device.limits();
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        Some(bytes / size_of::<GpuEmitted>() as u64)
+    }
+
+    /// Whether the adapter is software: the CPU is the device.
+    pub fn is_software(&self) -> bool {
+        match &self.engine {
+            Engine::Gpu(engine) => engine.gpu.adapter.device_type == wgpu::DeviceType::Cpu,
+            Engine::Cpu => true,
+        }
+    }
+
     /// Description of the device, for people.
     pub fn device(&self) -> String {
         match &self.engine {
@@ -165,6 +183,7 @@ impl Renderer {
                 shares.map_err(|error| engine.cause_of(error))
             }
             Engine::Cpu => {
+                without_emissions(scene)?;
                 let (views, _) = views_around(scene, &AtlasLimits::CORE, points);
                 check_views(&views, &scene.shadow)?;
                 let (maps, _) = reference::render_maps(scene, &views);
@@ -174,6 +193,13 @@ impl Renderer {
     }
 }
 
+/// Checks that no emitter is left to a device.
+fn without_emissions(scene: &Scene) -> Result<(), Error> {
+    let problem = "it is left to a device, and there is none";
+    let error = Error::Invalid { what: "emitter", index: 0, problem };
+    scene.emissions.is_empty().then_some(()).ok_or(error)
+}
+
 /// Checks a scene that may not come from a file against the contracts of its fields.
 fn check(scene: &Scene) -> Result<(), Error> {
     scene.casters().check()?;
@@ -181,6 +207,7 @@ fn check(scene: &Scene) -> Result<(), Error> {
 }
 
 fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
+    without_emissions(scene)?;
     let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
     check_views(&views, &scene.shadow)?;
     let clock = std::time::Instant::now();

@@ -9,11 +9,12 @@ use super::{
 };
 use crate::{
     model::{
-        Motion, Particle,
-        emitter::{EmittedParticle, Flock, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
+        Motion,
+        emission::{Emission, Emitter, MOST_STOPS},
+        emitter::{EmittedParticle, Flock, Forces, MAX_BOXES, STEPS_PER_SECOND},
         fluid::Fluid,
     },
-    records::pcg,
+    records::EmitterParams,
 };
 use glam::Vec3;
 use std::{
@@ -26,100 +27,84 @@ use toml::Spanned;
 /// Most particle steps for one frame on its own: some minutes on two cores.
 const MOST_FLOWN: u64 = 1 << 32;
 
-/// One emitter of a scene.
-#[derive(Clone, Debug)]
-struct Emitter {
-    forces: Forces,
-    /// Interaction of its particles; `None` without.
-    fluid: Option<Fluid>,
-    material: u32,
-    /// Caster id of its first particle.
-    first_id: u32,
-    /// Time of its first particle [s].
-    start: f64,
-    /// Duration of the emission [steps].
-    steps: u32,
-    /// Values over a particle's life, evenly spaced.
-    radius: Vec<f32>,
-    color: Vec<Vec3>,
-    alpha: Vec<f32>,
-}
-
 /// All emitters of a scene; their particles come after all others.
+#[derive(Clone)]
 struct Emitters {
     first_particle: usize,
-    emitters: Vec<Emitter>,
+    emitters: Vec<Arc<Emitter>>,
+    /// Those that a device simulates.
+    on_device: Vec<bool>,
     /// State after the last frame, from which the next one continues. It depends on the time alone.
-    flocks: Mutex<Vec<Flock>>,
+    flocks: Arc<Mutex<Vec<Flock>>>,
 }
 
 impl fmt::Debug for Emitters {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { first_particle, emitters, .. } = self;
-        f.debug_tuple("Emitters").field(first_particle).field(emitters).finish()
+        let Self { first_particle, emitters, on_device, .. } = self;
+        f.debug_tuple("Emitters").field(first_particle).field(emitters).field(on_device).finish()
+    }
+}
+
+impl Emitters {
+    fn new(first_particle: usize, emitters: Vec<Arc<Emitter>>, on_device: Vec<bool>) -> Self {
+        Self { first_particle, emitters, on_device, flocks: Arc::default() }
     }
 }
 
 impl Motion for Emitters {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         scene.particles.truncate(self.first_particle);
+        scene.emissions.clear();
         let mut flocks = self.flocks.lock().unwrap_or_else(PoisonError::into_inner);
         flocks.resize(self.emitters.len(), Flock::default());
-        for (emitter, flock) in self.emitters.iter().zip(flocks.iter_mut()) {
-            emitter.send(flock, seconds, &mut scene.particles);
+        for ((emitter, flock), on_device) in
+            self.emitters.iter().zip(flocks.iter_mut()).zip(&self.on_device)
+        {
+            if *on_device {
+                scene.emissions.push(Emission::at(emitter, seconds));
+            } else {
+                emitter.send(flock, seconds, FARTHEST, &mut scene.particles);
+            }
         }
     }
 
     fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
-        let moved =
-            |emitter: &Emitter| Emitter { forces: emitter.forces.moved(by), ..emitter.clone() };
-        Some(Arc::new(Self {
-            first_particle: self.first_particle,
-            emitters: self.emitters.iter().map(moved).collect(),
-            flocks: Mutex::default(),
-        }))
+        let moved = |emitter: &Arc<Emitter>| {
+            Arc::new(Emitter { forces: emitter.forces.moved(by), ..(**emitter).clone() })
+        };
+        let emitters = self.emitters.iter().map(moved).collect();
+        Some(Arc::new(Self::new(self.first_particle, emitters, self.on_device.clone())))
     }
 
     fn moves_particles(&self) -> bool {
         true
     }
-}
 
-impl Emitter {
-    /// Adds the live particles.
-    fn send(&self, flock: &mut Flock, seconds: f64, particles: &mut Vec<Particle>) {
-        // A frame at a step's time is at that step in spite of rounding.
-        let steps = ((seconds - self.start) * STEPS_PER_SECOND + 1e-6).max(0.0);
-        let step = steps as u32;
-        match &self.fluid {
-            Some(fluid) => flock.advance_fluid_to(&self.forces, fluid, step, self.steps),
-            None => flock.advance_to(&self.forces, step, self.steps),
-        }
-        // On from the last whole step.
-        let part = (steps - f64::from(step)) as f32;
-        particles.extend(flock.emitted().iter().filter_map(|emitted| {
-            let share = ((emitted.age as f32 + part) / emitted.life as f32).min(1.0);
-            let alpha = mixed(&self.alpha, share, |a, b, t| a + (b - a) * t);
-            let center = emitted.position + emitted.velocity * (part * STEP);
-            let turn = (pcg(emitted.number ^ self.forces.seed) >> 8) as f32 / (1 << 24) as f32;
-            (alpha > 0.0 && center.abs().max_element() <= FARTHEST).then(|| Particle {
-                center,
-                radius: mixed(&self.radius, share, |a, b, t| a + (b - a) * t),
-                color: mixed(&self.color, share, Vec3::lerp).extend(alpha),
-                rotation: turn * std::f32::consts::TAU,
-                material: self.material,
-                id: self.first_id.wrapping_add(emitted.number),
-            })
-        }));
+    fn most_particles(&self) -> u64 {
+        let most = |emitter: &Arc<Emitter>| u64::from(emitter.forces.most_until(emitter.steps));
+        self.emitters.iter().map(most).sum()
     }
-}
 
-/// Linear interpolation between evenly spaced values.
-fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
-    let at = share * (values.len() - 1) as f32;
-    let low = (at as usize).min(values.len() - 1);
-    let high = (low + 1).min(values.len() - 1);
-    mix(values[low], values[high], at - low as f32)
+    fn on_device(&self, most: u64) -> Option<(Arc<dyn Motion>, Vec<String>)> {
+        let reason = |emitter: &Arc<Emitter>| {
+            let count = emitter.forces.most_until(emitter.steps);
+            if emitter.fluid.is_some() {
+                Some("its particles are a fluid".to_owned())
+            } else if u64::from(count) > most {
+                Some(format!("{count} particles, and a buffer of the device holds {most}"))
+            } else if !EmitterParams::has_room(&emitter.forces) {
+                Some("its path has too many rows in 1/60 s".to_owned())
+            } else {
+                None
+            }
+        };
+        let reasons: Vec<_> = self.emitters.iter().map(reason).collect();
+        let on_device = reasons.iter().map(Option::is_none).collect();
+        let moved = Self::new(self.first_particle, self.emitters.clone(), on_device);
+        let named = |(i, reason)| format!("emitter {i} is simulated on the CPU: {reason}");
+        let reasons = reasons.into_iter().enumerate().filter_map(|(i, reason)| Some((i, reason?)));
+        Some((Arc::new(moved), reasons.map(named).collect()))
+    }
 }
 
 impl Loader<'_> {
@@ -148,12 +133,19 @@ impl Loader<'_> {
             }
             have += most as usize;
             self.next_id = self.next_id.wrapping_add(1 << 24);
-            emitters.push(emitter);
+            emitters.push(Arc::new(emitter));
         }
         self.ask_for(have - first_particle)?;
-        let emitters = Emitters { first_particle, emitters, flocks: Mutex::default() };
-        emitters.apply(&mut self.scene, 0.0);
-        self.scene.motions.push(Arc::new(emitters));
+        let on_device = vec![false; emitters.len()];
+        if self.sends_out {
+            let emitters = Emitters::new(first_particle, emitters, on_device);
+            emitters.apply(&mut self.scene, 0.0);
+            self.scene.motions.push(Arc::new(emitters));
+        } else {
+            let sample = emitters.iter().flat_map(|emitter| emitter.sample(0.0, FARTHEST));
+            self.scene.particles.extend(sample);
+            self.resting = Some(Arc::new(Emitters::new(first_particle, emitters, on_device)));
+        }
         Ok(())
     }
 
@@ -334,10 +326,9 @@ fn path(check: &Table<'_, EmitterTable>, start: f32) -> Result<Vec<[f32; 4]>, Sc
 }
 
 fn count_stops(check: &Table<'_, EmitterTable>, key: &str, count: usize) -> Result<(), SceneError> {
-    const MOST: usize = 16;
-    if (1..=MOST).contains(&count) {
+    if (1..=MOST_STOPS).contains(&count) {
         return Ok(());
     }
-    let help = format!("1 to {MOST}, evenly spaced over a particle's life");
+    let help = format!("1 to {MOST_STOPS}, evenly spaced over a particle's life");
     Err(check.fault(key, format!("{count} values of {key}"), &help))
 }

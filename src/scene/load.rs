@@ -27,11 +27,15 @@ pub struct LoadOptions {
     pub set: Vec<(String, String)>,
     /// Whether a model or particle file that is a scene of its own gets a floor.
     pub ground: bool,
+    /// Whether emitters send out the particles of time 0. If not, the first [`Scene::set_time`] has them do so,
+    /// unless the scene file leaves the camera to be placed by what it sees: for a scene that is rendered at
+    /// another time, or whose particles a device simulates.
+    pub emitters: bool,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { set: Vec::new(), ground: true }
+        Self { set: Vec::new(), ground: true, emitters: true }
     }
 }
 
@@ -42,7 +46,7 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 
 /// Like [`load`]; `set` as in [`LoadOptions`].
 pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
-    load_as(path, &LoadOptions { set: set.to_vec(), ground: true })
+    load_as(path, &LoadOptions { set: set.to_vec(), ..LoadOptions::default() })
 }
 
 /// Like [`load`], with options.
@@ -68,6 +72,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let document = source.document()?;
     let mut loader = Loader::new(&source, path);
+    loader.sends_out = options.emitters || !is_placed(&document);
     loader.document(&document)?;
     match extension.as_str() {
         "glb" | "gltf" => {
@@ -78,7 +83,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         "ply" | "csv" => loader.particle_file(path, 0)?,
         _ => {}
     }
-    let (mut scene, model_camera, mut placed) = loader.finish();
+    let Loader { mut scene, model_camera, mut placed, resting, .. } = loader;
     if has_own_camera(&document) {
         for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
             moving.camera = None;
@@ -116,8 +121,17 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
     animate(&source, &document, placed, &mut scene)?;
+    scene.motions.extend(resting);
     scene.recentre();
     Ok(scene)
+}
+
+/// Whether the file says where the camera is and where it looks.
+fn is_placed(document: &Document) -> bool {
+    document.camera.as_ref().is_some_and(|table| {
+        let CameraTable { eye, target, .. } = table.get_ref();
+        eye.is_some() && target.is_some()
+    })
 }
 
 /// Whether the file itself sets the camera's position, so that no model does.

@@ -17,7 +17,7 @@ use super::{
     source::SceneText,
     tables,
 };
-use crate::model::{Material, ShadowSettings, volume};
+use crate::model::{Material, Motion, ShadowSettings, volume};
 use glam::Vec3;
 use std::{
     collections::{HashMap, HashSet},
@@ -44,6 +44,10 @@ pub(super) struct Loader<'a> {
     pub(super) model_camera: Option<super::Camera>,
     /// Shapes, then meshes, that keys may move.
     pub(super) placed: Vec<Placed>,
+    /// Whether emitters send out their particles.
+    pub(super) sends_out: bool,
+    /// Emitters that have not sent out anything but a sample.
+    pub(super) resting: Option<Arc<dyn Motion>>,
 }
 
 impl<'a> Loader<'a> {
@@ -59,12 +63,9 @@ impl<'a> Loader<'a> {
             next_id: 0,
             model_camera: None,
             placed: Vec::new(),
+            sends_out: true,
+            resting: None,
         }
-    }
-
-    /// The scene, the camera of the first model with one, and the parts that keys may move.
-    pub(super) fn finish(self) -> (Scene, Option<super::Camera>, Vec<Placed>) {
-        (self.scene, self.model_camera, self.placed)
     }
 
     pub(super) fn error(

@@ -2,7 +2,7 @@
 use super::small::TriangleExtent;
 use crate::{
     model::{Bounds, Class, Material, Shape, Transfer, Triangle},
-    records::{Caster, GpuView},
+    records::{Caster, DIAGONAL, GpuView, HostGroup},
     shadows::cull::{
         DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, TileLoadBound, order,
         typical_size,
@@ -119,6 +119,12 @@ impl Group {
         Self { class, extent: Extent::of([]), casters, triangles, changed_at: 0 }.fitted(members)
     }
 
+    /// A group of emitted particles, without any yet.
+    fn emitted(class: Class, start: u32) -> Self {
+        let extent = Extent::of([]);
+        Self { class, casters: start..start, extent, triangles: None, changed_at: 0 }
+    }
+
     /// Whether it may have plain opaque triangles that cast shadows.
     pub(super) fn may_hide(&self) -> bool {
         self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
@@ -146,7 +152,7 @@ impl Group {
             self.extent = Extent::of(particles.iter().map(|caster| {
                 let material = &members.materials[caster.material() as usize];
                 // Half a quad's diagonal reaches beyond its radius.
-                let corner = if material.shape == Shape::Quad { 1.4143 } else { 1.0 };
+                let corner = if material.shape == Shape::Quad { DIAGONAL } else { 1.0 };
                 (caster.center, caster.radius * corner)
             }));
         }
@@ -164,17 +170,24 @@ pub(super) struct Groups {
     pub(super) occluders_at: u64,
     /// [`Self::size`] when the groups were formed.
     built_size: u64,
+    /// Groups of each emitter.
+    emitted: Vec<Range<usize>>,
+    /// First record of emitted particles.
+    first_emitted: u32,
 }
 
 impl Groups {
-    /// Forms the groups; ranges are those of the classes in the upload.
+    /// Forms the groups; ranges are those of the classes in the upload. `emitted`: class and records of each
+    /// emitter, whose groups are empty until [`Self::place_emitted`].
     pub(super) fn new(
         members: Members<'_>,
         particle_ranges: &[(Class, Range<u32>)],
         triangle_ranges: &[(Class, Range<u32>)],
+        emitted: &[(Class, Range<u32>)],
     ) -> Self {
         let shift = |group: Range<u32>, by: u32| group.start + by..group.end + by;
         let mut groups = Vec::new();
+        let mut of_emitters = vec![0..0; emitted.len()];
         for &(class, Range { start, end }) in particle_ranges {
             let box_of = |i: u32| {
                 let caster = &members.casters[(start + i) as usize];
@@ -183,6 +196,13 @@ impl Groups {
             let cut = order::cut(end - start, box_of, LEAST, CHUNK_SIZE);
             let group = |group| Group::of_particles(class, shift(group, start), members);
             groups.extend(cut.into_iter().map(group));
+            let of_class = emitted.iter().zip(&mut of_emitters).filter(|((of, _), _)| *of == class);
+            for ((_, records), own) in of_class {
+                let first = groups.len();
+                let starts = records.clone().step_by(CHUNK_SIZE as usize);
+                groups.extend(starts.map(|start| Group::emitted(class, start)));
+                *own = first..groups.len();
+            }
         }
         let few_objects = members.triangles.chunk_by(|a, b| a.id == b.id).count() <= MOST_OBJECTS;
         for &(class, Range { start, end }) in triangle_ranges {
@@ -203,7 +223,15 @@ impl Groups {
         }
         let tree = GroupTree::new(&bounds(&groups));
         let occluders = OccluderPolygons::default();
-        let mut all = Self { groups, tree, occluders, occluders_at: changed_at, built_size: 0 };
+        let mut all = Self {
+            groups,
+            tree,
+            occluders,
+            occluders_at: changed_at,
+            built_size: 0,
+            emitted: of_emitters,
+            first_emitted: emitted.iter().map(|(_, own)| own.start).min().unwrap_or(u32::MAX),
+        };
         all.built_size = all.size();
         all.find_occluders(members, changed_at);
         all
@@ -225,11 +253,34 @@ impl Groups {
         self.occluders_at = changed_at;
     }
 
+    /// Whether it is a group of emitted particles.
+    pub(super) fn is_emitted(&self, group: &Group) -> bool {
+        !group.is_triangles() && group.casters.start >= self.first_emitted
+    }
+
+    /// Places the particles of all emitters, as `load` has found them, emitter by emitter. `radii`: least and
+    /// largest of each emitter, and by how much its groups' boxes are to grow [m].
+    pub(super) fn place_emitted(&mut self, found: &[HostGroup], radii: &[([f32; 2], f32)]) {
+        let changed_at = next_generation();
+        let mut found = found.iter();
+        for (own, &([least, largest], more)) in self.emitted.iter().zip(radii) {
+            for (group, found) in self.groups[own.clone()].iter_mut().zip(&mut found) {
+                let start = group.casters.start;
+                group.casters = start..start + found.count;
+                group.changed_at = changed_at;
+                let bounds = Bounds { min: found.low - more, max: found.high + more };
+                let extent = Extent { bounds, min_radius: least, reach: largest + more };
+                group.extent = if found.count > 0 { extent } else { Extent::of([]) };
+            }
+        }
+        self.tree = GroupTree::new(&bounds(&self.groups));
+    }
+
     /// Refits the tree after groups have changed. Returns false if the groups should be formed anew: their
     /// casters have drifted apart.
     pub(super) fn refit(&mut self) -> bool {
         self.tree.refit(&bounds(&self.groups));
-        let count = self.groups.iter().filter(|group| !group.is_triangles()).count() as u64;
+        let count = self.uploaded_particles().count() as u64;
         self.size() <= self.built_size + count * SPREAD
     }
 
@@ -240,9 +291,12 @@ impl Groups {
         &groups[groups.partition_point(|group| group.casters.end <= triangle)]
     }
 
+    fn uploaded_particles(&self) -> impl Iterator<Item = &Group> {
+        self.groups.iter().filter(|group| !group.is_triangles() && !self.is_emitted(group))
+    }
+
     fn size(&self) -> u64 {
-        let particles = self.groups.iter().filter(|group| !group.is_triangles());
-        typical_size(particles.map(|group| group.extent.bounds))
+        typical_size(self.uploaded_particles().map(|group| group.extent.bounds))
     }
 
     pub(super) fn occluders(&self, view: &GpuView) -> Occluders {

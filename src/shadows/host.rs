@@ -55,6 +55,25 @@ pub struct Prepared {
     memory: Memory,
 }
 
+impl Engine {
+    /// Updates the casters, or makes them anew.
+    fn hold(
+        &mut self,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        casters: &Casters<'_>,
+        inputs: &HostInputs<'_>,
+    ) -> Result<(), Error> {
+        let kept = self.casters.take().and_then(|mut set| {
+            (set.suffices(inputs) && set.update(queue, casters)).then_some(set)
+        });
+        self.casters = Some(match kept {
+            Some(kept) => kept,
+            None => CasterSet::reserving(device, queue, casters, inputs)?,
+        });
+        Ok(())
+    }
+}
+
 fn lock(engine: &Mutex<Engine>) -> MutexGuard<'_, Engine> {
     engine.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -180,6 +199,7 @@ impl Shadows {
         let Self { device, queue, capacity, .. } = self;
         capacity.budget = settings.pair_budget.min(pair_limit(device));
         let mut engine = lock(&self.engine);
+        engine.hold((device, queue), casters, inputs)?;
         let Engine { pipeline, casters: set, maps, frame } = &mut *engine;
         pipeline.config = Config {
             pair_budget: capacity.budget,
@@ -190,15 +210,9 @@ impl Shadows {
             nodes: settings.curve_nodes(),
             ..pipeline.config
         };
-        let kept = set.take().and_then(|mut set| {
-            (set.suffices(inputs.casters) && set.update(queue, casters)).then_some(set)
-        });
-        let mut new = match kept {
-            Some(kept) => kept,
-            None => CasterSet::reserving(device, queue, casters, inputs.casters)?,
-        };
+        let new = set.as_mut().ok_or(Error::Superseded)?;
         new.take_host(device, queue, casters.materials, inputs.casters)?;
-        let new = set.insert(new);
+        let new = &*new;
         let (pairs, earlier) = (capacity.pairs, maps.take());
         let request = pipeline.request(device, queue, new, views, pairs);
         let prepared = pipeline.prepare_from(&request.with_depths(&depths), earlier)?;
@@ -209,7 +223,8 @@ impl Shadows {
             queue: queue.clone(),
             engine: Arc::clone(&self.engine),
             frame: *frame,
-            caster_count: (casters.particles.len() + casters.triangles.len()) as u64,
+            caster_count: (casters.particles.len() + casters.triangles.len()) as u64
+                + new.emitted_count(),
             ordered: new.is_ordered(),
             tints: casters.materials.iter().any(|own| Class::FILTERING.contains(&Class::of(own))),
             views: views.to_vec(),
@@ -260,6 +275,27 @@ impl Shadows {
         self.with_casters(|pipeline, set| {
             pipeline.uploads((&device, &queue), set, casters, views, pairs)
         })
+    }
+
+    /// Uploads changes of `casters` before [`Self::prepare_with`] does, and returns the identity of the set.
+    pub(super) fn hold(
+        &mut self,
+        casters: &Casters<'_>,
+        inputs: &HostInputs<'_>,
+    ) -> Result<u64, Error> {
+        check_alive(&self.device)?;
+        casters.check()?;
+        let mut engine = lock(&self.engine);
+        engine.hold((&self.device, &self.queue), casters, inputs)?;
+        engine.casters.as_ref().map(CasterSet::id).ok_or(Error::Superseded)
+    }
+
+    /// The casters of the last frame.
+    pub(super) fn with_set<T>(
+        &mut self,
+        act: impl FnOnce(&mut CasterSet) -> T,
+    ) -> Result<T, Error> {
+        lock(&self.engine).casters.as_mut().map(act).ok_or(Error::Superseded)
     }
 
     /// The pipeline and the casters of the last frame.

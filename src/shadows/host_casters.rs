@@ -10,7 +10,7 @@ use crate::{
     error::Error,
     gpu::{Allocator, Kernel, Resources, Timeline},
     model::{Bounds, Class, Material},
-    records::{GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
+    records::{DIAGONAL, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
     stage::{
         load::group_count,
         project::{CHUNK_SIZE, grid},
@@ -139,6 +139,7 @@ impl HostSets {
                 group_count,
                 first_group,
                 first_caster: first_caster + first_group * CHUNK_SIZE,
+                quad_reach: DIAGONAL,
                 materials: bits,
                 ..LoadParams::default()
             };

@@ -1,5 +1,5 @@
 //! Inputs that a host has on the device: casters and depth maps.
-use super::Shadows;
+use super::{Shadows, emitted::EmittedSlots};
 use crate::{
     error::Error,
     gpu::{HostText, Kernel},
@@ -15,6 +15,8 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, Texture};
 pub struct HostInputs<'a> {
     pub(super) casters: &'a [HostCasters<'a>],
     pub(super) depths: &'a [HostDepth<'a>],
+    /// Emitters whose particles [`Shadows::load_emitted`] has loaded.
+    pub(super) emitted: &'a [EmittedSlots],
 }
 
 impl<'a> HostInputs<'a> {
@@ -33,6 +35,12 @@ impl<'a> HostInputs<'a> {
     #[must_use]
     pub fn depths(self, depths: &'a [HostDepth<'a>]) -> Self {
         Self { depths, ..self }
+    }
+
+    /// Adds particles of emitters, which have been loaded.
+    #[must_use]
+    pub(crate) fn emitted(self, emitted: &'a [EmittedSlots]) -> Self {
+        Self { emitted, ..self }
     }
 }
 

@@ -11,6 +11,8 @@ pub(crate) mod context;
 mod converted;
 mod count;
 pub mod cull;
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
+mod emitted;
 mod filter_mips;
 pub mod frame;
 mod groups;
@@ -42,6 +44,8 @@ mod warm_up;
 pub use casters::{CasterSet, Span};
 pub use config::Config;
 pub use converted::{ConvertedMaps, FilterFormat, MapLayout};
+#[cfg(feature = "picture")]
+pub(crate) use emitted::EmittedSlots;
 pub use groups::{Extent, Group};
 #[cfg(feature = "picture")]
 pub(crate) use host::check;

@@ -311,7 +311,7 @@ impl Pipeline {
 
 /// Combinations (caster, pending view) that are in no list.
 fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
-    let all: usize = LISTS.map(|list| casters.span(list).count()).into_iter().sum();
+    let all: usize = LISTS.map(|list| casters.count(list)).into_iter().sum();
     let listed: u64 = plans.iter().map(Plan::caster_count).sum();
     (all * view_count) as u64 - listed
 }

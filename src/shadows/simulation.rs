@@ -2,7 +2,7 @@
 use super::Shadows;
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Memory, Resources},
+    gpu::{Allocator, Kernel, Memory, Resources, Timeline},
     model::emitter::Forces,
     records::{EmitterParams, GpuEmitted, STEPS_AT_ONCE},
     stage::{shade::point_grid, simulate},
@@ -15,12 +15,15 @@ use wgpu::{BindGroup, Buffer, BufferUsages};
 pub struct Simulation {
     queue: wgpu::Queue,
     forces: Forces,
-    kernel: Kernel,
-    /// Parameters and bindings of each dispatch that one recording may make.
-    rounds: Vec<(Buffer, BindGroup)>,
+    /// Kernels that start particles and that advance them.
+    kernels: [Kernel; 2],
+    /// Parameters and bindings of each round of both kernels that one recording may make.
+    rounds: Vec<(Buffer, [BindGroup; 2])>,
     emitted: Buffer,
     capacity: u32,
     step: u32,
+    /// No particle starts from this step on.
+    last: u32,
     memory: Memory,
 }
 
@@ -42,60 +45,90 @@ impl Shadows {
     /// An emitter that is simulated on the device, from time step 0 on.
     ///
     /// # Errors
-    /// If the emitter has a path, which the kernel does not support, or the device is out of memory or
-    /// refuses the kernel.
+    /// If the emitter's path has more than 30 rows in a sixtieth of a second, or the device is out of memory
+    /// or refuses the kernel.
     pub fn simulation(&self, forces: &Forces) -> Result<Simulation, Error> {
-        if !forces.path.is_empty() {
-            let problem = "its path is not followed on the device";
+        self.simulation_until(forces, u32::MAX)
+    }
+
+    /// Like [`Self::simulation`]; no particle starts from time step `last` on.
+    ///
+    /// # Errors
+    /// Those of [`Self::simulation`].
+    pub fn simulation_until(&self, forces: &Forces, last: u32) -> Result<Simulation, Error> {
+        if !EmitterParams::has_room(forces) {
+            let problem = "its path has too many rows in a sixtieth of a second";
             return Err(Error::Invalid { what: "emitter", index: 0, problem });
         }
         let ((device, _), queue) = (self.device(), self.queue());
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let capacity = forces.most();
+        let capacity = forces.most_until(last).max(1);
         let copied = BufferUsages::COPY_SRC;
         let emitted = allocator.storage::<GpuEmitted>("emitted", u64::from(capacity), copied)?;
-        let kernel = self.kernel_of(&simulate::PARTICLES)?;
+        let kernels = [self.kernel_of(&simulate::START)?, self.kernel_of(&simulate::PARTICLES)?];
         let mut rounds = Vec::new();
         for _ in 0..ROUNDS {
             let params = allocator.uniform::<EmitterParams>("emitter_params");
             let resources =
                 Resources::new().with("emitter_params", &params).with("emitted", &emitted);
-            let bindings = kernel.bind(device, &resources)?;
+            let [start, advance] = kernels.each_ref().map(|own| own.bind(device, &resources));
+            let bindings = [start?, advance?];
             rounds.push((params, bindings));
         }
         let (queue, forces) = (queue.clone(), forces.clone());
-        Ok(Simulation { queue, forces, kernel, rounds, emitted, capacity, step: 0, memory })
+        Ok(Simulation { queue, forces, kernels, rounds, emitted, capacity, step: 0, last, memory })
     }
 }
 
-/// Most dispatches of one recording.
+/// Most rounds of one recording.
 const ROUNDS: u32 = 8;
 
 impl Simulation {
     /// Most time steps of one recording.
     pub const MOST_STEPS: u32 = ROUNDS * STEPS_AT_ONCE;
 
-    /// Records up to `steps` more steps of 1/60 s, at most [`Self::MOST_STEPS`], and returns their number.
+    /// Records up to `steps` more steps of 1/60 s, at most [`Self::MOST_STEPS`], and returns their number:
+    /// fewer at a time if the emitter has a path.
     /// The commands must be submitted before it records again.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, steps: u32) -> u32 {
+        self.record_timed(encoder, &mut Timeline::untimed(), steps)
+    }
+
+    /// Like [`Self::record`], with timestamps.
+    pub fn record_timed(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+        steps: u32,
+    ) -> u32 {
         let end = self.step.saturating_add(steps.min(Self::MOST_STEPS));
-        let first = self.step;
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("gobo simulate"),
-            timestamp_writes: None,
-        });
-        for (params, bindings) in &self.rounds {
-            let count = (end - self.step).min(STEPS_AT_ONCE);
+        let (first, at_once) = (self.step, EmitterParams::steps_at_once(&self.forces));
+        let mut pass = timeline.pass(encoder, "gobo simulate");
+        let [start, advance] = &self.kernels;
+        for (params, [of_start, of_advance]) in &self.rounds {
+            let count = (end - self.step).min(at_once);
             if count == 0 {
                 break;
             }
-            let values = EmitterParams::new(&self.forces, self.capacity, self.step, count);
+            let values =
+                EmitterParams::new(&self.forces, self.capacity, self.step, count, self.last);
             self.queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
-            self.kernel.record(&mut pass, bindings, point_grid(self.capacity));
+            let new = values.new_count(self.capacity);
+            if new > 0 {
+                start.record(&mut pass, of_start, point_grid(new));
+            }
+            advance.record(&mut pass, of_advance, point_grid(self.capacity));
             self.step += count;
         }
         self.step - first
+    }
+
+    /// Records the removal of all particles, and goes on from time step `step`, earlier or later: those that
+    /// started before it are missing.
+    pub fn restart(&mut self, encoder: &mut wgpu::CommandEncoder, step: u32) {
+        encoder.clear_buffer(&self.emitted, 0, None);
+        self.step = step;
     }
 
     /// Particles, as [`EMITTED_WGSL`] reads them: [`Self::capacity`] of them. Usages `STORAGE` and `COPY_SRC`.

@@ -29,6 +29,8 @@ impl<'a> Cover<'a> {
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| casts(p.material));
         let casters = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+        let emissions = scene.emissions.iter().filter(|e| casts(e.emitter.material));
+        let casters = emissions.fold(casters, |b, e| b.with(&e.bounds()));
         let corners =
             scene.triangles.iter().filter(|t| casts(t.material)).flat_map(|t| t.positions);
         let casters = corners.fold(casters, |b, p| b.with_sphere(p, 0.0));
@@ -61,7 +63,16 @@ impl<'a> Cover<'a> {
         });
         let triangles = scene.triangles.iter().filter(|t| !casts(t.material));
         let triangles = triangles.map(|t| deepest_within(t, view_from_world, min, max));
-        particles.chain(triangles).fold(points, f32::min)
+        let emissions = scene.emissions.iter().filter(|e| !casts(e.emitter.material));
+        let emissions = emissions.filter(|e| !e.bounds().is_empty());
+        let emissions = emissions.map(|e| {
+            let corners = e.bounds().corners().map(|c| view_from_world.transform_point3(c));
+            let bounds = corners.iter().fold(Bounds::EMPTY, |b, &c| b.with_sphere(c, 0.0));
+            let is_inside =
+                bounds.max.truncate().cmpge(min).all() && bounds.min.truncate().cmple(max).all();
+            if is_inside { bounds.min.z } else { f32::INFINITY }
+        });
+        particles.chain(triangles).chain(emissions).fold(points, f32::min)
     }
 }
 

@@ -23,15 +23,18 @@ fn folder(name: &str) -> Folder {
 fn a_frame_alone_is_that_of_the_sequence() {
     let folder = folder("alone");
     let render = |more: &[&str]| folder.run(&[&["render", "moving.toml"], more].concat());
-    for (backend, name) in [("cpu", "cpu"), ("auto", "gpu")] {
+    for (backend, simulation, name) in
+        [("cpu", "auto", "cpu"), ("auto", "cpu", "gpu"), ("auto", "device", "device")]
+    {
         let (all, one) = (format!("{name}-all"), format!("{name}-one"));
-        render(&["--backend", backend, "--frames=0..4", "--fps", "4", "-o", &all]);
-        render(&["--backend", backend, "--frame", "3", "--fps", "4", "-o", &one]);
+        let by = ["--backend", backend, "--simulation", simulation];
+        render(&[&by[..], &["--frames=0..4", "--fps", "4", "-o", &all]].concat());
+        render(&[&by[..], &["--frame", "3", "--fps", "4", "-o", &one]].concat());
         let read = |dir: &str, frame: u32| {
             fs::read(folder.0.join(dir).join(format!("frame_{frame:04}.png"))).unwrap()
         };
-        assert!(read(&all, 3) == read(&one, 3), "{backend}");
-        assert!(read(&all, 3) != read(&all, 0), "{backend}: nothing moves");
+        assert!(read(&all, 3) == read(&one, 3), "{name}");
+        assert!(read(&all, 3) != read(&all, 0), "{name}: nothing moves");
     }
     // Frame 6 of 8 a second is frame 3 of 4.
     render(&["--backend", "cpu", "--frame", "6", "--fps", "8", "-o", "fast"]);
@@ -41,6 +44,37 @@ fn a_frame_alone_is_that_of_the_sequence() {
         let refused = folder.gobo(&["render", "moving.toml", &format!("--fps={rate}")]);
         assert_eq!(refused.status.code(), Some(2), "{rate}");
     }
+}
+
+#[test]
+fn emitters_are_simulated_where_the_user_says() {
+    let folder = folder("simulation");
+    let json = |simulation: &str| -> serde_json::Value {
+        let by = ["render", "moving.toml", "--frame", "9", "--json", "--simulation", simulation];
+        serde_json::from_str(&folder.run(&by)).unwrap()
+    };
+    let [on_cpu, on_device] = ["cpu", "device"].map(json);
+    assert!(on_cpu["casters"].as_u64() > Some(190));
+    assert_eq!(on_cpu["casters"], on_device["casters"]);
+    assert_eq!(on_cpu["skipped"], on_device["skipped"]);
+    assert!(on_cpu["stages"]["simulate"].is_null() && on_cpu["bytes"]["emitted"].is_null());
+    assert!(on_device["stages"]["simulate"].is_f64());
+    assert!(on_device["bytes"]["emitted"].as_u64() >= Some(200 * 32));
+    let by = ["render", "moving.toml", "--backend", "cpu", "--simulation", "device"];
+    assert!(folder.fail(&by, 2).contains("--simulation"));
+    // What stays on the CPU is said.
+    let fluid = format!("{SCENE}fluid = {{ spacing = 0.2 }}\n");
+    fs::write(folder.0.join("fluid.toml"), fluid).unwrap();
+    let said = |simulation: &str| {
+        let by = ["render", "fluid.toml", "-o", "fluid", "--simulation", simulation];
+        let output = folder.gobo(&by);
+        assert_eq!(output.status.code(), Some(0));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(
+        said("device").contains("emitter 0 is simulated on the CPU: its particles are a fluid")
+    );
+    assert!(!said("cpu").contains("emitter"));
 }
 
 #[test]

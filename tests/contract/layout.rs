@@ -3,9 +3,9 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
     records::{
-        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmitterParams,
-        GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, HostView,
-        ImportParams, Listed, LoadCounters, LoadParams, MaskParams,
+        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
+        EmitterParams, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup,
+        HostView, ImportParams, Listed, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, Segment},
@@ -54,6 +54,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<Listed>,
     struct_agrees::<ImportParams>,
     struct_agrees::<ConvertParams>,
+    struct_agrees::<EmissionParams>,
     struct_agrees::<EmitterParams>,
     struct_agrees::<GpuEmitted>,
 ];

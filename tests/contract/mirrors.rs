@@ -221,7 +221,6 @@ const KERNELS_OWN: &[&str] = &[
     "CHANGES",
     "CHANGE_WORDS",
     "CULL_LANES",
-    "DIAGONAL",
     "DITHERED_BIT",
     "EDGE_ON",
     "EDGE_ON_PLANE",

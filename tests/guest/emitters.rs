@@ -49,6 +49,12 @@ fn wild() -> Forces {
     }
 }
 
+/// A path with two corners in one step.
+fn on_path() -> Forces {
+    let path = [[0.0, 0.0], [0.105, 4.0], [0.108, 3.0], [4.0, 1.0]];
+    Forces { path: path.map(|[t, x]| [t, x, 0.5 * x, 0.0]).to_vec(), ..calm() }
+}
+
 fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
     let mut left = steps;
     while left > 0 {
@@ -85,19 +91,30 @@ fn the_kernel_flies_as_the_twin() {
         let gpu = gpu(tier);
         let shadows = shadows(&gpu);
         // Turbulence amplifies rounding, and which face of a box is nearest may change.
-        for (forces, near, off) in [(calm(), 1e-5, 0.0), (wild(), 1e-3, 0.01)] {
-            let mut simulation = shadows.simulation(&forces).unwrap();
+        let cases = [
+            (calm(), u32::MAX, 1e-5, 0.0),
+            (wild(), u32::MAX, 1e-3, 0.01),
+            (on_path(), u32::MAX, 1e-5, 0.0),
+            (on_path(), 130, 1e-5, 0.0),
+        ];
+        for (forces, last, near, off) in cases {
+            let mut simulation = shadows.simulation_until(&forces, last).unwrap();
             let mut flock = Flock::default();
             let mut step = 0;
             for steps in [1, 2, 9, 60, 64, 100] {
                 advance(&gpu, &mut simulation, steps);
                 step += steps;
                 assert_eq!(simulation.step(), step);
-                flock.advance_to(&forces, step, u32::MAX);
+                flock.advance_to(&forces, step, last);
                 let found = read(&gpu, &simulation);
                 let share = share_off(&found, flock.emitted(), near);
                 assert!(share <= off, "{tier}, step {step}: {share} of the particles");
                 assert!(found.len() as u32 <= simulation.capacity());
+            }
+            if last < step {
+                // All have ended, and a slot was there for each.
+                assert!(flock.emitted().is_empty() && simulation.capacity() > 700);
+                continue;
             }
             assert!(flock.emitted().len() > 300);
             // Another seed makes other smoke.
@@ -128,12 +145,67 @@ fn a_million_fly_as_the_twin() {
     println!("{} particles: {:?} for 12 steps", simulation.capacity(), start.elapsed());
 }
 
+/// Particles leave a moving emitter along its way, not where it is at the end of their step.
 #[test]
-fn a_path_is_refused() {
+fn particles_start_along_the_path() {
     let gpu = gpu(TIERS[0]);
-    let forces = Forces { path: vec![[0.0; 4]], ..calm() };
-    let error = shadows(&gpu).simulation(&forces).unwrap_err().to_string();
+    let still = Forces {
+        rate: 1200.0,
+        lifetime: [2.0; 2],
+        shape: EmitterShape::Point,
+        velocity: Vec3::ZERO,
+        spread: 0.0,
+        gravity: 0.0,
+        buoyancy: 0.0,
+        drag: 0.0,
+        ..on_path()
+    };
+    let mut simulation = shadows(&gpu).simulation(&still).unwrap();
+    advance(&gpu, &mut simulation, 60);
+    let found = read(&gpu, &simulation);
+    assert!(found.len() >= 1199);
+    for particle in found {
+        let seconds = particle.number as f32 / 1200.0;
+        let x = match seconds {
+            t if t < 0.105 => 4.0 * t / 0.105,
+            t if t < 0.108 => 4.0 - (t - 0.105) / 0.003,
+            t => 3.0 - 2.0 * (t - 0.108) / 3.892,
+        };
+        let place = particle.position - still.position;
+        assert!(place.distance(Vec3::new(x, 0.5 * x, 0.0)) < 1e-4, "{particle:?} {x}");
+    }
+}
+
+#[test]
+fn a_path_of_too_many_rows_is_refused() {
+    let gpu = gpu(TIERS[0]);
+    let path = |every: f32| (0..40).map(|i| [i as f32 * every, 0.0, 0.0, 0.0]).collect();
+    let simulation = |every| shadows(&gpu).simulation(&Forces { path: path(every), ..calm() });
+    let error = simulation(0.0005).unwrap_err().to_string();
     assert!(error.contains("path"), "{error}");
+    simulation(0.0006).unwrap();
+}
+
+/// Started anew at a later step, the particles that are still missing are those that are older.
+#[test]
+fn a_restart_misses_what_started_before() {
+    let gpu = gpu(TIERS[0]);
+    let forces = wild();
+    let (shadows, at) = (shadows(&gpu), 400);
+    let mut whole = shadows.simulation(&forces).unwrap();
+    advance(&gpu, &mut whole, at);
+    for from in [at - forces.longest(), at - 30] {
+        let mut late = shadows.simulation(&forces).unwrap();
+        advance(&gpu, &mut late, 7);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        late.restart(&mut encoder, from);
+        gpu.queue.submit([encoder.finish()]);
+        advance(&gpu, &mut late, at - from);
+        let first = forces.started_before(from);
+        let expected: Vec<_> =
+            read(&gpu, &whole).into_iter().filter(|one| one.number >= first).collect();
+        assert!(read(&gpu, &late) == expected && expected.len() > 200, "{from}");
+    }
 }
 
 const LOADER: &str = "

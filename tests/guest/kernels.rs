@@ -8,8 +8,8 @@ use gobo::{
     light_views,
     model::Particle,
     records::{
-        Caster, CullParams, GpuMaterial, GpuView, HostGroup, Listed, LoadCounters, LoadParams,
-        MAX_MATERIALS, MAX_VIEWS, ROW,
+        Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, Listed, LoadCounters,
+        LoadParams, MAX_MATERIALS, MAX_VIEWS, ROW,
     },
     shadows::cull::{Frustum, widened},
     stage::{
@@ -67,6 +67,7 @@ fn records_and_boxes_are_those_of_an_upload() {
         group_count: 3,
         first_group,
         first_caster,
+        quad_reach: DIAGONAL,
         materials: [[0b11, 0, 0, 0], [0; 4], [0; 4], [0; 4]],
         ..LoadParams::default()
     };
@@ -109,6 +110,8 @@ fn records_and_boxes_are_those_of_an_upload() {
         }
         let group = groups[first_group as usize + g];
         assert_eq!(group.count as usize, usable.len());
+        let least = usable.iter().map(|particle| particle.color.w).fold(1.0, f32::min);
+        assert_eq!(group.least_alpha, least);
         let apart = [group.low - bounds.min, bounds.max - group.high];
         for apart in apart {
             assert!(apart.max_element() <= 1e-6 && apart.min_element() > -1e-3, "{apart}");
@@ -139,7 +142,7 @@ fn chunks_are_of_what_views_may_see_in_order() {
         .map(|i| {
             let (center, half) = (chance.vec3(-9.0, 9.0), chance.vec3(0.0, 0.8));
             let count = if i % 7 == 0 { 0 } else { 1 + chance.below(256) as u32 };
-            HostGroup { low: center - half, count, high: center + half, pad_0: 0 }
+            HostGroup { low: center - half, count, high: center + half, least_alpha: 1.0 }
         })
         .collect();
     let (views, first_group) = (views(), 5_u32);

@@ -1,5 +1,6 @@
 //! The lit picture.
 mod air;
+mod emitters;
 mod environment;
 mod golden;
 mod host_masks;

@@ -1,6 +1,7 @@
 // Storage buffers that kernels read. A name has one number in the whole project.
 
 import package::records::chunk::Chunk;
+import package::records::emitter::GpuEmitted;
 import package::records::host::{Caster, HostGroup};
 import package::records::tile::Segment;
 
@@ -18,5 +19,6 @@ import package::records::tile::Segment;
 @group(0) @binding(74) var<storage, read> host_casters: array<Caster>;
 @group(0) @binding(79) var<storage, read> host_counts: array<u32>;
 @group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>;
+@group(0) @binding(97) var<storage, read> emitted: array<GpuEmitted>;
 @group(0) @binding(117) var<storage, read> point_lists: array<u32>;
 @group(0) @binding(118) var<storage, read> layered_tiles: array<u32>;

@@ -14,12 +14,13 @@ import package::records::record::record_texel;
 import choice::loader::load_caster;
 
 const STRETCH: u32 = 16u; // spheres whose box an invocation computes
-const DIAGONAL: f32 = 1.4143; // half a quad's, in radii, rounded up
 
 var<workgroup> spheres: array<vec4<f32>, CHUNK_SIZE>;
+var<workgroup> alphas: array<f32, CHUNK_SIZE>;
 var<workgroup> taken_bits: array<atomic<u32>, CHUNK_SIZE / 32u>;
 var<workgroup> lows: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
 var<workgroup> highs: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
+var<workgroup> faintest: array<f32, CHUNK_SIZE / STRETCH>;
 
 // Compilers may assume that floats are finite, but not so of bits.
 fn is_finite(x: f32) -> bool {
@@ -65,9 +66,11 @@ fn load_casters(
         taken = is_usable(caster);
     }
     spheres[lane] = vec4(0.0, 0.0, 0.0, -1.0);
+    alphas[lane] = 1.0;
     if taken {
         let is_quad = materials[caster.material].shape == SHAPE_QUAD;
-        spheres[lane] = vec4(caster.center, caster.radius * select(1.0, DIAGONAL, is_quad));
+        spheres[lane] = vec4(caster.center, caster.radius * select(1.0, load_params.quad_reach, is_quad));
+        alphas[lane] = caster.color.a;
         atomicOr(&taken_bits[lane / 32u], 1u << (lane % 32u));
     }
     workgroupBarrier(); // all spheres and bits before any is read
@@ -86,23 +89,27 @@ fn load_casters(
     }
     var low = vec3(3e38);
     var high = vec3(-3e38);
+    var faint = 1.0;
     if lane < CHUNK_SIZE / STRETCH {
         for (var i = 0u; i < STRETCH; i += 1u) {
             let sphere = spheres[lane * STRETCH + i];
             let is_there = sphere.w >= 0.0;
             low = select(low, min(low, sphere.xyz - sphere.w), is_there);
             high = select(high, max(high, sphere.xyz + sphere.w), is_there);
+            faint = min(faint, alphas[lane * STRETCH + i]);
         }
         lows[lane] = low;
         highs[lane] = high;
+        faintest[lane] = faint;
     }
     workgroupBarrier(); // all boxes before they are put together
     if lane == 0u {
         for (var i = 1u; i < CHUNK_SIZE / STRETCH; i += 1u) {
             low = min(low, lows[i]);
             high = max(high, highs[i]);
+            faint = min(faint, faintest[i]);
         }
-        host_groups[load_params.first_group + group] = HostGroup(low, all, high, 0u);
+        host_groups[load_params.first_group + group] = HostGroup(low, all, high, faint);
         let given = min(max(count, group * CHUNK_SIZE) - group * CHUNK_SIZE, CHUNK_SIZE);
         atomicAdd(&host_counters.taken, all);
         atomicAdd(&host_counters.skipped, given - all);

@@ -19,16 +19,35 @@ struct EmitterParams {
     life_most: f32,       // [s]
     bounce: f32,
     slide: f32,
-    ground: f32,          // [m]
-    has_ground: u32,      // 1 or 0
+    ground: f32,          // the least number without a ground [m]
+    period: f32,          // time from one particle to the next [s]
     box_count: u32,
     capacity: u32,        // largest number of particles that are alive at once
     step: u32,            // first time step of the dispatch
     step_count: u32,      // at most STEPS_AT_ONCE
-    pad_0: u32,
-    pad_1: u32,
+    path_count: u32,      // at least 1
+    first_birth: f32,     // when the first particle of a dispatch starts, if the emitter moves [s from its step]
     started: array<vec4<u32>, 3>,    // particles started before each of the steps, and after the last
     boxes: array<vec4<f32>, 16>,     // lower and upper corners [m]
+    path: array<vec4<f32>, 32>,      // x: time [s from the dispatch's step]; yzw: the emitter's offset [m]
+}
+
+// How the particles of an emitter look at a moment. Rust: the same name in src/records/emitter.rs.
+struct EmissionParams {
+    first: u32,       // number of the oldest particle that may be alive
+    capacity: u32,    // slots of the ring
+    seed: u32,
+    part: f32,        // time since the last step [steps]
+    material: u32,
+    first_id: u32,
+    radius_count: u32,
+    color_count: u32,
+    alpha_count: u32,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
+    radii: array<vec4<f32>, 4>,   // at even distances over a life [m]
+    shades: array<vec4<f32>, 16>, // rgb and alpha, each at even distances of its own
 }
 
 struct GpuEmitted {

@@ -17,8 +17,8 @@ struct LoadParams {
     group_count: u32,   // of the set
     first_group: u32,
     first_caster: u32,  // record of the first group's first caster
+    quad_reach: f32,    // reach of a quad in its group's box [radii]
     pad_0: u32,
-    pad_1: u32,
     materials: array<vec4<u32>, 4>, // that the set may use, a bit each
 }
 
@@ -27,7 +27,7 @@ struct HostGroup {
     low: vec3<f32>, // corner of the box around their spheres [m]
     count: u32,     // number of valid casters, the group's first records
     high: vec3<f32>,
-    pad_0: u32,
+    least_alpha: f32,
 }
 
 // Reset before each frame.

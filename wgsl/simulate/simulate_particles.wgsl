@@ -1,53 +1,11 @@
-// simulate, particles: some time steps of an emitter's particles. Particle n is in slot n modulo
-// `capacity`, which is free again when it has ended. One invocation per slot. CPU twin:
-// src/model/emitter.rs. Host: src/stage/simulate.rs.
+// simulate, particles: some time steps of an emitter's particles, each from the step on that it starts in. One
+// invocation per slot of the ring. CPU twin: src/model/emitter.rs. Host: src/stage/simulate.rs.
 
 import package::bind::changed::emitted;
 import package::bind::uniform::emitter_params;
-import package::hit::hash::{pcg, unit_float};
-import package::records::emitter::{
-    EMITTER_BOX, EMITTER_DISC, EMITTER_SPHERE, GpuEmitted, STEPS_AT_ONCE, STEPS_PER_SECOND, STEP_SECONDS,
-};
+import package::records::emitter::{GpuEmitted, STEPS_AT_ONCE, STEP_SECONDS};
 import package::simulate::curl_noise::curl_noise;
-
-const TRIES: u32 = 8u; // of points in a cube for one in the ball
-
-fn draw(number: u32, index: u32) -> f32 {
-    return unit_float(pcg(number ^ pcg(index ^ pcg(emitter_params.seed))));
-}
-
-// A random point in the unit ball, or in its section where `axes` has zeros: the first of several that is
-// inside.
-fn in_ball(number: u32, index: u32, axes: vec3<f32>) -> vec3<f32> {
-    for (var i = 0u; i < TRIES; i += 1u) {
-        let first = index + 3u * i;
-        let drawn = vec3(draw(number, first), draw(number, first + 1u), draw(number, first + 2u));
-        let place = (drawn * 2.0 - 1.0) * axes;
-        if dot(place, place) <= 1.0 {
-            return place;
-        }
-    }
-    return vec3(0.0);
-}
-
-// Here and below no uniform alone decides a branch: llvmpipe would recompile the kernel for its value.
-fn aside(number: u32) -> vec3<f32> {
-    switch select(0u, emitter_params.shape, number < 0xffffffffu) {
-        case EMITTER_BOX: { return vec3(draw(number, 1u), draw(number, 2u), draw(number, 3u)) - 0.5; }
-        case EMITTER_SPHERE: { return in_ball(number, 8u, vec3(1.0)) * 0.5; }
-        case EMITTER_DISC: { return in_ball(number, 8u, vec3(1.0, 0.0, 1.0)) * 0.5; }
-        default: { return vec3(0.0); }
-    }
-}
-
-fn started_particle(number: u32) -> GpuEmitted {
-    let position = emitter_params.position + aside(number) * emitter_params.extent;
-    let velocity = emitter_params.velocity + in_ball(number, 40u, vec3(1.0)) * emitter_params.spread;
-    let range = emitter_params.life_most - emitter_params.life_least;
-    let seconds = emitter_params.life_least + range * draw(number, 0u);
-    let life = clamp(u32(seconds * STEPS_PER_SECOND), 1u, 0xffffu);
-    return GpuEmitted(position, number, velocity, life << 16u);
-}
+import package::simulate::started_before::started_before;
 
 // Velocity after a collision with a surface of normal `out`.
 fn collided(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
@@ -71,6 +29,7 @@ fn way_out(place: vec3<f32>, low: vec3<f32>, high: vec3<f32>) -> vec4<f32> {
     return nearest;
 }
 
+// Here and below no uniform alone decides a branch: llvmpipe would recompile the kernel for its value.
 fn advanced(particle: GpuEmitted, step: u32) -> GpuEmitted {
     let age = particle.age_life & 0xffffu;
     let share = f32(age) / f32(particle.age_life >> 16u);
@@ -86,9 +45,8 @@ fn advanced(particle: GpuEmitted, step: u32) -> GpuEmitted {
     let pushed = particle.velocity + (vec3(0.0, lift, 0.0) + air * emitter_params.drag) * STEP_SECONDS;
     var velocity = pushed / (1.0 + emitter_params.drag * STEP_SECONDS);
     var position = particle.position + velocity * STEP_SECONDS;
-    let ground = select(-1e30, emitter_params.ground, emitter_params.has_ground != 0u);
-    if position.y < ground {
-        position.y = ground;
+    if position.y < emitter_params.ground {
+        position.y = emitter_params.ground;
         velocity = collided(velocity, vec3(0.0, 1.0, 0.0));
     }
     let box_count = select(0u, emitter_params.box_count, particle.age_life > 0u);
@@ -117,14 +75,8 @@ fn simulate_particles(
     var particle = emitted[place];
     let steps = select(0u, min(emitter_params.step_count, STEPS_AT_ONCE), place < capacity);
     for (var i = 0u; i < steps; i += 1u) {
-        let before = emitter_params.started[i / 4u][i % 4u];
-        let behind = emitter_params.started[(i + 1u) / 4u][(i + 1u) % 4u];
-        // The next particle that belongs in this slot.
-        let number = before + (place + capacity - before % capacity) % capacity;
-        if number < behind {
-            particle = started_particle(number);
-        }
-        if (particle.age_life & 0xffffu) < (particle.age_life >> 16u) {
+        let has_started = particle.number < started_before(i + 1u);
+        if has_started && (particle.age_life & 0xffffu) < (particle.age_life >> 16u) {
             particle = advanced(particle, emitter_params.step + i);
         }
     }

@@ -47,6 +47,19 @@ pub(super) fn add_host_features(
     }
 }
 
+/// Adds the features of an emitter's particles.
+pub(super) fn add_emitted_features(
+    features: &mut [Features; CLASSES],
+    materials: &[Material],
+    material: u32,
+    least_alpha: f32,
+) {
+    let material = &materials[material as usize];
+    add_features(features, material, true);
+    add_opacity(features, material, least_alpha);
+    features[Class::of(material) as usize].plain &= !asks_for_owners(materials);
+}
+
 /// Whether some receiver is tinted by all casters except its own object's.
 pub(super) fn asks_for_owners(materials: &[Material]) -> bool {
     materials.iter().any(|m| m.visible && m.receives == Receives::Others)

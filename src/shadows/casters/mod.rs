@@ -1,14 +1,15 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 mod check;
+#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
+mod emitted;
 mod features;
-
 mod update;
 mod upload;
 
 use super::{
     groups::{Group, Groups, Members, next_generation, sort_by_place},
     host_casters::{HostSets, record_count},
-    host_inputs::HostCasters,
+    host_inputs::{HostCasters, HostInputs},
     plan::LISTS,
 };
 use crate::{
@@ -22,6 +23,7 @@ use crate::{
     shadows::cull::Occluders,
     stage::features::Features,
 };
+use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
 use std::{
     hash::{DefaultHasher, Hash as _, Hasher as _},
@@ -62,6 +64,8 @@ pub struct CasterSet {
     host: Option<Arc<HostSets>>,
     /// Records reserved for the host's casters, behind the uploaded ones.
     host_records: Range<u32>,
+    /// Particles of emitters, behind those.
+    emitted: Vec<Emitted>,
     /// Whether some receiver is tinted by all casters except its own object's.
     pub owners: bool,
     /// Edge of the window over which the coverage of every dithered material equals its opacity, 0 for none
@@ -120,15 +124,16 @@ impl CasterSet {
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
     ) -> Result<Self, Error> {
-        Self::reserving(device, queue, casters, &[])
+        Self::reserving(device, queue, casters, &HostInputs::new())
     }
 
-    /// A set with records reserved for casters of the host, which [`Self::take_host`] fills in.
+    /// A set with records reserved for casters of the host, which [`Self::take_host`] fills in, and of
+    /// emitters, which [`Self::place_emitted`] does.
     pub(super) fn reserving(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
-        host: &[HostCasters<'_>],
+        inputs: &HostInputs<'_>,
     ) -> Result<Self, Error> {
         let &Casters { particles, triangles, materials, textures, in_order } = casters;
         let mut memory = Memory::default();
@@ -158,8 +163,6 @@ impl CasterSet {
         let by = |ranges: &[Range<u32>; CLASSES]| {
             Class::ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
         };
-        let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
-        let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges));
         let blue_first = casters.len() as u32 * CASTER_TEXELS;
         if layouts.iter().any(|&(_, _, blue)| blue) {
             // The ranks are behind the particles, because every dithering kernel binds that texture
@@ -167,7 +170,14 @@ impl CasterSet {
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
         let host_first = casters.len() as u32;
-        let host_records = host_first..host_first.saturating_add(record_count(host));
+        let host_records = host_first..host_first.saturating_add(record_count(inputs.casters));
+        let (emitted, end) = emitted::placed(inputs.emitted, host_records.end);
+        let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
+        let by_class: Vec<_> = emitted
+            .iter()
+            .map(|own| (classes[own.slots.material as usize], own.records()))
+            .collect();
+        let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges), &by_class);
         Ok(Self {
             casters: upload(
                 &mut allocator,
@@ -175,7 +185,7 @@ impl CasterSet {
                 "casters",
                 &casters,
                 CASTER_TEXELS,
-                host_records.len(),
+                (end - host_first) as usize,
             )?,
             triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS, 0)?,
             images: upload_images(&mut allocator, queue, textures)?,
@@ -192,6 +202,7 @@ impl CasterSet {
             features,
             host: None,
             host_records,
+            emitted,
             owners,
             dither_window: window(materials),
             memory,
@@ -213,8 +224,9 @@ impl CasterSet {
     }
 
     /// Whether the reserved records suffice for [`Self::take_host`] with these sets.
-    pub(super) fn suffices(&self, host: &[HostCasters<'_>]) -> bool {
-        record_count(host) as usize <= self.host_records.len()
+    pub(super) fn suffices(&self, inputs: &HostInputs<'_>) -> bool {
+        record_count(inputs.casters) as usize <= self.host_records.len()
+            && self.emitted.iter().map(|own| &own.slots).eq(inputs.emitted)
     }
 
     /// Replaces the host's sets. `materials`: those of the uploaded casters.
@@ -249,7 +261,7 @@ impl CasterSet {
 
     /// Whether the list, an index of [`LISTS`], has a caster.
     pub(super) fn has(&self, list: usize) -> bool {
-        self.span(LISTS[list].clone()).count() > 0
+        self.count(LISTS[list].clone()) > 0
             || self.host().is_some_and(|host| !host.spans[list].groups.is_empty())
     }
 

@@ -27,6 +27,7 @@ impl CasterSet {
         }
         let is_new = self.update_materials(queue, triangles, materials, textures);
         self.features = features_of(particles, triangles, materials);
+        self.add_emitted_features();
         self.dither_window = window(materials);
         self.owners = asks_for_owners(materials);
         self.update_casters(queue, particles, triangles, materials, &is_new)
@@ -107,7 +108,11 @@ impl CasterSet {
         let changed_at = next_generation();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
         let mut new_occluders = false;
-        for group in &mut groups.groups {
+        for index in 0..groups.groups.len() {
+            if groups.is_emitted(&groups.groups[index]) {
+                continue;
+            }
+            let group = &mut groups.groups[index];
             let range = group.casters.start as usize..group.casters.end as usize;
             let is_new = if group.is_triangles() {
                 let records = &mut uploaded.triangles[range.clone()];

@@ -1,0 +1,157 @@
+//! Emitters with the looks of their particles, and what they have sent out at a moment.
+use super::{
+    Bounds, Particle,
+    emitter::{EmittedParticle, Flock, Forces, STEP, STEPS_PER_SECOND},
+    fluid::Fluid,
+    hash::pcg,
+};
+use glam::Vec3;
+use std::{
+    ops::Range,
+    sync::{Arc, OnceLock},
+};
+
+/// Most values of a look over a particle's life.
+pub const MOST_STOPS: usize = 16;
+
+/// An emitter of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emitter {
+    /// Where its particles start, and what moves them.
+    pub forces: Forces,
+    /// Interaction of its particles; `None` without.
+    pub fluid: Option<Fluid>,
+    /// Index into [`crate::model::Scene::materials`].
+    pub material: u32,
+    /// Caster id of its first particle.
+    pub first_id: u32,
+    /// Time of its first particle [s].
+    pub start: f64,
+    /// Duration of the emission [steps].
+    pub steps: u32,
+    /// Radii over a particle's life, evenly spaced, 1 to [`MOST_STOPS`] of them [m].
+    pub radius: Vec<f32>,
+    /// Colours, likewise: linear rgb.
+    pub color: Vec<Vec3>,
+    /// Alphas, likewise.
+    pub alpha: Vec<f32>,
+}
+
+impl Emitter {
+    /// Time steps that have passed, and the share of the next one.
+    fn moment(&self, seconds: f64) -> (u32, f32) {
+        // A frame at a step's time is at that step in spite of rounding.
+        let steps = ((seconds - self.start) * STEPS_PER_SECOND + 1e-6).max(0.0);
+        let step = steps as u32;
+        (step, (steps - f64::from(step)) as f32)
+    }
+
+    /// Adds the live particles, if they are at most `farthest` from the origin along each axis [m].
+    pub fn send(
+        &self,
+        flock: &mut Flock,
+        seconds: f64,
+        farthest: f32,
+        particles: &mut Vec<Particle>,
+    ) {
+        let (step, part) = self.moment(seconds);
+        match &self.fluid {
+            Some(fluid) => flock.advance_fluid_to(&self.forces, fluid, step, self.steps),
+            None => flock.advance_to(&self.forces, step, self.steps),
+        }
+        let seen = |emitted| self.particle(emitted, part, farthest);
+        particles.extend(flock.emitted().iter().filter_map(seen));
+    }
+
+    /// A few of the live particles, evenly chosen, as if they were not a fluid: enough to see how far they
+    /// reach, in little time.
+    pub fn sample(&self, seconds: f64, farthest: f32) -> Vec<Particle> {
+        const MOST: usize = 1000;
+        let (step, part) = self.moment(seconds);
+        let numbers = self.numbers(step);
+        let every = numbers.len().div_ceil(MOST).max(1);
+        let flown = |number| {
+            let mut emitted = self.forces.start(number);
+            for step in self.forces.starts_in(number)..step {
+                if emitted.age >= emitted.life {
+                    return None;
+                }
+                self.forces.advance(&mut emitted, step);
+            }
+            self.particle(&emitted, part, farthest)
+        };
+        numbers.step_by(every).filter_map(flown).collect()
+    }
+
+    /// Numbers of the particles that may be alive at a step.
+    fn numbers(&self, step: u32) -> Range<u32> {
+        let before = |step: u32| self.forces.started_before(step.min(self.steps));
+        before(step.saturating_sub(self.forces.longest()))..before(step)
+    }
+
+    /// The particle `part` of a step after its last whole one, if it is seen.
+    fn particle(&self, emitted: &EmittedParticle, part: f32, farthest: f32) -> Option<Particle> {
+        let share = ((emitted.age as f32 + part) / emitted.life as f32).min(1.0);
+        let alpha = mixed(&self.alpha, share, |a, b, t| a + (b - a) * t);
+        let center = emitted.position + emitted.velocity * (part * STEP);
+        let turn = (pcg(emitted.number ^ self.forces.seed) >> 8) as f32 / (1 << 24) as f32;
+        (alpha > 0.0 && center.abs().max_element() <= farthest).then(|| Particle {
+            center,
+            radius: mixed(&self.radius, share, |a, b, t| a + (b - a) * t),
+            color: mixed(&self.color, share, Vec3::lerp).extend(alpha),
+            rotation: turn * std::f32::consts::TAU,
+            material: self.material,
+            id: self.first_id.wrapping_add(emitted.number),
+        })
+    }
+}
+
+/// Linear interpolation between evenly spaced values.
+fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
+    let at = share * (values.len() - 1) as f32;
+    let low = (at as usize).min(values.len() - 1);
+    let high = (low + 1).min(values.len() - 1);
+    mix(values[low], values[high], at - low as f32)
+}
+
+/// What an emitter has sent out at a moment: for a device to simulate.
+#[derive(Clone, Debug)]
+pub struct Emission {
+    /// The emitter.
+    pub emitter: Arc<Emitter>,
+    /// Time steps that have passed.
+    pub step: u32,
+    /// Share of the next step that has passed.
+    pub part: f32,
+    /// Box around the particles, once a device has simulated them.
+    bounds: OnceLock<Bounds>,
+}
+
+impl Emission {
+    /// The emission at a time of the scene [s].
+    pub fn at(emitter: &Arc<Emitter>, seconds: f64) -> Self {
+        let (step, part) = emitter.moment(seconds);
+        Self { emitter: Arc::clone(emitter), step, part, bounds: OnceLock::new() }
+    }
+
+    /// Whether both are the same particles at the same moment.
+    pub fn is(&self, other: &Self) -> bool {
+        (self.step, self.part) == (other.step, other.part) && self.emitter == other.emitter
+    }
+
+    /// Numbers of the particles that may be alive.
+    pub fn numbers(&self) -> Range<u32> {
+        self.emitter.numbers(self.step)
+    }
+
+    /// Box around the particles [m]; empty until a device has simulated them.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds.get().copied().unwrap_or(Bounds::EMPTY)
+    }
+
+    /// Sets [`Self::bounds`], once.
+    #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
+    pub(crate) fn set_bounds(&self, bounds: Bounds) {
+        let _ = self.bounds.set(bounds);
+    }
+}

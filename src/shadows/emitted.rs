@@ -1,0 +1,143 @@
+//! Particles of emitters, loaded beside the uploaded casters. The CPU learns of each 256 of them their box,
+//! number and least alpha, so that it lists and culls them like uploaded ones.
+use super::{HostInputs, Shadows, Simulation};
+use crate::{
+    error::Error,
+    gpu::{Allocator, Kernel, Memory, Resources, Timeline},
+    model::{Bounds, Casters, emission::Emission},
+    records::{EmissionParams, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
+    stage::{load::group_count, project::grid, simulate},
+};
+use wgpu::{BindGroup, Buffer, BufferUsages};
+
+/// Records that an emitter needs.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct EmittedSlots {
+    pub material: u32,
+    /// Groups of [`CHUNK_SIZE`](crate::stage::project::CHUNK_SIZE) records.
+    pub group_count: u32,
+    /// Least and largest radius [m].
+    pub radii: [f32; 2],
+}
+
+impl EmittedSlots {
+    pub(crate) fn of(emission: &Emission) -> Self {
+        let emitter = &*emission.emitter;
+        let radii = emitter.radius.iter().copied();
+        Self {
+            material: emitter.material,
+            group_count: group_count(emitter.forces.most_until(emitter.steps)),
+            radii: [radii.clone().fold(f32::INFINITY, f32::min), radii.fold(0.0, f32::max)],
+        }
+    }
+}
+
+/// Kernels that load the particles of all emitters, bound.
+#[derive(Debug)]
+pub(crate) struct EmittedLoad {
+    kernel: Kernel,
+    /// Bindings of each emitter, and its groups.
+    bound: Vec<(BindGroup, u32)>,
+    /// Groups of all emitters, one after the other.
+    pub groups: Buffer,
+    pub memory: Memory,
+}
+
+impl EmittedLoad {
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        let mut pass = timeline.pass(encoder, "gobo load");
+        for (bindings, group_count) in &self.bound {
+            self.kernel.record(&mut pass, bindings, grid(*group_count));
+        }
+    }
+
+    /// Box around the particles of each emitter. `found`: the contents of [`Self::groups`].
+    pub(crate) fn bounds<'a>(
+        &'a self,
+        found: &'a [HostGroup],
+    ) -> impl Iterator<Item = Bounds> + 'a {
+        let mut found = found.iter();
+        self.bound.iter().map(move |&(_, group_count)| {
+            let own = found.by_ref().take(group_count as usize).filter(|group| group.count > 0);
+            own.fold(Bounds::EMPTY, |all, group| {
+                all.with(&Bounds { min: group.low, max: group.high })
+            })
+        })
+    }
+}
+
+impl Shadows {
+    /// Makes room for emitted particles beside `casters`. Returns the identity of the set: another one has
+    /// not loaded them.
+    pub(crate) fn hold_emitted(
+        &mut self,
+        casters: &Casters<'_>,
+        slots: &[EmittedSlots],
+    ) -> Result<u64, Error> {
+        self.hold(casters, &HostInputs::new().emitted(slots))
+    }
+
+    /// Binds the kernels that load the emitters for which there is room.
+    pub(crate) fn bind_emitted(
+        &mut self,
+        emitted: &[(&Emission, &Simulation)],
+    ) -> Result<EmittedLoad, Error> {
+        let kernel = self.kernel_of(&simulate::CASTERS)?;
+        let (device, queue) = (self.device().0.clone(), self.queue().clone());
+        self.with_set(|set| {
+            let mut memory = Memory::default();
+            let mut allocator = Allocator { device: &device, memory: &mut memory };
+            let slots: Vec<_> =
+                emitted.iter().map(|(emission, _)| EmittedSlots::of(emission)).collect();
+            let total: u32 = slots.iter().map(|own| own.group_count).sum();
+            let none = BufferUsages::empty();
+            let groups = allocator.storage::<HostGroup>(
+                "emitted_groups",
+                total.into(),
+                BufferUsages::COPY_SRC,
+            )?;
+            // Bound because the kernel has them: nobody reads them.
+            let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
+            let counters = allocator.storage::<LoadCounters>("host_counters", 1, none)?;
+            let mut bound = Vec::with_capacity(emitted.len());
+            let mut first_group = 0;
+            let runs = emitted.iter().zip(&slots).zip(set.emitted_records());
+            for (((emission, simulation), own), first_caster) in runs {
+                let mut materials = [[0; 4]; MAX_MATERIALS / 128];
+                let word = own.material as usize / 32;
+                materials[word / 4][word % 4] = 1 << (own.material % 32);
+                let params = LoadParams {
+                    capacity: emission.numbers().len() as u32,
+                    group_count: own.group_count,
+                    first_group,
+                    first_caster,
+                    quad_reach: 1.0,
+                    materials,
+                    ..LoadParams::default()
+                };
+                let load_params = allocator.uniform::<LoadParams>("load_params");
+                queue.write_buffer(&load_params, 0, bytemuck::bytes_of(&params));
+                let params = EmissionParams::new(emission, simulation.capacity());
+                let emission_params = allocator.uniform::<EmissionParams>("emission_params");
+                queue.write_buffer(&emission_params, 0, bytemuck::bytes_of(&params));
+                let resources = Resources::new()
+                    .with("casters", &set.casters)
+                    .with("materials", &set.materials)
+                    .with("load_params", &load_params)
+                    .with("emission_params", &emission_params)
+                    .with("emitted", simulation.particles())
+                    .with("host_counts", &no_counts)
+                    .with("host_groups", &groups)
+                    .with("host_counters", &counters);
+                bound.push((kernel.bind(&device, &resources)?, own.group_count));
+                first_group += own.group_count;
+            }
+            Ok(EmittedLoad { kernel, bound, groups, memory })
+        })?
+    }
+
+    /// Takes what [`EmittedLoad::groups`] holds.
+    pub(crate) fn place_emitted(&mut self, found: &[HostGroup]) -> Result<(), Error> {
+        self.with_set(|set| set.place_emitted(found))
+    }
+}
