@@ -75,10 +75,20 @@ fn sets_that_cannot_be_used_are_named() {
     let counted = CasterCount::Indirect { buffer: &uniform, offset: 0, capacity: 4 };
     assert!(matches!(error(set(counted, &[0])), Error::Kernel(_)));
     assert!(matches!(error(set(CasterCount::Fixed(u32::MAX), &[0])), Error::Limit { .. }));
-    let [own, _] = two_devices();
-    let foreign = HostBuffers::new(&own, &particles(4, 1));
-    let foreign_loader = foreign.loader(&super::shadows(&own));
-    let foreign = HostCasters::new(&foreign_loader, &host.bindings, CasterCount::Fixed(4), &[0]);
-    assert!(matches!(error(foreign), Error::Kernel(_)));
+    assert!(gpu.check().is_ok());
+}
+
+#[test]
+fn a_loader_of_another_device_is_refused() {
+    let [gpu, other] = two_devices();
+    let foreign_loader = HostBuffers::new(&other, &particles(4, 1)).loader(&shadows(&other));
+    let host = HostBuffers::new(&gpu, &particles(4, 1));
+    let materials = materials();
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    let sets = [HostCasters::new(&foreign_loader, &host.bindings, CasterCount::Fixed(4), &[0])];
+    let inputs = HostInputs::new().casters(&sets);
+    let prepared =
+        shadows(&gpu).prepare_with(&casters, &views(), &ShadowSettings::default(), &inputs);
+    assert!(matches!(prepared.unwrap_err(), Error::Kernel(_)));
     assert!(gpu.check().is_ok());
 }
