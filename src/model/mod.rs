@@ -27,6 +27,7 @@ pub use caster::{
     Casters, MAX_GAIN, Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle,
 };
 pub use class::Class;
+pub(crate) use caster::FAINTEST;
 pub(crate) use class::{CLASSES, by_class};
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
