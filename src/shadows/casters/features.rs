@@ -1,8 +1,6 @@
 //! Features of the casters of each class, to which kernels are specialised.
 use crate::{
-    model::{
-        CLASSES, Class, FAINTEST, Material, Particle, Receives, Shape, Transfer, Triangle,
-    },
+    model::{CLASSES, Class, FAINTEST, Material, Particle, Receives, Shape, Transfer, Triangle},
     shadows::host_inputs::HostCasters,
     stage::features::Features,
 };
