@@ -129,7 +129,7 @@ fn faint_puffs_add_up() {
 
 /// Checks the curves of twin and tiers at three depths, and the filter, for casters below and above the
 /// opacity from which one alone has a place in a curve.
-fn assert_curves_pass(look: Material, profile: f64) {
+fn assert_curves_pass(look: &Material, profile: f64) {
     for (count, alpha) in [(6_000, 1.2e-4), (8_000, 1e-5)] {
         let mut scene = veils(look.clone(), count, alpha);
         scene.shadow.receiver = Receiver::Curve;
@@ -157,13 +157,13 @@ fn assert_curves_pass(look: Material, profile: f64) {
 
 #[test]
 fn curves_hold_faint_discs() {
-    assert_curves_pass(flat(Transfer::Filter), 1.0);
+    assert_curves_pass(&flat(Transfer::Filter), 1.0);
 }
 
 #[test]
 fn curves_hold_faint_soft_discs() {
     let middle = squared_distance(&veils(material(Transfer::Filter), 1, ALPHA));
-    assert_curves_pass(material(Transfer::Filter), (1.0 - middle).powi(2));
+    assert_curves_pass(&material(Transfer::Filter), (1.0 - middle).powi(2));
 }
 
 #[test]
