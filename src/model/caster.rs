@@ -158,6 +158,10 @@ impl Default for Material {
     }
 }
 
+/// Opacity below which casters are faint. A product of `n` transmittances is off by `n` roundings of
+/// 2^-25, in light that falls as `exp(-n a)`: by 2^-14 here.
+pub(crate) const FAINTEST: f32 = 1.0 / 4096.0;
+
 impl Material {
     /// Whether its particles are soft discs of the `filter` transfer, without texture or reflectivity.
     pub fn is_plain_disc(&self) -> bool {
@@ -166,6 +170,17 @@ impl Material {
             && self.transfer == Transfer::Filter
             && self.reflectivity == 0.0
             && self.texture.is_none()
+    }
+
+    /// Opacity of a caster of opacity `alpha`, without texture or profile.
+    pub(crate) fn opacity(&self, alpha: f32) -> f32 {
+        1.0 - (1.0 - alpha * self.tint.w) * (1.0 - self.reflectivity)
+    }
+
+    /// Whether products of the transmittances of many such casters lose their absorption to rounding.
+    pub(crate) fn is_faint(&self, alpha: f32) -> bool {
+        let opacity = self.opacity(alpha);
+        opacity > 0.0 && opacity < FAINTEST
     }
 
     /// Whether closed meshes of it absorb light over the distance travelled inside.

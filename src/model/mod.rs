@@ -24,6 +24,7 @@ pub mod volume;
 pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Source};
 pub use bounds::Bounds;
 pub use camera::{Camera, InvalidCamera};
+pub(crate) use caster::FAINTEST;
 pub use caster::{
     Casters, MAX_GAIN, Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle,
 };

@@ -113,6 +113,7 @@ impl<'a> SceneRecords<'a> {
                 slabs: only_discs(&scene),
                 over: uses(Transfer::Over),
                 volumes: has_volumes,
+                faint: any_faint(&scene),
                 softening: shadow.soften,
                 segment: CURVE_SEGMENT as usize,
             }),
@@ -363,6 +364,16 @@ fn only_discs(scene: &Casters<'_>) -> bool {
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
     !scene.particles.iter().any(|p| filters(p.material) && !material(p.material).is_plain_disc())
         && !scene.triangles.iter().any(|triangle| filters(triangle.material))
+}
+
+/// Whether some filtering caster is faint.
+fn any_faint(scene: &Casters<'_>) -> bool {
+    let is_faint = |id: u32, alpha: f32| {
+        let material = &scene.materials[id as usize];
+        Class::FILTERING.contains(&Class::of(material)) && material.is_faint(alpha)
+    };
+    scene.particles.iter().any(|p| is_faint(p.material, p.color.w))
+        || scene.triangles.iter().any(|triangle| is_faint(triangle.material, 1.0))
 }
 
 /// Visible footprints, front to back; equal keys in order of footprints.

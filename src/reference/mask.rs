@@ -9,6 +9,8 @@ use crate::{
 };
 use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
+/// Depths that are less apart are equal: pixels beside each other on a floor differ by their rounding alone.
+pub const TIED: f32 = 1e-6;
 /// Sum of four neighbours' weights below which only the best neighbour is used.
 pub const LEAST_WEIGHT: f32 = 1e-3;
 /// Error of a right angle between two normals, in units of the blur's tolerance in depth.
@@ -278,7 +280,7 @@ impl Filter<'_> {
     }
 }
 
-/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest.
+/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest; of equal ones the first.
 fn shrunk(whole: &Grid) -> Grid {
     let size = mask_size(whole.size, true);
     let chosen = |i: u32| {
@@ -290,9 +292,10 @@ fn shrunk(whole: &Grid) -> Grid {
             _ => depth,
         };
         let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| at * 2 + UVec2::new(x, y));
-        let mut four = four.map(|pixel| *whole.at(pixel.min(whole.size - 1))).into_iter();
-        let first = four.next().unwrap_or(*whole.at(UVec2::ZERO));
-        four.fold(first, |best, own| if rank(own.depth) > rank(best.depth) { own } else { best })
+        let four = four.map(|pixel| *whole.at(pixel.min(whole.size - 1)));
+        let best = four.iter().map(|own| rank(own.depth)).fold(-1.0, f32::max);
+        let tied = four.iter().find(|own| rank(own.depth) >= best - TIED);
+        *tied.unwrap_or(&four[0])
     };
     Grid { size, surfaces: (0..size.element_product()).map(chosen).collect() }
 }

@@ -180,20 +180,33 @@ impl<'a> SceneText<'a> {
 }
 
 /// Keys of the scene file with one table each.
-const ONE: [&str; 9] = [
+const ONE: [&str; 13] = [
     "camera",
     "shadow",
+    "shadow.filter",
     "clusters",
     "mask",
     "environment",
     "environment.sun",
     "air",
+    "light.filter",
+    "light.source",
     "particles.generate",
+    "emitter.fluid",
     "shape.displace",
 ];
 /// Keys with many tables each.
-const MANY: [&str; 8] =
-    ["light", "material", "particles", "shape", "mesh", "animate", "emitter", "light.shadow"];
+const MANY: [&str; 9] = [
+    "light",
+    "light.shadow",
+    "material",
+    "particles",
+    "shape",
+    "mesh",
+    "animate",
+    "emitter",
+    "emitter.boxes",
+];
 
 fn value_span(
     value: &Spanned<DeValue<'_>>,

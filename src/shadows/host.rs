@@ -265,7 +265,10 @@ impl Shadows {
     /// Changes the configuration of the next frames beyond [`ShadowSettings`]: for tests and measurements.
     #[doc(hidden)]
     pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
-        change(&mut lock(&self.engine).pipeline.config);
+        let mut engine = lock(&self.engine);
+        let pipeline = &mut engine.pipeline;
+        change(&mut pipeline.config);
+        pipeline.kernels.follow(pipeline.config.profile);
     }
 
     /// Uploads of a frame with the casters of the last [`Self::prepare`].

@@ -231,6 +231,15 @@ impl Kernels {
         }
     }
 
+    /// Specialises kernels that are planned from now on to another profile of the same shape.
+    pub(crate) fn follow(&mut self, profile: Profile) {
+        debug_assert_eq!(profile.shape, self.profile.shape, "other kernels than variants have it");
+        if profile != self.profile {
+            self.profile = profile;
+            self.variants.clear();
+        }
+    }
+
     /// Plans a kernel, for `prepare`, which ends with [`Self::finish`].
     pub(crate) fn plan(
         &mut self,

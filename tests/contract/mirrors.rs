@@ -196,6 +196,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("UNIT", UNIT),
         ("LEAST_FACING", mask::LEAST_FACING),
         ("LEAST_WEIGHT", mask::LEAST_WEIGHT),
+        ("TIED", mask::TIED),
         ("TURNED", mask::TURNED),
         ("WIDEST", spot::WIDEST),
         ("WIDTHS", mask::WIDTHS),

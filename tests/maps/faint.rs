@@ -5,7 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    model::{LightKind, Material, Particle, Profile, Shape, Transfer},
+    model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
     records::ViewMaps,
     reference::render_maps,
     scene::Scene,
@@ -17,6 +17,9 @@ const PROMISED: f64 = 1.0 / 1024.0;
 /// A step of 16-bit filters from 1/2 to 1, as drivers may truncate, and a tenth of it. If each of `COUNT`
 /// casters lost the rounding of `1 - ALPHA`, the error would be larger.
 const STORAGE: f64 = 1.1 / 2048.0;
+/// Largest difference of a curve of 8 nodes from half the light lost evenly: its ramps are straight, and
+/// 12 bits hold a channel. Lost casters would be 0.06 to 0.5.
+const CURVE: f64 = 0.01;
 const COUNT: u32 = 40_000;
 /// Halfway between two 32-bit floats when it is subtracted from 1.
 const ALPHA: f32 = 167.5 / 16_777_216.0;
@@ -122,4 +125,56 @@ fn faint_puffs_add_up() {
         .to_array()
         .map(|c| -((-(1.0 - f64::from(c)) * f64::from(ALPHA)).ln_1p() * share).exp_m1());
     assert_passes(&scene, absorbed, STORAGE);
+}
+
+/// Checks the curves of twin and tiers at three depths, and the filter, for casters below and above the
+/// opacity from which one alone has a place in a curve.
+fn assert_curves_pass(look: &Material, profile: f64) {
+    for (count, alpha) in [(6_000, 1.2e-4), (8_000, 1e-5)] {
+        let mut scene = veils(look.clone(), count, alpha);
+        scene.shadow.receiver = Receiver::Curve;
+        let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];
+        all.extend(TIERS.map(|tier| crate::common::map_frame(tier, &scene).maps));
+        for (maps, who) in all.iter().zip(["twin", "core", "native"]) {
+            let (curve, view) = (maps[0].curve.as_ref().unwrap(), &maps[0].view);
+            let size = view.size.x as usize;
+            for height in [0.5, 0.0, -1.5] {
+                let along = -view.view_from_world.transform_point3(Vec3::Y * height).z;
+                let depth = (along - view.near) / (view.far - view.near);
+                let found = curve.light_at(size / 2 * size + size / 2, depth);
+                let before = scene.particles.iter().filter(|p| p.center.y > height).count();
+                for channel in 0..3 {
+                    let absorbed = (1.0 - f64::from(COLOR[channel])) * f64::from(alpha) * profile;
+                    let expected = (before as f64 * (-absorbed).ln_1p()).exp();
+                    let apart = (f64::from(found[channel]) - expected).abs();
+                    let message = format!("{who}, {count} of {alpha} at {height}: {found}");
+                    assert!(apart <= CURVE, "{message} for {expected}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn curves_hold_faint_discs() {
+    assert_curves_pass(&flat(Transfer::Filter), 1.0);
+}
+
+#[test]
+fn curves_hold_faint_soft_discs() {
+    let middle = squared_distance(&veils(material(Transfer::Filter), 1, ALPHA));
+    assert_curves_pass(&material(Transfer::Filter), (1.0 - middle).powi(2));
+}
+
+#[test]
+#[ignore = "many casters: make test-all"]
+fn filters_beside_curves_add_up() {
+    for look in [flat(Transfer::Filter), flat(Transfer::Smoke)] {
+        let mut scene = veils(look, 200_000, 2e-6);
+        scene.shadow.receiver = Receiver::Curve;
+        let once = COLOR.to_array().map(|c| (1.0 - f64::from(c)) * 2e-6);
+        let smoke = once.map(|absorbed| 1.0 - (1.0 - 2e-6) * (1.0 - absorbed));
+        let is_smoke = scene.materials[0].transfer == Transfer::Smoke;
+        assert_passes(&scene, if is_smoke { smoke } else { once }, PROMISED);
+    }
 }

@@ -1,27 +1,30 @@
 // State: curves of four texels in a column. CPU twin: src/reference/curve/tile.rs.
 
 import package::bind::sampled::opaques;
-import package::curve::light4::{Light4, black4, fixed, plus, scaled, selected, white4};
+import package::curve::light4::{Light4, black4, fixed, minus, plus, scaled, selected, white4};
 import package::curve::list::{
     adding, append, clear_list, has_free_node, insert, is_saturated, last_end,
 };
 import package::curve::node::DEPTHS;
 import package::curve::volumes::{Ramp4, clear_volumes, count_late, nearest_inside};
-import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
+import package::features::{FAINT, HAS_OVER, HAS_VOLUMES, NODES};
 import package::hit::hit_order::clear_order;
 import package::hit::key_depths::{front_depths, start_keys};
 import package::records::view::GpuView;
+import package::sums::faint::keep4;
 import package::sums::sums::VISIBLE_OPACITY;
 import choice::visit::{blocked, slabbed};
 
 const ROWS: u32 = 4u; // texels that an invocation holds, in a column
 
-const TRACE: f32 = 0.0000152587890625; // opacity below which a hit sets no start or end: 2^-16
+const TRACE: f32 = 0.0000152587890625; // opacity below which hits set no start or end: 2^-16
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> opaque_depth: vec4<f32>;
 var<private> nearest: vec4<f32>;
-var<private> passed: Light4;
+var<private> passed: Light4; // behind the curve; with `keeps`, behind open hits too
+var<private> lost: Light4;   // with `keeps`: absorbed, not yet multiplied into `passed`
+var<private> traces: vec4<f32>; // opacity of the hits since one set a start or an end, with `FAINT`
 var<private> hit_count: vec4<u32>; // hits of the segment, as far as they were counted
 var<private> few: vec4<bool>;      // texels with few hits, inserted one by one until the curve is full
 // Hits that have not been inserted into the curve; start 2 if there are none.
@@ -51,10 +54,17 @@ fn is_single() -> vec4<bool> {
     return few & has_free_node();
 }
 
+// Whether faint absorption is kept apart: where light only passes hits.
+fn keeps() -> bool {
+    return FAINT && !HAS_OVER && !HAS_VOLUMES;
+}
+
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
     nearest = vec4(1.0);
     passed = white4();
+    lost = black4();
+    traces = vec4(0.0);
     open_start = vec4(2.0);
     open_end = vec4(0.0);
     open_light = white4();
@@ -80,20 +90,45 @@ fn start(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-// Adds a hit to the open ones.
-fn join(light: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
+fn keep(absorbed: Light4) {
+    let red = keep4(passed.red, lost.red, absorbed.red);
+    let green = keep4(passed.green, lost.green, absorbed.green);
+    let blue = keep4(passed.blue, lost.blue, absorbed.blue);
+    passed = Light4(red.passed, green.passed, blue.passed);
+    lost = Light4(red.lost, green.lost, blue.lost);
+}
+
+// Adds a hit to the open ones. `absorbed`: 1 - `light`, precise where light is next to 1.
+fn join(light: Light4, absorbed: Light4, depth: vec4<f32>, opacity: vec4<f32>) -> vec4<bool> {
     open_light = scaled(open_light, light);
-    let placed = opacity >= vec4(TRACE);
+    var placed = opacity >= vec4(TRACE);
+    if keeps() {
+        keep(absorbed);
+    }
+    if FAINT {
+        // Many hits below `TRACE` have a place together.
+        traces += opacity;
+        placed = traces >= vec4(TRACE);
+        traces = select(traces, vec4(0.0), placed);
+    }
     // Faster than min and max, which must handle NaNs.
     open_start = select(open_start, depth, placed & (depth < open_start));
     open_end = select(open_end, depth, placed & (depth > open_end));
     return placed;
 }
 
+// Adds light of what is no hit to the open ones.
+fn join_rest(light: Light4) {
+    open_light = scaled(open_light, light);
+    if keeps() {
+        passed = scaled(passed, light);
+    }
+}
+
 fn join_ramp(ramp: Ramp4) -> vec4<bool> {
     count_late(ramp);
     let light = selected(white4(), ramp.light, ramp.is);
-    open_light = scaled(open_light, light);
+    join_rest(light);
     scale = scaled(scale, light);
     if HAS_OVER {
         open_added = scaled(open_added, light);
@@ -133,12 +168,10 @@ fn append_single() {
 }
 
 fn close_open(all: Light4, goes: vec4<bool>) {
-    passed.red = select(passed.red, all.red, goes);
-    passed.green = select(passed.green, all.green, goes);
-    passed.blue = select(passed.blue, all.blue, goes);
-    open_light.red = select(open_light.red, vec4(1.0), goes);
-    open_light.green = select(open_light.green, vec4(1.0), goes);
-    open_light.blue = select(open_light.blue, vec4(1.0), goes);
+    if !keeps() {
+        passed = selected(passed, all, goes);
+    }
+    open_light = selected(open_light, white4(), goes);
     if HAS_OVER {
         open_added = selected(open_added, black4(), goes);
     }
@@ -147,6 +180,9 @@ fn close_open(all: Light4, goes: vec4<bool>) {
 }
 
 fn total_light() -> Light4 {
+    if keeps() {
+        return scaled(passed, minus(white4(), lost));
+    }
     let filtered = scaled(passed, open_light);
     if HAS_OVER {
         return plus(filtered, open_added);

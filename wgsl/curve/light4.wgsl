@@ -80,6 +80,10 @@ fn plus(a: Light4, b: Light4) -> Light4 {
     return Light4(a.red + b.red, a.green + b.green, a.blue + b.blue);
 }
 
+fn minus(a: Light4, b: Light4) -> Light4 {
+    return Light4(a.red - b.red, a.green - b.green, a.blue - b.blue);
+}
+
 fn quotient(a: Light4, b: Light4, least: f32) -> Light4 {
     return Light4(
         a.red / max(b.red, vec4(least)),

@@ -4,7 +4,7 @@
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
 import package::curve::light4::{
-    Light4, black4, fixed, light4, plus, quotient, scaled, selected, white4,
+    Light4, black4, fixed, light4, minus, plus, quotient, scaled, selected, white4,
 };
 import package::curve::list::{adding, clear_list, insert, last_end};
 import package::curve::loaded::loaded_node;
@@ -76,10 +76,6 @@ fn behind(light: Light4, own: Light4, scale: Light4) -> Light4 {
         return plus(scaled(light, scale), minus(own, scale));
     }
     return scaled(light, own);
-}
-
-fn minus(a: Light4, b: Light4) -> Light4 {
-    return Light4(a.red - b.red, a.green - b.green, a.blue - b.blue);
 }
 
 // Least rest of 1 minus an added colour from which the scale can be recovered from light through white.

@@ -6,8 +6,8 @@ import package::bind::read::scattered_tiles;
 import package::bind::stored::{curves, filters, nearests};
 import package::curve::bodies::split_bodies;
 import package::curve::gather::{
-    ROWS, join_ramp, light_texel, nearest, nearest_seen, open_added, open_end, open_light,
-    open_start, total_light,
+    ROWS, join_ramp, join_rest, light_texel, nearest, nearest_seen, open_added, open_end, open_start,
+    total_light,
 };
 import package::curve::light4::scaled;
 import package::curve::list::{disordered, last_end};
@@ -43,7 +43,7 @@ fn open_rest(view: GpuView, step: u32) {
     let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
     let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
     let some = is_light(light);
-    open_light = scaled(open_light, light);
+    join_rest(light);
     if HAS_OVER {
         open_added = scaled(open_added, light);
     }

@@ -2,7 +2,7 @@
 // slab. CPU twin: src/reference/curve/tile.rs.
 
 import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
-import package::curve::light4::Light4;
+import package::curve::light4::{Light4, minus, white4};
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::hit::disc::{
     Disc, Profile4, broadcast_disc, column_rest, disc_profile, disc_touches, prepare_disc, rest_profile,
@@ -38,12 +38,8 @@ fn texels_profile(view: GpuView, disc: Disc) -> Profile4 {
     return rest_profile(disc, column_rest(disc, dx, dy), opaque_depth);
 }
 
-fn disc_light(disc: Disc, profile: vec4<f32>) -> Light4 {
-    return Light4(
-        1.0 - profile * disc.absorbed.r,
-        1.0 - profile * disc.absorbed.g,
-        1.0 - profile * disc.absorbed.b,
-    );
+fn disc_absorbed(disc: Disc, profile: vec4<f32>) -> Light4 {
+    return Light4(profile * disc.absorbed.r, profile * disc.absorbed.g, profile * disc.absorbed.b);
 }
 
 // Counts a hit for `few`, and updates the nearest depth.
@@ -57,7 +53,8 @@ fn count_disc(view: GpuView, disc: Disc) {
 // Returns where the hit has a depth of its own.
 fn visit_disc(view: GpuView, disc: Disc) -> vec4<bool> {
     let met = texels_profile(view, disc);
-    return join(disc_light(disc, met.profile), met.depth, met.profile * disc.slope);
+    let absorbed = disc_absorbed(disc, met.profile);
+    return join(minus(white4(), absorbed), absorbed, met.depth, met.profile * disc.slope);
 }
 
 fn count_hits(view: GpuView, footprint: Footprint) {

@@ -4,7 +4,7 @@
 import package::curve::gather::{
     corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
 };
-import package::curve::light4::{black4, light4, plus, scaled, selected};
+import package::curve::light4::{Light4, black4, light4, plus, scaled, selected};
 import package::curve::volumes::{change_density, crossed, last_face, surface_light, surface_scale};
 import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, ROLLED};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
@@ -81,9 +81,10 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
     let came = hits_of(met);
     see(came.depth, came.opacity);
     if HAS_OVER {
-        return must_flush(ramps | join_hits(pass_on(came)));
+        return must_flush(ramps | join_hits(pass_on(came), black4()));
     }
-    return must_flush(ramps | join_hits(came));
+    let absorbed = light4(met[0].absorbed, met[1].absorbed, met[2].absorbed, met[3].absorbed);
+    return must_flush(ramps | join_hits(came, absorbed));
 }
 
 // Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
@@ -92,8 +93,9 @@ fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool
     return subgroupAny(visit(view, visited(footprint, is_triangle)));
 }
 
-fn join_hits(hits: Hit4) -> vec4<bool> {
-    let placed = join(hits.light, hits.depth, hits.opacity);
+// `absorbed` is not read with `over`.
+fn join_hits(hits: Hit4, absorbed: Light4) -> vec4<bool> {
+    let placed = join(hits.light, absorbed, hits.depth, hits.opacity);
     if HAS_PUFFS {
         open_end = select(open_end, max(open_end, hits.end), placed);
     }
@@ -115,5 +117,5 @@ fn waiting_steps() -> u32 {
 }
 
 fn join_waiting() {
-    let placed = join_hits(next_waiting());
+    let placed = join_hits(next_waiting(), black4());
 }

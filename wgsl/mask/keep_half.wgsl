@@ -4,6 +4,9 @@
 import package::bind::stored::{half_surfaces, mask_points, mask_surfaces};
 import package::records::mask::offset_bits;
 
+// Depths that are less apart are equal: pixels beside each other on a floor differ by their rounding alone.
+const TIED: f32 = 1e-6;
+
 // `place`: a texel of `mask_points`; `depths`: of the 2 x 2 pixels that contain this one.
 fn keep_surface(pixel: vec2<u32>, surface: vec4<u32>, place: vec4<u32>, depths: vec4<f32>) {
     textureStore(mask_surfaces, pixel, surface);
@@ -12,8 +15,8 @@ fn keep_surface(pixel: vec2<u32>, surface: vec4<u32>, place: vec4<u32>, depths: 
     // A pixel without a surface is not the farthest.
     let ranks = select(select(depths, 1.0 - depths, is_near), vec4(-1.0), depths >= vec4(1.0));
     let best = max(max(ranks.x, ranks.y), max(ranks.z, ranks.w));
-    let second = select(select(3u, 2u, ranks.z == best), 1u, ranks.y == best);
-    let chosen = select(second, 0u, ranks.x == best);
+    let ties = ranks >= vec4(best - TIED);
+    let chosen = select(select(select(3u, 2u, ties.z), 1u, ties.y), 0u, ties.x);
     let offset = pixel & vec2(1u);
     if chosen == offset.x + 2u * offset.y {
         let own = vec4(surface.xy, surface.z | offset_bits(offset), surface.w);

@@ -188,6 +188,12 @@ impl Streaming {
         self.insert_span(fixed(start) << 16 | fixed(end), light, added);
     }
 
+    /// Like [`Self::insert`], where light behind all hits is `passed`, with the absorption of faint ones.
+    pub fn insert_to(&mut self, start: f32, end: f32, light: Vec3, passed: Vec3) {
+        self.passed = passed;
+        self.place_span(fixed(start) << 16 | fixed(end), light, Vec3::ZERO);
+    }
+
     /// Appends the nodes of the following segment's curve, in order. `whole`: the segment's transfer, if it
     /// may add light.
     pub fn append(&mut self, nodes: &[PackedNode], whole: Option<Affine>) {
@@ -216,9 +222,13 @@ impl Streaming {
     }
 
     fn insert_span(&mut self, span: u32, light: Vec3, added: Vec3) {
+        self.passed = self.passed * light + added;
+        self.place_span(span, light, added);
+    }
+
+    fn place_span(&mut self, span: u32, light: Vec3, added: Vec3) {
         let (count, start) = (self.count, span >> 16);
         let place = self.nodes[..count].partition_point(|node| node.span <= span);
-        self.passed = self.passed * light + added;
         // Nothing behind black is visible, so that a walk may stop there.
         if place == count && self.is_dark() {
             return;

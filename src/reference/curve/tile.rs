@@ -20,7 +20,7 @@ use crate::{
         tile::{TEXELS, Tile, TileTexels},
     },
 };
-use glam::{IVec3, Vec3};
+use glam::{DVec3, IVec3, Vec3};
 
 /// Most pairs of a slab.
 pub const SLAB_PAIRS: usize = 128;
@@ -36,7 +36,7 @@ pub const fn slab_count(nodes: u32) -> u32 {
     nodes + nodes / 2
 }
 
-/// Opacity below which a hit sets no start or end.
+/// Opacity below which hits set no start or end.
 pub const TRACE: f32 = 1.0 / 65536.0;
 
 /// Rounding between light as fixed-point sums and as products: smaller differences are ignored.
@@ -55,10 +55,19 @@ pub struct CurveModes {
     pub over: bool,
     /// Closed meshes absorb along the ray.
     pub volumes: bool,
+    /// Some filtering caster is faint: hits below [`TRACE`] have a place together.
+    pub faint: bool,
     /// Curves are softened: a ramp will be inserted into each.
     pub softening: bool,
     /// Pairs of a segment.
     pub segment: usize,
+}
+
+impl CurveModes {
+    /// Whether faint absorption is kept apart: where light only passes hits.
+    fn keeps(self) -> bool {
+        self.faint && !self.over && !self.volumes
+    }
 }
 
 /// A texel after its tile was walked.
@@ -93,6 +102,10 @@ struct Texel {
     curve: Streaming,
     open: Open,
     passed: Affine,
+    /// With [`CurveModes::keeps`]: `passed`, with the absorption of each of a million faint hits.
+    precise: DVec3,
+    /// Opacity of the hits since one set a start or an end, with [`CurveModes::faint`].
+    traces: f32,
     /// `passed` without volumes.
     surfaces: Affine,
     nearest: f32,
@@ -103,21 +116,29 @@ struct Texel {
 
 impl Texel {
     /// Adds a hit; returns whether it has a depth of its own.
-    fn meet(&mut self, hit: &Hit) -> bool {
+    fn meet(&mut self, hit: &Hit, modes: CurveModes) -> bool {
         let light = Affine { scale: hit.light, added: hit.added };
         self.open.light = self.open.light.then(light);
         self.passed = self.passed.then(light);
         self.surfaces = self.surfaces.then(light);
-        if hit.opacity >= TRACE {
+        self.precise *= DVec3::ONE - hit.absorbed.as_dvec3();
+        self.traces = if modes.faint { self.traces + hit.opacity } else { hit.opacity };
+        let is_placed = self.traces >= TRACE;
+        if is_placed {
             self.open.place(hit.depth, hit.end);
+            self.traces = 0.0;
         }
-        hit.opacity >= TRACE
+        is_placed
     }
 
-    fn flush(&mut self) {
+    fn flush(&mut self, modes: CurveModes) {
         if self.open.start <= 1.0 {
             let Open { start, end, light } = self.open;
-            self.curve.insert_affine(start, end, light.scale, light.added);
+            if modes.keeps() {
+                self.curve.insert_to(start, end, light.scale, self.precise.as_vec3());
+            } else {
+                self.curve.insert_affine(start, end, light.scale, light.added);
+            }
             self.open = Open::NONE;
         }
     }
@@ -146,6 +167,8 @@ pub fn curves(
         curve: Streaming::new(modes.nodes, modes.gain).with_over(modes.over),
         open: Open::NONE,
         passed: Affine::NONE,
+        precise: DVec3::ONE,
+        traces: 0.0,
         surfaces: Affine::NONE,
         nearest: 1.0,
         inside: Inside::default(),
@@ -192,7 +215,7 @@ fn follow(texel: &mut Texel, segment: &Texel, modes: CurveModes) {
         && let Some(ramp) = texel.inside.follow(&segment.inside)
     {
         texel.ramp(ramp);
-        texel.flush();
+        texel.flush(modes);
     }
     let nodes: Vec<_> = segment.curve.pack().collect();
     texel.curve.append(&nodes, modes.over.then_some(segment.passed));
@@ -208,7 +231,7 @@ fn finish(texel: &mut Texel, rest: Option<(IVec3, f32)>, modes: CurveModes) {
         && let Some(ramp) = texel.inside.begin()
     {
         texel.ramp(ramp);
-        texel.flush();
+        texel.flush(modes);
     }
     let (tau, nearest) = rest.unwrap_or((IVec3::ZERO, 1.0));
     let mut light = resolve::passed(tau);
@@ -258,7 +281,7 @@ fn walk(
     let mut first = 0;
     for (i, &(footprint, key)) in pairs.iter().enumerate() {
         if i - first >= SLAB_PAIRS || key - pairs[first].1 > reach {
-            (0..TEXELS).for_each(|place| texels[place].flush());
+            (0..TEXELS).for_each(|place| texels[place].flush(modes));
             first = i;
         }
         let target = Target::new(records, footprint);
@@ -283,23 +306,26 @@ fn walk(
                 }
                 if modes.over {
                     let leaves = texel.order.push(hit.depth, hit);
-                    placed |= leaves.is_some_and(|(_, hit)| texel.meet(&hit));
+                    placed |= leaves.is_some_and(|(_, hit)| texel.meet(&hit, modes));
                 } else {
-                    placed |= texel.meet(&hit);
+                    placed |= texel.meet(&hit, modes);
                 }
             }
             if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
-                texel.flush();
+                texel.flush(modes);
             }
         }
     }
     for place in 0..TEXELS {
         let texel = &mut texels[place];
-        texel.flush();
+        texel.flush(modes);
         let waiting: Vec<_> = texel.order.drain().collect();
         for (_, hit) in waiting {
-            texel.meet(&hit);
-            texel.flush();
+            texel.meet(&hit, modes);
+            texel.flush(modes);
+        }
+        if modes.keeps() {
+            texel.passed.scale = texel.precise.as_vec3();
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Features of the casters of each class, to which kernels are specialised.
 use crate::{
-    model::{CLASSES, Class, Material, Particle, Receives, Shape, Transfer, Triangle},
+    model::{CLASSES, Class, FAINTEST, Material, Particle, Receives, Shape, Transfer, Triangle},
     shadows::host_inputs::HostCasters,
     stage::features::Features,
 };
@@ -39,7 +39,7 @@ pub(super) fn add_host_features(
     for set in host.iter().filter(|set| set.count.capacity() > 0) {
         for material in set.materials.iter().map(|&index| &materials[index as usize]) {
             add_features(features, material, true);
-            let faintest = opacity(material, set.least_alpha);
+            let faintest = material.opacity(set.least_alpha);
             let features = &mut features[Class::of(material) as usize];
             features.faint |= faintest < FAINTEST && !material.transfer.is_opaque();
             features.plain &= !owners;
@@ -65,20 +65,10 @@ pub(super) fn asks_for_owners(materials: &[Material]) -> bool {
     materials.iter().any(|m| m.visible && m.receives == Receives::Others)
 }
 
-/// Opacity below which [`Features::faint`] is set. A product of `n` transmittances is off by `n` roundings
-/// of 2^-25, in light that falls as `exp(-n a)`: by 2^-14 here.
-const FAINTEST: f32 = 1.0 / 4096.0;
-
 /// Sets `faint` for a caster of opacity `alpha`.
 fn add_opacity(features: &mut [Features; CLASSES], material: &Material, alpha: f32) {
-    let opacity = opacity(material, alpha);
-    let is_faint = opacity > 0.0 && opacity < FAINTEST;
-    features[Class::of(material) as usize].faint |= is_faint && !material.transfer.is_opaque();
-}
-
-/// Opacity of a caster without texture or profile.
-fn opacity(material: &Material, alpha: f32) -> f32 {
-    1.0 - (1.0 - alpha * material.tint.w) * (1.0 - material.reflectivity)
+    features[Class::of(material) as usize].faint |=
+        material.is_faint(alpha) && !material.transfer.is_opaque();
 }
 
 fn add_features(features: &mut [Features; CLASSES], material: &Material, is_particle: bool) {
