@@ -1,7 +1,6 @@
 #!/bin/sh
-# Renders a small scene many times and fails where the program grows from frame to frame, as it did
-# while lavapipe compiled kernels anew in every frame. FRAMES in all; growth counts from frame FROM;
-# LIMIT [kB].
+# Renders a small scene many times and fails where the program grows from frame to frame, as where a
+# driver compiles kernels anew in each. FRAMES in all; growth counts from frame FROM; LIMIT [kB].
 set -eu
 
 frames=${FRAMES:-2000}
