@@ -40,7 +40,7 @@ examples: setup
 # Most of the time lavapipe compiles kernels, each on one core: without LLVM's optimisations in half
 # of it, to the same results, and with other tests beside.
 test: setup
-	GALLIVM_PERF=nopt RUST_TEST_THREADS=6 cargo test --test root
+	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root
 	cargo test --quiet --doc
 
 # And what `make test` leaves out: units, for which the library and the program are compiled once more, and

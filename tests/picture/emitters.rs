@@ -251,6 +251,7 @@ fn the_device_draws_what_the_cpu_does() {
 }
 
 #[test]
+#[ignore = "many frames on both tiers: make test-all"]
 fn a_frame_alone_is_that_of_the_sequence() {
     let moments = [0.0, 1.0 / 24.0, 0.52, 0.7, 2.3, 6.0];
     for (tier, receiver) in [(TIERS[0], "curve"), (TIERS[1], "nearest")] {
