@@ -181,8 +181,8 @@ impl GpuEngine {
         scene: &Scene,
         points: &[ReceiverPoint],
     ) -> Result<Vec<[f32; 3]>, Error> {
-        /// Most points that are looked up at a time.
-        const MOST: usize = 1 << 20;
+        /// Most points that are looked up at a time: the levels of area lights are made again for each batch.
+        const MOST: usize = 1 << 22;
         self.emit(scene)?;
         let limits = self.gpu.device.limits();
         let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
