@@ -11,6 +11,7 @@
 //! (The spelling is WESL's, in which `choice` were a package of its own.) Names stay unchanged and
 //! declarations may come in any order, so that a kernel is the declarations it needs, one after another,
 //! each once. Unused declarations are left out: a resource that is not used is not bound.
+use super::adapter::NATIVE_STORAGE_TEXTURES;
 use std::{collections::HashMap, sync::LazyLock};
 
 /// Path in `wgsl/` and text.
@@ -18,6 +19,9 @@ type SourceFile = (&'static str, &'static str);
 
 static LIBRARY: LazyLock<Result<Library, LinkError>> =
     LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
+
+/// Choice whose file declares sampled textures as storage textures.
+pub const SAMPLED: &str = "sampled";
 
 /// Module name of imports that a text of the host declares.
 pub(super) const HOST_TEXT: &str = "";
@@ -165,6 +169,29 @@ impl Library {
         })
     }
 
+    /// The kernel with sampled textures declared as in `file` where it declares them, as storage textures:
+    /// at most as many as the native tier has.
+    pub(super) fn loaded(&self, linked: Linked, file: &'static str) -> Linked {
+        let is_stored = |item: &&Item| item.text.contains("texture_storage_");
+        let stored = linked.items.iter().filter(is_stored).count();
+        let sampled = |item: &Item| item.text.contains("@binding(") && item.text.contains(": texture_2d");
+        let (mut items, mut names) = (linked.items, Vec::new());
+        for item in items.iter_mut().filter(|item| sampled(item)) {
+            let found = self.item(file, item.name, (file, 1)).ok().filter(is_stored);
+            if let Some(found) = found
+                && stored + names.len() < NATIVE_STORAGE_TEXTURES as usize
+            {
+                *item = found.clone();
+                names.push(found.name);
+            }
+        }
+        let mut linked = Linked::new(items);
+        for name in names {
+            linked.wgsl = without_level(&linked.wgsl, name);
+        }
+        linked
+    }
+
     /// Every declaration of every file.
     pub fn items(&self) -> impl Iterator<Item = &Item> {
         self.0.values().flat_map(|file| &file.items)
@@ -247,6 +274,24 @@ pub(super) fn located(error: &str, label: &str, place: impl Fn(usize) -> Option<
         }
         text
     })
+}
+
+/// A source whose loads from `texture` name no mip level, as of storage textures.
+fn without_level(wgsl: &str, texture: &str) -> String {
+    let load = format!("textureLoad({texture}, ");
+    let mut calls = wgsl.split(&load);
+    let mut text = calls.next().unwrap_or_default().to_owned();
+    for call in calls {
+        let mut depth = 1;
+        let end = call.find(|c| {
+            depth += i32::from(c == '(') - i32::from(c == ')');
+            depth == 0
+        });
+        let (arguments, rest) = call.split_at(end.unwrap_or_default());
+        let arguments = arguments.strip_suffix(", 0").unwrap_or(arguments);
+        text.extend([load.as_str(), arguments, rest]);
+    }
+    text
 }
 
 /// End of the declaration that starts at `start`, including a comment on its last line.
