@@ -174,7 +174,8 @@ impl Library {
     pub(super) fn loaded(&self, linked: Linked, file: &'static str) -> Linked {
         let is_stored = |item: &&Item| item.text.contains("texture_storage_");
         let stored = linked.items.iter().filter(is_stored).count();
-        let sampled = |item: &Item| item.text.contains("@binding(") && item.text.contains(": texture_2d");
+        let sampled =
+            |item: &Item| item.text.contains("@binding(") && item.text.contains(": texture_2d");
         let (mut items, mut names) = (linked.items, Vec::new());
         for item in items.iter_mut().filter(|item| sampled(item)) {
             let found = self.item(file, item.name, (file, 1)).ok().filter(is_stored);
@@ -401,6 +402,39 @@ mod tests {
             linked.located("wgsl:x wgsl:, 'root': root:", "root"),
             "wgsl:x wgsl:, 'root': root:"
         );
+    }
+
+    #[test]
+    fn sampled_textures_become_storage_textures() {
+        const KERNEL: SourceFile = (
+            "k.wgsl",
+            "import package::bind::sampled::{many, one};\nfn k() -> u32 {\n    \
+             return textureLoad(one, at(vec2(1u, 0u)), 0).r + textureLoad(many, at(vec2(0u)), 0).r;\n}\n\
+             fn at(place: vec2<u32>) -> vec2<u32> { return place; }\n",
+        );
+        const SAMPLED: SourceFile = (
+            "bind/sampled.wgsl",
+            "@group(0) @binding(1) var one: texture_2d<u32>;\n\
+             @group(0) @binding(2) var many: texture_2d<u32>;\n",
+        );
+        const LOADED: SourceFile = (
+            "bind/loaded.wgsl",
+            "@group(0) @binding(1) var one: texture_storage_2d<r32uint, read>;\n",
+        );
+        let library = Library::new(&[KERNEL, SAMPLED, LOADED]).unwrap();
+        let own = library.link(KERNEL.0, "k", &[]).unwrap();
+        let lines = own.wgsl.lines().count();
+        let loaded = library.loaded(own, LOADED.0);
+        for part in [
+            "var one: texture_storage_2d<r32uint, read>;",
+            "textureLoad(one, at(vec2(1u, 0u))).r",
+            "var many: texture_2d<u32>;",
+            "textureLoad(many, at(vec2(0u)), 0).r",
+        ] {
+            assert!(loaded.wgsl.contains(part), "{part}: {}", loaded.wgsl);
+        }
+        assert!(!loaded.wgsl.contains("var one: texture_2d"), "{}", loaded.wgsl);
+        assert_eq!(loaded.wgsl.lines().count(), lines);
     }
 
     #[test]

@@ -10,8 +10,7 @@ use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier};
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them. The core tier has
 /// too few of those.
-pub(super) const LOADED: Choice =
-    Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
+pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
 /// Collects discs until there is one for each lane.
 const QUEUE: Choice = Choice::new("walk", "llvmpipe/disc_queue.wgsl");
 /// Prefetches maps before they are written.

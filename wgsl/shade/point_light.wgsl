@@ -68,7 +68,7 @@ fn point_light(point: Point) -> vec3<f32> {
             let side = dot(point.face, arriving.toward);
             let is_behind = is_solid && cosine <= 0.0;
             if !is_behind && any(arriving.color > vec3(0.0)) {
-                // Normal on the light's side. A facet that looks away while its interpolated normal does not is
+                // Normal on the light's side. A facet that looks away but whose interpolated normal does not is
                 // part of a round surface.
                 let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
                 let mask = masked(index, point);

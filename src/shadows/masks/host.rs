@@ -244,7 +244,9 @@ impl Inputs<'_> {
         let all = bytemuck::cast_slice(&[ALL_LIGHTS, 0]).to_vec();
         crate::gpu::write_records(queue, &clusters, all);
         let none = match &source.levels {
-            None => Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::STORAGE_BINDING)?),
+            None => {
+                Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::STORAGE_BINDING)?)
+            }
             Some(_) => None,
         };
         let resources = source
