@@ -35,6 +35,8 @@ override COUNT_COST: bool = false;
 override ROLLED: bool = false;
 // Walks visit particles and triangles in loops of their own.
 override KINDS_APART: bool = false;
+// Look-ups read filters after they have found a translucent caster.
+override BARE_FIRST: bool = false;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
 // The picture has air, casters that are not solid, and panes among them.

@@ -12,6 +12,8 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         wide: true,
         queued: false,
         interleaved: false,
+        loaded: false,
+        bare_first: false,
     };
     let flags = Features::NONE.constants().into_iter().chain(profile.constants());
     flags.map(|(name, _)| name).filter(|&name| name != "NODES").zip(0..)

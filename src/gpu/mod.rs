@@ -24,7 +24,7 @@ pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
 pub use kernel::{Choice, Constant, HostText, Kernel, KernelDesc, KernelError, Tier};
-pub use link::{Item, Library, LinkError, Linked, words};
+pub use link::{Item, Library, LinkError, Linked, SAMPLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};

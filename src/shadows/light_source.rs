@@ -91,7 +91,8 @@ pub(crate) fn light_texture(
     let bytes = records.bytes();
     let format = TextureFormat::Rgba32Uint;
     let texels = bytes.len() as u64 / 16;
-    let texture = allocator.records("lights", format, texels, TextureUsages::COPY_DST)?;
+    let usage = TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING;
+    let texture = allocator.records("lights", format, texels, usage)?;
     write_records(queue, &texture, bytes);
     Ok(texture)
 }

@@ -1,13 +1,16 @@
 //! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). To do
-//! without them, delete both, `queued` and `interleaved`: only speed is lost.
+//! without them, delete both, `queued`, `interleaved` and `loaded`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS},
     walk::SUMS,
 };
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier};
 
 /// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
+/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them. The core tier has
+/// too few of those.
+pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
 /// Collects discs until there is one for each lane.
 const QUEUE: Choice = Choice::new("walk", "llvmpipe/disc_queue.wgsl");
 /// Prefetches maps before they are written.

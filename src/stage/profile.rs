@@ -27,6 +27,12 @@ pub struct Profile {
     pub queued: bool,
     /// Whether tiles alternate between two cores.
     pub interleaved: bool,
+    /// Whether the native tier reads sampled textures as storage textures: on software adapters, where
+    /// that takes a third of the time.
+    pub loaded: bool,
+    /// Whether look-ups of maps read filters in a loop of their own, after they have found a translucent
+    /// caster. On software adapters, which take both sides of a branch.
+    pub bare_first: bool,
 }
 
 impl Profile {
@@ -41,17 +47,29 @@ impl Profile {
             wide: adapter.subgroup_max_size > 32,
             queued: is_software && lanes == [8, 8],
             interleaved: is_software,
+            loaded: is_software,
+            bare_first: is_software,
         }
     }
 
     /// Values of the overrides.
-    pub fn constants(&self) -> [Constant; 3] {
-        [("ROLLED", self.rolled), ("WIDE", self.wide), ("KINDS_APART", self.kinds_apart)]
-            .map(|(name, is)| (name, f64::from(u8::from(is))))
+    pub fn constants(&self) -> [Constant; 4] {
+        [
+            ("ROLLED", self.rolled),
+            ("WIDE", self.wide),
+            ("KINDS_APART", self.kinds_apart),
+            ("BARE_FIRST", self.bare_first),
+        ]
+        .map(|(name, is)| (name, f64::from(u8::from(is))))
     }
 
     /// Choices that replace a kernel's own.
     pub fn choices(&self) -> &'static [Choice] {
-        if self.interleaved { &[llvmpipe::INTERLEAVED] } else { &[] }
+        match (self.interleaved, self.loaded) {
+            (true, true) => &[llvmpipe::INTERLEAVED, llvmpipe::LOADED],
+            (true, false) => &[llvmpipe::INTERLEAVED],
+            (false, true) => &[llvmpipe::LOADED],
+            (false, false) => &[],
+        }
     }
 }

@@ -6,7 +6,7 @@
 //! light that reaches them.
 use super::{
     levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
-    walk::{CANDIDATE, IN_ORDER, WALK},
+    walk::{FACED_CANDIDATE, IN_ORDER, WALK},
 };
 use crate::{
     gpu::{Choice, Constant, KernelDesc, Tier},
@@ -64,7 +64,7 @@ pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
     entry: "shade_seen",
     root: "shade/shade_seen.wgsl",
-    with: &[IN_ORDER, SEEN_STATE, WALK, CANDIDATE],
+    with: &[IN_ORDER, SEEN_STATE, WALK, FACED_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -73,7 +73,7 @@ pub const LAYERS: KernelDesc = KernelDesc {
     name: "shade_layers",
     entry: "shade_layers",
     root: "shade/shade_layers.wgsl",
-    with: &[IN_ORDER, LAYER_STATE, WALK, CANDIDATE],
+    with: &[IN_ORDER, LAYER_STATE, WALK, FACED_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };

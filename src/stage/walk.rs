@@ -7,5 +7,7 @@ pub(super) const WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "wa
 pub(super) const SUMS: Choice = Choice::by_tier("sums", "sums/buffers.wgsl", "sums/textures.wgsl");
 /// Lanes load and test any caster, and broadcast it.
 pub(super) const CANDIDATE: Choice = Choice::new("candidate", "walk/candidate.wgsl");
+/// Like [`CANDIDATE`], with particles set up by the lanes that offer them.
+pub(super) const FACED_CANDIDATE: Choice = Choice::new("candidate", "walk/candidate_faced.wgsl");
 /// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const IN_ORDER: Choice = Choice::new("order", "driver/in_order.wgsl");

@@ -237,6 +237,7 @@ const KERNELS_OWN: &[&str] = &[
     "LIST_LENGTH",
     "MAX_X",
     "METAL_STEPS",
+    "NO_CASTER",
     "MISS",
     "NEVER",
     "NONE_WAITS",

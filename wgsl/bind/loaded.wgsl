@@ -1,12 +1,24 @@
-// Storage textures that kernels read: on software adapters far cheaper than buffers. A name has one number
-// in the whole project.
+// Storage textures that kernels read: on software adapters far cheaper than buffers, and than sampled
+// textures. Those that `sampled.wgsl` declares, too, replace them there (`llvmpipe::LOADED`). A name has one
+// number in the whole project.
 
+@group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(35) var clusters: texture_storage_2d<r32uint, read>;
+@group(0) @binding(38) var filters: texture_storage_2d_array<rgba16float, read>;
 @group(0) @binding(39) var footprints: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(41) var lights: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(42) var lit: texture_storage_2d<rgba32float, read>;
+@group(0) @binding(44) var nearests: texture_storage_2d_array<r32float, read>;
 @group(0) @binding(46) var pairs: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(48) var rects: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(50) var setups: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(53) var tiles: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(119) var blended_tiles: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(54) var triangles: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(55) var histograms: texture_storage_2d<r32uint, read>;
 @group(0) @binding(56) var sorted: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(65) var layers: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(67) var seen_pixels: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(66) var points: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(89) var levels: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(100) var mask_surfaces: texture_storage_2d<rgba32uint, read>;

@@ -3,7 +3,7 @@
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES};
-import package::hit::hit::{absorption, coverage, facing, facing_hit, transmittance};
+import package::hit::hit::{Facing, absorption, coverage, facing, facing_hit, transmittance};
 import package::hit::texture::sample_texture;
 import package::records::caster::{caster_look, look_rotation};
 import package::records::footprint::{
@@ -26,12 +26,33 @@ struct Hit {
 
 const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
 
+// A particle set up for texels.
+struct Faced {
+    plane: Facing,
+    look: u32, // material and rotation, as in `casters`
+}
+
+fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
+    // A triangle has no record in `casters`.
+    let own = caster_look(select(caster_of(footprint), 0u, footprint.is_triangle));
+    return Faced(facing(view, footprint.place, look_rotation(own)), own.z);
+}
+
 fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+    var faced: Faced;
+    if HAS_PARTICLES && !(HAS_TRIANGLES && footprint.is_triangle) {
+        faced = faced_of(view, footprint);
+    }
+    return faced_hit(view, footprint, faced, texel, opaque_depth);
+}
+
+// `faced`: of a particle.
+fn faced_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
     if HAS_TRIANGLES && footprint.is_triangle {
         hit = triangle_hit(setup_of(footprint), texel);
     } else if HAS_PARTICLES {
-        hit = particle_hit(view, footprint, texel, opaque_depth);
+        hit = particle_hit(view, footprint, faced, texel, opaque_depth);
     }
     if !(hit.depth >= 0.0 && hit.depth <= 1.0) {
         hit = MISS;
@@ -39,14 +60,11 @@ fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_dept
     return hit;
 }
 
-fn particle_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     let place = footprint.place;
-    let own = caster_look(caster_of(footprint));
-    let material_id = own.z & 0xffffu;
+    let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
-    let rotation = look_rotation(own);
-    let plane = facing(view, place, rotation);
-    let met = facing_hit(plane, view, texel);
+    let met = facing_hit(faced.plane, view, texel);
     var color = footprint_color(footprint);
     let base = opacity_base(footprint);
     let slope = opacity_slope(footprint);

@@ -56,30 +56,39 @@ fn point_light(point: Point) -> vec3<f32> {
     set_receiver(point.receives, point.tag, is_solid);
     var diffuse = ambient(point);
     var shine = vec3(0.0);
-    for (var i = 0u; i < count; i += 1u) {
-        let index = listed_index(list, i);
-        var light = light_record(index);
-        let arriving = incoming(light, point.position);
-        let cosine = dot(point.normal, arriving.toward);
-        let side = dot(point.face, arriving.toward);
-        let is_behind = is_solid && cosine <= 0.0;
-        if !is_behind && any(arriving.color > vec3(0.0)) {
-            // Normal on the light's side. A facet that looks away while its interpolated normal does not is
-            // part of a round surface.
-            let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
-            let mask = masked(index, point);
-            // A light without views reads no map.
-            light.view_count = select(light.view_count, 0u, mask.is_masked);
-            var through = mask.share;
-            if HAS_SHADOWS {
-                through *= shadow(light, point.position, face, arriving.toward, point.reach);
+    var i = 0u;
+    // Loops over lights and views are tested at their end: llvmpipe executes a body once more where the test
+    // comes first.
+    if count > 0u {
+        loop {
+            let index = listed_index(list, i);
+            var light = light_record(index);
+            let arriving = incoming(light, point.position);
+            let cosine = dot(point.normal, arriving.toward);
+            let side = dot(point.face, arriving.toward);
+            let is_behind = is_solid && cosine <= 0.0;
+            if !is_behind && any(arriving.color > vec3(0.0)) {
+                // Normal on the light's side. A facet that looks away but whose interpolated normal does not is
+                // part of a round surface.
+                let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
+                let mask = masked(index, point);
+                // A light without views reads no map.
+                light.view_count = select(light.view_count, 0u, mask.is_masked);
+                var through = mask.share;
+                if HAS_SHADOWS {
+                    through *= shadow(light, point.position, face, arriving.toward, point.reach);
+                }
+                let passed = arriving.color * through;
+                diffuse += passed * scattered(point, cosine);
+                let middle = normalize(arriving.toward + to_eye);
+                let lobe = highlight(point.normal, middle, point.roughness)
+                    * mirrored(gloss, dot(to_eye, middle), head_on);
+                shine += select(vec3(0.0), passed * (cosine * lobe), shines && cosine > 0.0);
             }
-            let passed = arriving.color * through;
-            diffuse += passed * scattered(point, cosine);
-            let middle = normalize(arriving.toward + to_eye);
-            let lobe = highlight(point.normal, middle, point.roughness)
-                * mirrored(gloss, dot(to_eye, middle), head_on);
-            shine += select(vec3(0.0), passed * (cosine * lobe), shines && cosine > 0.0);
+            i += 1u;
+            if i >= count {
+                break;
+            }
         }
     }
     return point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine;

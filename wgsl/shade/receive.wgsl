@@ -1,13 +1,13 @@
 // Light that arrives at a point through the shadow maps. CPU twin: src/reference/shading/receive.rs.
 
 import choice::source::receive_light;
-import package::bind::sampled::{filters, nearests, opaques};
-import package::bind::uniform::picture_params;
+import package::bind::sampled::{filters, nearests};
 import package::curve::light::curve_light;
-import package::features::{HAS_FILTERS, NODES};
+import package::features::{BARE_FIRST, HAS_FILTERS, NODES};
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, shadow_part, shadow_view};
 import package::records::material::{RECEIVES_CURVE, RECEIVES_OPAQUE, RECEIVES_OTHERS};
 import package::records::view::{GpuView, PART_FACE, PART_WINDOW};
+import package::shade::bare::{Bare, NO_CASTER, receive_bare, solid_depths};
 import package::shade::receiver::{is_tinted, receives};
 import package::shade::taps::{
     SPLINE_REACH, beyond_spline, filter_of, filter_tap, map_taps, next_way, turn,
@@ -23,8 +23,7 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
     let own = clamp(texel, vec2(0.0), view.size - 1.0);
     let tint_z = tint_depth(view, own + 0.5, z, bias);
     let at = view.origin + vec2<u32>(own);
-    let depths = textureLoad(opaques, at, view.layer, 0).rgb;
-    let solid = select(depths.rrr, depths, picture_params.colored != 0u);
+    let solid = solid_depths(view, at);
     // Curves have no owner tags.
     if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
         return select(curve_light(view, at, tint_z), vec3(0.0), vec3(z) > solid + bias);
@@ -32,7 +31,7 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0);
     let whose = select(is_tinted(filtered, nearest), receives != RECEIVES_OPAQUE, NODES > 0u);
-    let tinted = tint_z > nearest && whose;
+    let tinted = tint_z > nearest && nearest < NO_CASTER && whose;
     let passed = select(vec3(1.0), filtered.rgb, tinted);
     return select(passed, vec3(0.0), vec3(z) > solid + bias);
 }
@@ -41,16 +40,22 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
 fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<f32> {
     let taps = map_taps(view, point);
     let own = filter_of(light);
+    let depth_bias = bias / (view.far - view.near);
     var sum = vec3(0.0);
     var way = turn;
     // The loop count is not constant: compilers would unroll it, with the whole look-up of a texel.
-    let count = select(0u, own.count, taps.reaches);
+    var count = select(0u, own.count, taps.reaches);
+    var bare = Bare(vec3(1.0), !taps.reaches);
+    if BARE_FIRST && NODES == 0u {
+        bare = receive_bare(own, taps, count, view, depth_bias);
+        count = select(count, 0u, bare.is_all);
+    }
     var i = 0u;
     // Tested at its end: llvmpipe executes a body once more where the test comes first.
     if count > 0u {
         loop {
             let tap = filter_tap(own, taps, i, way);
-            sum += receive_texel(view, tap.texel, taps.z, bias / (view.far - view.near)) * tap.weight;
+            sum += receive_texel(view, tap.texel, taps.z, depth_bias) * tap.weight;
             way = next_way(way);
             i += 1u;
             if i >= count {
@@ -58,7 +63,7 @@ fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<
             }
         }
     }
-    return select(vec3(1.0), sum, taps.reaches);
+    return select(vec3(1.0), select(sum, bare.light, bare.is_all), taps.reaches);
 }
 
 // Face of a cube that contains the direction `away` from its centre.
@@ -137,38 +142,43 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
     var sum = vec3(0.0);   // of the windows of this shadow
     var rest = 1.0;
     var index = light.first_view;
-    while index < end {
-        var view: GpuView;
-        var at: vec3<f32>;
-        var share: f32;
-        var bias = light.bias + reach;
-        var last: u32; // last view of this shadow
+    if index < end {
         loop {
-            index += select(0u, face, shadow_part(index) == PART_FACE);
-            view = shadow_view(index);
-            let texel = texel_size(view, point);
-            at = lifted(light, texel, point, normal, sine);
-            if HAS_FILTERS {
-                bias = light.bias + reach + slope * texel;
+            var view: GpuView;
+            var at: vec3<f32>;
+            var share: f32;
+            var bias = light.bias + reach;
+            var last: u32; // last view of this shadow
+            loop {
+                index += select(0u, face, shadow_part(index) == PART_FACE);
+                view = shadow_view(index);
+                let texel = texel_size(view, point);
+                at = lifted(light, texel, point, normal, sine);
+                if HAS_FILTERS {
+                    bias = light.bias + reach + slope * texel;
+                }
+                share = select(1.0, window_share(light, view, at), view.part == PART_WINDOW);
+                last = index + view.part_count - 1u - view.part_index;
+                if share > 0.0 || index >= last {
+                    break;
+                }
+                index += 1u;
             }
-            share = select(1.0, window_share(light, view, at), view.part == PART_WINDOW);
-            last = index + view.part_count - 1u - view.part_index;
-            if share > 0.0 || index >= last {
+            set_plane(view, point, normal);
+            sum += receive_light(light, index, view, at, point, normal, bias) * (rest * share);
+            rest *= 1.0 - share;
+            let is_done = rest <= 0.0 || index == last || view.part == PART_FACE;
+            let passed = sum / max(1.0 - rest, 1e-6);
+            let less = mix(least, select(min(least, passed), passed, is_own), 1.0 - rest);
+            least = select(least, less, is_done);
+            sum = select(sum, vec3(0.0), is_done);
+            rest = select(rest, 1.0, is_done);
+            is_own = is_own && !is_done;
+            index = select(index, last, is_done) + 1u;
+            if index >= end {
                 break;
             }
-            index += 1u;
         }
-        set_plane(view, point, normal);
-        sum += receive_light(light, index, view, at, point, normal, bias) * (rest * share);
-        rest *= 1.0 - share;
-        let is_done = rest <= 0.0 || index == last || view.part == PART_FACE;
-        let passed = sum / max(1.0 - rest, 1e-6);
-        let less = mix(least, select(min(least, passed), passed, is_own), 1.0 - rest);
-        least = select(least, less, is_done);
-        sum = select(sum, vec3(0.0), is_done);
-        rest = select(rest, 1.0, is_done);
-        is_own = is_own && !is_done;
-        index = select(index, last, is_done) + 1u;
     }
     return least;
 }

@@ -8,7 +8,9 @@
 import package::bind::sampled::lit;
 import package::bind::uniform::materials;
 import package::features::{HAS_AIR, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
-import package::hit::caster_hit::{Hit, caster_hit, triangle_hit, triangle_weights};
+import package::hit::caster_hit::{
+    Faced, Hit, faced_hit, faced_of, triangle_hit, triangle_weights,
+};
 import package::records::footprint::{Footprint, setup_of};
 import package::records::material::{TRANSFER_GAIN, TRANSFER_NONE};
 import package::records::record::record_texel;
@@ -136,13 +138,22 @@ fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
+    var faced: Faced;
+    if HAS_PARTICLES && !(HAS_TRIANGLES && footprint.is_triangle) {
+        faced = faced_of(view, footprint);
+    }
+    visit_faced(view, id, footprint, faced);
+}
+
+// `faced`: of a particle.
+fn visit_faced(view: GpuView, id: u32, footprint: Footprint, faced: Faced) {
     count_pair();
     let is_pane = HAS_TRIANGLES && footprint.is_triangle;
     var hit: Hit;
     if is_pane {
         hit.depth = triangle_weights(setup_of(footprint), corner + 0.5).w;
     } else if HAS_PARTICLES {
-        hit = caster_hit(view, footprint, corner + 0.5, opaque_depth);
+        hit = faced_hit(view, footprint, faced, corner + 0.5, opaque_depth);
     }
     if !(hit.depth >= 0.0 && hit.depth <= 1.0 && hit.depth < opaque_depth) {
         return;

@@ -105,7 +105,9 @@ impl Lighting<'_> {
             return by_channel(light);
         }
         let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
-        let nearest = if tint_z > map.nearest[i] { f32::NEG_INFINITY } else { f32::INFINITY };
+        // A texel without translucent casters has the depth 1.
+        let is_behind = tint_z > map.nearest[i] && map.nearest[i] < 1.0;
+        let nearest = if is_behind { f32::NEG_INFINITY } else { f32::INFINITY };
         let texel = MapTexel { filter, nearest, opaque: map.opaque[i] };
         by_channel(receive(z, &texel, bias))
     }

@@ -239,12 +239,14 @@ impl Inputs<'_> {
         let views = view_uniform(&mut allocator, queue, &[gpu_view]);
         let params = allocator.uniform::<HostView>("host_view");
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&camera.params));
-        let copied = TextureUsages::COPY_DST;
+        let copied = TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING;
         let clusters = allocator.records("clusters", R32Uint, 2, copied)?;
         let all = bytemuck::cast_slice(&[ALL_LIGHTS, 0]).to_vec();
         crate::gpu::write_records(queue, &clusters, all);
         let none = match &source.levels {
-            None => Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?),
+            None => {
+                Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::STORAGE_BINDING)?)
+            }
             Some(_) => None,
         };
         let resources = source
