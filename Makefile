@@ -43,15 +43,19 @@ test: setup
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root
 	cargo test --quiet --doc
 
-# And what `make test` leaves out: units, for which the library and the program are compiled once more, and
-# long sweeps.
+# Tests of which `make test` asks some on the native tier alone.
+BY_TIER := maps:: picture:: guest:: contract::recording
+
+# And what `make test` leaves out: units, for which the library and the program are compiled once more, long
+# sweeps, and the core tier's maps and pictures.
 test-all: test
 	cargo test --lib --bins
-	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- --ignored
+	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 GOBO_TEST_TIERS=all cargo test --test root -- --include-ignored $(BY_TIER)
+	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- --ignored $(addprefix --skip ,$(BY_TIER))
 
 # The kernels against their twins on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
-	sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
+	GOBO_TEST_TIERS=all sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
 
 # In a headless Chromium on SwiftShader: every exported core kernel, by its WGSL compiler, Tint; and
 # the example of examples/web beside its native picture.

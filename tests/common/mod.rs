@@ -15,6 +15,13 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
+/// Tiers of tests about a property: the native one, or all with `GOBO_TEST_TIERS=all`, as in `make test-all`.
+/// Their kernels differ by walks and sums, which the comparisons with the twin ask on [`TIERS`].
+pub(crate) fn tiers() -> Vec<Tier> {
+    let all = std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all");
+    if all { TIERS.to_vec() } else { vec![Tier::Native] }
+}
+
 /// The device of a tier and its kernels, which all tests share. Tests that count what a device makes take
 /// turns with another ([`counted_gpu`]); those that have it fail or count kernels open their own
 /// ([`own_gpu`]). A missing GPU fails the test; it never skips it.

@@ -1,8 +1,9 @@
 //! Allocations of a frame: none. `record` has neither device nor queue; the counters of wgpu confirm that
 //! nothing is created behind the scenes.
 use crate::common::{
-    TIERS, counted_gpu, own_gpu,
+    counted_gpu, own_gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
+    tiers,
 };
 use gobo::{
     glam::{Vec3, Vec4},
@@ -124,7 +125,7 @@ fn prepare(
 
 #[test]
 fn a_frame_makes_nothing_on_the_device() {
-    for tier in TIERS {
+    for tier in tiers() {
         let (gpu, mut pipeline, _alone) = open(tier);
         let usual = pipeline.config;
         for Case { name, scene, set } in cases() {

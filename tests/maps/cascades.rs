@@ -1,8 +1,9 @@
 //! Cascades: their splits, their stability, and their seams.
 use crate::{
     common::{
-        TIERS, map_frame,
+        map_frame,
         scenes::{Chance, material, particle},
+        tiers,
     },
     maps::lights::{GLASS, STONE, ground, light_at, maps, moved, roof},
 };
@@ -92,7 +93,7 @@ fn camera_motion_shifts_maps_bit_for_bit() {
         compare(&last, &now);
         last = now;
     }
-    for tier in TIERS {
+    for tier in tiers() {
         let before = map_frame(tier, &scene).maps;
         let mut ahead = scene.clone();
         ahead.camera.eye.z -= 0.7;

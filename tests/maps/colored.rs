@@ -2,6 +2,7 @@
 use crate::common::{
     TIERS, map_frame, render,
     scenes::{Chance, empty, light, material, pane, particle},
+    tiers,
 };
 use gobo::{
     glam::{Vec3, Vec4},
@@ -101,7 +102,7 @@ fn pictures_match_the_twin() {
         let expected = reference::render_picture(&scene, &views, &twin(&scene)).rgb;
         let mut grey = scene.clone();
         grey.shadow.colored = false;
-        for tier in TIERS {
+        for tier in tiers() {
             let apart = |scene: &Scene| {
                 let actual = render(tier, scene).picture.rgb;
                 let channels = expected.iter().flatten().zip(actual.iter().flatten());

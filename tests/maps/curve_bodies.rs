@@ -3,6 +3,7 @@ use crate::{
     common::{
         TIERS, map_frame,
         scenes::{Chance, empty, light, material, particle, triangle},
+        tiers,
     },
     maps::{
         curve::{curved, discs, holds, mixture, twin},
@@ -140,7 +141,7 @@ fn the_filter_is_that_of_nearest_depth() {
     nearest.shadow.receiver = Receiver::Nearest;
     let expected = twin(&nearest);
     let mut changes = 0;
-    for tier in TIERS {
+    for tier in tiers() {
         let frame = map_frame(tier, &scene);
         for (map, expected) in frame.maps.iter().zip(&expected) {
             let pairs = map.filter.iter().zip(&expected.filter);
@@ -305,7 +306,7 @@ fn segments_follow_each_other() {
     scene.triangles.extend(cuboid(Vec3::new(-30.0, low, -30.0), Vec3::new(30.0, high, 30.0), 1));
     let opacity = f64::from(half::f16::from_f32(1e-4).to_f32());
     let scene = curved(scene, 8);
-    for tier in TIERS {
+    for tier in tiers() {
         let frame = map_frame(tier, &scene);
         assert!(frame.counters.segments > 2, "{:?}", frame.counters);
         let map = &frame.maps[0];

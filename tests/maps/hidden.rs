@@ -1,7 +1,8 @@
 //! Occlusion culling: culled groups are hidden, and no bit of a map changes.
 use crate::common::{
-    TIERS, renderer,
+    renderer,
     scenes::{Chance, empty, light, material, particle, triangle},
+    tiers,
 };
 use gobo::{
     glam::{DVec3, Mat4, UVec2, Vec3, Vec4},
@@ -203,7 +204,7 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
 }
 
 fn renderers() -> impl Iterator<Item = Renderer> {
-    TIERS.into_iter().map(renderer)
+    tiers().into_iter().map(renderer)
 }
 
 fn rendered(renderer: &mut Renderer, scene: &Scene, hide: bool) -> Frame {

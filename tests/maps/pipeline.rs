@@ -2,6 +2,7 @@
 use crate::common::{
     TIERS, gpu, map_frame, map_frame_tiny,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
+    tiers,
 };
 use gobo::{
     glam::{Vec3, Vec4},
@@ -226,7 +227,7 @@ fn order_of_the_casters_hardly_matters() {
     let scene = mixture(1000);
     let mut shuffled = scene.clone();
     Chance::new(1).shuffle(&mut shuffled.particles);
-    for tier in TIERS {
+    for tier in tiers() {
         let apart = largest_apart(&map_frame(tier, &scene).maps, &map_frame(tier, &shuffled).maps);
         assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
     }
@@ -238,7 +239,7 @@ fn overflow_costs_no_light() {
     let whole = map_frame(Tier::Native, &scene);
     assert_eq!(whole.counters.overflowed, 0);
     scene.shadow.pair_budget = 500;
-    for tier in TIERS {
+    for tier in tiers() {
         let scattered = map_frame(tier, &scene);
         assert!(scattered.counters.overflowed > 0);
         let apart = largest_apart(&whole.maps, &scattered.maps);
@@ -301,7 +302,7 @@ fn tiny_particles_give_one_map_on_both_paths() {
     for particle in &mut scene.particles {
         particle.radius *= 0.02;
     }
-    for tier in TIERS {
+    for tier in tiers() {
         let scattered = map_frame_tiny(tier, &scene, true);
         let tiled = map_frame_tiny(tier, &scene, false);
         assert!(scattered.counters.scattered > 1000, "{:?}", scattered.counters);

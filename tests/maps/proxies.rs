@@ -1,7 +1,7 @@
 //! Casters that are not visible, and visible casters without shadows.
 use crate::common::{
-    TIERS,
     scenes::{empty, light, material, particle, triangle},
+    tiers,
 };
 use gobo::{
     glam::{Vec3, Vec4},
@@ -95,7 +95,7 @@ fn proxies_of_the_twin() {
 
 #[test]
 fn proxies_of_the_kernels() {
-    for tier in TIERS {
+    for tier in tiers() {
         check(&kinds(), &|scene| {
             let Frame { maps, picture, .. } = crate::common::render(tier, scene);
             (maps, picture)

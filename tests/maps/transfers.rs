@@ -1,7 +1,7 @@
 //! Transfer functions of every form of caster, textured or not: twin and both tiers.
 use crate::common::{
-    TIERS,
     scenes::{Chance, empty, hold_view, light, material, particle, triangle},
+    tiers,
 };
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
@@ -36,7 +36,7 @@ fn stage(materials: Vec<Material>) -> Scene {
 fn all_maps(scene: &Scene) -> Vec<(ViewMaps, Counters)> {
     let (mut maps, counters) = render_maps(scene, &shadow_views(scene));
     let mut all = vec![(maps.remove(0), counters)];
-    for tier in TIERS {
+    for tier in tiers() {
         let mut frame = crate::common::map_frame(tier, scene);
         all.push((frame.maps.remove(0), frame.counters));
     }

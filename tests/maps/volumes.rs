@@ -1,8 +1,8 @@
 //! Absorbing closed meshes: closed forms, and rays in 64 bits, against the twin and both tiers.
 use crate::common::{
-    TIERS,
     files::read,
     scenes::{empty, hold_view, light, material, triangle},
+    tiers,
 };
 use gobo::{
     glam::{DVec3, Mat3, Vec3, Vec4},
@@ -82,7 +82,7 @@ pub(crate) fn floor(z: f32, material: u32) -> [Triangle; 2] {
 /// Maps and counters of twin and tiers.
 pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
     let mut all = vec![render_maps(scene, &shadow_views(scene))];
-    for tier in TIERS {
+    for tier in tiers() {
         let frame = crate::common::map_frame(tier, scene);
         all.push((frame.maps, frame.counters));
     }

@@ -4,6 +4,7 @@ use crate::common::{
     files::read,
     render,
     scenes::{empty, light, pane},
+    tiers,
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
@@ -259,7 +260,7 @@ fn pictures_match_the_twin() {
     let expected = twin(&scene);
     let mut clear = scene.clone();
     clear.air = None;
-    for tier in TIERS {
+    for tier in tiers() {
         let picture = render(tier, &scene).picture;
         let apart = share_apart(&picture, &expected);
         assert!(apart <= GRAZED, "{tier:?}: {apart}");

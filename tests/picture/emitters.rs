@@ -1,6 +1,6 @@
 //! Emitters of scene files on the device: the same maps and pictures as by the CPU, and the same frame alone
 //! and in a sequence.
-use crate::common::{TIERS, files::read, gpu, own_gpu};
+use crate::common::{TIERS, files::read, gpu, own_gpu, tiers};
 use gobo::{
     gpu::Tier,
     render::{Frame, RenderOptions, Renderer},
@@ -208,7 +208,7 @@ fn assert_same(a: &Frame, b: &Frame, what: &str) {
 #[test]
 fn the_device_draws_what_the_cpu_does() {
     const MOST: f64 = 0.001;
-    for tier in TIERS {
+    for tier in tiers() {
         let mut renderer = new_renderer(tier);
         let (mut on_cpu, mut on_device) = (staged(tier, CALM), left_to_device(tier, CALM));
         let wrong = |from: &str, to: &str| {

@@ -2,6 +2,7 @@
 use crate::common::{
     TIERS, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
+    tiers,
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
@@ -186,7 +187,7 @@ fn assert_same_beside_unseen_discs(scene: &Scene, center: Vec3) {
     crowded.particles.extend(unseen_discs(center, 0.1));
     let expected = twin(scene);
     let mut pictures = vec![("twin".to_owned(), twin(&crowded), twin(scene))];
-    for tier in TIERS {
+    for tier in tiers() {
         let [crowded, plain] = [&crowded, scene].map(|scene| render(tier, scene).picture);
         pictures.push((format!("{tier:?}"), crowded, plain));
     }
@@ -237,7 +238,7 @@ fn a_pane_waits_across_segments() {
 fn nothing_is_lost_past_the_pair_budget() {
     let mut scene = stage();
     scene.lights.iter_mut().for_each(|light| light.casts = false);
-    for tier in TIERS {
+    for tier in tiers() {
         scene.shadow.pair_budget = ShadowSettings::default().pair_budget;
         let whole = render(tier, &scene);
         assert_eq!(whole.counters.overflowed, 0, "{tier:?}");

@@ -1,7 +1,8 @@
 //! Single wrong pixels on surfaces that are seen or lit at grazing angles.
 use crate::common::{
-    TIERS, render,
+    render,
     scenes::{empty, light, material, triangle},
+    tiers,
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
@@ -17,7 +18,7 @@ fn pictures(scene: &Scene) -> Vec<Picture> {
     let views = shadow_views(scene);
     let (maps, _) = reference::render_maps(scene, &views);
     let twin = reference::render_picture(scene, &views, &maps);
-    TIERS.map(|tier| render(tier, scene).picture).into_iter().chain([twin]).collect()
+    tiers().into_iter().map(|tier| render(tier, scene).picture).into_iter().chain([twin]).collect()
 }
 
 fn middle(picture: &Picture) -> Vec3 {
