@@ -69,16 +69,67 @@ pub const TILES: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
+/// Where pairs did not fit, these bin the list again, a part of its tiles at a time.
+pub const PART_COUNT: KernelDesc = KernelDesc {
+    name: "part_count",
+    entry: "part_count",
+    root: "bin/part_count.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+pub const PART_PLAN: KernelDesc = KernelDesc {
+    name: "part_plan",
+    entry: "part_plan",
+    root: "bin/part_plan.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+pub const PART_NEXT: KernelDesc = KernelDesc {
+    name: "part_next",
+    entry: "part_next",
+    root: "bin/part_next.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+pub const PART_TILES: KernelDesc = KernelDesc {
+    name: "part_tiles",
+    entry: "part_tiles",
+    root: "bin/part_tiles.wgsl",
+    with: &[],
+    constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
+    tiers: &[Tier::Core],
+};
+
+pub const PART_GATHER: KernelDesc = KernelDesc {
+    name: "part_gather",
+    entry: "part_gather",
+    root: "bin/part_gather.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum Dispatch {
     Overflow,
     Segment,
     Merged,
+    PartCount,
+    PartPlan,
+    PartNext,
+    PartTiles,
+    Part,
 }
 
 impl Dispatch {
-    pub const COUNT: u64 = 3;
+    pub const COUNT: u64 = 8;
 
     /// Offset in the buffer [bytes].
     pub fn offset(self) -> u64 {
@@ -175,6 +226,8 @@ pub struct BatchCounters {
     pub merged_count: u32,
     /// Hits out of order in a curve.
     pub disordered: u32,
+    /// Overflowed footprints that went through parts of the tiles.
+    pub in_parts: u32,
 }
 crate::gpu_layout!(BatchCounters {
     pairs_needed,
@@ -184,7 +237,8 @@ crate::gpu_layout!(BatchCounters {
     overflowed,
     segment_count,
     merged_count,
-    disordered
+    disordered,
+    in_parts
 });
 
 /// Index of `pair_count` among the counters.
@@ -197,9 +251,21 @@ pub struct Segment {
     pub tile: u32,
     pub first: u32,
     pub end: u32,
-    pub view: u32,
+    /// Its view, and from bit 8 the place of its tile's record in `tiles`.
+    pub source: u32,
 }
-crate::gpu_layout!(Segment { tile, first, end, view });
+crate::gpu_layout!(Segment { tile, first, end, source });
+
+/// WGSL: `wgsl/records/bin.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct PartParams {
+    /// Pairs of a part at most.
+    pub room: u32,
+    /// Parts that are recorded.
+    pub most_parts: u32,
+}
+crate::gpu_layout!(PartParams { room, most_parts });
 
 /// Pairs that a run writes. WGSL: `wgsl/records/bin.wgsl`.
 pub const RUN_PAIRS: u32 = 49152;

@@ -50,11 +50,11 @@ fn middle(maps: &ViewMaps) -> [f64; 3] {
     maps.filter[size / 2 * size + size / 2].map(f64::from)
 }
 
-/// Checks twin and tiers, with capacity for all pairs and for none.
+/// Checks twin and tiers, with capacity for all pairs, for those of most casters and for none.
 fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     let count = scene.particles.len() as f64;
     let expected = absorbed.map(|x| (count * (-x).ln_1p()).exp());
-    for pair_budget in [scene.shadow.pair_budget, 0] {
+    for pair_budget in [scene.shadow.pair_budget, scene.particles.len() as u32 / 3, 0] {
         let mut scene = scene.clone();
         scene.shadow.pair_budget = pair_budget;
         let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];

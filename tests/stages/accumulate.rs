@@ -266,10 +266,10 @@ fn assert_segments(tier: Tier, desc: &'static KernelDesc, opacity: f32) {
             tile: *tile,
             first: pairs.start,
             end: pairs.end,
-            view: u32::from(*tile == 7),
+            source: u32::from(*tile == 7),
         })
         .collect();
-    segments.push(Segment { tile: 0, first: 0, end: 1, view: 0 });
+    segments.push(Segment { tile: 0, first: 0, end: 1, source: 0 });
     let inputs = Inputs::new(&gpu, &batch, &[]);
     let segment_buffer = gpu.upload("segments", &segments, BufferUsages::STORAGE);
     let dispatches = dispatches(&gpu, 1, parts.len() as u32);
