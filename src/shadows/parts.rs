@@ -14,10 +14,10 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Resources, Timeline, filled},
+    gpu::{Allocator, Resources, Timeline, filled},
     stage::bin::{Dispatch, PartParams},
 };
-use wgpu::BindGroup;
+use wgpu::{BindGroup, Buffer, BufferUsages};
 
 /// Kernels of the parts, bound and ready to be recorded.
 #[derive(Debug)]
@@ -27,8 +27,26 @@ pub(crate) struct Parts {
     count: BindGroup,
     plan: BindGroup,
     next: BindGroup,
-    tiles: BindGroup,
     gather: BindGroup,
+}
+
+/// Buffers of the parts, which all lists use one after another.
+#[derive(Debug)]
+pub(crate) struct PartBuffers {
+    /// Pairs of each tile, then before each tile.
+    tile_pairs: Buffer,
+    /// Workgroup counts of `part_next`, which writes the others.
+    turn: Buffer,
+}
+
+impl PartBuffers {
+    pub(crate) fn new(allocator: &mut Allocator<'_>, tiles: u64) -> Result<Self, Error> {
+        let (cleared, indirect) = (BufferUsages::COPY_DST, BufferUsages::INDIRECT);
+        Ok(Self {
+            tile_pairs: allocator.storage::<u32>("tile_pairs", tiles + 1, cleared)?,
+            turn: allocator.storage::<[u32; 4]>("part_turn", 1, indirect)?,
+        })
+    }
 }
 
 /// Sources of bindings. The sort by depth leaves one of its two textures free.
@@ -51,7 +69,7 @@ impl Parts {
         let scratch = context.scratch;
         let may_part = context.config.parts
             && list.may_part(context.config.profile.shape, scratch.pair_capacity);
-        let Some(tile_pairs) = scratch.tile_pairs.as_ref().filter(|_| may_part) else {
+        let Some(own) = scratch.parts.as_ref().filter(|_| may_part) else {
             return Ok(None);
         };
         let room = scratch.part_room;
@@ -61,9 +79,13 @@ impl Parts {
             device,
             "part_params",
             &[PartParams { room, most_parts: most }],
-            wgpu::BufferUsages::UNIFORM,
+            BufferUsages::UNIFORM,
         );
-        let resources = resources.clone().with("tile_pairs", tile_pairs).with("part_params", &params);
+        let resources = resources
+            .clone()
+            .with("tile_pairs", &own.tile_pairs)
+            .with("part_turn", &own.turn)
+            .with("part_params", &params);
         let resources = frame::bound(SOURCES, &resources, choices);
         let kernels = &context.kernels;
         Ok(Some(Self {
@@ -71,7 +93,6 @@ impl Parts {
             count: kernels.part_count.bind(device, &resources)?,
             plan: kernels.part_plan.bind(device, &resources)?,
             next: kernels.part_next.bind(device, &resources)?,
-            tiles: kernels.part_tiles.bind(device, &resources)?,
             gather: kernels.part_gather.bind(device, &resources)?,
         }))
     }
@@ -85,12 +106,14 @@ impl Parts {
         timeline: &mut Timeline,
     ) {
         timeline.step(encoder, "gobo clear");
-        scratch.tile_pairs.iter().for_each(|pairs| encoder.clear_buffer(pairs, 0, None));
+        if let Some(own) = &scratch.parts {
+            encoder.clear_buffer(&own.tile_pairs, 0, None);
+        }
         let mut pass = timeline.pass(encoder, "gobo bin");
         let counts = &scratch.dispatches;
-        let (count, plan) = (Dispatch::PartCount.offset(), Dispatch::PartPlan.offset());
-        kernels.part_count.record_indirect(&mut pass, &self.count, counts, count);
-        kernels.part_plan.record_indirect(&mut pass, &self.plan, counts, plan);
+        let offset = Dispatch::PartCount.offset();
+        kernels.part_count.record_indirect(&mut pass, &self.count, counts, offset);
+        kernels.part_plan.record(&mut pass, &self.plan, [1, 1, 1]);
     }
 
     /// Records the pairs of the next part.
@@ -100,10 +123,10 @@ impl Parts {
         kernels: &Kernels,
         pass: &mut wgpu::ComputePass<'_>,
     ) {
-        let counts = &scratch.dispatches;
-        let next = Dispatch::PartNext.offset();
-        kernels.part_next.record_indirect(pass, &self.next, counts, next);
-        kernels.part_tiles.record_indirect(pass, &self.tiles, counts, Dispatch::PartTiles.offset());
-        kernels.part_gather.record_indirect(pass, &self.gather, counts, Dispatch::Part.offset());
+        let (counts, offset) = (&scratch.dispatches, Dispatch::Part.offset());
+        if let Some(own) = &scratch.parts {
+            kernels.part_next.record_indirect(pass, &self.next, &own.turn, 0);
+        }
+        kernels.part_gather.record_indirect(pass, &self.gather, counts, offset);
     }
 }

@@ -6,6 +6,7 @@ use super::{
         resources::{SUMS, resource},
     },
     list::List,
+    parts::PartBuffers,
     plan::{ListPlan, Plan},
     small::SmallDepths,
 };
@@ -37,8 +38,7 @@ pub(crate) struct Scratch {
     pub pair_capacity: u32,
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
     pub part_room: u32,
-    /// Pairs before each tile, for those lists.
-    pub tile_pairs: Option<Buffer>,
+    pub parts: Option<PartBuffers>,
     pub tiles: TextureView,
     pub scattered_tiles: Buffer,
     pub merged_tiles: Buffer,
@@ -261,11 +261,8 @@ impl Scratch {
         let (scattered_tiles, merged_tiles) = (words("scattered_tiles")?, words("merged_tiles")?);
         let (run_offsets, overflow) = (words("run_offsets")?, words("overflow")?);
         let curves = u64::from(nodes > 0);
-        let tile_pairs = (sizes.part_tiles > 0)
-            .then(|| {
-                let usage = BufferUsages::COPY_DST;
-                allocator.storage::<u32>("tile_pairs", sizes.part_tiles + 1, usage)
-            })
+        let parts = (sizes.part_tiles > 0)
+            .then(|| PartBuffers::new(allocator, sizes.part_tiles))
             .transpose()?;
         Ok(Self {
             footprints,
@@ -275,7 +272,7 @@ impl Scratch {
             pairs,
             pair_capacity: sizes.pairs,
             part_room: sizes.part_room,
-            tile_pairs,
+            parts,
             tiles: view(&allocator.records(
                 "tiles",
                 TextureFormat::Rgba32Uint,

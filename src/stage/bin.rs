@@ -97,15 +97,6 @@ pub const PART_NEXT: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-pub const PART_TILES: KernelDesc = KernelDesc {
-    name: "part_tiles",
-    entry: "part_tiles",
-    root: "bin/part_tiles.wgsl",
-    with: &[],
-    constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    tiers: &[Tier::Core],
-};
-
 pub const PART_GATHER: KernelDesc = KernelDesc {
     name: "part_gather",
     entry: "part_gather",
@@ -122,14 +113,12 @@ pub enum Dispatch {
     Segment,
     Merged,
     PartCount,
-    PartPlan,
-    PartNext,
-    PartTiles,
     Part,
+    Parted,
 }
 
 impl Dispatch {
-    pub const COUNT: u64 = 8;
+    pub const COUNT: u64 = 6;
 
     /// Offset in the buffer [bytes].
     pub fn offset(self) -> u64 {

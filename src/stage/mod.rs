@@ -51,7 +51,6 @@ pub const KERNELS: &[&KernelDesc] = &[
     &bin::PART_COUNT,
     &bin::PART_PLAN,
     &bin::PART_NEXT,
-    &bin::PART_TILES,
     &bin::PART_GATHER,
     &filter::ROWS,
     &filter::COLUMNS,

@@ -9,7 +9,7 @@ import package::bind::stored::pairs;
 import package::bind::uniform::{bin_params, views};
 import package::records::bin::{RUN_PAIRS, rect_count};
 import package::records::dispatch::{
-    OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH, PART_PLAN_DISPATCH,
+    OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH,
 };
 import package::records::record::record_texel;
 
@@ -56,7 +56,6 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     if overflowed > 0u {
         raise_dispatch(PART_COUNT_DISPATCH, (bin_params.footprint_count + 31u) / 32u, 1u);
-        raise_dispatch(PART_PLAN_DISPATCH, 1u, 1u);
         raise_dispatch(OVERFLOW_DISPATCH, overflowed, OVERFLOW_SLICES);
     }
 }

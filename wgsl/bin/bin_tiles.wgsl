@@ -6,7 +6,7 @@ import package::bind::changed::{counters, dispatches};
 import package::bind::loaded::pairs;
 import package::bind::stored::tiles;
 import package::bind::uniform::bin_params;
-import package::records::dispatch::PART_NEXT_DISPATCH;
+import package::records::dispatch::PARTED_DISPATCH;
 import package::records::record::record_texel;
 
 override WORKGROUP_SIZE: u32;
@@ -33,7 +33,7 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     if tile >= bin_params.tile_count {
         return;
     }
-    if atomicLoad(&dispatches[4u * PART_NEXT_DISPATCH]) != 0u {
+    if atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
         // The parts of the tiles walk it: no workgroup finishes it here.
         textureStore(tiles, record_texel(tile), vec4(0u, 0u, 1u, 0u));
         return;

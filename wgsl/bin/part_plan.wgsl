@@ -2,9 +2,9 @@
 // that are recorded suffice. Else the footprints that did not fit are scattered. One workgroup. Host:
 // src/shadows/parts.rs.
 
-import package::bind::changed::{counters, dispatches, tile_pairs};
+import package::bind::changed::{counters, dispatches, part_turn, tile_pairs};
 import package::bind::uniform::{bin_params, part_params};
-import package::records::dispatch::{OVERFLOW_DISPATCH, PART_NEXT_DISPATCH};
+import package::records::dispatch::{OVERFLOW_DISPATCH, PARTED_DISPATCH};
 
 const LANES: u32 = 256u;
 const MANY: u32 = 0x7fffffffu; // pairs past which they are not counted
@@ -21,15 +21,17 @@ fn store_dispatch(place: u32, counts: vec4<u32>) {
 
 @compute @workgroup_size(LANES)
 fn part_plan(@builtin(local_invocation_index) lane: u32) {
-    let stretch = (bin_params.tile_count + LANES - 1u) / LANES;
-    let first = min(lane * stretch, bin_params.tile_count);
-    let end = min(first + stretch, bin_params.tile_count);
+    let overflowed = atomicLoad(&counters.overflowed);
+    let count = select(0u, bin_params.tile_count, overflowed > 0u);
+    let stretch = (count + LANES - 1u) / LANES;
+    let first = min(lane * stretch, count);
+    let end = min(first + stretch, count);
     var sum = 0u;
     var own = 0u;
     for (var tile = first; tile < end; tile += 1u) {
-        let count = atomicLoad(&tile_pairs[tile]);
-        sum = min(sum + count, MANY);
-        own = max(own, count);
+        let pairs = atomicLoad(&tile_pairs[tile]);
+        sum = min(sum + pairs, MANY);
+        own = max(own, pairs);
     }
     sums[lane] = sum;
     most[lane] = own;
@@ -40,19 +42,22 @@ fn part_plan(@builtin(local_invocation_index) lane: u32) {
         own = max(own, most[before]);
     }
     for (var tile = first; tile < end; tile += 1u) {
-        let count = atomicLoad(&tile_pairs[tile]);
+        let pairs = atomicLoad(&tile_pairs[tile]);
         atomicStore(&tile_pairs[tile], offset);
-        offset = min(offset + count, MANY);
+        offset = min(offset + pairs, MANY);
     }
     if lane < LANES - 1u {
         return;
     }
-    atomicStore(&tile_pairs[bin_params.tile_count], offset);
+    atomicStore(&tile_pairs[count], offset);
     // Two parts that follow each other have more pairs than there is room for in one.
     let parts = min(2u * (offset / part_params.room) + 2u, bin_params.tile_count + 1u);
-    if offset < MANY && own <= part_params.room && parts <= part_params.most_parts {
-        store_dispatch(PART_NEXT_DISPATCH, vec4(1u, 1u, 1u, 1u));
+    let enough = offset < MANY && own <= part_params.room && parts <= part_params.most_parts;
+    part_turn = vec4(0u);
+    if overflowed > 0u && enough {
+        part_turn = vec4(1u);
+        store_dispatch(PARTED_DISPATCH, vec4(1u, 0u, 0u, 0u));
         store_dispatch(OVERFLOW_DISPATCH, vec4(0u));
-        atomicStore(&counters.in_parts, atomicLoad(&counters.overflowed));
+        atomicStore(&counters.in_parts, overflowed);
     }
 }
