@@ -155,9 +155,8 @@ impl<'a> SceneRecords<'a> {
             absorptions: &self.absorptions,
             images: &self.images,
         };
-        let blocking = |index: usize| {
-            bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize])
-        };
+        let blocking =
+            |index: usize| bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize]);
         let tile = |index: usize| Tile::new(&gpu_view, index as u32);
         let colored = self
             .colored

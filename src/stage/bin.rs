@@ -2,7 +2,8 @@
 //!
 //! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the pairs in
 //! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
-//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path.
+//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
+//! binned again in parts of its tiles (`src/shadows/parts.rs`).
 //! `dispatches` holds the workgroup counts that only the GPU knows.
 use super::{
     formula::{

@@ -12,7 +12,7 @@ use gobo::{
     view::shadow_views,
 };
 
-/// Largest change by permuting casters or by a small pair capacity: 2^-10.
+/// Largest change by permuting casters: 2^-10.
 const PROMISED: f64 = 1.0 / 1024.0;
 /// A step of 16-bit filters from 1/2 to 1, as drivers may truncate, and a tenth of it. If each of `COUNT`
 /// casters lost the rounding of `1 - ALPHA`, the error would be larger.

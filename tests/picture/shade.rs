@@ -7,8 +7,8 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::Tier,
     model::{
-        Light, LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Texture, Transfer,
-        Triangle,
+        Light, LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Texture,
+        Transfer, Triangle,
     },
     records::Picture,
     reference,
