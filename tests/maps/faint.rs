@@ -54,7 +54,7 @@ fn middle(maps: &ViewMaps) -> [f64; 3] {
 fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     let count = scene.particles.len() as f64;
     let expected = absorbed.map(|x| (count * (-x).ln_1p()).exp());
-    for pair_budget in [scene.shadow.pair_budget, scene.particles.len() as u32 / 3, 0] {
+    for pair_budget in [scene.shadow.pair_budget, scene.particles.len() as u32 / 20 * 13, 0] {
         let mut scene = scene.clone();
         scene.shadow.pair_budget = pair_budget;
         let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];
