@@ -25,7 +25,7 @@ pub struct Counters {
     pub pairs: u64,
     /// Runs of pairs that `accumulate` walked.
     pub segments: u64,
-    /// Combinations (caster, view) that took the scatter path.
+    /// Combinations (caster, view) that took the scatter path, or did not fit the pair budget.
     pub scattered: u64,
     /// Those counted in `scattered` that did not fit the pair budget.
     pub overflowed: u64,
@@ -41,14 +41,15 @@ pub struct Counters {
     /// Lights that cast shadows into the picture but got no mask, and were shaded without one.
     pub unmasked_lights: u64,
     /// Casters counted in `overflowed` that filter in a view with order-dependent blending (an `over`
-    /// caster is among them or in the same view), and were applied last.
+    /// caster is among them or in the same view), and were scattered: applied last. 0 where the parts of the
+    /// tiles suffice.
     pub unordered: u64,
     /// Maps that are smaller than they should be, because the atlas is full.
     pub shrunk: u64,
     /// Pairs of the largest batch.
     #[cfg_attr(feature = "scene", serde(skip))]
     pub pairs_needed: u32,
-    /// Pair capacity of a batch: casters past it were scattered. `Shadows::grow_from` grows it.
+    /// Pair capacity of a batch: past it, tiles are walked a part at a time. `Shadows::grow_from` grows it.
     #[cfg_attr(feature = "scene", serde(skip))]
     pub pair_capacity: u32,
     /// Particles and triangles left out, by reason.

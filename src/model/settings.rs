@@ -32,7 +32,8 @@ pub struct ShadowSettings {
     /// Normal offset of a lit point before the look-up, in addition to what a filter wider than the default
     /// needs [texels]; for lights without their own.
     pub normal_bias: f32,
-    /// Pair capacity of one batch of views; casters past it take the scatter path.
+    /// Pair capacity of one batch of views; past it, tiles are walked a part at a time, which changes no bit of
+    /// filters and curves.
     pub pair_budget: u32,
     /// Texel capacity of the maps of all views together; maps are halved until they fit.
     pub texel_budget: u64,

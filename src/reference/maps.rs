@@ -4,7 +4,7 @@ use super::{
     accumulate::{Accumulated, Light, Modes, accumulate},
     bin::{Bins, bin},
     blur::blur,
-    caster_hit::{Records, Target},
+    caster_hit::Records,
     colored::{filter_colored, occlude_colored},
     curve::{
         soften::soften_curves,
@@ -141,11 +141,11 @@ impl<'a> SceneRecords<'a> {
         };
         let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
         let sorted = depth_order(&keys);
-        let bins = bin(&sorted, &rects, &[gpu_view], tile_count as u32, self.pair_budget);
-        let mut overflowed = bins.overflowed.clone();
-        overflowed.sort_unstable();
-        let tiny = (0..rects.len() as u32).filter(|&i| rects[i as usize].is_scattered());
-        let scattered: Vec<u32> = tiny.chain(overflowed.iter().copied()).collect();
+        let within = |budget| bin(&sorted, &rects, &[gpu_view], tile_count as u32, budget);
+        // What does not fit is counted; the maps are the same.
+        let (fitting, bins) = (within(self.pair_budget), within(u32::MAX));
+        let is_tiny = |&i: &u32| rects[i as usize].is_scattered();
+        let tiny: Vec<u32> = (0..rects.len() as u32).filter(is_tiny).collect();
 
         let records = Records {
             view: &gpu_view,
@@ -155,19 +155,8 @@ impl<'a> SceneRecords<'a> {
             absorptions: &self.absorptions,
             images: &self.images,
         };
-        let mut unbinned = vec![Vec::new(); tile_count];
-        for &i in &overflowed {
-            if !Target::new(records, &footprints[i as usize]).filters() {
-                for (x, y) in rects[i as usize].tiles() {
-                    unbinned[(y * tiles.x + x) as usize].push(i);
-                }
-            }
-        }
-        let blocking = |index: usize| {
-            let pairs = bins.tile(index).iter().map(|pair| pair.footprint);
-            let casters = pairs.chain(unbinned[index].iter().copied());
-            casters.map(|i| &footprints[i as usize])
-        };
+        let blocking =
+            |index: usize| bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize]);
         let tile = |index: usize| Tile::new(&gpu_view, index as u32);
         let colored = self
             .colored
@@ -177,7 +166,7 @@ impl<'a> SceneRecords<'a> {
             Some(colored) => colored.iter().map(last_depths).collect(),
         };
         let mut sums = None;
-        for &i in &scattered {
+        for &i in &tiny {
             sums.get_or_insert_with(|| ScatterSums::new(tile_count)).scatter(
                 records,
                 &footprints[i as usize],
@@ -192,12 +181,8 @@ impl<'a> SceneRecords<'a> {
             let pairs = pairs.filter(|&i| self.filters(i));
             pairs.map(|i| (&footprints[i], keys[i])).collect::<Vec<_>>()
         };
-        if self.modes.ordered {
-            let filters = |&&i: &&u32| Target::new(records, &footprints[i as usize]).filters();
-            counters.unordered += overflowed.iter().filter(filters).count() as u64;
-        }
+        count(counters, &fitting, sorted.len(), tiny.len());
         if let Some(modes) = self.curve_modes {
-            count(counters, &bins, sorted.len(), scattered.len());
             let tiles = each(tile_count, |index| {
                 let (pairs, opaque) = (filtering(index), &opaque[index]);
                 curves(records, index as u32, &pairs, opaque, sums.as_ref(), modes)
@@ -226,7 +211,6 @@ impl<'a> SceneRecords<'a> {
             (0..TEXELS).map(|place| u64::from(tile[place].late)).sum::<u64>()
         };
         counters.disordered += accumulated.iter().map(late).sum::<u64>();
-        count(counters, &bins, sorted.len(), scattered.len());
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
         self.dither(&mut maps, &gpu_view, colored.as_deref(), self.modes.ordered);
         maps
@@ -384,13 +368,14 @@ pub(super) fn depth_order(keys: &[u32]) -> Vec<u32> {
     pairs.into_iter().map(|pair| pair.value).collect()
 }
 
-fn count(counters: &mut Counters, bins: &Bins, binned: usize, scattered: usize) {
+/// Counts the pairs that fit the budget, and what does not. `tiny`: footprints on the scatter path.
+fn count(counters: &mut Counters, bins: &Bins, binned: usize, tiny: usize) {
     let overflowed = bins.overflowed.len();
     let per_tile = bins.tile_starts.windows(2).map(|w| (w[1] - w[0]) as usize);
-    counters.visible += (binned + scattered - overflowed) as u64;
+    counters.visible += (binned + tiny) as u64;
     counters.pairs += bins.pairs.len() as u64;
     counters.segments +=
         per_tile.map(|pairs| pairs.div_ceil(super::accumulate::SEGMENT) as u64).sum::<u64>();
-    counters.scattered += scattered as u64;
+    counters.scattered += (tiny + overflowed) as u64;
     counters.overflowed += overflowed as u64;
 }

@@ -6,8 +6,10 @@ use crate::{gpu::Tier, model::MAX_PAIRS, stage::profile::Profile};
 pub struct Config {
     pub tier: Tier,
     pub profile: Profile,
-    /// Pair capacity of one batch; casters past it take the scatter path.
+    /// Pair capacity of one batch; a list with more pairs goes through parts of its tiles.
     pub pair_budget: u32,
+    /// Whether it does, or what does not fit is scattered: only tests choose that.
+    pub parts: bool,
     /// The profile's value, or a test's.
     pub scatter_tiny: bool,
     /// The profile's value, or a test's.
@@ -39,6 +41,7 @@ impl Config {
             tier,
             profile,
             pair_budget: MAX_PAIRS,
+            parts: true,
             scatter_tiny: profile.scatter_tiny,
             queued: profile.queued,
             soften: false,

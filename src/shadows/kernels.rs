@@ -152,6 +152,19 @@ impl OnDemand {
             kernel.record(pass, bindings, groups);
         }
     }
+
+    /// As [`Self::record`], with workgroup counts of a buffer.
+    pub(crate) fn record_indirect(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bindings: &wgpu::BindGroup,
+        counts: &wgpu::Buffer,
+        offset: u64,
+    ) {
+        if let Some(kernel) = self.planned.get() {
+            kernel.record_indirect(pass, bindings, counts, offset);
+        }
+    }
 }
 
 /// The kernels of one pipeline, each compiled when a scene first needs it.
@@ -169,6 +182,10 @@ pub struct Kernels {
     pub(crate) bin_scan: OnDemand,
     pub(crate) bin_emit: OnDemand,
     pub(crate) bin_tiles: OnDemand,
+    pub(crate) part_count: OnDemand,
+    pub(crate) part_plan: OnDemand,
+    pub(crate) part_next: OnDemand,
+    pub(crate) part_gather: OnDemand,
     pub(crate) air_sum: OnDemand,
     pub(crate) cluster_count: OnDemand,
     pub(crate) cluster_scan: OnDemand,
@@ -212,6 +229,10 @@ impl Kernels {
             bin_scan: of_list(Role::BinScan),
             bin_emit: of_bin(Role::BinEmit),
             bin_tiles: of_list(Role::BinTiles),
+            part_count: kernel(&bin::PART_COUNT),
+            part_plan: kernel(&bin::PART_PLAN),
+            part_next: kernel(&bin::PART_NEXT),
+            part_gather: kernel(&bin::PART_GATHER),
             air_sum: kernel(&air::SUM),
             cluster_count: kernel(&cluster::COUNT),
             cluster_scan: kernel(&cluster::SCAN),

@@ -4,6 +4,7 @@ use super::{
     frame::{self, Choices, Conditions, Groups, Part, Role, SortOf, Work},
     host_list::HostChunks,
     kernels::Kernels,
+    parts::Parts,
     plan::ListPlan,
     read_back::ReadBack,
     scratch::Scratch,
@@ -33,6 +34,7 @@ impl ListCounters {
         self.segment_count += other.segment_count;
         self.merged_count += other.merged_count;
         self.disordered += other.disordered;
+        self.in_parts += other.in_parts;
     }
 }
 
@@ -55,6 +57,8 @@ pub(crate) struct List {
     /// Index of the pair texture that holds the sorted pairs.
     #[cfg_attr(not(feature = "picture"), expect(dead_code, reason = "only pictures read it"))]
     pub sorted_pairs: usize,
+    /// The way of its casters where their pairs may not fit.
+    pub parts: Option<Parts>,
     bound: Vec<(Role, BindGroup)>,
 }
 
@@ -129,6 +133,7 @@ impl List {
             }
             bound.push((role, kernel.bind(device, &own)?));
         }
+        let parts = Parts::new(context, plan, tile_count, &resources, choices)?;
         Ok(Self {
             footprint_count: plan.footprint_count,
             has_segments: plan.has_segments(),
@@ -140,6 +145,7 @@ impl List {
             depth_sort,
             tile_sort,
             sorted_pairs: sorted[1],
+            parts,
             bound,
         })
     }

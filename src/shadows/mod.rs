@@ -30,6 +30,7 @@ pub(crate) mod list;
 mod maps;
 pub(crate) mod masks;
 mod pair_capacity;
+mod parts;
 mod pipeline;
 pub(crate) mod plan;
 mod prepared;

@@ -100,6 +100,29 @@ impl ListPlan {
         self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
     }
 
+    /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
+    /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
+    pub(crate) fn may_part(&self, shape: Shape, capacity: u32) -> bool {
+        self.filters && !self.camera && self.may_overflow(shape, capacity)
+    }
+
+    /// Least room for the pairs of a part: for those of any tile, and so many that parts are few.
+    pub(crate) fn part_room(&self) -> u64 {
+        const USUAL: u64 = 1 << 18;
+        u64::from(self.bound.of_tile.min(self.footprint_count)).max(USUAL.min(self.bound.pairs))
+    }
+
+    /// Parts of the tiles that are recorded, with room for so many pairs in each.
+    pub(crate) fn most_parts(&self, room: u32, tile_count: u32) -> u32 {
+        /// Each is recorded, needed or not. The pairs of the host's casters have no useful bound.
+        const MOST: u64 = 512;
+        const MOST_OF_HOST: u64 = 32;
+        let most = if self.host.is_some() { MOST_OF_HOST } else { MOST };
+        // Two parts that follow each other have more pairs than there is room for in one.
+        let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
+        enough.min(u64::from(tile_count) + 1).min(most) as u32
+    }
+
     /// Conditions of the list, without those of its readers.
     pub(crate) fn conditions(&self, shape: Shape, pair_capacity: u32) -> Conditions {
         Conditions::default()

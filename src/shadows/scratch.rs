@@ -6,6 +6,7 @@ use super::{
         resources::{SUMS, resource},
     },
     list::List,
+    parts::PartBuffers,
     plan::{ListPlan, Plan},
     small::SmallDepths,
 };
@@ -35,6 +36,9 @@ pub(crate) struct Scratch {
     pub setups: TextureView,
     pub pairs: [TextureView; 2],
     pub pair_capacity: u32,
+    /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
+    pub part_room: u32,
+    pub parts: Option<PartBuffers>,
     pub tiles: TextureView,
     pub scattered_tiles: Buffer,
     pub merged_tiles: Buffer,
@@ -64,6 +68,9 @@ struct ScratchSizes {
     /// Tiles of batches with small triangles.
     small_tiles: u64,
     pairs: u32,
+    part_room: u32,
+    /// Tiles of batches whose pairs may not fit.
+    part_tiles: u64,
     /// Nodes of the curves (K), 0 for none.
     nodes: u32,
     /// Size of the curves of one segment [bytes].
@@ -113,13 +120,19 @@ impl ScratchSizes {
                 u32::try_from(most).unwrap_or(u32::MAX).min(limit)
             }
         };
+        let pairs = pairs.unwrap_or(guess).min(config.pair_budget).clamp(least.min(limit), limit);
+        let parts = |list: &&ListPlan| list.may_part(config.profile.shape, pairs);
+        let room = lists().filter(parts).map(ListPlan::part_room).max().unwrap_or(0);
+        let with_parts = plans.iter().filter(|plan| plan.lists.iter().any(|list| parts(&list)));
         Self {
             footprints,
             setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
             tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             summed_tiles: summed.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
-            pairs: pairs.unwrap_or(guess).min(config.pair_budget).clamp(least.min(limit), limit),
+            pairs,
+            part_room: u32::try_from(room).unwrap_or(u32::MAX).clamp(pairs, limit),
+            part_tiles: with_parts.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             segment_bytes,
             changes,
             nodes,
@@ -133,7 +146,7 @@ impl ScratchSizes {
             .with(Number::FootprintCount, self.footprints)
             .with(Number::SetupCount, self.setups)
             .with(Number::TileCount, self.tiles)
-            .with(Number::PairCapacity, self.pairs)
+            .with(Number::PairCapacity, self.part_room)
             .with(Number::Nodes, self.nodes)
             .with(Number::Changes, u64::from(self.changes))
     }
@@ -248,6 +261,9 @@ impl Scratch {
         let (scattered_tiles, merged_tiles) = (words("scattered_tiles")?, words("merged_tiles")?);
         let (run_offsets, overflow) = (words("run_offsets")?, words("overflow")?);
         let curves = u64::from(nodes > 0);
+        let parts = (sizes.part_tiles > 0)
+            .then(|| PartBuffers::new(allocator, sizes.part_tiles))
+            .transpose()?;
         Ok(Self {
             footprints,
             keys,
@@ -255,6 +271,8 @@ impl Scratch {
             setups,
             pairs,
             pair_capacity: sizes.pairs,
+            part_room: sizes.part_room,
+            parts,
             tiles: view(&allocator.records(
                 "tiles",
                 TextureFormat::Rgba32Uint,
@@ -305,6 +323,8 @@ impl Scratch {
             && need.tiles <= sizes.tiles
             && need.summed_tiles <= sizes.summed_tiles
             && need.small_tiles <= sizes.small_tiles
+            && need.part_room <= sizes.part_room
+            && need.part_tiles <= sizes.part_tiles
             && need.nodes == sizes.nodes
             && need.segment_bytes <= sizes.segment_bytes
             && (sizes.composed || !need.composed)

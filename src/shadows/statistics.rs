@@ -67,7 +67,8 @@ impl Prepared {
             scattered: sum(|c| c.scattered + c.overflowed),
             overflowed: sum(|c| c.overflowed),
             disordered: sum(|c| c.disordered),
-            unordered: u64::from(translucent.overflowed) * u64::from(self.ordered),
+            unordered: u64::from(translucent.overflowed - translucent.in_parts)
+                * u64::from(self.ordered),
             pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
             pair_capacity: maps.pair_capacity(),
             skipped,

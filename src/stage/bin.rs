@@ -2,7 +2,8 @@
 //!
 //! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the pairs in
 //! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
-//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path.
+//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
+//! binned again in parts of its tiles (`src/shadows/parts.rs`).
 //! `dispatches` holds the workgroup counts that only the GPU knows.
 use super::{
     formula::{
@@ -69,16 +70,56 @@ pub const TILES: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
+/// Where pairs did not fit, these bin the list again, a part of its tiles at a time.
+pub const PART_COUNT: KernelDesc = KernelDesc {
+    name: "part_count",
+    entry: "part_count",
+    root: "bin/part_count.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+pub const PART_PLAN: KernelDesc = KernelDesc {
+    name: "part_plan",
+    entry: "part_plan",
+    root: "bin/part_plan.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+pub const PART_NEXT: KernelDesc = KernelDesc {
+    name: "part_next",
+    entry: "part_next",
+    root: "bin/part_next.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
+pub const PART_GATHER: KernelDesc = KernelDesc {
+    name: "part_gather",
+    entry: "part_gather",
+    root: "bin/part_gather.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
+
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum Dispatch {
     Overflow,
     Segment,
     Merged,
+    PartCount,
+    Part,
+    Parted,
 }
 
 impl Dispatch {
-    pub const COUNT: u64 = 3;
+    pub const COUNT: u64 = 6;
 
     /// Offset in the buffer [bytes].
     pub fn offset(self) -> u64 {
@@ -175,6 +216,8 @@ pub struct BatchCounters {
     pub merged_count: u32,
     /// Hits out of order in a curve.
     pub disordered: u32,
+    /// Overflowed footprints that went through parts of the tiles.
+    pub in_parts: u32,
 }
 crate::gpu_layout!(BatchCounters {
     pairs_needed,
@@ -184,7 +227,8 @@ crate::gpu_layout!(BatchCounters {
     overflowed,
     segment_count,
     merged_count,
-    disordered
+    disordered,
+    in_parts
 });
 
 /// Index of `pair_count` among the counters.
@@ -197,9 +241,21 @@ pub struct Segment {
     pub tile: u32,
     pub first: u32,
     pub end: u32,
-    pub view: u32,
+    /// Its view, and from bit 8 the place of its tile's record in `tiles`.
+    pub source: u32,
 }
-crate::gpu_layout!(Segment { tile, first, end, view });
+crate::gpu_layout!(Segment { tile, first, end, source });
+
+/// WGSL: `wgsl/records/bin.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct PartParams {
+    /// Pairs of a part at most.
+    pub room: u32,
+    /// Parts that are recorded.
+    pub most_parts: u32,
+}
+crate::gpu_layout!(PartParams { room, most_parts });
 
 /// Pairs that a run writes. WGSL: `wgsl/records/bin.wgsl`.
 pub const RUN_PAIRS: u32 = 49152;

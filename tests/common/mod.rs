@@ -102,6 +102,16 @@ pub(crate) fn map_frame_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame 
     frame(tier, scene, scatter, &options)
 }
 
+/// As [`map_frame`], with casters past the pair budget on the scatter path instead of parts of the tiles.
+pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
+    let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+    let mut renderer = any_renderer(tier);
+    renderer.configure(|config| (config.scatter_tiny, config.parts) = (true, false));
+    let frame = renderer.render(scene, &options);
+    renderer.configure(|config| config.parts = true);
+    frame.unwrap_or_else(|error| panic!("{error}"))
+}
+
 fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) -> Frame {
     let mut renderer = any_renderer(tier);
     renderer.configure(|config| config.scatter_tiny = scatter);

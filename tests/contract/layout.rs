@@ -8,7 +8,7 @@ use gobo::{
         HostView, ImportParams, Listed, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
-        bin::{BatchCounters, BinParams, Segment},
+        bin::{BatchCounters, BinParams, PartParams, Segment},
         blur::BlurParams,
         filter::FilterParams,
         levels::LevelParams,
@@ -32,6 +32,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<ProjectParams>,
     struct_agrees::<SortPass>,
     struct_agrees::<BinParams>,
+    struct_agrees::<PartParams>,
     struct_agrees::<BatchCounters>,
     struct_agrees::<Segment>,
     struct_agrees::<AirParams>,

@@ -14,6 +14,7 @@ mod faint;
 mod hidden;
 mod lights;
 mod order;
+mod parts;
 mod pipeline;
 mod properties;
 mod proxies;

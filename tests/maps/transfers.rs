@@ -1,5 +1,6 @@
 //! Transfer functions of every form of caster, textured or not: twin and both tiers.
 use crate::common::{
+    map_frame_scattered,
     scenes::{Chance, empty, hold_view, light, material, particle, triangle},
     tiers,
 };
@@ -284,12 +285,13 @@ fn over_ends_at_the_opaque_surface() {
 }
 
 #[test]
-fn what_overflows_is_counted_as_unordered() {
+fn what_is_scattered_is_counted_as_unordered() {
     let (mut scene, looks) = stack(3000, 1.0, 1e-3);
     scene.shadow.pair_budget = 2500;
     // The rest is applied last, each as if light behind it were white.
     let product = |look: &(Transfer, Vec4)| chain([*look]);
-    for (maps, counters) in all_maps(&scene) {
+    for mut frame in tiers().into_iter().map(|tier| map_frame_scattered(tier, &scene)) {
+        let (maps, counters) = (frame.maps.remove(0), frame.counters);
         assert!(
             counters.unordered > 0 && counters.unordered == counters.overflowed,
             "{counters:?}"

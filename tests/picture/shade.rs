@@ -8,8 +8,8 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::Tier,
     model::{
-        Light, LightKind, Material, Particle, Profile, ShadowSettings, Shape, Texture, Transfer,
-        Triangle,
+        Light, LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Texture,
+        Transfer, Triangle,
     },
     records::Picture,
     reference,
@@ -247,6 +247,25 @@ fn nothing_is_lost_past_the_pair_budget() {
             let frame = render(tier, &scene);
             assert!(frame.counters.overflowed > 100, "{tier:?}: {}", frame.counters.overflowed);
             assert!(frame.picture.rgb == whole.picture.rgb, "{tier:?}, {budget} pairs");
+        }
+    }
+}
+
+/// The picture does not depend on the pair budget of the shadows either, by curves or by the nearest depth.
+#[test]
+fn no_shadow_is_lost_past_the_pair_budget() {
+    let mut scene = stage();
+    for receiver in [Receiver::Curve, Receiver::Nearest] {
+        scene.shadow.receiver = receiver;
+        for tier in tiers() {
+            scene.shadow.pair_budget = ShadowSettings::default().pair_budget;
+            let whole = render(tier, &scene);
+            for budget in [200, 7] {
+                scene.shadow.pair_budget = budget;
+                let frame = render(tier, &scene);
+                assert!(frame.counters.overflowed > 100, "{tier:?}: {}", frame.counters.overflowed);
+                assert!(frame.picture.rgb == whole.picture.rgb, "{receiver:?}, {tier:?}, {budget}");
+            }
         }
     }
 }

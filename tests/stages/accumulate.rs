@@ -113,7 +113,7 @@ impl Truth {
 }
 
 fn counters(gpu: &Gpu) -> wgpu::Buffer {
-    gpu.upload("counters", &[0_u32; 8], BufferUsages::STORAGE | BufferUsages::COPY_SRC)
+    gpu.upload("counters", &[0_u32; 9], BufferUsages::STORAGE | BufferUsages::COPY_SRC)
 }
 
 /// Resources that all kernels share.
@@ -266,10 +266,10 @@ fn assert_segments(tier: Tier, desc: &'static KernelDesc, opacity: f32) {
             tile: *tile,
             first: pairs.start,
             end: pairs.end,
-            view: u32::from(*tile == 7),
+            source: u32::from(*tile == 7),
         })
         .collect();
-    segments.push(Segment { tile: 0, first: 0, end: 1, view: 0 });
+    segments.push(Segment { tile: 0, first: 0, end: 1, source: 0 });
     let inputs = Inputs::new(&gpu, &batch, &[]);
     let segment_buffer = gpu.upload("segments", &segments, BufferUsages::STORAGE);
     let dispatches = dispatches(&gpu, 1, parts.len() as u32);
@@ -369,7 +369,7 @@ fn assert_scattered(tier: Tier, tiny: bool) {
     let expected = [POISON, POISON, POISON, POISON, POISON, POISON, POISON, 1];
     assert_eq!(gpu.read::<u32>(&flags), expected, "{what}");
     let counted = if tiny { count as u32 } else { 0 };
-    assert_eq!(gpu.read::<u32>(&inputs.counters), [0, 0, 0, counted, 0, 0, 0, 0], "{what}");
+    assert_eq!(gpu.read::<u32>(&inputs.counters), [0, 0, 0, counted, 0, 0, 0, 0, 0], "{what}");
 }
 
 #[test]

@@ -123,7 +123,7 @@ fn emitted(
     let view_buffer = gpu.upload("views", &all_views, BufferUsages::UNIFORM);
     let runs = gpu.upload("run_offsets", &vec![POISON; run_count.max(1) as usize], storage);
     let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
-    let dispatches = gpu.upload("dispatches", &[0_u32; 12], storage);
+    let dispatches = gpu.upload("dispatches", &[0_u32; 24], storage);
     let overflow = gpu.upload("overflow", &vec![POISON; rects.len()], storage);
     let resources = Resources::new()
         .with("bin_params", &params)

@@ -301,11 +301,11 @@ fn segments_raise_the_nearness_of_their_tiles() {
                 tile,
                 first: pairs.start,
                 end: pairs.end,
-                view: u32::from(tile == 7),
+                source: u32::from(tile == 7),
             })
             .collect();
         let count = segments.len() as u32;
-        segments.push(Segment { tile: 0, first: 0, end: 1, view: 0 });
+        segments.push(Segment { tile: 0, first: 0, end: 1, source: 0 });
         let inputs = Inputs::new(&gpu, &batch, &[]);
         let segments = gpu.upload("segments", &segments, BufferUsages::STORAGE);
         let dispatches = dispatches(&gpu, 1, count);

@@ -1,6 +1,6 @@
-// bin, emit: the pairs of each run, front to back. One invocation per run. A footprint whose pairs
-// do not all fit emits none and goes to the scatter path. CPU twin: src/reference/bin.rs. Host:
-// src/stage/bin.rs.
+// bin, emit: the pairs of each run, front to back. One invocation per run. A footprint whose pairs do not all
+// fit emits none; then the list goes through parts of its tiles, or the footprint to the scatter path. CPU twin:
+// src/reference/bin.rs. Host: src/stage/bin.rs.
 
 import package::bin::raise_dispatch::raise_dispatch;
 import package::bind::changed::{counters, overflow, run_offsets};
@@ -8,7 +8,9 @@ import package::bind::loaded::{rects, sorted};
 import package::bind::stored::pairs;
 import package::bind::uniform::{bin_params, views};
 import package::records::bin::{RUN_PAIRS, rect_count};
-import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES};
+import package::records::dispatch::{
+    OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH,
+};
 import package::records::record::record_texel;
 
 override WORKGROUP_SIZE: u32;
@@ -53,6 +55,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         run_pairs += select(0u, count, counted);
     }
     if overflowed > 0u {
+        raise_dispatch(PART_COUNT_DISPATCH, (bin_params.footprint_count + 31u) / 32u, 1u);
         raise_dispatch(OVERFLOW_DISPATCH, overflowed, OVERFLOW_SLICES);
     }
 }

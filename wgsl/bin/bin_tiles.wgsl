@@ -1,14 +1,13 @@
 // bin, tiles: first and last pair of each tile in the pairs sorted by tile; cuts long tiles into segments.
 // One invocation per tile. CPU twin: src/reference/bin.rs. Host: src/stage/bin.rs.
 
-import package::bin::raise_dispatch::raise_dispatch;
-import package::bind::changed::{counters, merged_tiles, scattered_tiles, segments};
+import package::bin::place_tile::place_tile;
+import package::bind::changed::{counters, dispatches};
 import package::bind::loaded::pairs;
 import package::bind::stored::tiles;
-import package::bind::uniform::{bin_params, views};
-import package::records::dispatch::{MERGED_DISPATCH, SEGMENT_DISPATCH};
-import package::records::record::{bounded, record_texel};
-import package::records::tile::{Segment, Tile, tile_record};
+import package::bind::uniform::bin_params;
+import package::records::dispatch::PARTED_DISPATCH;
+import package::records::record::record_texel;
 
 override WORKGROUP_SIZE: u32;
 
@@ -34,30 +33,10 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     if tile >= bin_params.tile_count {
         return;
     }
-    var view = 0u;
-    let view_count = bounded(bin_params.view_count, textureDimensions(tiles));
-    for (var i = 1u; i < view_count; i += 1u) {
-        view = select(view, i, views[i].first_tile <= tile);
-    }
-    let range = pair_range(tile);
-    let needed = (range.y - range.x + bin_params.segment_length - 1u) / bin_params.segment_length;
-    let merged = needed > 1u || scattered_tiles[tile] != 0u;
-    let number = tile - views[view].first_tile;
-    let place = vec2(number % views[view].tiles_x, number / views[view].tiles_x);
-    var record = Tile(range.x, range.y, 0u, view, place);
-    if !merged {
-        textureStore(tiles, record_texel(tile), tile_record(record));
+    if atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
+        // The parts of the tiles walk it: no workgroup finishes it here.
+        textureStore(tiles, record_texel(tile), vec4(0u, 0u, 1u, 0u));
         return;
     }
-    let slot = atomicAdd(&counters.segment_count, needed);
-    record.merged = slot + 1u;
-    textureStore(tiles, record_texel(tile), tile_record(record));
-    let merged_slot = atomicAdd(&counters.merged_count, 1u);
-    merged_tiles[merged_slot] = tile;
-    raise_dispatch(MERGED_DISPATCH, merged_slot + 1u, 1u);
-    raise_dispatch(SEGMENT_DISPATCH, slot + needed, 1u);
-    for (var i = 0u; i < needed; i += 1u) {
-        let first = range.x + i * bin_params.segment_length;
-        segments[slot + i] = Segment(tile, first, min(first + bin_params.segment_length, range.y), view);
-    }
+    place_tile(tile, tile, pair_range(tile));
 }

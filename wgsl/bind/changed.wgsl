@@ -32,5 +32,7 @@ import package::records::tile::Segment;
 @group(0) @binding(77) var<storage, read_write> listed: Listed;
 @group(0) @binding(78) var<storage, read_write> listed_counts: array<u32>;
 @group(0) @binding(97) var<storage, read_write> emitted: array<GpuEmitted>;
+@group(0) @binding(121) var<storage, read_write> tile_pairs: array<atomic<u32>>;
+@group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;
 @group(0) @binding(117) var<storage, read_write> point_lists: array<atomic<u32>>;
 @group(0) @binding(118) var<storage, read_write> layered_tiles: array<atomic<u32>>;

@@ -17,6 +17,7 @@
 @group(0) @binding(54) var triangles: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(55) var histograms: texture_storage_2d<r32uint, read>;
 @group(0) @binding(56) var sorted: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(57) var keys: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(65) var layers: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(67) var seen_pixels: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(66) var points: texture_storage_2d<rgba32uint, read>;

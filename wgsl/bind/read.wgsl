@@ -20,5 +20,6 @@ import package::records::tile::Segment;
 @group(0) @binding(79) var<storage, read> host_counts: array<u32>;
 @group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>;
 @group(0) @binding(97) var<storage, read> emitted: array<GpuEmitted>;
+@group(0) @binding(121) var<storage, read> tile_pairs: array<u32>;
 @group(0) @binding(117) var<storage, read> point_lists: array<u32>;
 @group(0) @binding(118) var<storage, read> layered_tiles: array<u32>;

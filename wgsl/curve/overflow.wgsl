@@ -1,4 +1,5 @@
-// Casters whose pairs did not fit, as one hit behind those that did: pairs get capacity front to back.
+// Scattered casters, whose pairs fit neither the budget nor the parts of the tiles that were recorded, as one
+// hit behind those that did: pairs get capacity front to back.
 // Resets the sums to zero. CPU twin: src/reference/curve/tile.rs.
 
 import package::curve::light4::{Light4, light4, white4};

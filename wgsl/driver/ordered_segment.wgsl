@@ -12,7 +12,7 @@ import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
 import package::records::footprint::front_depth;
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
-import package::records::tile::tile_of;
+import package::records::tile::{segment_record, segment_view, tile_of};
 import package::state::filter::{own_before, own_faces, own_from, start};
 import package::walk::lane::{LANES, lane_texel, tile_texel};
 import choice::store::store_segment;
@@ -36,9 +36,9 @@ fn walk_ordered_segment(
         return;
     }
     let segment = segments[index];
-    let view = views[segment.view];
+    let view = views[segment_view(segment)];
     let place = lane_texel(lane);
-    let tile = tile_of(textureLoad(tiles, record_texel(segment.tile), 0));
+    let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
     start(view, tile_texel(view, segment.tile) + place);
     // Parts: the last pairs of the previous segment, this one's own, and its last ones.
     let overlapped = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);

@@ -7,7 +7,7 @@ import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::records::dispatch::{MERGED_DISPATCH, workgroup_number};
 import package::records::record::record_texel;
-import package::records::tile::tile_of;
+import package::records::tile::{tile_number_of, tile_of};
 import package::walk::lane::{LANES, lane_texel};
 import choice::store::resolve;
 
@@ -21,7 +21,7 @@ fn resolve_tile(
     if slot >= dispatches[MERGED_DISPATCH].w {
         return;
     }
-    let tile_id = merged_tiles[slot];
-    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
-    resolve(views[tile.view], tile, tile_id, lane_texel(lane));
+    let tile = tile_of(textureLoad(tiles, record_texel(merged_tiles[slot]), 0));
+    let view = views[tile.view];
+    resolve(view, tile, tile_number_of(view, tile), lane_texel(lane));
 }

@@ -5,6 +5,7 @@
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;
 import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
+import package::records::tile::segment_view;
 import package::walk::lane::{LANES, lane_texel, tile_texel};
 import choice::state::start;
 import choice::store::store_segment;
@@ -21,7 +22,7 @@ fn walk_segment(
         return;
     }
     let segment = segments[index];
-    let view = views[segment.view];
+    let view = views[segment_view(segment)];
     let place = lane_texel(lane);
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);

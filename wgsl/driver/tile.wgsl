@@ -5,7 +5,7 @@
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::records::record::record_texel;
-import package::records::tile::tile_of;
+import package::records::tile::{tile_number_of, tile_of};
 import package::records::view::TILE_SIZE;
 import package::walk::lane::{LANES, lane_texel};
 import choice::order::tile_number;
@@ -19,15 +19,15 @@ fn walk_tile(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let tile_id = tile_number(workgroup, workgroups);
-    let tile = tile_of(textureLoad(tiles, record_texel(tile_id), 0));
+    let record = record_texel(tile_number(workgroup, workgroups));
+    let tile = tile_of(textureLoad(tiles, record, 0));
     if tile.merged != 0u {
         return;
     }
     let view = views[tile.view];
     let place = lane_texel(lane);
     let texel = tile.place * TILE_SIZE + place;
-    before_tile(view, texel, tile_id, place);
+    before_tile(view, texel, tile_number_of(view, tile), place);
     start(view, texel);
     walk(view, tile.first, tile.end);
     store_tile(view, texel);

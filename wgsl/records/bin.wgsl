@@ -21,6 +21,12 @@ struct BatchCounters {
     segment_count: atomic<u32>,
     merged_count: atomic<u32>, // tiles that several workgroups add to
     disordered: atomic<u32>,   // hits out of order in a curve
+    in_parts: atomic<u32>,     // overflowed footprints that went through parts of the tiles
+}
+
+struct PartParams {
+    room: u32,       // pairs of a part at most
+    most_parts: u32, // that are recorded
 }
 
 // llvmpipe lets all loops of one invocation run 65,535 times in total; a run's footprints and
@@ -34,4 +40,16 @@ fn rect_count(rect: vec2<u32>) -> u32 {
     let mask = rect.y & 0xffffu;
     let whole = select(0u, width * height, mask != 0u);
     return select(whole, countOneBits(mask), width <= 4u && height <= 4u);
+}
+
+// Whether the rectangle covers a tile of a view.
+fn covers(rect: vec2<u32>, view: u32, place: vec2<u32>) -> bool {
+    let corner = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    let apart = place - corner;
+    let small = all(last - corner < vec2(4u));
+    let bit = 1u << (((apart.y & 3u) * 4u + (apart.x & 3u)) & 15u);
+    let mask = rect.y & 0xffffu;
+    let inside = all(place >= corner) && all(place <= last) && (rect.y >> 16u) == view;
+    return inside && (mask & select(0xffffu, bit, small)) != 0u;
 }

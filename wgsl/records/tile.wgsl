@@ -1,4 +1,7 @@
-// The work of one tile; a texel of `tiles`.
+// The work of one tile; a texel of `tiles`: that of the tile's number, or, in a part of the tiles, of its
+// place in the part.
+
+import package::records::view::GpuView;
 
 struct Tile {
     first: u32, // of its pairs
@@ -18,12 +21,25 @@ fn tile_of(record: vec4<u32>) -> Tile {
     return Tile(record.x, record.y, record.z, record.w & 0xffu, place);
 }
 
+// Number of a tile in its batch.
+fn tile_number_of(view: GpuView, tile: Tile) -> u32 {
+    return view.first_tile + tile.place.y * view.tiles_x + tile.place.x;
+}
+
 // Rust: `Segment` in src/stage/bin.rs.
 struct Segment {
     tile: u32,
     first: u32, // of its pairs
     end: u32,
-    view: u32,
+    source: u32, // its view, and from bit 8 the place of its tile's record in `tiles`
+}
+
+fn segment_view(segment: Segment) -> u32 {
+    return segment.source & 0xffu;
+}
+
+fn segment_record(segment: Segment) -> u32 {
+    return segment.source >> 8u;
 }
 
 const SEGMENT_LENGTH: u32 = 2048u; // pairs; Rust: src/stage/bin.rs

@@ -10,7 +10,7 @@ import package::bind::stored::{filters, nearests};
 import package::features::{HAS_GAIN, HAS_OWNERS, HAS_VOLUMES};
 import package::records::owner::{NO_OWNER, tagged_alpha, tagged_depth};
 import package::records::record::record_texel;
-import package::records::tile::{Segment, Tile, segment_count, tile_of};
+import package::records::tile::{Segment, Tile, segment_count, segment_record, tile_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::state::filter::{
     ROWS, added_texel, crossed, finish, nearest, nearest_texel, owner, passed,
@@ -25,7 +25,7 @@ import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_n
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     finish();
-    let tile = tile_of(textureLoad(tiles, record_texel(segment.tile), 0));
+    let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
     let composed = index < partial_capacity(arrayLength(&partials)) && segment_count(tile) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {

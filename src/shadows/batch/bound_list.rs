@@ -10,7 +10,7 @@ use crate::{
         maps::Maps,
         scratch::Scratch,
     },
-    stage::{features::Features, formula::Number},
+    stage::{bin::Dispatch, features::Features, formula::Number},
 };
 use wgpu::{BindGroup, Buffer};
 
@@ -115,7 +115,12 @@ impl BoundList {
                 }
                 Part::Project => list.record_project(kernels, encoder, timeline),
                 Part::Sort => drop(list.record_sort(kernels, encoder, timeline)),
-                Part::Pairs => drop(list.record_pairs(kernels, encoder, timeline)),
+                Part::Pairs => {
+                    let is_listed = list.record_pairs(kernels, encoder, timeline);
+                    if let Some(parts) = list.parts.as_ref().filter(|_| is_listed) {
+                        parts.record_plan(scratch, kernels, encoder, timeline);
+                    }
+                }
                 Part::Tiles => list.record_tiles(kernels, encoder, timeline),
                 Part::Tiny | Part::Overflow | Part::Read | Part::Resolve => {
                     // Every frame has a time for these two, also one without segments.
@@ -127,6 +132,35 @@ impl BoundList {
                         self.record_steps(steps, scratch, kernels, &mut pass);
                     }
                 }
+            }
+        }
+        self.record_parts(scratch, kernels, encoder, timeline);
+    }
+
+    /// Records the walk of the tiles part by part, for lists whose pairs may not fit.
+    fn record_parts(
+        &self,
+        scratch: &Scratch,
+        kernels: &Kernels,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) {
+        let Some(parts) = &self.list.parts else { return };
+        let mut pass = timeline.pass(encoder, self.readers.stage);
+        for _ in 0..parts.most {
+            parts.record_next(scratch, kernels, &mut pass);
+            for step in [Part::Read, Part::Resolve].into_iter().flat_map(frame::steps) {
+                let Work::Kernel { role, groups, .. } = step.work else { continue };
+                let holds = self.conditions.hold(step.when);
+                let Some(variant) = self.readers.variant(role).filter(|_| holds) else { continue };
+                let dispatch = match groups {
+                    Groups::Counts(_) => Dispatch::Part,
+                    Groups::Indirect(dispatch) => dispatch,
+                };
+                let kernel = kernels.get(variant, self.features);
+                let (counts, offset) = (&scratch.dispatches, dispatch.offset());
+                let bound = self.bound.iter().filter(|(of, _)| *of == role);
+                bound.for_each(|(_, it)| kernel.record_indirect(&mut pass, it, counts, offset));
             }
         }
     }

@@ -1,0 +1,10 @@
+// Bands: runs of a batch's tiles. For each band there is a row of bits, one for each footprint in depth order
+// that may touch it: 32 footprints have 32 texels of `keys`, with the words of two bands in each.
+
+import package::bind::uniform::bin_params;
+
+const BANDS: u32 = 64u;
+
+fn band_of(tile: u32) -> u32 {
+    return tile * BANDS / max(bin_params.tile_count, 1u);
+}

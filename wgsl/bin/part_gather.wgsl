@@ -1,0 +1,127 @@
+// bin, where pairs did not fit: the pairs of each tile of a part, front to back. One workgroup per tile, which
+// walks the footprints of the tile's band in depth order. Loops take eight footprints at a time: llvmpipe
+// lets one invocation walk 65,535 times. Host: src/shadows/parts.rs.
+
+import package::bin::part_band::band_of;
+import package::bind::loaded::{keys, rects, sorted};
+import package::bind::read::{dispatches, tile_pairs};
+import package::bind::sampled::tiles;
+import package::bind::stored::pairs;
+import package::bind::uniform::bin_params;
+import package::records::bin::covers;
+import package::records::dispatch::{PART_DISPATCH, workgroup_number};
+import package::records::record::record_texel;
+import package::records::tile::{Tile, tile_of};
+
+const LANES: u32 = 128u;
+const WORDS: u32 = 4u; // of 32 footprints, that a lane walks at a time
+
+var<workgroup> counts: array<u32, LANES>;
+
+var<private> left: u32;  // footprints of a word that are to be tested or written
+var<private> found: u32; // those of them that touch the tile
+var<private> slot: u32;  // of the next pair
+
+fn footprint_of(index: u32) -> u32 {
+    return textureLoad(sorted, record_texel(index)).g;
+}
+
+fn test(tile: Tile, first: u32) {
+    let bit = firstTrailingBit(left | 0x80000000u);
+    let index = min(first + bit, bin_params.footprint_count - 1u);
+    let rect = textureLoad(rects, record_texel(footprint_of(index))).rg;
+    let touches = left != 0u && covers(rect, tile.view, tile.place);
+    found |= select(0u, 1u << bit, touches);
+    left &= left - 1u;
+}
+
+// Footprints of a word that touch the tile.
+fn touching(tile: Tile, band: u32, word: u32) -> u32 {
+    let first = word * 32u;
+    found = 0u;
+    left = 0u;
+    if first < bin_params.footprint_count {
+        left = textureLoad(keys, record_texel(first + band / 2u))[band & 1u];
+    }
+    while left != 0u {
+        test(tile, first);
+        test(tile, first);
+        test(tile, first);
+        test(tile, first);
+        test(tile, first);
+        test(tile, first);
+        test(tile, first);
+        test(tile, first);
+    }
+    return found;
+}
+
+fn put(tile_id: u32, first: u32) {
+    if left != 0u {
+        let footprint = footprint_of(first + firstTrailingBit(left));
+        textureStore(pairs, record_texel(slot), vec4(tile_id, footprint, 0u, 0u));
+        slot += 1u;
+        left &= left - 1u;
+    }
+}
+
+fn put_all(tile_id: u32, word: u32, touches: u32) {
+    let first = word * 32u;
+    left = touches;
+    while left != 0u {
+        put(tile_id, first);
+        put(tile_id, first);
+        put(tile_id, first);
+        put(tile_id, first);
+        put(tile_id, first);
+        put(tile_id, first);
+        put(tile_id, first);
+        put(tile_id, first);
+    }
+}
+
+// Sums over the lanes up to this one, in `counts`.
+fn scan(lane: u32, own: u32) {
+    counts[lane] = own;
+    workgroupBarrier(); // every count before any is read
+    for (var step = 1u; step < LANES; step *= 2u) {
+        var sum = counts[lane];
+        if lane >= step {
+            sum += counts[lane - step];
+        }
+        workgroupBarrier(); // every sum of the step before any is replaced
+        counts[lane] = sum;
+        workgroupBarrier();
+    }
+}
+
+@compute @workgroup_size(LANES)
+fn part_gather(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = workgroup_number(workgroup, workgroups);
+    let tile_id = dispatches[PART_DISPATCH].w + place;
+    let count = tile_pairs[tile_id + 1u] - tile_pairs[tile_id];
+    let tile = tile_of(textureLoad(tiles, record_texel(place), 0));
+    let band = band_of(tile_id);
+    let words = select(0u, (bin_params.footprint_count + 31u) / 32u, count > 0u);
+    var first = tile.first;
+    for (var base = 0u; base < words; base += LANES * WORDS) {
+        let word = base + lane * WORDS;
+        let a = touching(tile, band, word);
+        let b = touching(tile, band, word + 1u);
+        let c = touching(tile, band, word + 2u);
+        let d = touching(tile, band, word + 3u);
+        let own = countOneBits(a) + countOneBits(b) + countOneBits(c) + countOneBits(d);
+        scan(lane, own);
+        slot = first + counts[lane] - own;
+        first += counts[LANES - 1u];
+        workgroupBarrier(); // every count is read before the next
+        put_all(tile_id, word, a);
+        put_all(tile_id, word + 1u, b);
+        put_all(tile_id, word + 2u, c);
+        put_all(tile_id, word + 3u, d);
+    }
+}
