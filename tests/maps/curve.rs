@@ -322,8 +322,9 @@ fn ramps_of_overlapping_puffs_ascend() {
             full += usize::from(count == curve.nodes);
         }
         assert!(full > 1000, "{name}: {full} texels whose hits are merged");
+        // Puffs of equal depth are merged in another order.
         let apart = share_apart(maps, &expected);
-        assert!(apart <= GRAZED, "{name}: {apart}");
+        assert!(apart <= 2.0 * GRAZED, "{name}: {apart}");
     }
 }
 
