@@ -193,7 +193,7 @@ impl Forces {
 
     /// Longest life [steps].
     pub fn longest(&self) -> u32 {
-        ((self.lifetime[1] * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST)
+        steps_of(self.lifetime[1])
     }
 
     /// Advances a particle by one time step, number `step`.
@@ -365,12 +365,23 @@ impl Flock {
     }
 }
 
+/// A life [s] in steps.
+fn steps_of(life: f32) -> u32 {
+    ((life * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST)
+}
+
+/// Largest number of particles that are alive at once, of so many that start per second and live at most so
+/// long [s].
+pub fn most_alive(rate: f64, longest_life: f32) -> u32 {
+    // Particles that start within the longest life and one more step.
+    let seconds = f64::from(steps_of(longest_life) + 1) / STEPS_PER_SECOND;
+    (rate * seconds).ceil() as u32 + 1
+}
+
 impl Forces {
     /// Largest number of particles that are alive at once.
     pub fn most(&self) -> u32 {
-        // Particles that start within the longest life and one more step.
-        let seconds = f64::from(self.longest() + 1) / STEPS_PER_SECOND;
-        (self.rate * seconds).ceil() as u32 + 1
+        most_alive(self.rate, self.lifetime[1])
     }
 
     /// Like [`Self::most`], if no particle starts from step `last` on.

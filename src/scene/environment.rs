@@ -43,7 +43,8 @@ impl Loader<'_> {
             let path = self.folder.join(file);
             let bytes = read::bytes(&path).map_err(|e| self.named_by(&table.span(), "file", e))?;
             let (size, texels) = decode(&bytes)
-                .map_err(|(message, help)| SceneError::invalid(&path, message, &help))?;
+                .map_err(|(message, help)| SceneError::invalid(&path, message, &help))
+                .map_err(|e| self.named_by(&table.span(), "file", e))?;
             let turn = rotation.to_radians();
             let environment = Environment::of_image(size, &texels, turn, intensity);
             self.scene.environment = Some(Arc::new(environment));

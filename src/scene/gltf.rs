@@ -6,6 +6,7 @@ use super::{
     Camera, SceneError,
     deform::Deform,
     gltf_animation::{self, NodeTracks},
+    gltf_announced,
     gltf_file::File,
     gltf_json::Instancing,
     gltf_material::Materials,
@@ -142,6 +143,10 @@ pub(super) fn load(
         let children: Vec<_> = node.children().map(|child| (child, world, Some(number))).collect();
         waiting.extend(children.into_iter().rev());
     }
+    let (textures, texels) =
+        gltf_announced::images(&file, draws.iter().map(|(primitive, ..)| primitive.material()));
+    Limit::Textures.grown(earlier.textures as u64, textures).map_err(too_many)?;
+    Limit::Texels.grown(earlier.texels, texels).map_err(too_many)?;
     let mut morphed = 0;
     for (primitive, world, node, place, weights) in draws {
         let first = meshes.triangles.len();
@@ -173,7 +178,7 @@ pub(super) fn load(
 }
 
 /// Transforms of the instances of a node's mesh, in the node's space (`EXT_mesh_gpu_instancing`).
-fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
+pub(super) fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
     let Some(instancing) = file.instancing(node.index()) else { return Ok(vec![Mat4::IDENTITY]) };
     let Instancing { translation, rotation, scale } = instancing;
     let damaged = |problem: &str| {
@@ -212,7 +217,7 @@ fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError
 }
 
 /// Root nodes of the default scene, else of the first, else of the whole document.
-fn roots(document: &gltf::Document) -> Vec<gltf::Node<'_>> {
+pub(super) fn roots(document: &gltf::Document) -> Vec<gltf::Node<'_>> {
     if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
         return scene.nodes().collect();
     }

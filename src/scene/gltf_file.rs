@@ -15,6 +15,7 @@ use ::gltf::{
 };
 use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
 use std::{
+    borrow::Cow,
     collections::HashMap,
     path::{Component, Path, PathBuf},
 };
@@ -123,16 +124,23 @@ impl File {
         }
         let beside = |message: String| {
             let help = "put the file into the folder of this one and name it relative to it";
-            Err(self.invalid(message, help))
+            self.invalid(message, help)
         };
         if uri.contains(':') {
-            return beside(format!("cannot open {}", quoted(uri)));
+            return Err(beside(format!("cannot open {}", quoted(uri))));
         }
         let name = percent_decode(uri);
         if leaves_folder(Path::new(&name)) || name.contains('\\') {
-            return beside(format!("{} leaves the folder of the file", quoted(uri)));
+            return Err(beside(format!("{} leaves the folder of the file", quoted(uri))));
         }
-        read::bytes(&self.path.with_file_name("").join(name))
+        read::bytes(&self.path.with_file_name("").join(name)).map_err(|error| match error {
+            SceneError::Read { source, .. } => beside(format!("{}: {source}", quoted(uri))),
+            SceneError::Invalid { message, help, .. } => {
+                let message = format!("{} {message}", quoted(uri));
+                self.invalid(message, help.as_deref().unwrap_or_default())
+            }
+            other => other,
+        })
     }
 
     /// Decodes a data URI behind `data:`.
@@ -167,6 +175,22 @@ impl File {
             let message = format!("bufferView {} leaves its buffer", view.index());
             self.invalid(message, "the file is damaged: export it again")
         })
+    }
+
+    /// Bytes of an image as it is stored.
+    pub(super) fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, SceneError> {
+        // Not `Image::source`, which panics if the file gives neither a type nor a position.
+        let json = &self.document.as_json().images[image.index()];
+        let view = json.buffer_view.and_then(|index| self.document.views().nth(index.value()));
+        match (view, &json.uri) {
+            (Some(view), _) => self.view(&view).map(Cow::Borrowed),
+            (None, Some(uri)) => self.read_uri(uri).map(Cow::Owned),
+            (None, None) => {
+                let message =
+                    format!("image {}: has neither a bufferView nor a uri", image.index());
+                Err(self.invalid(message, "export the file again"))
+            }
+        }
     }
 
     /// Checks that reading `accessor` as items of `size` bytes stays within its buffers, and that its

@@ -199,12 +199,12 @@ impl Meshes {
 }
 
 /// Accessor with one item per corner, of triangles, strips and fans.
-fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
+pub(super) fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
     primitive.indices().or_else(|| primitive.get(&Semantic::Positions))
 }
 
 /// Number of triangles that the file announces, including degenerate ones.
-fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
+pub(super) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     let corners = corners(primitive).map_or(0, |accessor| accessor.count());
     match primitive.mode() {
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,

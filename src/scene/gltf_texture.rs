@@ -5,7 +5,7 @@ use image::{RgbaImage, imageops::FilterType};
 use std::collections::HashMap;
 
 /// Longest side of an image [texels].
-const MAX_SIDE: u32 = 16384;
+pub(super) const MAX_SIDE: u32 = 16384;
 
 /// Image of the base colour, image of the transmission, opaque, square root.
 type Key = (Option<usize>, Option<usize>, bool, bool);
@@ -117,23 +117,8 @@ impl<'a> Textures<'a> {
         let bad = |problem: &str, help: &str| {
             self.file.invalid(format!("image {}: {problem}", image.index()), help)
         };
-        // Not `Image::source`, which panics if the file gives neither a type nor a position.
-        let document = &self.file.document;
-        let json = &document.as_json().images[image.index()];
-        let view = json.buffer_view.and_then(|index| document.views().nth(index.value()));
-        let of_file;
-        let bytes = match (view, &json.uri) {
-            (Some(view), _) => self.file.view(&view)?,
-            (None, Some(uri)) => {
-                of_file = self.file.read_uri(uri)?;
-                &of_file
-            }
-            (None, None) => {
-                let problem = "has neither a bufferView nor a uri";
-                return Err(bad(problem, "export the file again"));
-            }
-        };
-        images::decode(bytes, MAX_SIDE, &mut self.texels)
+        let bytes = self.file.image(image)?;
+        images::decode(&bytes, MAX_SIDE, &mut self.texels)
             .map_err(|(problem, help)| bad(&problem, &help))
     }
 }

@@ -1,11 +1,35 @@
 //! Images of untrusted files: their size is checked before they are decoded, as a few bytes may announce
 //! gigabytes.
-use super::limits::{self, Limit};
+use super::{
+    limits::{self, Limit},
+    read,
+};
 use image::{DynamicImage, ImageDecoder as _, ImageReader, RgbaImage};
-use std::io::Cursor;
+use std::{
+    fs::File,
+    io::{BufRead, BufReader, Cursor, Seek},
+    path::Path,
+};
 
 /// The problem and the remedy.
 pub(super) type Fault = (String, String);
+
+/// Width and height of an image [texels], from its head; `None` if it is none, or has a side past `most`.
+pub(super) fn size(bytes: &[u8], most: u32) -> Option<[u32; 2]> {
+    size_of(Cursor::new(bytes), most)
+}
+
+/// Like [`size`], of a file.
+pub(super) fn size_of_file(path: &Path, most: u32) -> Option<[u32; 2]> {
+    read::check(path).ok()?;
+    size_of(BufReader::new(File::open(path).ok()?), most)
+}
+
+fn size_of(contents: impl BufRead + Seek, most: u32) -> Option<[u32; 2]> {
+    let reader = ImageReader::new(contents).with_guessed_format().ok()?;
+    let (width, height) = reader.into_dimensions().ok()?;
+    (width <= most && height <= most).then_some([width, height])
+}
 
 /// Decodes an image. `most`: longest side [texels]; `texels`: of all textures so far, grows by the image's.
 pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, Fault> {

@@ -92,6 +92,7 @@ impl<'a> Loader<'a> {
 
     pub(super) fn document(&mut self, document: &Document) -> Result<(), SceneError> {
         let source = self.source;
+        self.check_announced(document)?;
         self.scene.shadow = match &document.shadow {
             Some(table) => tables::shadow(source, table)?,
             None => ShadowSettings::default(),

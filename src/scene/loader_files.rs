@@ -16,7 +16,7 @@ use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
 /// Longest side of a texture [texels].
-const MAX_SIDE: u32 = 8192;
+pub(super) const MAX_SIDE: u32 = 8192;
 
 impl Loader<'_> {
     pub(super) fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
@@ -159,7 +159,8 @@ impl Loader<'_> {
         self.check_limit(Limit::Textures, index, 1, (table, key))?;
         let bytes = read::bytes(&path).map_err(|error| self.named_by(table, key, error))?;
         let image = images::decode(&bytes, MAX_SIDE, &mut self.texels)
-            .map_err(|(message, help)| SceneError::invalid(&path, message, &help))?;
+            .map_err(|(message, help)| SceneError::invalid(&path, message, &help))
+            .map_err(|error| self.named_by(table, key, error))?;
         let (width, height) = image.dimensions();
         let (name, rgba) = (path.display().to_string(), image.into_raw());
         self.scene.textures.push(Texture { name, width, height, rgba });
@@ -167,20 +168,19 @@ impl Loader<'_> {
         Ok(index as u32)
     }
 
-    /// Turns the error of an unreadable file into one of the line that names it.
+    /// Turns an error of a file into one of the key that names the file.
     pub(super) fn named_by(
         &self,
         table: &Range<usize>,
         key: &str,
         error: SceneError,
     ) -> SceneError {
-        match &error {
-            SceneError::Read { .. } => {
-                let help = "paths are relative to the scene file";
-                self.error(table, key, &error.to_string(), help)
-            }
-            _ => error,
-        }
+        let help = match &error {
+            SceneError::Read { .. } => "paths are relative to the scene file",
+            SceneError::Invalid { help, .. } => help.as_deref().unwrap_or_default(),
+            SceneError::Document { .. } | SceneError::Memory { .. } => return error,
+        };
+        self.error(table, key, &format!("{key}: {error}"), help)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Scene files, for the command line, tests and benches.
 mod animate;
+mod announced;
 mod defaults;
 mod deform;
 #[doc(hidden)]
@@ -14,6 +15,7 @@ mod error;
 pub mod generate;
 mod gltf;
 mod gltf_animation;
+mod gltf_announced;
 mod gltf_file;
 mod gltf_film;
 mod gltf_items;

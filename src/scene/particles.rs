@@ -50,6 +50,9 @@ pub(super) enum Storage {
 /// Farthest coordinate [m]: past it neighbouring f32 are a metre apart.
 pub(super) const FARTHEST: f32 = 1e7;
 
+/// Longest head of a file that is read ahead [bytes].
+const LONGEST_HEAD: u64 = 1 << 16;
+
 /// Radius of particles that are all at one point [m].
 const LONE_RADIUS: f32 = 0.05;
 
@@ -116,6 +119,9 @@ pub(super) fn load(
     first_id: u32,
     earlier: u64,
 ) -> Result<ParticleFile, SceneError> {
+    if let Some(count) = announced(path) {
+        check_count(path, earlier, count)?;
+    }
     let bytes = read::bytes(path)?;
     let mut rows = Rows {
         material,
@@ -147,6 +153,18 @@ pub(super) fn load(
     Ok(ParticleFile { particles, skipped, notes })
 }
 
+/// Number of particles that the head of a PLY file promises, if the file is long enough for them; a CSV file
+/// has none.
+pub(super) fn announced(path: &Path) -> Option<u64> {
+    let is_ply = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"));
+    is_ply.then(|| read::head(path, LONGEST_HEAD).ok()).flatten().and_then(ply::announced)
+}
+
+fn check_count(path: &Path, earlier: u64, count: u64) -> Result<(), SceneError> {
+    let all = Limit::Particles.grown(earlier, count);
+    all.map(|_| ()).map_err(|(message, help)| SceneError::invalid(path, message, help))
+}
+
 impl Rows<'_> {
     /// Sets the columns; call it before the rows.
     pub(super) fn begin(
@@ -159,17 +177,12 @@ impl Rows<'_> {
             let message = format!("has no column `{}`", NAMES[i]);
             return Err(SceneError::invalid(path, message, "particles need x, y and z"));
         }
-        self.check_count(path, capacity)?;
+        check_count(path, self.earlier, capacity as u64)?;
         if let Some(note) = columns.note() {
             self.note(path, &note);
         }
         self.storage = columns.storage;
         limits::reserve(&mut self.particles, capacity, "particles", path)
-    }
-
-    fn check_count(&self, path: &Path, count: usize) -> Result<(), SceneError> {
-        let all = Limit::Particles.grown(self.earlier, count as u64);
-        all.map(|_| ()).map_err(|(message, help)| SceneError::invalid(path, message, help))
     }
 
     pub(super) fn note(&mut self, path: &Path, what: &str) {
@@ -283,7 +296,7 @@ fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneE
                 SceneError::invalid(path, message, "write a number, or remove the row")
             })?;
         }
-        rows.check_count(path, rows.count as usize + 1)?;
+        check_count(path, rows.earlier, u64::from(rows.count) + 1)?;
         limits::reserve(&mut rows.particles, 1, "particles", path)?;
         rows.push(&row);
     }

@@ -40,6 +40,31 @@ pub(super) fn read(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(),
     Ok(())
 }
 
+/// Number of particles that a header promises, given the first bytes of a file and its length; `None` if the
+/// file is too short for them.
+pub(super) fn announced((head, length): (Vec<u8>, u64)) -> Option<u64> {
+    let header = ply_header::parse(&head).ok()?;
+    let vertices = header.elements.iter().find(|element| element.name == "vertex")?;
+    let most = most_rows(vertices, header.encoding, length.saturating_sub(header.length as u64));
+    let count = vertices.count as u64;
+    (count <= most).then_some(count)
+}
+
+/// Most rows of an element in so many bytes.
+fn most_rows(element: &Element, encoding: Encoding, bytes: u64) -> u64 {
+    // The last line of an ascii file may lack its line end.
+    (bytes + 1) / least_size(element, encoding).max(1)
+}
+
+/// Least size of a row [bytes].
+fn least_size(element: &Element, encoding: Encoding) -> u64 {
+    let least = match encoding {
+        Encoding::Ascii => element.properties.len(),
+        _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
+    };
+    least as u64
+}
+
 /// Columns of anisotropic Gaussians in files of 3D Gaussian splatting and its relatives. Read as discs they
 /// would be wrong.
 const SPLATS: [&str; 6] =
@@ -78,13 +103,9 @@ impl<'a> Body<'a> {
 
     /// Checks that a header promises no more than the file can hold.
     fn check_count(&self, element: &Element) -> Result<(), SceneError> {
-        let least: usize = match self.encoding {
-            Encoding::Ascii => element.properties.len(),
-            _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
-        };
-        // The last line of an ascii file may lack its line end.
-        let most = (self.rest.len() + 1) / least.max(1);
-        if element.count <= most || least == 0 && self.encoding != Encoding::Ascii {
+        let most = most_rows(element, self.encoding, self.rest.len() as u64);
+        let is_empty = least_size(element, self.encoding) == 0;
+        if element.count as u64 <= most || is_empty && self.encoding != Encoding::Ascii {
             return Ok(());
         }
         Err(self.invalid(format!(

@@ -1,11 +1,24 @@
 //! Reading of untrusted files.
 use super::SceneError;
-use std::{fs, io, path::Path};
+use std::{
+    fs,
+    io::{self, Read as _},
+    path::Path,
+};
 
 /// All bytes of a regular file. A pipe or a device might never end.
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
     check(path)?;
     fs::read(path).map_err(|source| failed(path, source))
+}
+
+/// The first bytes of a regular file, at most so many, and its length.
+pub(super) fn head(path: &Path, most: u64) -> Result<(Vec<u8>, u64), SceneError> {
+    let length = length(path)?;
+    let mut bytes = Vec::new();
+    let file = fs::File::open(path).map_err(|source| failed(path, source))?;
+    file.take(most).read_to_end(&mut bytes).map_err(|source| failed(path, source))?;
+    Ok((bytes, length))
 }
 
 /// Checks that the path is a regular file.

@@ -1,18 +1,16 @@
-//! Interface of the library: casters and views of a host in, maps to be recorded out.
+//! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
-    CasterSet, Config, HostInputs, Maps, PairCapacity, Pipeline, PreparedMaps, frame::Uploads,
-    host_depths::depth_inputs, kernels::Variant,
+    CasterSet, Config, HostInputs, PairCapacity, Pipeline, Prepared, PreparedMaps, frame::Uploads,
+    host_depths::depth_inputs,
 };
 use crate::{
     error::Error,
-    gpu::{
-        Constant, Kernel, KernelCache, KernelDesc, Memory, Tier, Timeline, check_alive, missing,
-    },
+    gpu::{Kernel, KernelCache, KernelDesc, Tier, check_alive, missing},
     model::{
         Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
         Projection, ShadowSettings, View,
     },
-    stage::{features::Features, sort::pair_limit},
+    stage::sort::pair_limit,
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -28,31 +26,12 @@ pub struct Shadows {
 
 /// State shared by [`Shadows`] and the last [`Prepared`].
 #[derive(Debug)]
-struct Engine {
-    pipeline: Pipeline,
+pub(super) struct Engine {
+    pub(super) pipeline: Pipeline,
     casters: Option<CasterSet>,
-    maps: Option<PreparedMaps>,
+    pub(super) maps: Option<PreparedMaps>,
     /// Number of the frame that `maps` belong to.
-    frame: u64,
-}
-
-/// Maps of a frame, ready to be recorded any number of times, until a later [`Shadows::prepare`] takes them
-/// over.
-#[derive(Debug)]
-pub struct Prepared {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    engine: Arc<Mutex<Engine>>,
-    frame: u64,
-    pub(super) caster_count: u64,
-    /// Whether blending depends on the order of the casters.
-    pub(super) ordered: bool,
-    /// Whether some material filters light.
-    pub(super) tints: bool,
-    pub(super) views: Vec<View>,
-    pub(super) settings: ShadowSettings,
-    maps: Maps,
-    memory: Memory,
+    pub(super) frame: u64,
 }
 
 impl Engine {
@@ -74,7 +53,7 @@ impl Engine {
     }
 }
 
-fn lock(engine: &Mutex<Engine>) -> MutexGuard<'_, Engine> {
+pub(super) fn lock(engine: &Mutex<Engine>) -> MutexGuard<'_, Engine> {
     engine.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -309,88 +288,6 @@ impl Shadows {
         let mut engine = lock(&self.engine);
         let Engine { pipeline, casters, .. } = &mut *engine;
         act(pipeline, casters.as_ref().ok_or(Error::Superseded)?)
-    }
-}
-
-impl Prepared {
-    /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing;
-    /// records nothing if a later [`Shadows::prepare`] has taken the maps over.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.record_timed(encoder, &mut Timeline::untimed());
-    }
-
-    /// Like [`Self::record`], with timestamps around each stage.
-    pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let engine = lock(&self.engine);
-        if let Ok(maps) = self.current(&engine) {
-            maps.record(engine.pipeline.kernels(), encoder, timeline);
-            timeline.end(encoder);
-        }
-    }
-
-    /// Replaces the bindings of the host's casters of `set`, an index, by others of the same layout, from
-    /// the next [`Self::record`] on: for hosts that alternate between two buffers.
-    ///
-    /// # Errors
-    /// If there is no such set, or a later [`Shadows::prepare`] has taken the maps over.
-    pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
-        let engine = lock(&self.engine);
-        let host = self.current(&engine)?.host.as_ref();
-        let problem = "there is none, or it has no caster";
-        let none = Error::Invalid { what: "set of host casters", index: set, problem };
-        host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
-    }
-
-    /// A kernel of this device, compiled if needed.
-    pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
-        let mut engine = lock(&self.engine);
-        let kernel = engine.pipeline.kernels.plan(&self.device, variant, features)?.clone();
-        kernel.make()?;
-        Ok(kernel)
-    }
-
-    /// Like [`Self::kernel`], for a kernel that a host calls outside of frames.
-    pub(super) fn kernel_of(
-        &self,
-        desc: &KernelDesc,
-        constants: &[Constant],
-    ) -> Result<Kernel, Error> {
-        Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, constants)?)
-    }
-
-    /// Device and queue of the maps.
-    pub(super) fn device(&self) -> (&wgpu::Device, &wgpu::Queue) {
-        (&self.device, &self.queue)
-    }
-
-    /// Records only the counting of pairs: if nothing of a scene is known, [`Self::counters`] then gives
-    /// the needed capacity at a fraction of a frame's time, so that no frame takes the slower scatter path.
-    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) {
-        let engine = lock(&self.engine);
-        if let Ok(maps) = self.current(&engine) {
-            maps.record_counts(engine.pipeline.kernels(), encoder, &mut Timeline::untimed());
-        }
-    }
-
-    pub(super) fn with_maps<T>(
-        &self,
-        act: impl FnOnce(&PreparedMaps) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        act(self.current(&lock(&self.engine))?)
-    }
-
-    fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {
-        engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
-    }
-
-    /// Textures and rectangles of the maps of all views.
-    pub fn maps(&self) -> &Maps {
-        &self.maps
-    }
-
-    /// Bytes by buffer and texture.
-    pub fn memory(&self) -> &Memory {
-        &self.memory
     }
 }
 

@@ -21,6 +21,7 @@ mod host_casters;
 mod host_depths;
 mod host_inputs;
 mod host_list;
+mod host_prepared;
 mod host_shader;
 pub(crate) mod kernels;
 pub(crate) mod levels;
@@ -48,10 +49,11 @@ pub use converted::{ConvertedMaps, FilterFormat, MapLayout};
 #[cfg(feature = "picture")]
 pub(crate) use emitted::EmittedSlots;
 pub use groups::{Extent, Group};
+pub use host::Shadows;
 #[cfg(feature = "picture")]
 pub(crate) use host::check;
-pub use host::{Prepared, Shadows};
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
+pub use host_prepared::Prepared;
 pub use host_shader::{LightBindings, look_up_text};
 pub use kernels::Kernels;
 pub(crate) use levels::AreaLevels;

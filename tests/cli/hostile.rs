@@ -320,3 +320,44 @@ fn emitters_that_the_host_has_no_memory_for_are_refused() {
     assert_eq!(status, Some(1), "{told}");
     assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
 }
+
+/// Tables that fit each, but not together: the sum is known before anything is made. Each of these scenes
+/// would take over half a GB up to the table that is too much.
+#[cfg(target_os = "linux")]
+#[test]
+fn scenes_that_are_too_large_together_take_no_memory() {
+    let folder = Folder::new("together");
+    let material = "[[material]]\nname = \"m\"\n";
+    let dust =
+        "[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = 16000000 }\n";
+    let sphere = "[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\nlevel = 7\n";
+    let emitter = "[[emitter]]\nmaterial = \"m\"\nrate = 90000\nlifetime = 1\n";
+    let ply = "[[particles]]\nmaterial = \"m\"\nfile = \"dots.ply\"\n";
+    let mesh = "[[mesh]]\nfile = \"fan.gltf\"\n";
+    let head = "ply\nformat binary_little_endian 1.0\nelement vertex 9000000\nproperty float x\n\
+                property float y\nproperty float z\nend_header\n";
+    sparse(&folder, "dots.ply", head.as_bytes(), head.len() as u64 + 12 * 9_000_000);
+    // A fan of 200,000 triangles.
+    let fan = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":6}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":200002,"type":"VEC3",
+        "min":[0,0,0],"max":[0,0,0]}],"bufferViews":[{"buffer":0,"byteLength":2400024}],
+        "buffers":[{"byteLength":2400024,"uri":"zeros.bin"}]}"#;
+    fs::write(folder.0.join("fan.gltf"), fan).unwrap();
+    sparse(&folder, "zeros.bin", &[], 2_400_024);
+    for (tables, line, sums) in [
+        (dust.repeat(12), 2 + 3 + 3, &["32000000", "192000000", "16000000"][..]),
+        (sphere.repeat(1000), 2 + 24 * 4 + 4, &["8192000", "327680000", "8000000"]),
+        (dust.to_owned() + emitter, 2 + 3 + 3, &["16091501", "16000000"]),
+        (ply.repeat(2), 2 + 3 + 3, &["18000000", "16000000"]),
+        (sphere.repeat(24) + mesh, 2 + 24 * 4 + 2, &["8064320", "8000000"]),
+    ] {
+        fs::write(folder.0.join("large.toml"), material.to_owned() + &tables).unwrap();
+        let (status, told) = with_memory(&folder, 400_000, &["check", "large.toml"]);
+        assert_eq!(status, Some(2), "{told}");
+        assert!(told.contains(&format!("large.toml:{line}:")) && told.contains("help: "), "{told}");
+        for sum in sums {
+            assert!(told.contains(sum), "{sum}: {told}");
+        }
+    }
+}

@@ -16,9 +16,10 @@ use gobo::{
         self,
         curve::{MAX_NODES, Streaming, light_at},
     },
-    scene::Scene,
+    scene::{self, Scene},
     view::shadow_views,
 };
+use std::path::Path;
 
 /// Rounding of a stored depth and of a stored channel.
 const DEPTH_ROUNDING: f32 = 0.5 / 65535.0;
@@ -266,6 +267,65 @@ fn slabs_do_not_depend_on_opaque_casters() {
     scene.triangles.push(triangle(corners, 1));
     holds(Tier::Native, &scene, "over a ground");
     holds(Tier::Core, &scene, "over a ground");
+}
+
+/// Share of texels at the rim of a cloud, where few hits are inserted one by one, in the order of casters.
+const FEW: f64 = 6e-3;
+
+/// Discs in 16 planes of one depth each: slabs end between planes, whatever the order within them.
+#[test]
+fn slabs_do_not_depend_on_the_order_of_equal_depths() {
+    let mut scene = discs(8);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
+    for particle in &mut scene.particles {
+        particle.center.y = (particle.center.y * 4.0).round() / 4.0;
+        // No texel has so few hits that they are inserted one by one.
+        particle.radius = 0.4;
+        particle.color.w = 0.1;
+    }
+    let mut mixed = scene.clone();
+    let mut chance = Chance::new(3);
+    for i in (1..mixed.particles.len()).rev() {
+        mixed.particles.swap(i, chance.below(i + 1));
+    }
+    let expected = twin(&scene);
+    let near = |maps: &[ViewMaps], name: &str| {
+        let apart = share_apart(maps, &expected);
+        assert!(apart <= FEW, "{name}: {apart}");
+    };
+    near(&twin(&mixed), "twin of another order");
+    near(&map_frame(Tier::Native, &scene).maps, "native");
+    near(&map_frame(Tier::Core, &mixed).maps, "core, of another order");
+}
+
+/// A cloud of overlapping puffs, whose ramps are merged at every hit: they ascend, and so light never grows.
+#[test]
+fn ramps_of_overlapping_puffs_ascend() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/issues/oloengine-723.toml");
+    let scene = scene::load(&path).unwrap();
+    let expected = twin(&scene);
+    for (name, maps) in [
+        ("twin", &expected),
+        ("native", &map_frame(Tier::Native, &scene).maps),
+        ("core", &map_frame(Tier::Core, &scene).maps),
+    ] {
+        let curve = maps[0].curve.as_ref().unwrap();
+        let mut full = 0;
+        for texel in 0..curve.texel_count() {
+            let (mut last, mut light, mut count) = (0.0, Vec3::ONE, 0);
+            for (start, _, behind) in curve.ramps(texel) {
+                assert!(start >= last, "{name}, texel {texel}: {start} behind {last}");
+                let grows = (behind - light).max_element();
+                assert!(grows <= LIGHT_ROUNDING, "{name}, texel {texel}: light grows by {grows}");
+                (last, light, count) = (start, behind, count + 1);
+            }
+            full += usize::from(count == curve.nodes);
+        }
+        assert!(full > 1000, "{name}: {full} texels whose hits are merged");
+        // Puffs of equal depth are merged in another order.
+        let apart = share_apart(maps, &expected);
+        assert!(apart <= 2.0 * GRAZED, "{name}: {apart}");
+    }
 }
 
 #[test]

@@ -295,7 +295,10 @@ fn errors_name_what_is_wrong() {
     let uvs = "5126, \"count\": 3, \"type\": \"VEC2\"";
     assert!(error(uvs, &uvs.replace("5126", "5125")).contains("holds no uvs"));
     let missing = document(r#","uri":"%ff%zz.bin""#);
-    assert!(matches!(load("missing.gltf", missing), Err(SceneError::Read { .. })));
+    let error = load("missing.gltf", missing).unwrap_err();
+    assert!(matches!(error, SceneError::Invalid { help: Some(_), .. }), "{error}");
+    let error = error.to_string();
+    assert!(error.contains("missing.gltf") && error.contains("`%ff%zz.bin`"), "{error}");
     let far = document(r#","uri":"https://example.com/a.bin""#);
     assert!(load("far.gltf", far).unwrap_err().to_string().contains("https://example.com"));
 }

@@ -94,6 +94,64 @@ fn images_are_counted_before_they_are_decoded() {
     assert!(error.contains("268435457") && error.contains("268435456"), "{error}");
 }
 
+/// Contents that cannot be decoded: no image is, before the heads of all are counted.
+#[test]
+fn images_of_all_tables_are_counted_before_one_is_decoded() {
+    let folder = Folder::new();
+    let mut toml = String::new();
+    for i in 0..20 {
+        folder.write(&format!("{i}.png"), promise(8192, 8192));
+        toml += &format!("[[material]]\nname = \"{i}\"\ntexture = \"{i}.png\"\n");
+        // Named twice, counted once.
+        toml += &format!("[[material]]\nname = \"{i} again\"\ntexture = \"{i}.png\"\n");
+    }
+    let path = folder.write("images.toml", &toml);
+    let SceneError::Document { line, message, .. } = scene::load(&path).unwrap_err() else {
+        panic!("no line")
+    };
+    // Four fit.
+    assert_eq!(line, 4 * 6 + 3, "{message}");
+    for sum in ["335544320", "1342177280", "268435456"] {
+        assert!(message.contains(sum), "{sum}: {message}");
+    }
+
+    let part = |i: usize| format!(r#"{{"attributes": {{"POSITION": 0}}, "material": {i}}}"#);
+    let image = |i: usize| format!(r#"{{"uri": "huge{i}.png"}}"#);
+    let material = |i: usize| {
+        format!(r#"{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": {i}}}}}}}"#)
+    };
+    let texture = |i: usize| format!(r#"{{"source": {i}}}"#);
+    let gltf = |count: usize| {
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+            "meshes": [{{"primitives": [{}]}}], "materials": [{}], "textures": [{}], "images": [{}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                "min": [0, 0, 0], "max": [1, 1, 0]}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+            "buffers": [{{"byteLength": 36, "uri": "corners.bin"}}]}}"#,
+            list(count, part),
+            list(count, material),
+            list(count, texture),
+            list(count, image)
+        )
+    };
+    let corners = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].map(f32::to_le_bytes).concat();
+    folder.write("corners.bin", corners);
+    for i in 0..2 {
+        folder.write(&format!("huge{i}.png"), promise(16384, 16384));
+    }
+    // Alone, and as one of two files that fit each.
+    let two = scene::load(&folder.write("two.gltf", gltf(2))).unwrap_err().to_string();
+    folder.write("one.gltf", gltf(1));
+    folder.write("other.gltf", gltf(1).replace("huge0", "huge1"));
+    let toml = "[[mesh]]\nfile = \"one.gltf\"\n[[mesh]]\nfile = \"other.gltf\"\n";
+    let both = scene::load(&folder.write("both.toml", toml)).unwrap_err().to_string();
+    for error in [&two, &both] {
+        assert!(error.contains("536870912") && error.contains("268435456"), "{error}");
+    }
+    assert!(both.contains("both.toml:4:8: "), "{both}");
+}
+
 fn quick<T>(what: &str, of: impl FnOnce() -> T) -> T {
     let clock = Instant::now();
     let result = of();

@@ -1,6 +1,7 @@
 //! Error messages: plain words, a remedy, the position; and nothing that harms a terminal.
 use crate::common::files::{Folder, read};
 use gobo::scene::{self, SceneError};
+use std::path::Path;
 
 const MATERIAL: &str = "[[material]]\nname = \"m\"\n";
 
@@ -147,17 +148,82 @@ fn values_that_would_break_numbers_are_refused() {
     }
 }
 
+/// Each key that names a file, in a scene that names `FILE` there.
+const NAMING: [(&str, &str, &str); 5] = [
+    ("environment", "file", "[environment]\nfile = \"FILE.hdr\"\n"),
+    ("material", "texture", "[[material]]\nname = \"m\"\ntexture = \"FILE.png\"\n"),
+    (
+        "particles",
+        "file",
+        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\nfile = \"FILE.ply\"\n",
+    ),
+    (
+        "particles",
+        "file",
+        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\nfile = \"FILE.csv\"\n",
+    ),
+    ("mesh", "file", "[[mesh]]\nfile = \"FILE.glb\"\n"),
+];
+
+/// The key and the line of a scene's last line, and the file's name.
+fn named(toml: &str) -> (usize, &str) {
+    let line = toml.lines().last().unwrap();
+    (toml.lines().count(), line.split('"').nth(1).unwrap())
+}
+
+/// A file that another names has the key, its line, the name, the problem and a remedy.
+fn assert_named(path: &Path, toml: &str, key: &str, problem: &str) {
+    let (last, name) = named(toml);
+    let error = scene::load(path).unwrap_err();
+    let SceneError::Document { path, line, message, help, excerpt, marked, .. } = &error else {
+        panic!("{toml}: {error}")
+    };
+    assert_eq!((*line, path.ends_with("scene.toml")), (last, true), "{toml}: {error}");
+    assert!(message.starts_with(&format!("{key}: ")), "{toml}: {message}");
+    assert!(message.contains(name) && message.contains(problem), "{toml}: {message}");
+    assert!(help.as_ref().is_some_and(|help| !help.is_empty()), "{toml}: {message}");
+    let marked: String = excerpt.chars().skip(marked.start).take(marked.len()).collect();
+    assert_eq!(marked, format!("\"{name}\""), "{toml}: {excerpt}");
+}
+
 #[test]
-fn a_missing_file_has_the_line_of_the_scene() {
-    for (toml, line) in [
-        (format!("{MATERIAL}texture = \"no.png\"\n"), 3),
-        (format!("{MATERIAL}\n[[particles]]\nmaterial = \"m\"\nfile = \"no.png\"\n"), 6),
-        ("\n[[mesh]]\nfile = \"no.png\"\n".to_owned(), 3),
-    ] {
-        let (found, message, help) = refusal(&toml);
-        assert_eq!(found, line, "{message}");
-        assert!(message.contains("no.png") && !help.is_empty(), "{message}; {help}");
+fn a_file_that_a_scene_names_is_refused_with_the_line_of_the_scene() {
+    let folder = Folder::new();
+    for (_, key, toml) in NAMING {
+        let (_, name) = named(toml);
+        let extension = &name["FILE".len()..];
+        let path = folder.write("scene.toml", toml);
+        assert_named(&path, toml, key, "os error 2");
+        // Bytes of no format.
+        folder.write(name, "\0\u{1}x");
+        assert_named(&path, toml, key, "");
+        let toml = toml.replace("FILE", "folder");
+        std::fs::create_dir(folder.0.join(format!("folder{extension}"))).unwrap();
+        assert_named(&folder.write("scene.toml", &toml), &toml, key, "is a folder");
     }
+    // A file that a file names.
+    let gltf = r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 9, "uri": "no.bin"}]}"#;
+    folder.write("model.gltf", gltf);
+    let toml = "[[mesh]]\nfile = \"model.gltf\"\n";
+    assert_named(&folder.write("scene.toml", toml), toml, "file", "`no.bin`");
+}
+
+/// The tables above are those that name files.
+#[test]
+fn every_key_that_names_a_file_is_tried() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene");
+    let mut keys = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("document")) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let lines = text.lines().filter(|line| line.contains("PathBuf"));
+            keys += lines.filter(|line| !line.starts_with("use ")).count();
+        }
+    }
+    let mut tried: Vec<_> = NAMING.iter().map(|(table, key, _)| (table, key)).collect();
+    tried.dedup();
+    assert_eq!(keys, tried.len(), "keys that name files: {tried:?}");
 }
 
 #[test]
@@ -190,14 +256,44 @@ fn long_and_strange_names_are_shown_short_and_escaped() {
 #[test]
 fn what_is_no_plain_file_is_refused() {
     let folder = Folder::new();
-    for name in ["null.toml", "null.ply", "null.glb", "null.png"] {
+    let device = |name: &str| {
         std::os::unix::fs::symlink("/dev/null", folder.0.join(name)).unwrap();
-    }
+    };
     for name in ["null.toml", "null.ply", "null.glb"] {
+        device(name);
         let error = scene::load(&folder.0.join(name)).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains("device"), "{error}");
     }
-    let toml = folder.write("scene.toml", format!("{MATERIAL}texture = \"null.png\"\n"));
-    let error = scene::load(&toml).unwrap_err().to_string();
-    assert!(error.contains("null.png") && error.contains("device"), "{error}");
+    for (_, key, toml) in NAMING {
+        for made in ["device", "pipe"] {
+            let toml = toml.replace("FILE", made);
+            let (_, name) = named(&toml);
+            if made == "device" {
+                device(name);
+            } else {
+                let status = std::process::Command::new("mkfifo").arg(folder.0.join(name)).status();
+                assert!(status.unwrap().success());
+            }
+            let path = folder.write("scene.toml", &toml);
+            assert_named(&path, &toml, key, "is a device or a pipe");
+        }
+    }
+    // A buffer and an image of a model.
+    device("null.bin");
+    for part in [
+        r#""buffers": [{"byteLength": 9, "uri": "null.bin"}]"#,
+        r#""buffers": [{"byteLength": 36, "uri": "corners.bin"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "scenes": [{"nodes": [0]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "nodes": [{"mesh": 0}], "images": [{"uri": "null.bin"}], "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}]"#,
+    ] {
+        let corners = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].map(f32::to_le_bytes).concat();
+        folder.write("corners.bin", corners);
+        folder.write("model.gltf", format!(r#"{{"asset": {{"version": "2.0"}}, {part}}}"#));
+        let toml = "[[mesh]]\nfile = \"model.gltf\"\n";
+        assert_named(&folder.write("scene.toml", toml), toml, "file", "`null.bin` is a device");
+    }
 }

@@ -1,6 +1,7 @@
 //! Tests of single stages.
 mod accumulate;
 mod bin;
+mod blockers;
 mod blur;
 mod blur_alone;
 mod by_hand;

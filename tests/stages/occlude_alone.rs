@@ -1,20 +1,21 @@
 //! Opaque depths against the nearest of the hits, each kernel alone, with inputs by hand and poisoned
 //! outputs.
-use super::by_hand::{
-    ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, disc, dispatches, place_of, records, run_all,
-    texel_of, tile_records, view_buffer, views,
+use super::{
+    blockers::{Batch, Blocker, depths},
+    by_hand::{
+        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, disc, dispatches, records, run_all, texel_of,
+        tile_records, view_buffer, views,
+    },
 };
 use crate::common::{
     TIERS, gpu,
-    scenes::{Chance, material, particle, triangle},
+    scenes::{Chance, material, particle},
 };
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
     gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{Material, Profile, Shape, Transfer},
-    records::{
-        Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect, TriangleRecord,
-    },
+    records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
     reference::project::{self, depth_key, project_triangle},
     stage::{
         bin::Segment,
@@ -24,127 +25,17 @@ use gobo::{
     },
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
-use std::ops::Range;
 
-/// Pairs of each tile: none, one, and around the sizes of subgroups.
-const COUNTS: [u32; TILES as usize] = [1, 0, 7, 9, 8, 65, 33, 150];
 /// Tile that other kernels finish.
 const MERGED: u32 = 3;
-/// Pairs between two tiles' that belong to none.
-const GAP: u32 = 3;
-/// Distance to an edge below which rounding decides [texels].
-const EDGE: f32 = 1e-2;
 /// Of depths, after a few operations in 32 bits.
 const DEPTH: f32 = 1e-6;
-
-/// A flat disc or a triangle of one depth, in the texels of a view.
-#[derive(Clone, Copy, Debug)]
-enum Blocker {
-    Disc { center: Vec2, radius: f32, depth: f32 },
-    Triangle { corners: [Vec2; 3], depth: f32 },
-}
-
-impl Blocker {
-    fn random(chance: &mut Chance, corner: Vec2, depth: f32, triangles: bool) -> Self {
-        let mut near = || corner + Vec2::new(chance.within(-9.0, 25.0), chance.within(-9.0, 25.0));
-        if triangles {
-            return Self::Triangle { corners: [near(), near(), near()], depth };
-        }
-        Self::Disc { center: near(), radius: chance.within(0.8, 9.0), depth }
-    }
-
-    fn depth(&self) -> f32 {
-        let (Self::Disc { depth, .. } | Self::Triangle { depth, .. }) = self;
-        *depth
-    }
-
-    /// Distance of a texel's centre from the edge, positive inside [texels].
-    fn inside(&self, texel: Vec2) -> f32 {
-        match *self {
-            Self::Disc { center, radius, .. } => radius - texel.distance(center),
-            Self::Triangle { corners, .. } => {
-                let turn = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]).signum();
-                let edge = |i: usize| {
-                    let along = (corners[(i + 1) % 3] - corners[i]).normalize();
-                    along.perp_dot(texel - corners[i]) * turn
-                };
-                edge(0).min(edge(1)).min(edge(2))
-            }
-        }
-    }
-
-    /// Its record in view 0 or 1: where `texel` is in the world.
-    fn record(&self, view: usize) -> TriangleRecord {
-        let Self::Triangle { corners, depth } = *self else { panic!("a disc") };
-        let half = views()[view].size * 0.5;
-        let world = |p: Vec2| Vec3::new(p.x - half.x, half.y - p.y, -depth);
-        TriangleRecord::new(&triangle(corners.map(world), 0))
-    }
-}
-
-/// Depths that a texel may have: of the nearest hit, or of a nearer one that rounding decides.
-fn depths<'a>(blockers: impl Iterator<Item = &'a Blocker>, texel: Vec2) -> Vec<f32> {
-    let (mut sure, mut open) = (1.0_f32, Vec::new());
-    for blocker in blockers {
-        match blocker.inside(texel) {
-            inside if inside > EDGE => sure = sure.min(blocker.depth()),
-            inside if inside > -EDGE => open.push(blocker.depth()),
-            _ => {}
-        }
-    }
-    open.retain(|&depth| depth < sure);
-    open.push(sure);
-    open
-}
 
 fn assert_depth(found: u32, expected: &[f32], what: &str) {
     let depth = f32::from_bits(found);
     let is_near = expected.iter().any(|&expected| (depth - expected).abs() <= DEPTH);
     assert!(is_near, "{what}: {depth} is none of {expected:?}");
     assert_eq!(found & 1, 0, "{what}: a depth of a dithered surface");
-}
-
-/// Blockers front to back in each tile, and each tile's run of `pairs`.
-struct Batch {
-    blockers: Vec<Blocker>,
-    /// View of each blocker.
-    view_of: Vec<usize>,
-    pairs: Vec<u32>,
-    runs: [Range<u32>; TILES as usize],
-}
-
-impl Batch {
-    /// The first blocker is in front of everything, and in no tile.
-    fn new(triangles: bool, seed: u64) -> Self {
-        let mut chance = Chance::new(seed);
-        let everywhere = if triangles {
-            let corners = [Vec2::splat(-99.0), Vec2::new(300.0, -99.0), Vec2::new(-99.0, 300.0)];
-            Blocker::Triangle { corners, depth: 0.001 }
-        } else {
-            Blocker::Disc { center: Vec2::splat(20.0), radius: 1e3, depth: 0.001 }
-        };
-        let (mut blockers, mut view_of, mut pairs) = (vec![everywhere], vec![0], Vec::new());
-        let runs = [0, 1, 2, 3, 4, 5, 6, 7].map(|tile: u32| {
-            pairs.extend([0; GAP as usize]);
-            let first = pairs.len() as u32;
-            let corner = texel_of(tile, 0).0;
-            let count = COUNTS[tile as usize];
-            for i in 0..count {
-                let depth = 0.01 + 0.98 * (i as f32 + chance.unit()) / count as f32;
-                pairs.push(blockers.len() as u32);
-                blockers.push(Blocker::random(&mut chance, corner, depth, triangles));
-                view_of.push(place_of(tile).0);
-            }
-            first..pairs.len() as u32
-        });
-        pairs.extend([0; GAP as usize]);
-        Self { blockers, view_of, pairs, runs }
-    }
-
-    fn of(&self, run: Range<u32>) -> impl Iterator<Item = &Blocker> {
-        let ids = self.pairs[run.start as usize..run.end as usize].iter();
-        ids.map(|&id| &self.blockers[id as usize])
-    }
 }
 
 /// Resources that all kernels share.

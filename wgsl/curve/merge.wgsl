@@ -3,6 +3,8 @@
 
 import package::curve::light4::level;
 import package::curve::list::{node_lights, node_means, spans};
+import package::features::NODES;
+import choice::visit::ordered;
 
 // The cheapest pair of neighbours so far.
 var<private> best_cost: vec4<f32>;
@@ -10,6 +12,7 @@ var<private> best: vec4<u32>;
 var<private> best_before: vec4<f32>;
 var<private> best_first: vec4<u32>;  // spans
 var<private> best_second: vec4<u32>;
+var<private> best_next: vec4<u32>;   // of the node behind both
 var<private> best_means: array<vec4<f32>, 2>;
 var<private> before: vec4<f32>;
 
@@ -41,9 +44,21 @@ fn weigh(i: u32) {
     best_before = select(best_before, before, better);
     best_first = select(best_first, a, better);
     best_second = select(best_second, b, better);
+    if !ordered() {
+        let next = select(spans[min(i + 2u, 16u)], vec4(0xffffffffu), i + 1u == NODES);
+        best_next = select(best_next, next, better);
+    }
     best_means[0] = select(best_means[0], first_mean, better);
     best_means[1] = select(best_means[1], second_mean, better);
     before = first_mean;
+}
+
+// The span, changed to be no later than that of the node behind it: nodes ascend.
+fn in_order(span: vec4<u32>) -> vec4<u32> {
+    let first = best_next >> vec4(16u);
+    let start = min(span >> vec4(16u), first);
+    let end = span & vec4(0xffffu);
+    return (start << vec4(16u)) | select(end, min(end, best_next & vec4(0xffffu)), start == first);
 }
 
 // Span of the ramp with the mean and variance of both, clamped to what they span.
@@ -72,7 +87,11 @@ fn merged_span() -> vec4<u32> {
     let length = max(min(min(0.5 * sqrt(spread), half_middle - start_a), end_b - half_middle), vec4(0.0));
     let start = vec4<u32>(round(half_middle - length));
     let end = vec4<u32>(round(half_middle + length));
-    return select((start << vec4(16u)) | end, best_second, nothing);
+    let span = select((start << vec4(16u)) | end, best_second, nothing);
+    if ordered() {
+        return span;
+    }
+    return in_order(span);
 }
 
 // Moves the nodes behind a merge up by one.

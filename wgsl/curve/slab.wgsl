@@ -1,17 +1,18 @@
 // Slabs: runs of a segment's pairs, alike for all texels. Hits of soft discs stay open until the end of
-// their slab. CPU twin: src/reference/curve/tile.rs, `walk`.
+// their slab. Pairs of equal depth are in one slab, so that their order changes no curve. CPU twin:
+// src/reference/curve/tile.rs, `walk`.
 
 import package::features::NODES;
 import package::records::footprint::footprint_key;
 import package::records::footprint_loaded::load_footprint;
 import choice::pairs::pair_footprint;
 
-const SLAB_PAIRS: u32 = 128u; // at most
+const SLAB_PAIRS: u32 = 128u; // at most, besides those of the last one's depth
 
 struct Slab {
-    first: u32, // its first pair
-    key: u32,   // depth key of that
-    reach: u32, // largest difference of its depth keys
+    key: u32,   // depth key of its first pair
+    last: u32,  // largest depth key
+    reach: u32, // largest difference of depth keys
 }
 
 // Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
@@ -25,15 +26,22 @@ fn pair_key(pair: u32) -> u32 {
 
 // First slab of the pairs first..end.
 fn first_slab(first: u32, end: u32) -> Slab {
-    var slab = Slab(first, 0u, 0u);
+    var slab = Slab(0u, 0u, 0u);
     if first < end {
-        slab.key = pair_key(first);
-        slab.reach = (pair_key(end - 1u) - slab.key) / slab_count();
+        slab.reach = (pair_key(end - 1u) - pair_key(first)) / slab_count();
+        slab = next_slab(slab, first, end);
     }
     return slab;
 }
 
+// Slab of the pairs from `first` on; `end`: of the segment, which is not empty.
+fn next_slab(slab: Slab, first: u32, end: u32) -> Slab {
+    let key = pair_key(min(first, end - 1u));
+    let farthest = pair_key(min(first + SLAB_PAIRS, end) - 1u);
+    return Slab(key, min(key + slab.reach, farthest), slab.reach);
+}
+
 // Whether a pair that follows the first of the slab is within it.
-fn is_within(slab: Slab, pair: u32, key: u32) -> bool {
-    return pair - slab.first < SLAB_PAIRS && key - slab.key <= slab.reach;
+fn is_within(slab: Slab, key: u32) -> bool {
+    return key <= slab.last;
 }

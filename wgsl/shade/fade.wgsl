@@ -55,10 +55,15 @@ fn light_before(view: GpuView, texel: vec2<f32>, fade: Fade) -> vec3<f32> {
     texel_left = vec3(1.0);
     texel_light = vec3(1.0);
     if NODES > 0u {
-        for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
+        var pair = 0u;
+        loop {
             let nodes = textureLoad(curves, at, curve_layer(view.layer, pair), 0);
             fade_node(nodes.xy, fade);
             fade_node(nodes.zw, fade);
+            pair += 1u;
+            if pair >= NODES / 2u {
+                break;
+            }
         }
     } else {
         let nearest = textureLoad(nearests, at, view.layer, 0).r;

@@ -8,7 +8,7 @@
 
 import package::curve::behind::{open_behind, steps_behind};
 import package::curve::gather::{append_single, end_count, flush, is_counting, is_single, settled};
-import package::curve::slab::{Slab, first_slab, is_within};
+import package::curve::slab::{Slab, first_slab, is_within, next_slab};
 import package::features::HAS_PARTICLES;
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
@@ -41,7 +41,7 @@ fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
     let footprint = load_footprint(id);
     let key = footprint_key(footprint);
     let candidate = candidate_of(id, footprint);
-    let within = index < end && is_within(slab, index, key);
+    let within = index < end && is_within(slab, key);
     let in_slab = subgroupBallot(within);
     let ballot = subgroupBallot(within && touches(view, candidate, block.lo, block.hi));
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
@@ -84,15 +84,10 @@ fn visit_run(view: GpuView, stretch: Stretch, first: Run, is_triangle: bool) -> 
     return run;
 }
 
-// Moves on behind the first `count` pairs of a stretch. Returns true at the end of the slab, where the
-// next begins.
+// Moves on behind the first `count` pairs of a stretch. Returns true at the end of the slab.
 fn move_on(stretch: Stretch, count: u32, block: Block) -> bool {
-    let key = subgroupShuffle(stretch.key, min(stretch.count, block.size - 1u));
     base += count;
-    let whole = count == stretch.count && count < block.size;
-    slab.first = select(slab.first, base, whole);
-    slab.key = select(slab.key, key, whole);
-    return whole;
+    return count == stretch.count && count < block.size;
 }
 
 // Counts the texels' hits in all pairs, as one slab.
@@ -100,7 +95,7 @@ fn count_pairs(view: GpuView, first: u32, end: u32, block: Block) {
     base = first;
     var front = 0.0;
     while base < end && subgroupAny(is_counting(front)) {
-        slab = Slab(base, 0u, INVISIBLE);
+        slab = Slab(0u, INVISIBLE, 0u);
         let stretch = fetch(view, end, block);
         for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {
             count_lane(view, stretch.offer, first_lane(lanes));
@@ -123,6 +118,7 @@ fn visit_singles(view: GpuView, end: u32, block: Block) {
             whole = move_on(stretch, stretch.count, block);
         }
         flush(true);
+        slab = next_slab(slab, base, end);
     }
 }
 
@@ -161,6 +157,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
         }
         flush(whole);
         if whole {
+            slab = next_slab(slab, base, max(end, 1u));
             if step == steps_behind() {
                 break;
             }

@@ -3,7 +3,7 @@
 
 import package::curve::behind::{open_behind, steps_behind};
 import package::curve::gather::{end_count, flush, is_counting, settled};
-import package::curve::slab::{Slab, first_slab, is_within};
+import package::curve::slab::{Slab, first_slab, is_within, next_slab};
 import package::features::HAS_PARTICLES;
 import package::records::footprint::{footprint_key, front_depth, key_depth};
 import package::records::footprint_loaded::load_footprint;
@@ -26,7 +26,7 @@ fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool)
     loop {
         let footprint = load_footprint(pair_footprint(min(run.pair, end - 1u)));
         run.key = footprint_key(footprint);
-        run.open = run.open && is_within(slab, run.pair, run.key);
+        run.open = run.open && is_within(slab, run.key);
         if kinds_apart() {
             same = footprint.is_triangle == is_triangle;
         }
@@ -71,12 +71,11 @@ fn walk(view: GpuView, first: u32, end: u32) {
         base = run.pair;
         flush(!run.forced);
         if !run.forced {
-            slab.first = base;
-            slab.key = run.key;
+            slab = next_slab(slab, base, some);
             if step == steps_behind() {
                 break;
             }
-            if base >= end || settled(key_depth(run.key)) {
+            if base >= end || settled(key_depth(slab.key)) {
                 base = end;
                 open_behind(view, step);
                 step += 1u;

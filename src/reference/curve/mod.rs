@@ -8,8 +8,8 @@
 //! depth, from the straight line over both.
 //!
 //! A merged ramp has the first two moments, mean depth and variance, of the light lost in both neighbours,
-//! and stays within their span. So a merge keeps the mean of the light over all depths unless the ramp was
-//! clamped to the span.
+//! and stays within their span, and no later than the ramp behind it, as ramps ascend. So a merge keeps the
+//! mean of the light over all depths unless the ramp was clamped.
 //!
 //! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span. So at every depth
 //! the error is at most the light lost in one node, plus the rounding of the format: half of 1/65535 of the
@@ -268,6 +268,7 @@ impl Streaming {
         }
         let (_, at, before) = best;
         let span = merged_span(before, [mean(at), mean(at + 1)], [all[at], all[at + 1]]);
+        let span = all.get(at + 2).map_or(span, |next| in_order(span, next.span));
         // One that absorbs nothing leaves the other as it is.
         let is_alone = if before == mean(at) {
             all[at + 1].is_alone
@@ -334,6 +335,13 @@ fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     let half = (0.5 * spread.sqrt()).min(middle - a.start()).min(b.end() - middle).max(0.0);
     let start = (middle - half).round_ties_even() as u32;
     let end = (middle + half).round_ties_even() as u32;
+    start << 16 | end
+}
+
+/// The span, changed to be no later than the `next` one.
+fn in_order(span: u32, next: u32) -> u32 {
+    let (start, end) = ((span >> 16).min(next >> 16), span & 0xffff);
+    let end = if start == next >> 16 { end.min(next & 0xffff) } else { end };
     start << 16 | end
 }
 

@@ -4,7 +4,8 @@
 //! In general every hit is inserted into its texel's curve as it comes. A tile of soft discs may have
 //! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels: the hits of
 //! a texel in one slab are inserted as one ramp from the first to the last. Only a texel with few hits
-//! inserts each at once if it fits without a merge; so few hits stay exact.
+//! inserts each at once if it fits without a merge; so few hits stay exact. Pairs of equal depth are in one
+//! slab: their order, which depends on how casters are grouped, changes no curve.
 use super::{
     Affine, PackedNode, Streaming,
     volumes::{Inside, Ramp},
@@ -22,7 +23,7 @@ use crate::{
 };
 use glam::{DVec3, IVec3, Vec3};
 
-/// Most pairs of a slab.
+/// Most pairs of a slab, besides those of the last one's depth.
 pub const SLAB_PAIRS: usize = 128;
 
 /// Hits of a segment up to which a texel still inserts them one by one until its curve is full.
@@ -278,11 +279,16 @@ fn walk(
         }
     }
     let is_few = |place: usize| counts[place] <= max_exact_hits(modes.nodes);
-    let mut first = 0;
+    // Largest key of the slab that begins with a pair.
+    let last_key = |first: usize| {
+        let farthest = pairs[(first + SLAB_PAIRS).min(pairs.len()) - 1].1;
+        (pairs[first].1 + reach).min(farthest)
+    };
+    let mut last = 0;
     for (i, &(footprint, key)) in pairs.iter().enumerate() {
-        if i - first >= SLAB_PAIRS || key - pairs[first].1 > reach {
+        if i == 0 || key > last {
             (0..TEXELS).for_each(|place| texels[place].flush(modes));
-            first = i;
+            last = last_key(i);
         }
         let target = Target::new(records, footprint);
         if !target.filters() {

@@ -1,0 +1,129 @@
+//! What the tables of a scene and the heads of their files announce, summed up before anything is made of
+//! them: tables that are small enough each may be too much together.
+//!
+//! An invalid table or file announces nothing: it is refused when its turn comes.
+use super::{
+    SceneError,
+    document::{Document, TextureSource},
+    gltf_announced::{self, Announced},
+    gltf_file::File,
+    images,
+    limits::Limit,
+    loader::Loader,
+    loader_files::MAX_SIDE,
+    noise::Noise,
+    particles, shapes,
+};
+use crate::model::emitter::most_alive;
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+    path::PathBuf,
+};
+
+/// What one key adds to a sum.
+struct Part {
+    table: Range<usize>,
+    key: &'static str,
+    count: u64,
+}
+
+impl Part {
+    fn new(table: Range<usize>, key: &'static str, count: u64) -> Self {
+        Self { table, key, count }
+    }
+}
+
+impl Loader<'_> {
+    /// Checks that what all tables announce is within the limits.
+    pub(super) fn check_announced(&self, document: &Document) -> Result<(), SceneError> {
+        self.check_sum(Limit::Particles, &self.particles_announced(document))?;
+        let mut triangles: Vec<Part> = document
+            .shape
+            .iter()
+            .map(|table| {
+                let level = table.get_ref().level.unwrap_or(shapes::SPHERE_LEVEL);
+                let is_valid = level <= shapes::MAX_LEVEL;
+                let count =
+                    if is_valid { shapes::triangles_of(table.get_ref().kind, level) } else { 0 };
+                Part::new(table.span(), "level", count as u64)
+            })
+            .collect();
+        self.check_sum(Limit::Triangles, &triangles)?;
+        let (mut textures, mut texels) = self.images_announced(document);
+        self.check_sum(Limit::Textures, &textures)?;
+        self.check_sum(Limit::Texels, &texels)?;
+        let mut known: HashMap<PathBuf, Announced> = HashMap::new();
+        for table in &document.mesh {
+            let path = self.folder.join(&table.get_ref().file);
+            let model = *known.entry(path).or_insert_with_key(|path| {
+                File::open(path).map(|file| gltf_announced::announced(&file)).unwrap_or_default()
+            });
+            let part = |count| Part::new(table.span(), "file", count);
+            triangles.push(part(model.triangles));
+            textures.push(part(model.textures));
+            texels.push(part(model.texels));
+        }
+        self.check_sum(Limit::Triangles, &triangles)?;
+        self.check_sum(Limit::Textures, &textures)?;
+        self.check_sum(Limit::Texels, &texels)
+    }
+
+    /// Refuses the first key past the limit, with the sum of all.
+    fn check_sum(&self, limit: Limit, parts: &[Part]) -> Result<(), SceneError> {
+        let whole = parts.iter().fold(0, |sum: u64, part| sum.saturating_add(part.count));
+        let mut have = 0;
+        for part in parts {
+            have = limit.grown(have, part.count).map_err(|(mut message, help)| {
+                if whole > have.saturating_add(part.count) {
+                    message += &format!("; with the tables behind it {whole}");
+                }
+                self.error(&part.table, part.key, &message, help)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn particles_announced(&self, document: &Document) -> Vec<Part> {
+        let of_tables = document.particles.iter().map(|table| {
+            let given = table.get_ref();
+            match (&given.generate, &given.file) {
+                (Some(generate), _) => Part::new(table.span(), "generate", generate.count().into()),
+                (None, Some(file)) => {
+                    let count = particles::announced(&self.folder.join(file));
+                    Part::new(table.span(), "file", count.unwrap_or(0))
+                }
+                (None, None) => Part::new(table.span(), "file", 0),
+            }
+        });
+        let of_emitters = document.emitter.iter().map(|table| {
+            let given = table.get_ref();
+            let life = given.lifetime.0.last().copied().unwrap_or(0.0);
+            let is_valid = (0.0..=1e6).contains(&given.rate) && (0.0..=600.0).contains(&life);
+            let most = if is_valid { most_alive(given.rate.into(), life) } else { 0 };
+            Part::new(table.span(), "rate", most.into())
+        });
+        of_tables.chain(of_emitters).collect()
+    }
+
+    /// Textures of the materials, and their texels.
+    fn images_announced(&self, document: &Document) -> (Vec<Part>, Vec<Part>) {
+        let (mut textures, mut texels) = (Vec::new(), Vec::new());
+        let mut known = HashSet::new();
+        for table in &document.material {
+            let count = match &table.get_ref().texture {
+                Some(TextureSource::Noise(noise)) if noise.size <= Noise::MAX_SIZE => {
+                    u64::from(noise.size) * u64::from(noise.size)
+                }
+                Some(TextureSource::File(file)) if known.insert(file) => {
+                    let size = images::size_of_file(&self.folder.join(file), MAX_SIDE);
+                    size.map_or(0, |[width, height]| u64::from(width) * u64::from(height))
+                }
+                _ => continue,
+            };
+            textures.push(Part::new(table.span(), "texture", 1));
+            texels.push(Part::new(table.span(), "texture", count));
+        }
+        (textures, texels)
+    }
+}

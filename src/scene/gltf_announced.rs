@@ -1,0 +1,101 @@
+//! What a glTF file announces, before anything is made of it.
+//!
+//! Never more than [`super::gltf::load`] makes: a texture that is stored once for bodies and once for
+//! surfaces is counted once.
+use super::{
+    gltf,
+    gltf_file::File,
+    gltf_mesh::{corners, triangle_count},
+    gltf_texture::MAX_SIDE,
+    images,
+    limits::Limit,
+};
+use ::gltf::{Image, Material, texture::Info};
+use std::collections::{HashMap, HashSet};
+
+/// Counts of one use of a file.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Announced {
+    pub(super) triangles: u64,
+    pub(super) textures: u64,
+    pub(super) texels: u64,
+}
+
+/// Counts what the nodes of the file's scene name.
+pub(super) fn announced(file: &File) -> Announced {
+    let mut triangles = 0_u64;
+    let mut materials = Vec::new();
+    let mut uses = 0_u64;
+    let mut is_whole = HashMap::new();
+    let mut seen = vec![false; file.document.nodes().len()];
+    let mut waiting = gltf::roots(&file.document);
+    while let Some(node) = waiting.pop() {
+        // A damaged file, or one past the limit of nodes, is refused when it is read.
+        if std::mem::replace(&mut seen[node.index()], true) || uses > Limit::Nodes.most() {
+            break;
+        }
+        let Some(mesh) = node.mesh() else {
+            waiting.extend(node.children());
+            continue;
+        };
+        let instances = gltf::instances(file, &node).map_or(0, |places| places.len() as u64);
+        for primitive in mesh.primitives() {
+            uses += instances;
+            let Some(corners) = corners(&primitive) else { continue };
+            let is_whole = is_whole
+                .entry(corners.index())
+                .or_insert_with(|| file.check(&corners, corners.size()).is_ok());
+            if *is_whole {
+                let count = instances.saturating_mul(triangle_count(&primitive) as u64);
+                triangles = triangles.saturating_add(count);
+                materials.push(primitive.material());
+            }
+        }
+        waiting.extend(node.children());
+    }
+    let (textures, texels) = images(file, materials);
+    Announced { triangles, textures, texels }
+}
+
+/// Number of textures of these materials, and of their texels.
+pub(super) fn images<'a>(
+    file: &File,
+    materials: impl IntoIterator<Item = Material<'a>>,
+) -> (u64, u64) {
+    let (mut known, mut used) = (HashSet::new(), HashSet::new());
+    let (mut textures, mut texels) = (0, 0);
+    for material in materials {
+        if !known.insert(material.index()) {
+            continue;
+        }
+        for images in images_of(&material) {
+            let key = images.each_ref().map(|image| image.as_ref().map(Image::index));
+            if key == [None; 2] || !used.insert(key) {
+                continue;
+            }
+            // The product of two images has the larger size.
+            let sizes = images
+                .iter()
+                .flatten()
+                .filter_map(|image| images::size(file.image(image).ok()?.as_ref(), MAX_SIDE));
+            let [width, height] = sizes.fold([0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+            textures += 1;
+            texels += u64::from(width) * u64::from(height);
+        }
+    }
+    (textures, texels)
+}
+
+/// Base colour and transmission, which become one texture, and emission.
+fn images_of<'a>(material: &Material<'a>) -> [[Option<Image<'a>>; 2]; 2] {
+    let base = material.pbr_metallic_roughness().base_color_texture();
+    let transmission = material
+        .transmission()
+        .filter(|transmission| transmission.transmission_factor() > 0.0)
+        .and_then(|transmission| transmission.transmission_texture());
+    let strength = material.emissive_strength().unwrap_or(1.0);
+    let emits = material.emissive_factor().iter().any(|factor| factor * strength > 0.0);
+    let emission = material.emissive_texture().filter(|_| emits);
+    let image = |info: Option<Info<'a>>| info.map(|info| info.texture().source());
+    [[image(base), image(transmission)], [image(emission), None]]
+}
