@@ -105,19 +105,18 @@ fn assert_budget_does_not_matter(name: &str, scene: &Scene) {
 
 #[test]
 fn maps_do_not_depend_on_the_budget() {
-    for (name, mut scene) in scenes().into_iter().take(2) {
-        assert_budget_does_not_matter(name, &scene);
-        scene.shadow.receiver = Receiver::Curve;
-        assert_budget_does_not_matter(name, &scene);
-    }
+    let (name, mut scene) = scenes().swap_remove(1);
+    assert_budget_does_not_matter(name, &scene);
+    scene.shadow.receiver = Receiver::Curve;
+    assert_budget_does_not_matter(name, &scene);
 }
 
 #[test]
 #[ignore = "kernels of every kind of caster: make test-all"]
 fn maps_of_every_kind_do_not_depend_on_the_budget() {
-    for (name, mut scene) in scenes().into_iter().skip(2) {
+    for (name, mut scene) in scenes() {
         // Binning, sorting and walks of the others are those of a mixture.
-        if ["over", "faint discs", "volumes"].contains(&name) {
+        if ["soft discs", "over", "faint discs", "volumes"].contains(&name) {
             assert_budget_does_not_matter(name, &scene);
         }
         scene.shadow.receiver = Receiver::Curve;

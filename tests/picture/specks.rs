@@ -111,7 +111,7 @@ fn quad(scene: &mut Scene, middle: Vec3, x: Vec3, y: Vec3, material: u32) {
     }
 }
 
-/// Pixels of a camera above `x` with more green than a share of the red.
+/// Pixels of a camera above `x` with more green than a share of the red: one number if all pictures agree.
 fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
     scene.camera.eye = Vec3::new(x, 4.0, 0.0);
     scene.camera.target = Vec3::new(x, 0.0, 0.0);
@@ -120,7 +120,11 @@ fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
         assert!(light[0] > 0.5, "{light:?}");
         light[1] > share * light[0]
     };
-    pictures(scene).iter().map(|p| p.light.iter().filter(is_green).count()).collect()
+    let counts = pictures(scene).into_iter().map(|p| p.light.iter().filter(is_green).count());
+    let mut counts: Vec<_> = counts.collect();
+    assert!(counts.len() > 1);
+    counts.dedup();
+    counts
 }
 
 /// The colour of a pane that stands on a floor begins right behind it, nearer than the bias, and not in
@@ -135,8 +139,8 @@ fn a_pane_tints_the_floor_from_where_it_stands() {
         scene.shadow.receiver = receiver;
         scene.lights[0].source = source;
         quad(&mut scene, Vec3::Y * 0.25, Vec3::Z * 0.5, Vec3::Y * 0.25, 1);
-        assert_eq!(green_pixels(&mut scene, 0.02, 0.02), [0; 3], "{receiver:?} {source:?}");
-        assert_eq!(green_pixels(&mut scene, -0.02, 0.98), [32 * 32; 3], "{receiver:?} {source:?}");
+        assert_eq!(green_pixels(&mut scene, 0.02, 0.02), [0], "{receiver:?} {source:?}");
+        assert_eq!(green_pixels(&mut scene, -0.02, 0.98), [32 * 32], "{receiver:?} {source:?}");
     }
 }
 
@@ -146,7 +150,7 @@ fn a_pane_tints_the_floor_from_where_it_stands() {
 fn what_lies_on_a_floor_tints_all_of_it() {
     let mut scene = floor(64, 0.2);
     quad(&mut scene, Vec3::Y * 0.002, Vec3::X * 0.25, Vec3::NEG_Z * 0.25, 1);
-    assert_eq!(green_pixels(&mut scene, 0.0, 0.02), [0; 3]);
+    assert_eq!(green_pixels(&mut scene, 0.0, 0.02), [0]);
 }
 
 /// A ball of few smooth-shaded facets: on the light's side they are lit by the cosine, up to the ball's own

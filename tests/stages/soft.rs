@@ -181,7 +181,7 @@ fn a_panel_may_be_turned_against_the_map() {
 
 #[test]
 fn without_a_size_the_bits_are_those_of_a_point() {
-    let points = grid(16, 1.8);
+    let points = grid(24, 1.8);
     for (name, source) in sources() {
         let none = match source.source.unwrap() {
             Source::Sphere { .. } => Source::Sphere { radius: 0.0 },
@@ -190,9 +190,8 @@ fn without_a_size_the_bits_are_those_of_a_point() {
             Source::Sun { .. } => Source::Sun { angle: 0.0 },
         };
         let with = |source: Option<Source>, of: &Light| {
-            let lights = vec![Light { source, ..of.clone() }];
-            let mut scene = Scene { lights, ..crowd() };
-            scene.shadow.size = 64;
+            let lights = vec![Light { source, size: Some(96), ..of.clone() }];
+            let scene = Scene { lights, ..crowd() };
             let gpu = Renderer::on(gpu(TIERS[0])).unwrap().light_points(&scene, &points).unwrap();
             (on_cpu(&scene, &points), gpu)
         };
