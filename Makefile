@@ -43,11 +43,11 @@ test: setup
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root
 	cargo test --quiet --doc
 
-# Tests of which `make test` asks some on the native tier alone.
+# Tests of which `make test` asks some on one tier alone.
 BY_TIER := maps:: picture:: guest:: contract::recording
 
 # And what `make test` leaves out: units, for which the library and the program are compiled once more, long
-# sweeps, and the core tier's maps and pictures.
+# sweeps, and maps and pictures on the other tier.
 test-all: test
 	cargo test --lib --bins
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 GOBO_TEST_TIERS=all cargo test --test root -- --include-ignored $(BY_TIER)

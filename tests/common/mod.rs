@@ -11,15 +11,22 @@ use gobo::{
     scene::Scene,
     shadows::{Config, Pipeline},
 };
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+use std::{
+    panic::Location,
+    sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError},
+};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
-/// Tiers of tests about a property: the native one, or all with `GOBO_TEST_TIERS=all`, as in `make test-all`.
-/// Their kernels differ by walks and sums, which the comparisons with the twin ask on [`TIERS`].
+/// Tiers of tests about a property: one, by the length of the file's name, so that half of the tests wait for each
+/// device; with `GOBO_TEST_TIERS=all`, as in `make test-all`, both. Kernels of the tiers differ by walks and sums,
+/// which the comparisons with the twin ask on [`TIERS`].
+#[track_caller]
 pub(crate) fn tiers() -> Vec<Tier> {
-    let all = std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all");
-    if all { TIERS.to_vec() } else { vec![Tier::Native] }
+    if std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all") {
+        return TIERS.to_vec();
+    }
+    vec![TIERS[Location::caller().file().len() % 2]]
 }
 
 /// The device of a tier and its kernels, which all tests share. Tests that count what a device makes take
