@@ -18,7 +18,7 @@ fn pictures(scene: &Scene) -> Vec<Picture> {
     let views = shadow_views(scene);
     let (maps, _) = reference::render_maps(scene, &views);
     let twin = reference::render_picture(scene, &views, &maps);
-    tiers().into_iter().map(|tier| render(tier, scene).picture).into_iter().chain([twin]).collect()
+    tiers().into_iter().map(|tier| render(tier, scene).picture).chain([twin]).collect()
 }
 
 fn middle(picture: &Picture) -> Vec3 {
