@@ -6,9 +6,9 @@ use crate::{gpu::Tier, model::MAX_PAIRS, stage::profile::Profile};
 pub struct Config {
     pub tier: Tier,
     pub profile: Profile,
-    /// Pair capacity of one batch; a list with more pairs goes through parts of its tiles.
+    /// Pair capacity of one batch. Filtering lists with more pairs are walked a part of their tiles at a time.
     pub pair_budget: u32,
-    /// Whether it does, or what does not fit is scattered: only tests choose that.
+    /// Whether they are; otherwise casters past the budget are scattered, as tests of that path ask.
     pub parts: bool,
     /// The profile's value, or a test's.
     pub scatter_tiny: bool,
