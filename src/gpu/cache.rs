@@ -1,5 +1,8 @@
 //! Kernel cache of a device: each kernel is compiled once.
-use super::kernel::{Choice, Constant, Kernel, KernelDesc, KernelError, Tier};
+use super::{
+    desc::{Choice, Constant, KernelDesc, Tier},
+    kernel::{Kernel, KernelError},
+};
 use std::{
     collections::{HashMap, hash_map::Entry},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -69,8 +72,7 @@ impl KernelCache {
         choices: &[Choice],
         constants: &[Constant],
     ) -> Result<Kernel, KernelError> {
-        let linked = desc.link_with(tier, choices)?;
-        let values = desc.values(&linked, constants);
+        let (linked, values) = desc.specialised(tier, choices, constants)?;
         let bits = values.iter().map(|&(name, value)| (name, value.to_bits())).collect();
         let Shelf { kernels, pending, driver } = &mut *self.shelf();
         match kernels.entry((device.clone(), desc.entry, linked.wgsl.clone(), bits)) {

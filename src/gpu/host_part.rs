@@ -1,6 +1,7 @@
 //! Parts of `wgsl/` for shaders of the host: their source and bindings.
 use super::{
-    kernel::{Constant, KernelError, bind},
+    desc::Constant,
+    kernel::{KernelError, bind},
     link::{Item, Linked, words},
     resource::Resources,
 };

@@ -12,6 +12,8 @@
 //! declarations may come in any order, so that a kernel is the declarations it needs, one after another,
 //! each once. Unused declarations are left out: a resource that is not used is not bound.
 mod loaded;
+mod pruned;
+mod value;
 
 pub use loaded::SAMPLED;
 use std::{collections::HashMap, sync::LazyLock};
@@ -204,14 +206,21 @@ impl File {
 
 impl Linked {
     fn new(items: Vec<Item>) -> Self {
-        let (mut wgsl, mut lines, mut line) = (String::new(), Vec::new(), 1);
-        for item in &items {
-            lines.push(line);
-            wgsl += item.text;
-            wgsl += "\n\n";
-            line += item.text.matches('\n').count() + 2;
+        Self::of(items.into_iter().map(|item| (item.clone(), item.text)))
+    }
+
+    /// Declarations with their texts, which have the lines of the declarations.
+    fn of<'a>(items: impl Iterator<Item = (Item, &'a str)>) -> Self {
+        let mut linked = Self { wgsl: String::new(), items: Vec::new(), lines: Vec::new() };
+        let mut line = 1;
+        for (item, text) in items {
+            linked.items.push(item);
+            linked.lines.push(line);
+            linked.wgsl += text;
+            linked.wgsl += "\n\n";
+            line += text.matches('\n').count() + 2;
         }
-        Self { wgsl, items, lines }
+        linked
     }
 
     /// Names of the overrides.
@@ -278,7 +287,7 @@ fn code(text: &str, start: usize) -> impl Iterator<Item = (usize, char)> {
 }
 
 /// Identifiers and keywords of the code with their positions, without member accesses.
-pub fn words(text: &'static str) -> impl Iterator<Item = (usize, &'static str)> {
+pub fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut before = ' ';
     code(text, 0).filter_map(move |(at, c)| {
         let is_in = |c: char| c.is_alphanumeric() || c == '_';

@@ -3,6 +3,7 @@ mod adapter;
 mod allocate;
 mod cache;
 mod context;
+mod desc;
 pub mod error;
 mod host_part;
 mod kernel;
@@ -23,7 +24,8 @@ pub use allocate::{Allocator, Memory, array_view, view, write_records};
 pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
-pub use kernel::{Choice, Constant, HostText, Kernel, KernelDesc, KernelError, Tier};
+pub use desc::{Choice, Constant, KernelDesc, Tier};
+pub use kernel::{HostText, Kernel, KernelError};
 pub use link::{Item, Library, LinkError, Linked, SAMPLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};

@@ -7,5 +7,6 @@ mod layout;
 mod mirrors;
 mod recording;
 mod shaders;
+mod specialised;
 mod support;
 mod uniform_branches;
