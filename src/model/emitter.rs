@@ -243,11 +243,11 @@ fn pushed_out(place: Vec3, &[min, max]: &[Vec3; 2]) -> Option<(Vec3, Vec3)> {
     let mut nearest = (f32::INFINITY, Vec3::ZERO, place);
     for axis in 0..3 {
         for (side, sign) in [(min[axis], -1.0), (max[axis], 1.0)] {
-            let way = (side - place[axis]) * sign;
-            if way < nearest.0 {
+            let distance = (side - place[axis]) * sign;
+            if distance < nearest.0 {
                 let (mut out, mut at) = (Vec3::ZERO, place);
                 (out[axis], at[axis]) = (sign, side);
-                nearest = (way, out, at);
+                nearest = (distance, out, at);
             }
         }
     }

@@ -58,10 +58,10 @@ pub fn phase(cosine: f32, g: f32) -> f32 {
     0.25 * FRAC_1_PI * (1.0 - g * g) / (spread * spread.sqrt())
 }
 
-/// Middle of a column: `eye + way t`, where t is the distance along the camera's axis, world space.
+/// Middle of a column: `eye + direction t`, where t is the distance along the camera's axis, world space.
 struct Ray {
     eye: Vec3,
-    way: Vec3,
+    direction: Vec3,
 }
 
 impl Ray {
@@ -75,10 +75,10 @@ impl Ray {
         params: &AirParams,
         ends: Vec2,
     ) -> Vec3 {
-        let (ray, metres) = (self.way.normalize(), self.way.length());
+        let (ray, metres) = (self.direction.normalize(), self.direction.length());
         let origin = self.eye - light.position;
         let lit = match light.kind {
-            LIGHT_SPOT => in_cone(light, origin, self.way, ends),
+            LIGHT_SPOT => in_cone(light, origin, self.direction, ends),
             _ => ends,
         };
         if lit.x >= lit.y {
@@ -114,15 +114,15 @@ impl Ray {
     }
 }
 
-/// Part of the ray `origin + way t` with t within `ends` that is in the cone of a spot at zero; empty
+/// Part of the ray `origin + direction t` with t within `ends` that is in the cone of a spot at zero; empty
 /// where x > y.
-fn in_cone(light: &GpuLight, origin: Vec3, way: Vec3, ends: Vec2) -> Vec2 {
-    // A point x is in it where dot(x, direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
-    let (along, start) = (way.dot(light.direction), origin.dot(light.direction));
+fn in_cone(light: &GpuLight, origin: Vec3, direction: Vec3, ends: Vec2) -> Vec2 {
+    // A point x is in it where dot(x, light.direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
+    let (along, start) = (direction.dot(light.direction), origin.dot(light.direction));
     let square = light.cone_outer * light.cone_outer;
-    let curved = along * along - square * way.length_squared();
+    let curved = along * along - square * direction.length_squared();
     let a = if curved.abs() < TINY { TINY } else { curved };
-    let b = along * start - square * way.dot(origin);
+    let b = along * start - square * direction.dot(origin);
     let c = start * start - square * origin.length_squared();
     let inner = b * b - a * c;
     let root = inner.max(0.0).sqrt();
@@ -155,11 +155,11 @@ impl AirVolume {
             let cell = UVec2::new(i as u32 % size.x, i as u32 / size.x);
             let pixel = (cell.as_vec2() + 0.5) * AIR_CELL as f32;
             let slope = (pixel - view.size * 0.5) / view.scale;
-            let way = Vec3::new(slope.x, -slope.y, -1.0);
+            let direction = Vec3::new(slope.x, -slope.y, -1.0);
             let eye = world_from_view.transform_point3(Vec3::ZERO);
-            let ray = Ray { eye, way: world_from_view.transform_vector3(way) };
+            let ray = Ray { eye, direction: world_from_view.transform_vector3(direction) };
             let range = view.far - view.near;
-            let length = range / params.slices as f32 * way.length();
+            let length = range / params.slices as f32 * direction.length();
             let tau = params.extinction * length;
             let passed = (-tau).map(f32::exp);
             let share = params.scattering * length * tau.map(mean_left);

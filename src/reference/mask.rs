@@ -205,11 +205,11 @@ impl Filter<'_> {
     /// to those on the surface of the plane; at most 1.
     fn upright_shares(&self, plane: &Plane, seen: &Point) -> Vec2 {
         let slope = (plane.pixel - self.view.size * 0.5) / self.view.scale;
-        let way = Vec3::new(slope.x, -slope.y, -1.0);
+        let ray = Vec3::new(slope.x, -slope.y, -1.0);
         let normal = self.view.view_from_world.transform_vector3(seen.face);
         // A step changes the distance along the axis by so much.
-        let turn = normal.truncate() / normal.dot(way).min(LEAST_FACING);
-        let square = 1.0 - 2.0 * turn * way.truncate() + turn * turn * way.length_squared();
+        let turn = normal.truncate() / normal.dot(ray).min(LEAST_FACING);
+        let square = 1.0 - 2.0 * turn * ray.truncate() + turn * turn * ray.length_squared();
         square.max(Vec2::ONE).map(|square| 1.0 / square.sqrt())
     }
 

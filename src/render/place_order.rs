@@ -41,12 +41,12 @@ mod tests {
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert!(sorted.iter().copied().eq(0..64 * 61));
-        let way = |order: &mut dyn Iterator<Item = usize>| {
+        let length = |order: &mut dyn Iterator<Item = usize>| {
             let along: Vec<_> = order.map(|i| places[i]).collect();
             along.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f32>()
         };
         let (before, after) =
-            (way(&mut (0..places.len())), way(&mut order.iter().map(|&i| i as usize)));
+            (length(&mut (0..places.len())), length(&mut order.iter().map(|&i| i as usize)));
         assert!(after < 0.1 * before, "{after} {before}");
     }
 

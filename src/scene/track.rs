@@ -67,7 +67,7 @@ impl Track {
         (self.values[high] - self.values[low]) / (self.times[high] - self.times[low])
     }
 
-    fn cubic(&self, key: usize, way: f32, t: f32) -> Vec4 {
+    fn cubic(&self, key: usize, seconds_apart: f32, t: f32) -> Vec4 {
         let (leaves, arrives) = if self.mode == Mode::Cubic {
             (self.values[3 * key + 2], self.values[3 * key + 3])
         } else {
@@ -76,17 +76,17 @@ impl Track {
         let (a, b) = (self.value(key), self.value(key + 1));
         let (t2, t3) = (t * t, t * t * t);
         let ends = a * (2.0 * t3 - 3.0 * t2 + 1.0) + b * (3.0 * t2 - 2.0 * t3);
-        ends + (leaves * (t3 - 2.0 * t2 + t) + arrives * (t3 - t2)) * way
+        ends + (leaves * (t3 - 2.0 * t2 + t) + arrives * (t3 - t2)) * seconds_apart
     }
 
     /// Value at `seconds` from the start.
     pub fn at(&self, seconds: f64) -> Vec4 {
-        let (key, way, t) = self.place(seconds);
+        let (key, seconds_apart, t) = self.place(seconds);
         match self.mode {
             _ if t == 0.0 => self.value(key),
             Mode::Step => self.value(key),
             Mode::Linear => self.value(key).lerp(self.value(key + 1), t),
-            Mode::Smooth | Mode::Cubic => self.cubic(key, way, t),
+            Mode::Smooth | Mode::Cubic => self.cubic(key, seconds_apart, t),
         }
     }
 

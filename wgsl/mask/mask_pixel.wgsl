@@ -59,10 +59,10 @@ fn surface_weight(plane: MaskPlane, at: vec2<u32>, step: u32, other: vec4<u32>) 
 fn upright_shares(plane: MaskPlane, face: vec3<f32>) -> vec2<f32> {
     let view = views[0];
     let slope = (plane.pixel - view.size * 0.5) / view.scale;
-    let way = vec3(slope.x, -slope.y, -1.0);
+    let ray = vec3(slope.x, -slope.y, -1.0);
     let normal = (view.view_from_world * vec4(face, 0.0)).xyz;
     // A step changes the distance along the axis by so much.
-    let turn = normal.xy / min(dot(normal, way), LEAST_FACING);
-    let square = 1.0 - 2.0 * turn * way.xy + turn * turn * dot(way, way);
+    let turn = normal.xy / min(dot(normal, ray), LEAST_FACING);
+    let square = 1.0 - 2.0 * turn * ray.xy + turn * turn * dot(ray, ray);
     return inverseSqrt(max(square, vec2(1.0)));
 }

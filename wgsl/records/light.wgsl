@@ -55,7 +55,7 @@ struct PictureParams {
 fn light_record(index: u32) -> GpuLight {
     let at = index * LIGHT_TEXELS;
     let place = textureLoad(lights, record_texel(at), 0);
-    let way = textureLoad(lights, record_texel(at + 1u), 0);
+    let direction = textureLoad(lights, record_texel(at + 1u), 0);
     let color = textureLoad(lights, record_texel(at + 2u), 0);
     let bits = textureLoad(lights, record_texel(at + 3u), 0);
     let rest = bitcast<vec3<f32>>(bits.xyz);
@@ -64,8 +64,8 @@ fn light_record(index: u32) -> GpuLight {
     return GpuLight(
         bitcast<vec3<f32>>(place.xyz),
         place.w,
-        bitcast<vec3<f32>>(way.xyz),
-        way.w,
+        bitcast<vec3<f32>>(direction.xyz),
+        direction.w,
         bitcast<vec3<f32>>(color.xyz),
         color.w,
         rest.x,

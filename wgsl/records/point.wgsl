@@ -66,7 +66,7 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
 fn load_point(index: u32) -> Point {
     let first = index * POINT_TEXELS;
     let place = textureLoad(points, record_texel(first));
-    let way = textureLoad(points, record_texel(first + 1u));
+    let normals = textureLoad(points, record_texel(first + 1u));
     let look = textureLoad(points, record_texel(first + 2u));
     let own = textureLoad(points, record_texel(first + 3u));
     let kind = place.w & 3u;
@@ -75,10 +75,10 @@ fn load_point(index: u32) -> Point {
     return Point(
         kind,
         bitcast<vec3<f32>>(place.xyz),
-        select(vec3(0.0), from_octahedral(way.x), has_face),
-        from_octahedral(way.y),
-        bitcast<f32>(way.z),
-        way.w,
+        select(vec3(0.0), from_octahedral(normals.x), has_face),
+        from_octahedral(normals.y),
+        bitcast<f32>(normals.z),
+        normals.w,
         (place.w >> 3u) & 3u,
         place.w >> 16u,
         bitcast<vec3<f32>>(look.xyz),

@@ -27,16 +27,16 @@ fn phase(cosine: f32, g: f32) -> f32 {
     return PER_FOUR_PI * (1.0 - g * g) / (spread * sqrt(spread));
 }
 
-// Part of the ray `origin + way t` with t within `ends` that is in the cone of a spot at zero; empty
+// Part of the ray `origin + direction t` with t within `ends` that is in the cone of a spot at zero; empty
 // where x > y.
-fn in_cone(light: GpuLight, origin: vec3<f32>, way: vec3<f32>, ends: vec2<f32>) -> vec2<f32> {
-    // A point x is in it where dot(x, direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
-    let along = dot(way, light.direction);
+fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<f32>) -> vec2<f32> {
+    // A point x is in it where dot(x, light.direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
+    let along = dot(direction, light.direction);
     let start = dot(origin, light.direction);
     let square = light.cone_outer * light.cone_outer;
-    let curved = along * along - square * dot(way, way);
+    let curved = along * along - square * dot(direction, direction);
     let a = select(curved, TINY, abs(curved) < TINY);
-    let b = along * start - square * dot(way, origin);
+    let b = along * start - square * dot(direction, origin);
     let c = start * start - square * dot(origin, origin);
     let inner = b * b - a * c;
     let root = sqrt(max(inner, 0.0));
@@ -59,10 +59,10 @@ fn in_cone(light: GpuLight, origin: vec3<f32>, way: vec3<f32>, ends: vec2<f32>) 
 // Radiance that the air between two distances along the camera's axis, `ends`, scatters back along `ray`,
 // per unit of scattering optical depth: the mean. Samples of a lamp are at even angles seen from it (Kulla
 // and Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
-fn scattered(light: GpuLight, eye: vec3<f32>, way: vec3<f32>, ray: vec3<f32>, ends: vec2<f32>) -> vec3<f32> {
+fn scattered(light: GpuLight, eye: vec3<f32>, direction: vec3<f32>, ray: vec3<f32>, ends: vec2<f32>) -> vec3<f32> {
     let origin = eye - light.position;
-    let metres = length(way);
-    let lit = select(ends, in_cone(light, origin, way, ends), light.kind == LIGHT_SPOT);
+    let metres = length(direction);
+    let lit = select(ends, in_cone(light, origin, direction, ends), light.kind == LIGHT_SPOT);
     // Along the ray, from the point nearest to the lamp [m].
     let nearest = dot(origin, ray);
     let low = lit.x * metres + nearest;
@@ -103,15 +103,15 @@ fn air_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL);
     let slope = (pixel - view.size * 0.5) / view.scale;
     let eye = picture_params.world_from_view[3].xyz;
-    let way = (picture_params.world_from_view * vec4(slope.x, -slope.y, -1.0, 0.0)).xyz;
-    let ray = normalize(way);
+    let direction = (picture_params.world_from_view * vec4(slope.x, -slope.y, -1.0, 0.0)).xyz;
+    let ray = normalize(direction);
     let parts = vec2(f32(id.z), f32(id.z) + 1.0) / f32(air_params.slices);
     let ends = view.near + parts * (view.far - view.near);
     var sum = air_params.ambient;
     // The loop's end depends on more than the uniform: llvmpipe would recompile the kernel for its value.
     let count = min(picture_params.light_count, textureDimensions(lights).x);
     for (var i = 0u; i < count; i += 1u) {
-        sum += scattered(light_record(i), eye, way, ray, ends);
+        sum += scattered(light_record(i), eye, direction, ray, ends);
     }
     textureStore(sources, id.xy, id.z, vec4(sum, 1.0));
 }

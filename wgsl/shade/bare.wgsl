@@ -4,7 +4,7 @@
 import package::bind::sampled::{nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::records::view::GpuView;
-import package::shade::taps::{Filter, Taps, filter_tap, next_way, turn};
+import package::shade::taps::{Filter, Taps, filter_tap, next_rotation, pixel_rotation};
 
 // Nearest depth of a texel without translucent casters.
 const NO_CASTER: f32 = 1.0;
@@ -25,16 +25,16 @@ struct Bare {
 fn receive_bare(own: Filter, taps: Taps, count: u32, view: GpuView, bias: f32) -> Bare {
     var light = vec3(0.0);
     var is_all = true;
-    var way = turn;
+    var rotation = pixel_rotation;
     var i = 0u;
     if count > 0u {
         loop {
-            let tap = filter_tap(own, taps, i, way);
+            let tap = filter_tap(own, taps, i, rotation);
             let at = view.origin + vec2<u32>(clamp(tap.texel, vec2(0.0), view.size - 1.0));
             let is_dark = vec3(taps.z) > solid_depths(view, at) + bias;
             light += select(vec3(1.0), vec3(0.0), is_dark) * tap.weight;
             is_all = is_all && (all(is_dark) || textureLoad(nearests, at, view.layer, 0).r >= NO_CASTER);
-            way = next_way(way);
+            rotation = next_rotation(rotation);
             i += 1u;
             if i >= count {
                 break;

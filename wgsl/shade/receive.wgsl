@@ -10,7 +10,7 @@ import package::records::view::{GpuView, PART_FACE, PART_WINDOW};
 import package::shade::bare::{Bare, NO_CASTER, receive_bare, solid_depths};
 import package::shade::receiver::{is_tinted, receives};
 import package::shade::taps::{
-    SPLINE_REACH, beyond_spline, filter_of, filter_tap, map_taps, next_way, turn,
+    SPLINE_REACH, beyond_spline, filter_of, filter_tap, map_taps, next_rotation, pixel_rotation,
 };
 import package::shade::tint::{set_plane, tint_depth};
 
@@ -42,7 +42,7 @@ fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<
     let own = filter_of(light);
     let depth_bias = bias / (view.far - view.near);
     var sum = vec3(0.0);
-    var way = turn;
+    var rotation = pixel_rotation;
     // The loop count is not constant: compilers would unroll it, with the whole look-up of a texel.
     var count = select(0u, own.count, taps.reaches);
     var bare = Bare(vec3(1.0), !taps.reaches);
@@ -54,9 +54,9 @@ fn receive(light: GpuLight, view: GpuView, point: vec3<f32>, bias: f32) -> vec3<
     // Tested at its end: llvmpipe executes a body once more where the test comes first.
     if count > 0u {
         loop {
-            let tap = filter_tap(own, taps, i, way);
+            let tap = filter_tap(own, taps, i, rotation);
             sum += receive_texel(view, tap.texel, taps.z, depth_bias) * tap.weight;
-            way = next_way(way);
+            rotation = next_rotation(rotation);
             i += 1u;
             if i >= count {
                 break;

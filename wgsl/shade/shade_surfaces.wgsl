@@ -26,10 +26,10 @@ import package::shade::surface::{eye, normals_at, rounded, world_point};
 import package::walk::lane::LANES;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
-    let way = normalize(world_point(view, pixel, 1.0) - eye());
+    let ray = normalize(world_point(view, pixel, 1.0) - eye());
     var point: Point;
     point.kind = POINT_NONE;
-    point.emission = from_around(way, 0.0);
+    point.emission = from_around(ray, 0.0);
     return point;
 }
 

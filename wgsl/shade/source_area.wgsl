@@ -14,7 +14,7 @@ import package::shade::receive::receive_texel;
 import package::shade::receiver::{is_solid, receives};
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
 import package::shade::taps::{
-    FILTER_SPLINE, Filter, SPLINE_REACH, filter_of, filter_tap, map_taps, next_way, turn,
+    FILTER_SPLINE, Filter, SPLINE_REACH, filter_of, filter_tap, map_taps, next_rotation, pixel_rotation,
 };
 import package::sums::sums::blackened;
 
@@ -147,14 +147,14 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, poin
     let count = select(0u, own.count, select(taps.reaches, leveled.is_near, is_soft));
     var before = vec3(0.0);
     var behind = vec3(0.0);
-    var way = turn;
+    var rotation = pixel_rotation;
     var i = 0u;
     if count > 0u {
         loop {
-            let tap = filter_tap(own, taps, i, way);
+            let tap = filter_tap(own, taps, i, rotation);
             behind += receive_texel(view, tap.texel, taps.z, reach) * tap.weight;
             before += light_before(view, tap.texel, fade) * tap.weight;
-            way = next_way(way);
+            rotation = next_rotation(rotation);
             i += 1u;
             if i >= count {
                 break;

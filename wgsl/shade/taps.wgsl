@@ -15,14 +15,14 @@ const GOLDEN_COSINE: f32 = -0.73736888;
 const GOLDEN_SINE: f32 = 0.6754903;
 
 // Direction to the first texel of a disc, unit.
-var<private> turn: vec2<f32> = vec2(1.0, 0.0);
+var<private> pixel_rotation: vec2<f32> = vec2(1.0, 0.0);
 
 // Rotates discs evenly by the pixel (Roberts 2018, the R2 sequence), alike in every frame. `pixel`: x and,
 // from bit 16 on, y.
 fn set_turn(pixel: u32) {
     let part = ((pixel & 0xffffu) * 12664745u + (pixel >> 16u) * 9560333u) & 0xffffffu;
     let angle = f32(part) * (6.2831853 / 16777216.0);
-    turn = vec2(cos(angle), sin(angle));
+    pixel_rotation = vec2(cos(angle), sin(angle));
 }
 
 // Weights of a quadratic B-spline around t in -0.5..0.5.
@@ -89,8 +89,8 @@ struct Tap {
     weight: f32,
 }
 
-// `way`: direction to a disc's texel, unit.
-fn filter_tap(own: Filter, taps: Taps, i: u32, way: vec2<f32>) -> Tap {
+// `rotation`: direction to a disc's texel, unit.
+fn filter_tap(own: Filter, taps: Taps, i: u32, rotation: vec2<f32>) -> Tap {
     let nine = Tap(taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0, tap_weight(taps, i % 9u));
     if !HAS_FILTERS {
         return nine;
@@ -102,7 +102,7 @@ fn filter_tap(own: Filter, taps: Taps, i: u32, way: vec2<f32>) -> Tap {
     let square = floor(place - 0.5 - own.radius) + 1.0 + cell;
     let over = clamp(own.radius - abs(square + 0.5 - place), vec2(0.0), vec2(1.0)) / max(own.edge - 1.0, 1.0);
     let reach = own.radius * sqrt((f32(i) + 0.5) / f32(own.count));
-    let even = select(taps.middle, floor(place + way * reach), own.kind == FILTER_DISC);
+    let even = select(taps.middle, floor(place + rotation * reach), own.kind == FILTER_DISC);
     let is_box = own.kind == FILTER_BOX;
     let is_spline = own.kind == FILTER_SPLINE;
     let texel = select(select(even, square, is_box), nine.texel, is_spline);
@@ -110,7 +110,7 @@ fn filter_tap(own: Filter, taps: Taps, i: u32, way: vec2<f32>) -> Tap {
     return Tap(texel, weight);
 }
 
-fn next_way(way: vec2<f32>) -> vec2<f32> {
+fn next_rotation(rotation: vec2<f32>) -> vec2<f32> {
     let golden = vec2(GOLDEN_COSINE, GOLDEN_SINE);
-    return vec2(way.x * golden.x - way.y * golden.y, way.x * golden.y + way.y * golden.x);
+    return vec2(rotation.x * golden.x - rotation.y * golden.y, rotation.x * golden.y + rotation.y * golden.x);
 }

@@ -25,10 +25,10 @@ fn tint_depth(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> f32 {
     let slope = (texel - view.size * 0.5) / view.scale;
     let perspective = view.perspective > 0.0;
     // Rays start at the eye, or in the eye's plane.
-    let way = select(vec3(0.0, 0.0, -1.0), vec3(slope.x, -slope.y, -1.0), perspective);
+    let ray = select(vec3(0.0, 0.0, -1.0), vec3(slope.x, -slope.y, -1.0), perspective);
     let start = select(vec3(slope.x, -slope.y, 0.0), vec3(0.0), perspective);
-    let meets = dot(plane_normal, way);
-    let edge_on = abs(meets) < EDGE_ON * length(way);
+    let meets = dot(plane_normal, ray);
+    let edge_on = abs(meets) < EDGE_ON * length(ray);
     let met = dot(plane_normal, plane_point - start) / select(meets, 1.0, edge_on);
     let along = select(met, -plane_point.z, edge_on);
     let depth = (along - view.near) / (view.far - view.near) + TOUCH * bias;

@@ -66,10 +66,10 @@ impl Plane {
         let slope = (texel - view.size * 0.5) / view.scale;
         let perspective = view.perspective > 0.0;
         // Rays start at the eye, or in the eye's plane.
-        let way = if perspective { Vec3::new(slope.x, -slope.y, -1.0) } else { Vec3::NEG_Z };
+        let ray = if perspective { Vec3::new(slope.x, -slope.y, -1.0) } else { Vec3::NEG_Z };
         let start = if perspective { Vec3::ZERO } else { Vec3::new(slope.x, -slope.y, 0.0) };
-        let meets = normal.dot(way);
-        let is_edge_on = meets.abs() < EDGE_ON * way.length();
+        let meets = normal.dot(ray);
+        let is_edge_on = meets.abs() < EDGE_ON * ray.length();
         let along = if is_edge_on { -point.z } else { normal.dot(point - start) / meets };
         (along - view.near) / (view.far - view.near) + TOUCH * bias
     }

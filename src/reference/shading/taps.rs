@@ -53,11 +53,11 @@ impl Taps {
             }
             FILTER_DISC => {
                 let weight = 1.0 / count as f32;
-                let mut way = turn;
+                let mut rotation = turn;
                 let texel = |i| {
                     let reach = filter_reach(light) * ((i as f32 + 0.5) / count as f32).sqrt();
-                    let texel = (place + way * reach).floor();
-                    way = GOLDEN.rotate(way);
+                    let texel = (place + rotation * reach).floor();
+                    rotation = GOLDEN.rotate(rotation);
                     (texel, weight)
                 };
                 (0..count).map(texel).collect()
