@@ -21,30 +21,47 @@ fn blocks(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> bo
     return is_solid(hit);
 }
 
+// Where a threshold is evaluated: the pattern's cell, or for `hashed` the caster's own coordinates and their
+// change from one texel to the next.
+struct Place {
+    cell: vec2<u32>,
+    own: vec4<f32>,
+}
+
 // Dither threshold: a `dither` hit blocks if its opacity exceeds it. `id` chooses the pattern.
 fn threshold(
     view: GpuView,
     footprint: Footprint,
     texel: vec2<f32>,
-    material_id: u32,
+    material: u32,
     id: u32,
 ) -> f32 {
+    return threshold_at(threshold_place(view, footprint, texel, material), material, id);
+}
+
+fn threshold_place(view: GpuView, footprint: Footprint, texel: vec2<f32>, material_id: u32) -> Place {
     let material = materials[material_id];
+    var place = Place(vec2(0u), vec4(0.0));
     if material.pattern != PATTERN_HASHED {
-        let cell = pattern_cell(view, material.pattern_scale, texel);
-        return cell_threshold(material.pattern, material.blue_first, cell, id);
-    }
-    var own = vec4(0.0);
-    if HAS_TRIANGLES && footprint.is_triangle {
-        own = triangle_own(setup_of(footprint), texel);
+        place.cell = pattern_cell(view, material.pattern_scale, texel);
+    } else if HAS_TRIANGLES && footprint.is_triangle {
+        place.own = triangle_own(setup_of(footprint), texel);
     } else if HAS_PARTICLES {
         let rotation = caster_rotation(caster_of(footprint));
         let plane = facing(view, footprint.place, rotation);
         let x = max(abs(plane.frame_x.x), abs(plane.frame_x.y));
         let y = max(abs(plane.frame_y.x), abs(plane.frame_y.y));
-        own = vec4(facing_hit(plane, view, texel).xy, x, y);
+        place.own = vec4(facing_hit(plane, view, texel).xy, x, y);
     }
-    return hashed_threshold(own.xy, own.zw, material.pattern_scale, id);
+    return place;
+}
+
+fn threshold_at(place: Place, material_id: u32, id: u32) -> f32 {
+    let material = materials[material_id];
+    if material.pattern != PATTERN_HASHED {
+        return cell_threshold(material.pattern, material.blue_first, place.cell, id);
+    }
+    return hashed_threshold(place.own.xy, place.own.zw, material.pattern_scale, id);
 }
 
 // Barycentric weights of two corners, and their derivatives from one texel to the next.

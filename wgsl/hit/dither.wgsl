@@ -38,8 +38,12 @@ fn cell_threshold(pattern: u32, blue_first: u32, cell: vec2<u32>, id: u32) -> f3
     switch pattern {
         case PATTERN_IGN: { bits = gradient_noise(cell, id); }
         case PATTERN_BLUE: { bits = blue(blue_first, cell, id); }
-        case PATTERN_CHECKERBOARD: { bits = ordered(cell, 2u, id, pcg(id)); }
-        default: { bits = ordered(cell, pattern, id, pcg_cell(cell >> vec2(pattern), id)); }
+        default: {
+            let is_checkerboard = pattern == PATTERN_CHECKERBOARD;
+            let order = select(pattern, 2u, is_checkerboard);
+            let chance = select(pcg_cell(cell >> vec2(order), id), pcg(id), is_checkerboard);
+            bits = ordered(cell, order, id, chance);
+        }
     }
     return f32(bits) * (1.0 / 65536.0);
 }
