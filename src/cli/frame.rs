@@ -36,6 +36,8 @@ pub(super) fn write(path: &Path, set: &[(String, String)], out: &Path) -> Result
             Err(reason) => return Err(reason.into()),
         };
         let mut shadows = Shadows::on_tier(&gpu.device, &gpu.queue, &gpu.adapter, gpu.tier)?;
+        // The exported steps scatter what does not fit.
+        shadows.configure(|config| config.parts = false);
         let prepared = loop {
             let prepared = shadows.prepare(&casters, &views, &scene.shadow)?;
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
