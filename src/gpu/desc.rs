@@ -1,4 +1,4 @@
-//! A compute kernel as data.
+//! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
     kernel::KernelError,
     link::{Library, Linked, SAMPLED},
@@ -18,7 +18,7 @@ pub struct KernelDesc {
     pub root: &'static str,
     /// Files that the imports from `choice::` stand for.
     pub with: &'static [Choice],
-    /// Overrides with defaults different from the WGSL's; [`Kernel::new`] may replace them.
+    /// Overrides with defaults different from the WGSL's; [`Kernel::new`](super::Kernel::new) may replace them.
     pub constants: &'static [Constant],
     /// Tiers on which the kernel runs.
     pub tiers: &'static [Tier],
