@@ -1,7 +1,7 @@
 # Vulkan's layers print a harmless line where it is not set.
 export XDG_RUNTIME_DIR ?= /tmp
 
-DEMOS := smoke glass
+DEMOS := screens pool
 
 # What SwiftShader is not asked: scenes that take it minutes; what hardly asks a kernel; and bench,
 # which compares with the driver's own rasterizer, whose corners snap to 1/16 texel there (1/256 on
@@ -9,20 +9,23 @@ DEMOS := smoke glass
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo gallery farm examples features test test-all test-swiftshader web-test export-check ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test test-all test-swiftshader web-test web-kernels export-check ash web viewer bevy fuzz soak doc deny \
 	bench results native tables quality man setup
 
-# Renders the scenes of data/ and says where the pictures are.
+# Renders two scenes of data/gallery/ and says where the pictures are.
 demo: setup
 	@for scene in $(DEMOS); do \
-		cargo run --release --quiet -- render data/$$scene.toml -o out/$$scene --maps || exit; \
+		cargo run --release --quiet -- render data/gallery/$$scene.toml -o out/$$scene || exit; \
 	done
-	@echo "The pictures are above; the shadow maps are in out/*/maps/."
 
 # Every scene of data/gallery, a contact sheet and a page with maps, times and counts; fails where a
 # picture is missing or shows nothing.
 gallery: setup
 	cargo run --release --quiet --example gallery
+
+# The program that the checks below run: built, unless GOBO names one.
+program: setup
+	@[ -n "$(GOBO)" ] || cargo build --release --quiet
 
 # Eight frames by two farm engines on this machine (tools/farm): after lost, damaged and killed ones the
 # same files. Fetches the engines from PyPI.
@@ -59,10 +62,12 @@ test-swiftshader: setup
 
 # In a headless Chromium on SwiftShader: every exported core kernel, by its WGSL compiler, Tint; and
 # the example of examples/web beside its native picture.
-web-test: setup
-	cargo build --release --quiet
-	sh tools/web_kernels.sh
+web-test: web-kernels
 	sh tools/web_example.sh
+
+# Its kernels alone.
+web-kernels: program
+	sh tools/web_kernels.sh
 
 # The example of examples/web as a page: target/web/page/index.html.
 web:
@@ -77,13 +82,11 @@ bevy: setup
 	sh tools/bevy.sh
 
 # Every exported kernel through spirv-val and glslangValidator.
-export-check: setup
-	cargo build --release --quiet
+export-check: program
 	sh tools/export_check.sh
 
 # Exported frames run by Vulkan alone, without wgpu: the same maps bit for bit.
-ash: setup
-	cargo build --release --quiet
+ash: program
 	sh tools/ash.sh
 
 # Each reader of files on changed ones, FUZZ_SECONDS each: fails where one panics or hangs, and keeps what made it.
@@ -91,8 +94,7 @@ fuzz:
 	cargo run --release --quiet --example fuzz
 
 # Memory over 2,000 frames of one run: fails where it grows.
-soak: setup
-	cargo build --release --quiet
+soak: program
 	sh tools/soak.sh
 
 # The library's pages without a warning, but that units in brackets are no links.
@@ -100,8 +102,8 @@ doc:
 	RUSTDOCFLAGS="-D warnings -A rustdoc::broken_intra_doc_links" cargo doc --no-deps --lib --quiet
 
 # Licences, sources and, as far as they can be read, advisories of what we depend on: deny.toml.
-# `cargo install --locked cargo-deny` where it is missing.
 deny:
+	@command -v cargo-deny >/dev/null || cargo install --debug --locked --quiet cargo-deny
 	cargo deny --all-features check licenses bans sources
 	cargo deny --all-features check advisories || \
 		echo "deny: the advisories above, or their database cannot be read here" >&2
