@@ -96,25 +96,25 @@ pub struct Material {
     pub shape: Shape,
     /// Profile of its discs.
     pub profile: Profile,
-    /// Linear rgba. For an opaque material the rgb is the albedo.
+    /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
     /// Index into [`crate::model::Scene::textures`].
     pub texture: Option<u32>,
     /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1.
     pub reflectivity: f32,
-    /// Opacity from which a `cutout` is solid.
+    /// Opacity from which a `cutout` is solid, 0..=1. Default 0.5.
     pub cutoff: f32,
     /// Pattern of the thresholds of `dither`.
     pub pattern: Pattern,
-    /// Edge of a cell of the pattern, 1..=64 [texels].
+    /// Edge of a cell of the pattern, 1..=64 [texels]. Default 1.
     pub pattern_scale: u32,
     /// Emission (additive fire) in the picture: linear rgb.
     pub emission: Vec3,
     /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles.
     pub emissive_texture: Option<u32>,
-    /// 0: a surface that scatters light where it covers. 1: clear glass, which only filters.
+    /// 0, the default: a surface that scatters light where it covers. 1: clear glass, which only filters.
     pub transmission: f32,
-    /// Roughness of the highlight in the picture, 0..=1.
+    /// Roughness of the highlight in the picture, 0..=1. Default 0.6.
     pub roughness: f32,
     /// Metalness of an opaque surface, 0..=1: 1 mirrors in its own colour and scatters nothing.
     pub metallic: f32,

@@ -83,11 +83,11 @@ pub struct InvalidLight {
 /// Shadow maps of a directional light that follow the camera: fine near it, coarse far from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cascades {
-    /// Number of cascades, clamped to 1..=6.
+    /// Number of cascades, clamped to 1..=6. Default 4.
     pub count: u32,
-    /// Weight of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios.
+    /// Weight of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios. Default 0.8.
     pub lambda: f32,
-    /// Share of a map's half edge over which it fades into the next, 0..=0.5.
+    /// Share of a map's half edge over which it fades into the next, 0..=0.5. Default 0.1.
     pub fade: f32,
     /// Distance from the camera up to which there are shadows [m]; the extent of the scene when `None`.
     pub range: Option<f32>,

@@ -13,38 +13,41 @@ pub enum Receiver {
     Curve,
 }
 
-/// The `[shadow]` table of a scene.
+/// How shadow maps are made and read: the `[shadow]` table of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowSettings {
-    /// Edge of a view's map [texels], 16..=4096.
+    /// Edge of a view's map [texels], [`MIN_MAP_SIZE`]..=[`MAX_MAP_SIZE`]. Default 1024.
     pub size: u32,
-    /// How receivers read the maps.
+    /// How receivers read the maps. Default [`Receiver::Nearest`].
     pub receiver: Receiver,
-    /// Nodes of a transmittance curve (K).
+    /// Nodes of a transmittance curve (K): 4, 8 or 16, of 8 bytes a texel each. Default 8.
     pub nodes: u32,
-    /// Shadow filter of lights without their own.
+    /// Shadow filter of lights without their own. Default [`ShadowFilter::Spline`].
     pub filter: ShadowFilter,
-    /// Distance behind a stored depth from which a receiver is shadowed [m]; for lights without their own.
+    /// Distance behind a stored depth from which a receiver is shadowed, 0 or more [m]; for lights without their own.
+    /// Default 0.01.
     pub bias: f32,
-    /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels [texels]; for
-    /// lights without their own.
+    /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels, 0 or more
+    /// [texels]; for lights without their own. Default 0.
     pub slope_bias: f32,
     /// Normal offset of a lit point before the look-up, in addition to what a filter wider than the default
-    /// needs [texels]; for lights without their own.
+    /// needs, 0 or more [texels]; for lights without their own. Default 1.5.
     pub normal_bias: f32,
-    /// Pair capacity of one batch of views; past it, tiles are walked a part at a time, which changes no bit of
-    /// filters and curves.
+    /// Pair capacity of one batch of views, 16 bytes a pair, 1..=[`MAX_PAIRS`]; past it, tiles are walked some at a
+    /// time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: memory is taken for what a frame
+    /// needs, at most 2^26 pairs.
     pub pair_budget: u32,
-    /// Texel capacity of the maps of all views together; maps are halved until they fit.
+    /// Texel capacity of the maps of all views together; maps are halved until they fit. Default
+    /// 2^27: 1 GiB of filters and half as much of depths each.
     pub texel_budget: u64,
-    /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern.
+    /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern. Default false.
     pub soften: bool,
-    /// Whether dithered casters use a threshold of their own per channel.
+    /// Whether dithered casters use a threshold of their own per channel. Default false.
     pub colored: bool,
     /// Radius of the window over which filter maps and curves are blurred by a Gaussian,
-    /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window [texels].
+    /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window [texels]. Default 0: no blur.
     pub blur: u32,
-    /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`].
+    /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`]. Default 0.
     pub mips: u32,
 }
 
@@ -78,16 +81,16 @@ impl Default for ShadowSettings {
 /// The `[air]` table of a scene: homogeneous air that scatters light once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
-    /// Scattering coefficient: linear rgb, 0 or more [1/m].
+    /// Scattering coefficient: linear rgb, 0 or more [1/m]. Default 0.05.
     pub scattering: glam::Vec3,
     /// Extinction coefficient: linear rgb, 0 or more [1/m]. Real air has at least its scattering
-    /// coefficient; with less, shafts are seen without a veil.
+    /// coefficient; with less, shafts are seen without a veil. Default 0.05.
     pub extinction: glam::Vec3,
-    /// Share of the ambient light that is scattered too, 0..=1.
+    /// Share of the ambient light that is scattered too, 0..=1. Default 1.
     pub ambient: f32,
-    /// Anisotropy `g` (Henyey and Greenstein 1941): 0 isotropic, towards 1 forward.
+    /// Anisotropy `g` (Henyey and Greenstein 1941): 0 isotropic, towards 1 forward. Default 0.3.
     pub anisotropy: f32,
-    /// Slices from the eye to the scene's end, 1..=[`MAX_AIR_STEPS`].
+    /// Slices from the eye to the scene's end, 1..=[`MAX_AIR_STEPS`]. Default 64.
     pub steps: u32,
 }
 
@@ -104,14 +107,14 @@ pub const MAX_AIR_STEPS: u32 = 256;
 /// The `[clusters]` table of a scene: the froxels of the camera's lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterSettings {
-    /// Edge of a cluster on the screen [pixels], 16..=256.
+    /// Edge of a cluster on the screen [pixels], 16..=256. Default 32.
     pub tile: u32,
-    /// Slices in depth, 1..=64.
+    /// Slices in depth, 1..=64. Default 24.
     pub slices: u32,
     /// End of the first slice [m]; a hundredth of the camera's far plane when `None`.
     pub near: Option<f32>,
     /// Capacity of the light lists of all clusters together; clusters past it are shaded with all lights.
-    /// 0: all clusters are.
+    /// 0: all clusters are. Default 2^22, of 4 bytes each.
     pub budget: u32,
 }
 
