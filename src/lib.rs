@@ -52,6 +52,8 @@
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
 #[doc(hidden)]
+pub mod frame;
+#[doc(hidden)]
 pub mod gpu;
 pub mod model;
 #[cfg(feature = "picture")]

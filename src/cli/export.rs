@@ -11,7 +11,7 @@ use super::{
 use gobo::{
     error::Error,
     gpu::{Access, Binding, BindingKind, Constant, KernelDesc, Tier},
-    stage::{bin, sort::Shape, variants},
+    stage::variants,
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use serde::Serialize;
@@ -112,10 +112,6 @@ pub(crate) fn cuts(desc: &KernelDesc) -> Vec<Cut> {
     if desc.constants.iter().any(|&(name, _)| name == "NODES") {
         let cut = |(suffix, nodes)| Cut { suffix, constants: vec![("NODES", nodes)] };
         cuts.extend([("_n4", 4.0), ("_n16", 16.0)].map(cut));
-    }
-    if [bin::COUNT.name, bin::EMIT.name].contains(&desc.name) {
-        let constants = vec![bin::workgroup_size(Shape::Wide)];
-        cuts.push(Cut { suffix: "_wide", constants });
     }
     cuts
 }

@@ -199,7 +199,11 @@ impl Book {
 
     /// Variants in order: the first whose traits and nodes a list has is used.
     fn variants(&mut self, role: Role, variants: Variants) -> Vec<Value> {
-        let mut choices = Vec::new();
+        let mut choices = match role {
+            Role::BinCount => vec![self.choice(&bin::WIDE_COUNT, "", &["wide"], None)],
+            Role::BinEmit => vec![self.choice(&bin::WIDE_EMIT, "", &["wide"], None)],
+            _ => Vec::new(),
+        };
         for (traits, desc) in
             variants.special.iter().copied().chain([(&[][..], variants.otherwise)])
         {
@@ -208,10 +212,6 @@ impl Book {
                 let nodes = [&cut.constants, desc.constants].concat();
                 let nodes =
                     nodes.iter().find(|(name, _)| *name == "NODES").map(|(_, nodes)| *nodes as u32);
-                let mut names = names.clone();
-                if cut.suffix == "_wide" {
-                    names.push("wide");
-                }
                 choices.push(self.choice(desc, cut.suffix, &names, nodes));
             }
         }

@@ -32,8 +32,7 @@ pub(super) struct GpuEngine {
     kept: Kept,
 }
 
-type Record =
-    fn(&PreparedPicture, &crate::shadows::Kernels, &mut wgpu::CommandEncoder, &mut Timeline);
+type Record = fn(&PreparedPicture, &mut wgpu::CommandEncoder, &mut Timeline);
 
 /// Inputs of a frame's picture and of its heat maps.
 #[derive(Clone)]
@@ -330,13 +329,9 @@ impl GpuEngine {
     }
 
     fn submit_picture(&mut self, picture: &PreparedPicture, record: Record) -> Result<(), Error> {
-        let Self { gpu, shadows, timeline, .. } = self;
-        shadows.with_casters(|pipeline, _| {
-            submit(gpu, timeline, |encoder, timeline| {
-                record(picture, pipeline.kernels(), encoder, timeline);
-            });
-            Ok(())
-        })
+        let Self { gpu, timeline, .. } = self;
+        submit(gpu, timeline, |encoder, timeline| record(picture, encoder, timeline));
+        Ok(())
     }
 
     /// Debug picture of `mode`.

@@ -1,7 +1,8 @@
 //! Context of `prepare`, and the buffers that several of its parts need.
-use super::{Config, casters::CasterSet, kernels::Kernels, plan::ListPlan, scratch::Scratch};
+use super::{Config, casters::CasterSet, plan::ListPlan, scratch::Scratch};
 use crate::{
     error::Error,
+    frame::Kernels,
     gpu::{Allocator, Resources},
     records::{GpuView, MAX_VIEWS},
     stage::{
@@ -11,13 +12,13 @@ use crate::{
 };
 use glam::Vec2;
 use std::sync::Arc;
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 /// Context of `prepare`.
 pub(crate) struct Context<'a, 'd> {
     pub allocator: &'a mut Allocator<'d>,
     pub queue: &'a wgpu::Queue,
-    pub kernels: &'a mut Kernels,
+    pub kernels: &'a Kernels,
     pub config: &'a Config,
     pub casters: &'a CasterSet,
     pub scratch: &'a Arc<Scratch>,
@@ -108,13 +109,6 @@ impl ChunkBuffers {
     pub(crate) fn resources(&self) -> Resources<'_> {
         Resources::new().with("chunks", &self.chunks).with("project_params", &self.params)
     }
-}
-
-/// Chunks, bound to the kernel that reads them.
-#[derive(Debug)]
-pub(crate) struct Chunks {
-    pub count: u32,
-    pub bindings: BindGroup,
 }
 
 /// The views of a batch in a uniform array.

@@ -10,7 +10,7 @@ use crate::{
         Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
         Projection, ShadowSettings, View,
     },
-    stage::sort::pair_limit,
+    stage::{features::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -124,7 +124,9 @@ impl Shadows {
 
     /// A kernel that no frame needs, compiled on demand.
     pub(super) fn kernel_of(&self, desc: &KernelDesc) -> Result<Kernel, Error> {
-        Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, &[])?)
+        let kernel = lock(&self.engine).pipeline.kernels.get(desc, Features::NONE)?;
+        kernel.make()?;
+        Ok(kernel)
     }
 
     /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept
@@ -200,6 +202,7 @@ impl Shadows {
         Ok(Prepared {
             device: device.clone(),
             queue: queue.clone(),
+            kernels: pipeline.kernels.clone(),
             engine: Arc::clone(&self.engine),
             frame: *frame,
             caster_count: (casters.particles.len() + casters.triangles.len()) as u64

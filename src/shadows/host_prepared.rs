@@ -6,7 +6,8 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Constant, Kernel, KernelDesc, Memory, Timeline},
+    frame::Kernels,
+    gpu::{Kernel, Memory, Timeline},
     model::{ShadowSettings, View},
     stage::features::Features,
 };
@@ -18,6 +19,7 @@ use std::sync::{Arc, Mutex};
 pub struct Prepared {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
+    pub(super) kernels: Kernels,
     pub(super) engine: Arc<Mutex<Engine>>,
     pub(super) frame: u64,
     pub(super) caster_count: u64,
@@ -42,7 +44,7 @@ impl Prepared {
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         let engine = lock(&self.engine);
         if let Ok(maps) = self.current(&engine) {
-            maps.record(engine.pipeline.kernels(), encoder, timeline);
+            maps.record(encoder, timeline);
             timeline.end(encoder);
         }
     }
@@ -62,19 +64,9 @@ impl Prepared {
 
     /// A kernel of this device, compiled if needed.
     pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
-        let mut engine = lock(&self.engine);
-        let kernel = engine.pipeline.kernels.plan(&self.device, variant, features)?.clone();
+        let kernel = self.kernels.of(variant, features)?;
         kernel.make()?;
         Ok(kernel)
-    }
-
-    /// Like [`Self::kernel`], for a kernel that a host calls outside of frames.
-    pub(super) fn kernel_of(
-        &self,
-        desc: &KernelDesc,
-        constants: &[Constant],
-    ) -> Result<Kernel, Error> {
-        Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, constants)?)
     }
 
     /// Device and queue of the maps.
@@ -87,7 +79,7 @@ impl Prepared {
     pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) {
         let engine = lock(&self.engine);
         if let Ok(maps) = self.current(&engine) {
-            maps.record_counts(engine.pipeline.kernels(), encoder, &mut Timeline::untimed());
+            maps.counting.record(encoder, &mut Timeline::untimed());
         }
     }
 

@@ -55,7 +55,6 @@ pub(crate) use host::check;
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
 pub use host_prepared::Prepared;
 pub use host_shader::{LightBindings, look_up_text};
-pub use kernels::Kernels;
 pub(crate) use levels::AreaLevels;
 pub use light_points::{LightPoints, PointBuffers};
 #[cfg(feature = "picture")]

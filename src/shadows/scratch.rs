@@ -2,10 +2,9 @@
 use super::{
     Config,
     frame::{
-        self, Cleared, KEYS, PAIRS,
+        KEYS, PAIRS,
         resources::{SUMS, resource},
     },
-    list::List,
     parts::PartBuffers,
     plan::{ListPlan, Plan},
     small::SmallDepths,
@@ -192,10 +191,6 @@ impl Scratch {
         self.sums
             .resources()
             .with("footprints", &self.footprints)
-            .with(KEYS[0], &self.keys[0])
-            .with(KEYS[1], &self.keys[1])
-            .with(PAIRS[0], &self.pairs[0])
-            .with(PAIRS[1], &self.pairs[1])
             .with("rects", &self.rects)
             .with("setups", &self.setups)
             .with("tiles", &self.tiles)
@@ -205,25 +200,8 @@ impl Scratch {
             .with("run_offsets", &self.run_offsets)
             .with("overflow", &self.overflow)
             .with("dispatches", &self.dispatches)
-            .with("nothing_scattered", &self.nothing_scattered)
             .with("partials", &self.partials)
-            .with("composed", self.composed.as_ref().unwrap_or(&self.partials))
             .with("small_depths", &self.small.depths)
-    }
-
-    /// Resets the counters of a list to zero.
-    pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
-        for step in frame::steps(frame::Part::Clear) {
-            let frame::Work::Clear(all) = step.work else { continue };
-            for cleared in all {
-                let buffer = match cleared {
-                    Cleared::Counters => list.counters(),
-                    Cleared::Dispatches => &self.dispatches,
-                    Cleared::ScatteredTiles => &self.scattered_tiles,
-                };
-                encoder.clear_buffer(buffer, 0, None);
-            }
-        }
     }
 
     pub(crate) fn new(

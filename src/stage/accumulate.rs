@@ -4,12 +4,16 @@
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
 use super::{
     bin::SEGMENT_LENGTH,
+    curve,
+    features::Features,
     formula::{
         Formula::{self, Is, Least, Of, Product, Quotient, Sum},
         Number,
     },
+    llvmpipe,
     project::CHUNK_SIZE,
-    walk::{CANDIDATE, IN_ORDER, SUMS, WALK},
+    resolve,
+    walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -107,3 +111,33 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     constants: &[],
     tiers: Tier::ALL,
 };
+
+/// Kernels for casters that filter light.
+pub fn kernels(features: Features) -> WalkKernels {
+    let Features { plain, queued, .. } = features;
+    let curves = features.nodes > 0;
+    let composed = features.is_composed();
+    WalkKernels {
+        tiles: match (curves, plain) {
+            (true, true) => &curve::DISC_TILES,
+            (true, false) => &curve::TILES,
+            (false, true) if queued => &llvmpipe::DISC_QUEUE_TILES,
+            (false, true) => &DISC_TILES,
+            (false, false) => &TILES,
+        },
+        segments: match (curves, plain) {
+            (true, true) => &curve::DISC_SEGMENTS,
+            (true, false) => &curve::SEGMENTS,
+            (false, true) if queued => &llvmpipe::DISC_QUEUE_SEGMENTS,
+            (false, true) => &DISC_SEGMENTS,
+            (false, false) if composed => &ORDERED,
+            (false, false) => &SEGMENTS,
+        },
+        overflow: &OVERFLOW,
+        resolve: match (curves, composed) {
+            (true, _) => &curve::RESOLVE,
+            (false, true) => &resolve::ORDERED,
+            (false, false) => &resolve::TILES,
+        },
+    }
+}

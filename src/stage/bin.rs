@@ -14,7 +14,7 @@ use super::{
     },
     sort::Shape,
 };
-use crate::gpu::{Constant, KernelDesc, Tier};
+use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
@@ -43,6 +43,13 @@ pub const COUNT: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
+/// [`COUNT`] for GPUs.
+pub const WIDE_COUNT: KernelDesc = KernelDesc {
+    name: "bin_count_wide",
+    constants: &[("WORKGROUP_SIZE", WIDE_LANES as f64)],
+    ..COUNT
+};
+
 pub const SCAN: KernelDesc = KernelDesc {
     name: "bin_scan",
     entry: "bin_scan",
@@ -59,6 +66,13 @@ pub const EMIT: KernelDesc = KernelDesc {
     with: &[],
     constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
     tiers: &[Tier::Core],
+};
+
+/// [`EMIT`] for GPUs.
+pub const WIDE_EMIT: KernelDesc = KernelDesc {
+    name: "bin_emit_wide",
+    constants: &[("WORKGROUP_SIZE", WIDE_LANES as f64)],
+    ..EMIT
 };
 
 pub const TILES: KernelDesc = KernelDesc {
@@ -268,9 +282,12 @@ pub fn lanes(shape: Shape) -> u32 {
     }
 }
 
-/// Override of [`COUNT`] and [`EMIT`].
-pub fn workgroup_size(shape: Shape) -> Constant {
-    ("WORKGROUP_SIZE", f64::from(lanes(shape)))
+/// Kernels that count and emit.
+pub fn count_and_emit(shape: Shape) -> [&'static KernelDesc; 2] {
+    match shape {
+        Shape::Serial => [&COUNT, &EMIT],
+        Shape::Wide => [&WIDE_COUNT, &WIDE_EMIT],
+    }
 }
 
 /// Number of runs that a list is cut into: on software adapters few and long, on GPUs enough to keep all

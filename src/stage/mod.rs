@@ -26,6 +26,8 @@ pub mod simulate;
 pub mod sort;
 mod walk;
 
+pub use walk::WalkKernels;
+
 use crate::gpu::{KernelDesc, Tier};
 
 /// Every kernel.
@@ -45,8 +47,10 @@ pub const KERNELS: &[&KernelDesc] = &[
     &sort::WIDE_SCAN,
     &sort::WIDE_SCATTER,
     &bin::COUNT,
+    &bin::WIDE_COUNT,
     &bin::SCAN,
     &bin::EMIT,
+    &bin::WIDE_EMIT,
     &bin::TILES,
     &bin::PART_COUNT,
     &bin::PART_PLAN,

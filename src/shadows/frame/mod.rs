@@ -4,18 +4,14 @@ mod readers;
 pub mod resources;
 mod uploads;
 
-pub(crate) use readers::Readers;
 pub use readers::{Trait, Variants, variants};
 pub use uploads::{BatchUploads, ListUploads, Uploads};
 
-use crate::{
-    gpu::Resources,
-    stage::{
-        accumulate,
-        bin::{self, Dispatch},
-        formula::Formula::{self, Is},
-        project,
-    },
+use crate::stage::{
+    accumulate,
+    bin::{self, Dispatch},
+    formula::Formula::{self, Is},
+    project,
 };
 
 /// A kernel of a list, in any of its variants.
@@ -164,27 +160,6 @@ pub enum ResourceChoice {
     Curves(&'static str, &'static str),
     /// The first if segments are composed one by one.
     Composed(&'static str, &'static str),
-}
-
-/// Properties that choose between resources.
-#[derive(Clone, Copy, Debug)]
-pub struct Choices {
-    pub curves: bool,
-    pub composed: bool,
-    /// Digits of the sorts by depth and by tile, modulo 2.
-    pub sorted: [usize; 2],
-}
-
-impl ResourceChoice {
-    pub fn name(self, choices: Choices) -> &'static str {
-        match self {
-            Self::Is(name) => name,
-            Self::Sorted(names, of) => names[choices.sorted[of as usize]],
-            Self::Curves(a, _) if choices.curves => a,
-            Self::Composed(a, _) if choices.composed => a,
-            Self::Curves(_, b) | Self::Composed(_, b) => b,
-        }
-    }
 }
 
 /// Resources that a list expects to be zero.
@@ -349,37 +324,3 @@ pub const STEPS: &[Step] = &[
         READ,
     ),
 ];
-
-/// The parts in order, each with its steps.
-pub(crate) fn parts() -> impl Iterator<Item = (Part, &'static [Step])> {
-    STEPS.chunk_by(|a, b| a.part == b.part).map(|steps| (steps[0].part, steps))
-}
-
-/// Kernels of all steps whose conditions hold, and their bindings.
-pub(crate) fn kernels(
-    conditions: Conditions,
-) -> impl Iterator<Item = (Role, &'static [(&'static str, ResourceChoice)])> {
-    STEPS.iter().filter(move |step| conditions.hold(step.when)).filter_map(|step| match step.work {
-        Work::Kernel { role, sources, .. } => Some((role, sources)),
-        Work::Clear(_) | Work::Sort(_) => None,
-    })
-}
-
-/// The steps of a part.
-pub(crate) fn steps(part: Part) -> &'static [Step] {
-    parts().find(|(of, _)| *of == part).map_or(&[], |(_, steps)| steps)
-}
-
-/// `resources` by the names of the bindings.
-pub(crate) fn bound<'a>(
-    sources: &[(&'static str, ResourceChoice)],
-    resources: &Resources<'a>,
-    choices: Choices,
-) -> Resources<'a> {
-    sources.iter().fold(resources.clone(), |bound, &(binding, source)| {
-        match resources.get(source.name(choices)) {
-            Some(resource) => bound.with(binding, resource),
-            None => bound,
-        }
-    })
-}

@@ -1,67 +1,9 @@
-//! Kernels that read a list, and the choice of their variants.
+//! Variants of the kernels that read a list.
 use super::Role;
 use crate::{
     gpu::KernelDesc,
-    shadows::kernels::Variant,
     stage::{accumulate, bin, curve, features::Features, occlude, project, resolve},
 };
-
-/// The kernels that read a list.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Readers {
-    /// Name of the stage in the timeline, and of its last step.
-    pub stage: &'static str,
-    pub last: &'static str,
-    pub tiles: Variant,
-    pub segments: Variant,
-    pub overflow: Variant,
-    pub resolve: Variant,
-}
-
-impl Readers {
-    /// The kernel of a step.
-    pub(crate) const fn variant(&self, role: Role) -> Option<Variant> {
-        match role {
-            Role::Tiny => Some(Variant::AccumulateTiny),
-            Role::Overflow => Some(self.overflow),
-            Role::Tiles => Some(self.tiles),
-            Role::Segments => Some(self.segments),
-            Role::Resolve => Some(self.resolve),
-            Role::ProjectParticles
-            | Role::ProjectTriangles
-            | Role::BinCount
-            | Role::BinScan
-            | Role::BinEmit
-            | Role::BinTiles => None,
-        }
-    }
-
-    pub(crate) const OCCLUDE: Self = Self {
-        stage: "gobo occlude",
-        last: "gobo occlude",
-        tiles: Variant::OccludeTiles,
-        segments: Variant::OccludeSegments,
-        overflow: Variant::OccludeOverflow,
-        resolve: Variant::ResolveOpaque,
-    };
-    /// Readers for coloured dithering.
-    pub(crate) const COLORED: Self = Self {
-        stage: "gobo occlude",
-        last: "gobo occlude",
-        tiles: Variant::ColoredTiles,
-        segments: Variant::ColoredSegments,
-        overflow: Variant::ColoredOverflow,
-        resolve: Variant::ColoredResolve,
-    };
-    pub(crate) const ACCUMULATE: Self = Self {
-        stage: "gobo accumulate",
-        last: "gobo resolve",
-        tiles: Variant::AccumulateTiles,
-        segments: Variant::AccumulateSegments,
-        overflow: Variant::AccumulateOverflow,
-        resolve: Variant::ResolveTiles,
-    };
-}
 
 /// Property that chooses between variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,11 +58,6 @@ pub struct Variants {
 impl Variants {
     const fn only(otherwise: &'static KernelDesc) -> Self {
         Self { special: &[], otherwise }
-    }
-
-    pub(crate) fn choose(self, features: Features) -> &'static KernelDesc {
-        let holds = |(traits, _): &&(&[Trait], _)| traits.iter().all(|it| it.holds(features));
-        self.special.iter().find(holds).map_or(self.otherwise, |&(_, desc)| desc)
     }
 }
 

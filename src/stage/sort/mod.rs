@@ -1,6 +1,6 @@
 //! sort: pairs by some bits of their key. Stable, least significant digit first.
 //!
-//! In: `pairs`, `counts`. Out: one of the two pair textures ([`SortBindings::result`]).
+//! In: `pairs`, `counts`. Out: one of the two pair textures.
 //!
 //! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter.
 //! (Merrill, Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike
@@ -20,18 +20,14 @@ use super::formula::{
     },
     Number, Numbers,
 };
-use crate::{
-    error::Error,
-    gpu::{Kernel, KernelCache, KernelError, Resources, Tier, filled},
-    model::MAX_PAIRS,
-};
+use crate::{gpu::KernelDesc, model::MAX_PAIRS};
 use bytemuck::{Pod, Zeroable};
 pub use kernels::{
     LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, WIDE_COUNT, WIDE_SCAN,
     WIDE_SCATTER,
 };
-use std::{ops::Range, sync::OnceLock};
-use wgpu::TextureFormat::{R32Uint, Rg32Uint};
+use std::ops::Range;
+use wgpu::TextureFormat::Rg32Uint;
 
 /// Pairs in a row of a pair texture.
 pub const PAIR_ROW: u32 = 4096;
@@ -164,7 +160,7 @@ impl Shape {
     }
 
     /// Most bits of a digit of these keys [bits].
-    fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
+    pub fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
         let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MOST_BITS).len();
         match self {
             Self::Serial if capacity <= FEW_PAIRS || (as_few && capacity <= 2 * FEW_PAIRS) => {
@@ -175,200 +171,22 @@ impl Shape {
     }
 }
 
-/// Source of the number of pairs.
-#[derive(Clone, Copy, Debug)]
-pub enum SortCount<'a> {
-    /// At most this many; [`SortBindings::write_count`] sets the number before each frame.
-    Known(u32),
-    /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
-    FromBuffer { counts: &'a wgpu::Buffer, index: u32, capacity: u32 },
-}
-
-/// Sorts of one device. Kernels are compiled when something is first bound to them.
-#[derive(Debug)]
-pub struct Sort {
-    shape: Shape,
-    cache: KernelCache,
-    usual: OnceLock<Steps>,
-    long: OnceLock<Steps>,
-}
-
-#[derive(Debug)]
-struct Steps {
-    count: Kernel,
-    scan: Kernel,
-    scatter: Kernel,
-}
-
-impl Sort {
-    pub fn new(shape: Shape) -> Self {
-        Self::sharing(shape, KernelCache::default())
-    }
-
-    /// Like [`Self::new`], with the kernels that `cache` has already.
-    pub fn sharing(shape: Shape, cache: KernelCache) -> Self {
-        Self { shape, cache, usual: OnceLock::new(), long: OnceLock::new() }
-    }
-
-    fn steps(&self, device: &wgpu::Device, digit_bits: u32) -> Result<&Steps, KernelError> {
-        let (made, descs) = match (self.shape, digit_bits) {
-            (Shape::Serial, FEW_BITS) => {
-                (&self.usual, [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER])
-            }
-            (Shape::Serial, _) => (&self.long, [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER]),
-            (Shape::Wide, _) => (&self.usual, [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER]),
-        };
-        if let Some(steps) = made.get() {
-            return Ok(steps);
-        }
-        let [count, scan, scatter] =
-            descs.map(|desc| self.cache.plan(device, desc, Tier::Core, &[], &[]));
-        let steps = Steps { count: count?, scan: scan?, scatter: scatter? };
-        Ok(made.get_or_init(|| steps))
-    }
-
-    /// Allocates the scratch of a sort of `pairs[0]` by the `bits` of the keys. The textures have
-    /// [`PAIR_FORMAT`] and [`pair_texture_size`]; both are overwritten.
-    pub fn bind(
-        &self,
-        device: &wgpu::Device,
-        pairs: [&wgpu::TextureView; 2],
-        count: SortCount<'_>,
-        bits: Range<u32>,
-    ) -> Result<SortBindings, Error> {
-        let own_count = |count: u32| {
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            filled(device, "counts", &[count], usage)
-        };
-        let (counts, index, capacity) = match count {
-            SortCount::Known(capacity) => (&own_count(capacity), 0, capacity),
-            SortCount::FromBuffer { counts, index, capacity } => (counts, index, capacity),
-        };
-        let limit = pair_limit(device);
-        if capacity > limit {
-            return Err(Error::Limit {
-                limit: "pairs to sort",
-                have: limit.into(),
-                need: capacity.into(),
-                remedy: "lower the pair budget or the number of casters",
-            });
-        }
-        let partitions = self.shape.partition_limit(capacity);
-        let numbers = Numbers::default().with(Number::PartitionLimit, partitions);
-        let width = HISTOGRAM_WIDTH.count(&numbers);
-        // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.
-        let is_power = width.is_power_of_two() && width < RUN_LIMIT;
-        let width = width + SERIAL_WORKGROUP_SIZE * u32::from(is_power);
-        let histograms = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("histograms"),
-            size: wgpu::Extent3d { width, height: TOTAL_ROW + 1, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: R32Uint,
-            usage: wgpu::TextureUsages::STORAGE_BINDING,
-            view_formats: &[],
-        });
-        let digit_bits = self.shape.digit_bits(capacity, bits.clone());
-        let steps = self.steps(device, digit_bits)?;
-        let bind_digit = |at: usize, digit: Range<u32>| {
-            let digit_count = 1 << digit.len();
-            let pass = SortPass { shift: digit.start, digit_count, capacity, count_index: index };
-            let pass = filled(device, "sort_pass", &[pass], wgpu::BufferUsages::UNIFORM);
-            let [from, to] = if at.is_multiple_of(2) { pairs } else { [pairs[1], pairs[0]] };
-            let resources = Resources::new()
-                .with("sort_pass", &pass)
-                .with("counts", counts)
-                .with("histograms", &histograms)
-                .with("pairs", from)
-                .with("sorted_pairs", to);
-            Ok(PassBindings {
-                digit_count,
-                count: steps.count.bind(device, &resources)?,
-                scan: steps.scan.bind(device, &resources)?,
-                scatter: steps.scatter.bind(device, &resources)?,
-            })
-        };
-        let passes = digits(bits, digit_bits)
-            .enumerate()
-            .map(|(at, digit)| bind_digit(at, digit))
-            .collect::<Result<_, Error>>()?;
-        let size = histograms.size();
-        Ok(SortBindings {
-            passes,
-            is_long: self.shape == Shape::Serial && digit_bits > FEW_BITS,
-            own_count: matches!(count, SortCount::Known(_)).then(|| counts.clone()),
-            capacity,
-            count: capacity,
-            scratch_size: u64::from(size.width) * u64::from(size.height) * 4,
-        })
-    }
-
-    /// Records the sort; creates nothing.
-    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bindings: &SortBindings) {
-        let partitions = self.shape.partition_limit(bindings.count);
-        if partitions == 0 {
-            return;
-        }
-        let steps = if bindings.is_long { &self.long } else { &self.usual };
-        // `bindings` were made by `bind`, which made these kernels.
-        let Some(steps) = steps.get() else { return };
-        let lanes = self.shape.lanes();
-        for digit in &bindings.passes {
-            let [partition_groups, digit_groups] =
-                [partitions, digit.digit_count].map(|n| n.div_ceil(lanes));
-            steps.count.record(pass, &digit.count, [partition_groups, 1, 1]);
-            steps.scan.record(pass, &digit.scan, [digit_groups, 1, 1]);
-            steps.scatter.record(pass, &digit.scatter, [partition_groups, 1, 1]);
-        }
+/// Kernels that count, scan and scatter a digit of so many bits.
+pub fn kernels(shape: Shape, digit_bits: u32) -> [&'static KernelDesc; 3] {
+    match (shape, digit_bits) {
+        (Shape::Serial, FEW_BITS) => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
+        (Shape::Serial, _) => [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER],
+        (Shape::Wide, _) => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
     }
 }
 
-#[derive(Debug)]
-struct PassBindings {
-    digit_count: u32,
-    count: wgpu::BindGroup,
-    scan: wgpu::BindGroup,
-    scatter: wgpu::BindGroup,
-}
-
-/// A sort with its resources, ready to be recorded any number of times.
-#[derive(Debug)]
-pub struct SortBindings {
-    passes: Vec<PassBindings>,
-    is_long: bool,
-    /// Buffer of the count, if the CPU knows it.
-    own_count: Option<wgpu::Buffer>,
-    /// Capacity of the textures [pairs].
-    capacity: u32,
-    /// Pairs that the dispatches cover [pairs].
-    count: u32,
-    scratch_size: u64,
-}
-
-impl SortBindings {
-    /// Which of the two pair textures holds the sorted pairs.
-    pub fn result(&self) -> usize {
-        self.passes.len() % 2
-    }
-
-    /// Size of the histograms [bytes].
-    pub fn scratch_size(&self) -> u64 {
-        self.scratch_size
-    }
-
-    /// Buffer of the number of pairs, for [`SortCount::Known`]: a kernel may lower it.
-    pub fn count_buffer(&self) -> Option<&wgpu::Buffer> {
-        self.own_count.as_ref()
-    }
-
-    /// Sets the number of pairs of the next frame, at most the capacity; for [`SortCount::Known`].
-    pub fn write_count(&mut self, queue: &wgpu::Queue, count: u32) {
-        if let Some(own) = &self.own_count {
-            self.count = count.min(self.capacity);
-            queue.write_buffer(own, 0, bytemuck::bytes_of(&self.count));
-        }
-    }
+/// Size of the histograms of so many partitions [texels].
+pub fn histogram_size(partitions: u32) -> [u32; 2] {
+    let numbers = Numbers::default().with(Number::PartitionLimit, partitions);
+    let width = HISTOGRAM_WIDTH.count(&numbers);
+    // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.
+    let is_power = width.is_power_of_two() && width < RUN_LIMIT;
+    [width + SERIAL_WORKGROUP_SIZE * u32::from(is_power), TOTAL_ROW + 1]
 }
 
 /// Digits that cover `bits`: as few as possible of at most `most` bits, as even as possible, lowest first.
