@@ -29,7 +29,7 @@
 //! let settings = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..Default::default() };
 //! let prepared = shadows.prepare(&casters, &views, &settings)?;
 //! let mut encoder = device.create_command_encoder(&Default::default());
-//! prepared.record(&mut encoder);
+//! prepared.record(&mut encoder)?;
 //! queue.submit([encoder.finish()]);
 //!
 //! let counters = prepared.counters()?;

@@ -4,7 +4,6 @@ use super::{
     failure::Failure,
     files, frame,
     look_up::{self, LookUp},
-    passes,
     translate::{Kernel, translate},
     writers::BufferSizes,
 };
@@ -100,14 +99,14 @@ enum Kind {
 }
 
 /// A variant of a kernel with other constants.
-pub(crate) struct Cut {
+struct Cut {
     /// Suffix of its id.
-    pub(crate) suffix: &'static str,
-    pub(crate) constants: Vec<Constant>,
+    suffix: &'static str,
+    constants: Vec<Constant>,
 }
 
 /// Exported variants of a kernel, the kernel itself first.
-pub(crate) fn cuts(desc: &KernelDesc) -> Vec<Cut> {
+fn cuts(desc: &KernelDesc) -> Vec<Cut> {
     let mut cuts = vec![Cut { suffix: "", constants: Vec::new() }];
     if desc.constants.iter().any(|&(name, _)| name == "NODES") {
         let cut = |(suffix, nodes)| Cut { suffix, constants: vec![("NODES", nodes)] };
@@ -117,7 +116,7 @@ pub(crate) fn cuts(desc: &KernelDesc) -> Vec<Cut> {
 }
 
 /// Unique id of a kernel.
-pub(crate) fn id(desc: &KernelDesc, suffix: &str, tier: Tier) -> String {
+fn id(desc: &KernelDesc, suffix: &str, tier: Tier) -> String {
     let tier = match tier {
         Tier::Core => "",
         Tier::Native => "_native",
@@ -133,7 +132,7 @@ pub(crate) fn run(
 ) -> Result<(), Failure> {
     files::create_dir(out)?;
     if let Some(scene) = scene {
-        write_json(&out.join("frame.json"), &frame::write(scene, set, out)?)?;
+        write_json(&out.join("frame.json"), &frame::write(target, scene, set, out)?)?;
     }
     let mut kernels = Vec::new();
     for (desc, tier) in variants() {
@@ -144,7 +143,6 @@ pub(crate) fn run(
     let look_ups = look_up::write(target, out)?;
     let (gobo, language) = (env!("CARGO_PKG_VERSION"), target.version());
     let manifest = Manifest { gobo, language, kernels, look_ups };
-    write_json(&out.join("passes.json"), &passes::passes()?)?;
     // The manifest is last: all files that it names exist.
     write_json(&out.join("manifest.json"), &manifest)
 }

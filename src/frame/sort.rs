@@ -64,7 +64,7 @@ impl Sort {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: R32Uint,
-            usage: wgpu::TextureUsages::STORAGE_BINDING,
+            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let digit_bits = shape.digit_bits(capacity, bits.clone());

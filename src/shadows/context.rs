@@ -5,10 +5,7 @@ use crate::{
     frame::Kernels,
     gpu::{Allocator, Resources},
     records::{GpuView, MAX_VIEWS},
-    stage::{
-        formula::Number,
-        project::{Chunk, ProjectParams},
-    },
+    stage::project::{Chunk, ProjectParams},
 };
 use glam::Vec2;
 use std::sync::Arc;
@@ -71,11 +68,13 @@ impl Context<'_, '_> {
     }
 
     fn project_params(&self, plan: &ListPlan, chunk_count: u32) -> ProjectParams {
-        let numbers = plan
-            .numbers(self.config.profile.shape)
-            .with(Number::ChunkCount, chunk_count)
-            .with(Number::Scatter, u64::from(self.scatters(plan)));
-        ProjectParams::of(&numbers)
+        ProjectParams {
+            chunk_count,
+            scatter: u32::from(self.scatters(plan)),
+            first_setup: plan.first_setup,
+            include_non_casters: u32::from(plan.camera),
+            by_distance: u32::from(plan.filters && plan.features.over),
+        }
     }
 
     /// Whether tiny particles of the list skip sort and bin.

@@ -1,6 +1,6 @@
 //! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
-    CasterSet, Config, HostInputs, PairCapacity, Pipeline, Prepared, PreparedMaps, frame::Uploads,
+    CasterSet, Config, HostInputs, PairCapacity, Pipeline, Prepared, PreparedMaps,
     host_depths::depth_inputs,
 };
 use crate::{
@@ -251,15 +251,6 @@ impl Shadows {
         let pipeline = &mut engine.pipeline;
         change(&mut pipeline.config);
         pipeline.kernels.follow(pipeline.config.profile);
-    }
-
-    /// Uploads of a frame with the casters of the last [`Self::prepare`].
-    #[doc(hidden)]
-    pub fn uploads(&mut self, casters: &Casters<'_>, views: &[View]) -> Result<Uploads, Error> {
-        let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.capacity.pairs);
-        self.with_casters(|pipeline, set| {
-            pipeline.uploads((&device, &queue), set, casters, views, pairs)
-        })
     }
 
     /// Uploads changes of `casters` before [`Self::prepare_with`] does, and returns the identity of the set.

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    frame::Kernels,
+    frame::{Commands, Kernels},
     gpu::{Kernel, Memory, Timeline},
     model::{ShadowSettings, View},
     stage::features::Features,
@@ -34,19 +34,29 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing;
-    /// records nothing if a later [`prepare`](super::Shadows::prepare) has taken the maps over.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.record_timed(encoder, &mut Timeline::untimed());
+    /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing.
+    ///
+    /// # Errors
+    /// [`Error::Superseded`] if a later [`prepare`](super::Shadows::prepare) has taken the maps over; then
+    /// nothing is recorded.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.record_timed(encoder, &mut Timeline::untimed())
     }
 
     /// Like [`Self::record`], with timestamps around each stage.
-    pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let engine = lock(&self.engine);
-        if let Ok(maps) = self.current(&engine) {
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_timed(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) -> Result<(), Error> {
+        self.with_maps(|maps| {
             maps.record(encoder, timeline);
             timeline.end(encoder);
-        }
+            Ok(())
+        })
     }
 
     /// Replaces the bindings of the host's casters of `set`, an index, by others of the same layout, from
@@ -69,6 +79,15 @@ impl Prepared {
         Ok(kernel)
     }
 
+    /// The commands of the frame: for its export.
+    ///
+    /// # Errors
+    /// If a later [`prepare`](super::Shadows::prepare) has taken the maps over.
+    #[doc(hidden)]
+    pub fn commands(&self) -> Result<Commands, Error> {
+        self.with_maps(|maps| Ok(maps.commands.clone()))
+    }
+
     /// Device and queue of the maps.
     pub(super) fn device(&self) -> (&wgpu::Device, &wgpu::Queue) {
         (&self.device, &self.queue)
@@ -76,11 +95,14 @@ impl Prepared {
 
     /// Records only the counting of pairs: if nothing of a scene is known, [`Self::counters`] then gives
     /// the needed capacity at a fraction of a frame's time, so that no frame takes the slower scatter path.
-    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) {
-        let engine = lock(&self.engine);
-        if let Ok(maps) = self.current(&engine) {
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.with_maps(|maps| {
             maps.counting.record(encoder, &mut Timeline::untimed());
-        }
+            Ok(())
+        })
     }
 
     pub(super) fn with_maps<T>(

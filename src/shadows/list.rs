@@ -15,7 +15,6 @@ use crate::{
     stage::{
         bin::{self, BatchCounters, BinParams},
         features::Features,
-        formula::Number,
         project::{self, grid},
     },
 };
@@ -72,16 +71,19 @@ impl List {
         let scratch: &Scratch = context.scratch;
         let counters = ReadBack::<BatchCounters>::new(context.allocator, "counters")?;
         let shape = context.config.profile.shape;
-        let numbers = plan
-            .numbers(shape)
-            .with(Number::PairCapacity, scratch.pair_capacity)
-            .with(Number::TileCount, tile_count)
-            .with(Number::ViewCount, view_count);
+        let values = BinParams::new(
+            shape,
+            plan.footprint_count,
+            scratch.pair_capacity,
+            tile_count,
+            view_count,
+            plan.segment_length(),
+        );
         let chunks = [
             (&project::PARTICLES, context.chunk_buffers(plan, &plan.particle_chunks)?),
             (&project::TRIANGLES, context.chunk_buffers(plan, &plan.triangle_chunks)?),
         ];
-        let params = context.uniform("bin_params", &BinParams::of(&numbers));
+        let params = context.uniform("bin_params", &values);
         let host = plan.host.as_ref().zip(context.casters.host());
         let host = host.map(|host| HostChunks::new(context, plan, host)).transpose()?;
         let kernels = context.kernels;
@@ -95,7 +97,7 @@ impl List {
                 capacity: scratch.pair_capacity,
             };
             let [a, b] = &scratch.pairs;
-            let by_tile = Sort::new(kernels, [a, b], counted, 0..bin::TILE_BITS.count(&numbers))?;
+            let by_tile = Sort::new(kernels, [a, b], counted, 0..bin::tile_bits(tile_count))?;
             let bytes = by_depth.scratch_size() + by_tile.scratch_size();
             context.allocator.memory.add("histograms", bytes);
             Some((by_depth, by_tile))
@@ -142,7 +144,7 @@ impl List {
                 .with("pairs", &scratch.pairs[0])
                 .with("rects", rects);
             let [count, emit] = bin::count_and_emit(shape);
-            let runs = bin::RUN_GROUPS.map(|groups| groups.count(&numbers));
+            let runs = values.run_groups(shape);
             pairs.pass(
                 "gobo bin",
                 [
@@ -158,8 +160,7 @@ impl List {
         let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources =
             resources.with("pairs", &scratch.pairs[sorted[1]]).with("scattered_tiles", scattered);
-        let groups = bin::TILE_GROUPS.map(|groups| groups.count(&numbers));
-        of_tiles.push(run(&bin::TILES, &resources, groups)?);
+        of_tiles.push(run(&bin::TILES, &resources, values.tile_groups())?);
         tiles.pass("gobo bin", of_tiles);
         let parts = Parts::new(context, plan, tile_count, &resources, sorted[0])?;
         Ok(Self {

@@ -14,7 +14,6 @@ pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
 mod filter_mips;
-pub mod frame;
 mod groups;
 mod host;
 mod host_casters;

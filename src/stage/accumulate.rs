@@ -6,10 +6,6 @@ use super::{
     bin::SEGMENT_LENGTH,
     curve,
     features::Features,
-    formula::{
-        Formula::{self, Is, Least, Of, Product, Quotient, Sum},
-        Number,
-    },
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
@@ -24,19 +20,14 @@ use crate::{
 /// stay below 2^32.
 pub const TINY_GROUPS: u32 = 32;
 
-/// Workgroups of `tiny`.
-pub const TINY_GRID: [Formula; 3] =
-    [Least(&Of(Number::TinyChunks), &Is(TINY_GROUPS as u64)), Is(1), Is(1)];
-
-/// Most texels of segments that are composed one by one, 32 bytes each: the pair budget's default would
-/// need slightly more than a storage binding of 128 MiB holds.
-pub const COMPOSED_TEXELS: Formula = {
-    const TEXELS: Formula = Is((TILE_SIZE * TILE_SIZE) as u64);
-    const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(SEGMENT_LENGTH as u64));
-    const SEGMENTS: Formula = Sum(&Product(&Is(2), &WHOLE), &Is(1));
-    const MOST: Formula = Quotient(&Is((128 << 20) / 32), &TEXELS);
-    Product(&Least(&SEGMENTS, &MOST), &TEXELS)
-};
+/// Most texels of segments that are composed one by one, 32 bytes each, for so many pairs: the pair budget's
+/// default would need slightly more than a storage binding of 128 MiB holds.
+pub fn composed_texels(pair_capacity: u32) -> u64 {
+    const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
+    const MAX_SEGMENTS: u64 = (128 << 20) / 32 / TEXELS;
+    let segments = 2 * u64::from(pair_capacity / SEGMENT_LENGTH) + 1;
+    segments.min(MAX_SEGMENTS) * TEXELS
+}
 
 /// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");

@@ -11,7 +11,6 @@ pub mod colored;
 pub mod curve;
 pub mod features;
 pub mod filter;
-pub mod formula;
 pub mod import;
 pub mod levels;
 pub mod llvmpipe;

@@ -89,7 +89,7 @@ impl Host {
 
     fn run(&self, masks: &LightMasks) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.prepared.record(&mut encoder);
+        self.prepared.record(&mut encoder).unwrap();
         masks.record(&mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
         let mut texels = self.gpu.read_texture(masks.texture().unwrap());

@@ -89,7 +89,7 @@ fn emitted(
     let footprint_count = sorted.len() as u32;
     let run_length = bin::run_length(shape, footprint_count);
     let run_count = footprint_count.div_ceil(run_length);
-    assert!(u64::from(run_count) <= bin::max_runs(shape));
+    assert!(run_count <= bin::max_runs(shape));
     let params = BinParams {
         footprint_count,
         run_length,

@@ -14,12 +14,6 @@
 //! ```
 mod kernels;
 
-use super::formula::{
-    Formula::{
-        self, Difference, Is, Least, Most, Named, Of, Power, Product, Quotient, QuotientUp, Sum,
-    },
-    Number, Numbers,
-};
 use crate::{gpu::KernelDesc, model::MAX_PAIRS};
 use bytemuck::{Pod, Zeroable};
 pub use kernels::{
@@ -92,37 +86,6 @@ pub struct SortPass {
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
-/// Digits of the keys, which begin at bit 0: as few as hold them, as even as can be.
-pub const DIGITS: Formula =
-    Named("digits", &QuotientUp(&Of(Number::KeyBits), &Of(Number::DigitBits)));
-/// Bit where the digit at hand begins, and the next one.
-const SHIFT: Formula =
-    Named("shift", &Quotient(&Product(&Of(Number::KeyBits), &Of(Number::Digit)), &DIGITS));
-const NEXT_SHIFT: Formula = {
-    const NEXT: Formula = Sum(&Of(Number::Digit), &Is(1));
-    Named("next_shift", &Quotient(&Product(&Of(Number::KeyBits), &NEXT), &DIGITS))
-};
-const DIGIT_COUNT: Formula = Named("digit_count", &Power(&Difference(&NEXT_SHIFT, &SHIFT)));
-
-/// Fields of [`SortPass`], whose count is the element of so many in its buffer.
-pub const fn pass_params(count_index: u32) -> [Formula; 4] {
-    let index = if count_index == 0 { Is(0) } else { Is(1) };
-    [SHIFT, DIGIT_COUNT, Of(Number::SortCapacity), index]
-}
-
-/// Workgroups of the kernels that count and scatter.
-pub const PARTITION_GROUPS: [Formula; 3] =
-    [QuotientUp(&Of(Number::PartitionLimit), &Of(Number::SortLanes)), Is(1), Is(1)];
-/// Workgroups of the kernel that scans.
-pub const SCAN_GROUPS: [Formula; 3] =
-    [QuotientUp(&DIGIT_COUNT, &Of(Number::SortLanes)), Is(1), Is(1)];
-/// Least width of the histograms [texels].
-pub const HISTOGRAM_WIDTH: Formula = {
-    const LANES: Formula = Is(SERIAL_WORKGROUP_SIZE as u64);
-    const WHOLE: Formula = Product(&QuotientUp(&Of(Number::PartitionLimit), &LANES), &LANES);
-    Most(&WHOLE, &Is(TOTAL_ROW as u64))
-};
-
 /// Partition of the work. Both shapes give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -136,18 +99,12 @@ pub enum Shape {
 impl Shape {
     /// Most runs or blocks for `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
-        self.partitions().count(&Numbers::default().with(Number::SortCapacity, count))
-    }
-
-    /// The most runs or blocks of a sort.
-    pub const fn partitions(self) -> Formula {
-        const PAIRS: Formula = Of(Number::SortCapacity);
-        const SHORTEST: Formula =
-            Least(&QuotientUp(&PAIRS, &Is(RUN_MIN as u64)), &Is(RUN_TARGET as u64));
-        const RUNS: Formula = Most(&SHORTEST, &QuotientUp(&PAIRS, &Is(RUN_USUAL as u64)));
         match self {
-            Self::Serial => Least(&RUNS, &Is(RUN_LIMIT as u64)),
-            Self::Wide => QuotientUp(&PAIRS, &Is(WIDE_BLOCK as u64)),
+            Self::Serial => {
+                let shortest = count.div_ceil(RUN_MIN).min(RUN_TARGET);
+                shortest.max(count.div_ceil(RUN_USUAL)).min(RUN_LIMIT)
+            }
+            Self::Wide => count.div_ceil(WIDE_BLOCK),
         }
     }
 
@@ -182,8 +139,7 @@ pub fn kernels(shape: Shape, digit_bits: u32) -> [&'static KernelDesc; 3] {
 
 /// Size of the histograms of so many partitions [texels].
 pub fn histogram_size(partitions: u32) -> [u32; 2] {
-    let numbers = Numbers::default().with(Number::PartitionLimit, partitions);
-    let width = HISTOGRAM_WIDTH.count(&numbers);
+    let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
     // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.
     let is_power = width.is_power_of_two() && width < RUN_LIMIT;
     [width + SERIAL_WORKGROUP_SIZE * u32::from(is_power), TOTAL_ROW + 1]
@@ -194,9 +150,8 @@ pub fn histogram_size(partitions: u32) -> [u32; 2] {
 pub fn digits(bits: Range<u32>, most: u32) -> impl ExactSizeIterator<Item = Range<u32>> {
     let end = bits.end.min(32);
     let start = bits.start.min(end);
-    let numbers =
-        Numbers::default().with(Number::KeyBits, end - start).with(Number::DigitBits, most);
-    let digit_count = DIGITS.count(&numbers);
-    let edge = move |digit: u32| start + SHIFT.count(&numbers.with(Number::Digit, digit));
+    let bits = end - start;
+    let digit_count = bits.div_ceil(most);
+    let edge = move |digit: u32| start + bits * digit / digit_count;
     (0..digit_count).map(move |digit| edge(digit)..edge(digit + 1))
 }
