@@ -149,7 +149,7 @@ fn allocations(device: &wgpu::Device, prepared: &Prepared) -> Result<[u64; 2], B
     let path = std::env::temp_dir().join(format!("gobo_frame_{}.json", std::process::id()));
     let mut encoder = device.create_command_encoder(&Default::default());
     let profiler = dhat::Profiler::builder().file_name(&path).trim_backtraces(None).build();
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder)?;
     drop(profiler);
     let report: Value = serde_json::from_slice(&fs::read(&path)?)?;
     fs::remove_file(&path)?;
@@ -170,7 +170,7 @@ fn frames(device: &wgpu::Device, prepared: &Prepared, count: usize) -> Vec<[f64;
     let frame = |_| {
         let mut encoder = device.create_command_encoder(&Default::default());
         let start = Instant::now();
-        prepared.record(&mut encoder);
+        prepared.record(&mut encoder).expect("no later frame is prepared");
         let recorded = start.elapsed();
         let commands = encoder.finish();
         let finished = start.elapsed();

@@ -6,8 +6,9 @@ mod common;
 use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
+    frame::{Commands, Kernels, Sort, SortCount},
     glam::{UVec2, Vec3},
-    gpu::Gpu,
+    gpu::{Gpu, KernelCache},
     model::{Bounds, Casters, Light, LightKind, Material, Particle},
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     reference::{self, Pair, project::ProjectParams},
@@ -17,7 +18,7 @@ use gobo::{
     },
     stage::{
         profile::Profile,
-        sort::{PAIR_FORMAT, Sort, SortCount, pair_texture_size},
+        sort::{PAIR_FORMAT, pair_texture_size},
     },
     view::light_views,
 };
@@ -159,7 +160,8 @@ fn cpu_cull(criterion: &mut Criterion) {
 fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
-    let sort = Sort::new(Profile::of(&gpu.adapter).shape);
+    let kernels =
+        Kernels::new(&gpu.device, gpu.tier, Profile::of(&gpu.adapter), KernelCache::default());
     for count in COUNTS {
         let textures = ["unsorted", "pairs", "sorted_pairs"]
             .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));
@@ -170,16 +172,19 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
         let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
         group.throughput(Throughput::Elements(count.into()));
         for bits in [DEPTH_BITS, 32] {
-            let bindings = sort
-                .bind(&gpu.device, [&views[1], &views[2]], SortCount::Known(count), 0..bits)
-                .expect("the pairs fit");
+            let known = SortCount::Known(count);
+            let sort =
+                Sort::new(&kernels, [&views[1], &views[2]], known, 0..bits).expect("the pairs fit");
+            kernels.finish().expect("the kernels are made");
+            let mut commands = Commands::new();
+            commands.pass("sort", sort.dispatches);
             group.bench_function(BenchmarkId::new(format!("{bits} bits"), count), |bencher| {
                 bencher.iter_custom(|frames| {
                     stage_time(gpu, &mut timeline, "sort", frames, |encoder, timeline| {
                         timeline.step(encoder, "copy");
                         let [from, to] = [&textures[0], &textures[1]].map(|t| t.as_image_copy());
                         encoder.copy_texture_to_texture(from, to, textures[0].size());
-                        sort.record(&mut timeline.pass(encoder, "sort"), &bindings);
+                        commands.record(encoder, timeline);
                     })
                 });
             });
@@ -212,7 +217,7 @@ fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
                 group.bench_function(BenchmarkId::new(footprint.to_string(), count), |bencher| {
                     bencher.iter_custom(|frames| {
                         stage_time(gpu, &mut timeline, stage, frames, |encoder, timeline| {
-                            prepared.record(pipeline.kernels(), encoder, timeline);
+                            prepared.record(encoder, timeline);
                         })
                     });
                 });

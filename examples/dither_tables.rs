@@ -105,15 +105,15 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
         )?;
         let pairs = Some(count.saturating_mul(120).max(1 << 16));
         let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &[view()], pairs)?;
-        let frame = |pipeline: &mut Pipeline| -> Result<f64, Box<dyn std::error::Error>> {
+        let frame = || -> Result<f64, Box<dyn std::error::Error>> {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
+            prepared.record(&mut encoder, &mut Timeline::untimed());
             let clock = Clock::start(&gpu);
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
             Ok(clock.milliseconds())
         };
-        (0..runs(count)).map(|_| frame(&mut pipeline)).collect::<Result<Vec<f64>, _>>()
+        (0..runs(count)).map(|_| frame()).collect::<Result<Vec<f64>, _>>()
     };
     // Other load on the machine only adds time.
     let mut fastest = |transfer, count| -> Result<f64, Box<dyn std::error::Error>> {

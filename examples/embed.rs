@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
         // Records only; the host submits.
         let mut encoder = device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder);
+        prepared.record(&mut encoder)?;
         queue.submit([encoder.finish()]);
 
         // Blocks until the device is done: a host calls this now and then, or never.

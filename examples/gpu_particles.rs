@@ -123,7 +123,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut encoder = device.create_command_encoder(&Default::default());
         simulation.record(&mut encoder);
         let start = Instant::now();
-        prepared.record(&mut encoder);
+        prepared.record(&mut encoder)?;
         recording += start.elapsed().as_secs_f64() * 1e6 / f64::from(FRAMES);
         queue.submit([encoder.finish()]);
         device.poll(wgpu::PollType::wait_indefinitely())?;
@@ -152,7 +152,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let casters = Casters { particles: &particles, in_order: true, ..casters };
     let prepared = shadows.prepare(&casters, &views, &settings)?;
     let mut encoder = device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder)?;
     queue.submit([encoder.finish()]);
     let expected = shares(&device, &queue, &prepared, &lights)?;
 

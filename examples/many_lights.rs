@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let views = shadow_views(&scene);
     let prepared = pipeline.prepare(device, queue, &casters, &views, None)?;
     let mut encoder = device.create_command_encoder(&Default::default());
-    prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
+    prepared.record(&mut encoder, &mut Timeline::untimed());
     queue.submit([encoder.finish()]);
 
     println!("{}; {path}: {} lights, {} views", gpu.adapter.name, scene.lights.len(), views.len());
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let picture = pipeline.prepare_picture(&request, &mut Default::default())?;
         let mut times: Vec<[f64; 3]> = Vec::new();
         for _ in 0..=RUNS {
-            times.push(frame(&gpu, &mut pipeline, &picture)?);
+            times.push(frame(&gpu, &picture)?);
         }
         let median = |i: usize| {
             let mut sorted: Vec<f64> = times[1..].iter().map(|time| time[i]).collect();
@@ -82,11 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Times of the stages `cluster` and `shade`, and of the frame [ms].
-fn frame(
-    gpu: &Gpu,
-    pipeline: &mut Pipeline,
-    picture: &PreparedPicture,
-) -> Result<[f64; 3], gobo::error::Error> {
+fn frame(gpu: &Gpu, picture: &PreparedPicture) -> Result<[f64; 3], gobo::error::Error> {
     // A software adapter stamps when it records, not when the work is done.
     let mut timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
         Timeline::stepped(&gpu.device, &gpu.queue)
@@ -95,7 +91,7 @@ fn frame(
     };
     let start = Instant::now();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
+    picture.record(&mut encoder, &mut timeline);
     timeline.finish(&mut encoder);
     gpu.queue.submit([encoder.finish()]);
     picture.read_counters(gpu)?;

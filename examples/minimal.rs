@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let points = PointBuffers { count: 2, positions: &positions, normals: None };
     let lit = prepared.light_points(&lights, &[0], &points)?;
     let mut encoder = device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder)?;
     lit.record(&mut encoder);
     queue.submit([encoder.finish()]);
     wgpu::util::DownloadBuffer::read_buffer(&device, &queue, &lit.shares().slice(..), |bytes| {

@@ -81,7 +81,7 @@ fn measure(
     for time in &mut times[1..] {
         let start = Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder);
+        prepared.record(&mut encoder)?;
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
         *time = start.elapsed().as_secs_f64() * 1e3;

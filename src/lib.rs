@@ -29,7 +29,7 @@
 //! let settings = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..Default::default() };
 //! let prepared = shadows.prepare(&casters, &views, &settings)?;
 //! let mut encoder = device.create_command_encoder(&Default::default());
-//! prepared.record(&mut encoder);
+//! prepared.record(&mut encoder)?;
 //! queue.submit([encoder.finish()]);
 //!
 //! let counters = prepared.counters()?;
@@ -51,6 +51,8 @@
 // A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
+#[doc(hidden)]
+pub mod frame;
 #[doc(hidden)]
 pub mod gpu;
 pub mod model;

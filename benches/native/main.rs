@@ -12,15 +12,16 @@ use accumulate::{Lists, Texel};
 use common::{SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
+    frame::{Commands, Kernels, Sort, SortCount},
     glam::UVec2,
-    gpu::{Gpu, Timeline},
+    gpu::{Gpu, KernelCache, Timeline},
     model::{Casters, Material},
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     reference::{self, Pair, project::ProjectParams},
     shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},
     stage::{
         profile::Profile,
-        sort::{PAIR_FORMAT, Sort, SortCount, pair_texture_size},
+        sort::{PAIR_FORMAT, pair_texture_size},
     },
     wgpu,
 };
@@ -181,7 +182,7 @@ fn compare_accumulate(gpu: &Gpu) {
         let (mut kernel, mut native) = (Times::default(), Times::default());
         for run in 0..WARM_UP + RUNS {
             let record = |encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline| {
-                prepared.record(pipeline.kernels(), encoder, timeline);
+                prepared.record(encoder, timeline);
             };
             kernel.add(run, stage_time(gpu, &mut timeline, "accumulate", 1, record));
             native.add(run, timed(|| accumulate::accumulate(level, threads, &lists, &mut map)));
@@ -216,7 +217,8 @@ fn compare_sort(gpu: &Gpu) {
     let Gpu { device, queue, .. } = gpu;
     // Shared by both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
-    let sort = Sort::new(Profile::of(&gpu.adapter).shape);
+    let kernels_of =
+        Kernels::new(device, gpu.tier, Profile::of(&gpu.adapter), KernelCache::default());
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);
     for (count, bits) in SORTS {
         let keys = pairs(count).into_iter();
@@ -235,8 +237,12 @@ fn compare_sort(gpu: &Gpu) {
         gpu.write_texture(&textures[0], &texels);
         let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
         let known = SortCount::Known(count);
-        let bindings =
-            sort.bind(device, [&views[1], &views[2]], known, 0..bits).expect("the pairs fit");
+        let sort =
+            Sort::new(&kernels_of, [&views[1], &views[2]], known, 0..bits).expect("the pairs fit");
+        kernels_of.finish().expect("the kernels are made");
+        let result = sort.result();
+        let mut commands = Commands::new();
+        commands.pass("sort", sort.dispatches);
         let from = gpu.upload("unsorted", &unsorted, wgpu::BufferUsages::STORAGE);
         let to = gpu.storage::<Pair>("sorted", unsorted.len());
 
@@ -248,7 +254,7 @@ fn compare_sort(gpu: &Gpu) {
                 timeline.step(encoder, "copy");
                 let [from, to] = [&textures[0], &textures[1]].map(|t| t.as_image_copy());
                 encoder.copy_texture_to_texture(from, to, textures[0].size());
-                sort.record(&mut timeline.pass(encoder, "sort"), &bindings);
+                commands.record(encoder, timeline);
             };
             kernels.add(run, stage_time(gpu, &mut timeline, "sort", 1, record));
             sorted.clone_from(&unsorted);
@@ -261,7 +267,7 @@ fn compare_sort(gpu: &Gpu) {
             };
             theirs.add(run, stage_time(gpu, &mut timeline, "lampshade", 1, record));
         }
-        let found: Vec<Pair> = gpu.read_texture(&textures[1 + bindings.result()]);
+        let found: Vec<Pair> = gpu.read_texture(&textures[1 + result]);
         misplaced(&found[..unsorted.len()], &expected).unwrap_or_else(|wrong| panic!("{wrong}"));
         misplaced(&sorted, &expected).unwrap_or_else(|wrong| panic!("native: {wrong}"));
         sorted.swap(12_344, 12_345);

@@ -44,7 +44,7 @@ fn main() -> Result<()> {
         let mut encoder = host.device.create_command_encoder(&Default::default());
         host.simulate(&mut encoder);
         raster.draw_depths(&mut encoder, &frame.depth_matrices());
-        frame.prepared.record(&mut encoder);
+        frame.prepared.record(&mut encoder)?;
         let alive = CAPACITY.min((number + 1) * BORN);
         raster.draw(&mut encoder, &target, &frame.host_lights(), &frame.bound.group, alive);
         host.queue.submit([encoder.finish()]);
@@ -286,7 +286,7 @@ impl Host {
             let bound = prepared.bind_lights(&frame.lights, &chosen)?;
             let target = raster.target();
             let mut encoder = self.device.create_command_encoder(&Default::default());
-            prepared.record(&mut encoder);
+            prepared.record(&mut encoder)?;
             raster.draw(&mut encoder, &target, &frame.host_lights(), &bound.group, alive);
             self.queue.submit([encoder.finish()]);
             let other = read_picture(&self.device, &self.queue, &target)?;

@@ -4,14 +4,13 @@ use super::{
     failure::Failure,
     files, frame,
     look_up::{self, LookUp},
-    passes,
     translate::{Kernel, translate},
     writers::BufferSizes,
 };
 use gobo::{
     error::Error,
     gpu::{Access, Binding, BindingKind, Constant, KernelDesc, Tier},
-    stage::{bin, sort::Shape, variants},
+    stage::variants,
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use serde::Serialize;
@@ -100,28 +99,24 @@ enum Kind {
 }
 
 /// A variant of a kernel with other constants.
-pub(crate) struct Cut {
+struct Cut {
     /// Suffix of its id.
-    pub(crate) suffix: &'static str,
-    pub(crate) constants: Vec<Constant>,
+    suffix: &'static str,
+    constants: Vec<Constant>,
 }
 
 /// Exported variants of a kernel, the kernel itself first.
-pub(crate) fn cuts(desc: &KernelDesc) -> Vec<Cut> {
+fn cuts(desc: &KernelDesc) -> Vec<Cut> {
     let mut cuts = vec![Cut { suffix: "", constants: Vec::new() }];
     if desc.constants.iter().any(|&(name, _)| name == "NODES") {
         let cut = |(suffix, nodes)| Cut { suffix, constants: vec![("NODES", nodes)] };
         cuts.extend([("_n4", 4.0), ("_n16", 16.0)].map(cut));
     }
-    if [bin::COUNT.name, bin::EMIT.name].contains(&desc.name) {
-        let constants = vec![bin::workgroup_size(Shape::Wide)];
-        cuts.push(Cut { suffix: "_wide", constants });
-    }
     cuts
 }
 
 /// Unique id of a kernel.
-pub(crate) fn id(desc: &KernelDesc, suffix: &str, tier: Tier) -> String {
+fn id(desc: &KernelDesc, suffix: &str, tier: Tier) -> String {
     let tier = match tier {
         Tier::Core => "",
         Tier::Native => "_native",
@@ -137,7 +132,7 @@ pub(crate) fn run(
 ) -> Result<(), Failure> {
     files::create_dir(out)?;
     if let Some(scene) = scene {
-        write_json(&out.join("frame.json"), &frame::write(scene, set, out)?)?;
+        write_json(&out.join("frame.json"), &frame::write(target, scene, set, out)?)?;
     }
     let mut kernels = Vec::new();
     for (desc, tier) in variants() {
@@ -148,7 +143,6 @@ pub(crate) fn run(
     let look_ups = look_up::write(target, out)?;
     let (gobo, language) = (env!("CARGO_PKG_VERSION"), target.version());
     let manifest = Manifest { gobo, language, kernels, look_ups };
-    write_json(&out.join("passes.json"), &passes::passes()?)?;
     // The manifest is last: all files that it names exist.
     write_json(&out.join("manifest.json"), &manifest)
 }

@@ -1,157 +1,292 @@
-//! Uploads of a scene's frame, and its maps, bit for bit: reference for engines without wgpu.
-use super::{failure::Failure, files, memory::Needs};
+//! A scene's frame as a recording: its resources with their contents, its kernels, its commands, and the maps
+//! that they make, bit for bit. For engines without wgpu: `docs/export.md`.
+use super::{
+    arguments::Target,
+    export::binding_entry,
+    failure::Failure,
+    files,
+    memory::Needs,
+    structs::structs,
+    translate::{self, translate},
+};
 use gobo::{
-    Gpu, Maps, Shadows,
+    Gpu, Prepared, Shadows,
     error::Error,
-    gpu::{Selection, Tier},
+    frame::{Command, Commands, Dispatch, Work},
+    gpu::{Kernel, OwnedResource, Selection, Tier},
+    model::Scene,
     scene,
-    shadows::frame::{ListUploads, Uploads},
-    stage::formula::{Number, Numbers},
     view::shadow_views,
+    wgpu::{Buffer, Extent3d, TexelCopyTextureInfoBase, Texture},
 };
 use serde_json::{Map, Value, json};
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
-/// Writes the arrays to `out`, and returns their entries for `frame.json`.
-pub(super) fn write(path: &Path, set: &[(String, String)], out: &Path) -> Result<Value, Failure> {
+/// Writes the files to `out`, and returns the contents of `frame.json`.
+pub(super) fn write(
+    target: Target,
+    path: &Path,
+    set: &[(String, String)],
+    out: &Path,
+) -> Result<Value, Failure> {
     let scene = scene::load_with(path, set)?;
     files::warn(&scene.notes);
     Needs { maps: true, ..Needs::default() }.check(&scene)?;
-    let dir = out.join("frame");
-    files::create_dir(&dir)?;
-    // Name in `frame.json`.
-    let file = |name: &str, bytes: &[u8]| {
-        files::write(&dir.join(name), bytes).map(|()| format!("frame/{name}"))
-    };
-    let views = shadow_views(&scene);
-    let casters = scene.casters();
-    let (mut maps, mut frame) = (Map::new(), Value::Null);
-    for (tier, of) in [("core", Tier::Core), ("native", Tier::Native)] {
-        let gpu = match Gpu::new(&Selection { tier: Some(of), ..Selection::default() }) {
+    files::create_dir(&out.join("frame"))?;
+    let mut tiers = Map::new();
+    for tier in [Tier::Core, Tier::Native] {
+        let gpu = match Gpu::new(&Selection { tier: Some(tier), ..Selection::default() }) {
             Ok(gpu) => gpu,
-            Err(reason) if of == Tier::Native => {
-                tracing::warn!("no maps of the native tier: {reason}");
+            Err(reason) if tier == Tier::Native => {
+                tracing::warn!("no frame of the native tier: {reason}");
                 continue;
             }
             Err(reason) => return Err(reason.into()),
         };
-        let mut shadows = Shadows::on_tier(&gpu.device, &gpu.queue, &gpu.adapter, gpu.tier)?;
-        // The exported steps scatter what does not fit.
-        shadows.configure(|config| config.parts = false);
-        let prepared = loop {
-            let prepared = shadows.prepare(&casters, &views, &scene.shadow)?;
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            prepared.record(&mut encoder);
-            gpu.queue.submit([encoder.finish()]);
-            gpu.check()?;
-            if !shadows.grow_from(prepared.counters()?) {
-                break prepared;
-            }
+        let folder = format!("frame/{tier}");
+        files::create_dir(&out.join(&folder))?;
+        let (resources, kernels) = (Vec::new(), Vec::new());
+        let recording = Recording {
+            gpu: &gpu,
+            target,
+            out,
+            folder,
+            resources,
+            kernels,
+            names: HashMap::new(),
+            taken: HashMap::new(),
         };
-        let mut written = Map::new();
-        for (name, bytes) in bits(&gpu, prepared.maps())? {
-            written.insert(name.to_owned(), file(&format!("{tier}.{name}.bin"), &bytes)?.into());
-        }
-        maps.insert(tier.to_owned(), written.into());
-        if tier == "core" {
-            let uploads = shadows.uploads(&casters, &views)?;
-            frame = describe(&uploads, &file)?;
-        }
+        tiers.insert(tier.to_string(), recording.of(&scene)?);
     }
-    frame["maps"] = maps.into();
-    Ok(frame)
+    Ok(json!({ "gobo": env!("CARGO_PKG_VERSION"), "language": target.version(), "tiers": tiers }))
 }
 
-/// Each map, row by row, layer by layer.
-fn bits(gpu: &Gpu, maps: &Maps) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
-    let mut all = vec![
-        ("filters", gpu.try_read_texture(&maps.filters)?),
-        ("nearests", gpu.try_read_texture(&maps.nearests)?),
-        ("opaques", gpu.try_read_texture(&maps.opaques)?),
-    ];
-    if maps.nodes > 0 {
-        all.push(("curves", gpu.try_read_texture::<u8>(&maps.curves)?));
-    }
-    Ok(all)
+/// A frame of new maps with room for all pairs, prepared but not yet recorded.
+fn prepared(gpu: &Gpu, scene: &Scene) -> Result<Prepared, Error> {
+    let (casters, views) = (scene.casters(), shadow_views(scene));
+    let shadows = || Shadows::on_tier(&gpu.device, &gpu.queue, &gpu.adapter, gpu.tier);
+    let (mut counting, mut made) = (shadows()?, shadows()?);
+    let prepared = counting.prepare(&casters, &views, &scene.shadow)?;
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    prepared.record_counts(&mut encoder)?;
+    gpu.queue.submit([encoder.finish()]);
+    gpu.check()?;
+    made.grow_from(prepared.counters()?);
+    made.prepare(&casters, &views, &scene.shadow)
 }
 
-fn describe(
-    uploads: &Uploads,
-    file: &impl Fn(&str, &[u8]) -> Result<String, Failure>,
-) -> Result<Value, Failure> {
-    let given = [
-        Number::Width,
-        Number::Height,
-        Number::Layers,
-        Number::CasterCount,
-        Number::TriangleCount,
-        Number::ImageWidth,
-        Number::ImageHeight,
-        Number::ImageCount,
-    ];
-    let arrays = json!({
-        "casters": file("casters.bin", &uploads.casters)?,
-        "triangles": file("triangles.bin", &uploads.triangles)?,
-        "materials": file("materials.bin", &uploads.materials)?,
-        "images": file("images.bin", &uploads.images)?,
-    });
-    let mut batches = Vec::new();
-    for (i, batch) in uploads.batches.iter().enumerate() {
-        let views = file(&format!("{i}.views.bin"), bytemuck::cast_slice(&batch.views))?;
-        let mut lists = Vec::new();
-        for (name, list) in ["blocking", "filtering"].into_iter().zip(&batch.lists) {
-            let of = |what: &str| format!("{i}.{name}.{what}.bin");
-            lists.push(list_entry(name, list, |what, bytes| file(&of(what), bytes))?);
+/// The recording of a tier.
+struct Recording<'a> {
+    gpu: &'a Gpu,
+    target: Target,
+    out: &'a Path,
+    /// Folder of its files in `out`.
+    folder: String,
+    /// Entries of `frame.json`.
+    resources: Vec<Value>,
+    kernels: Vec<(Kernel, String, Value)>,
+    names: HashMap<OwnedResource, String>,
+    /// Number of resources and kernels by name, which are told apart by numbers.
+    taken: HashMap<String, u32>,
+}
+
+impl Recording<'_> {
+    fn of(mut self, scene: &Scene) -> Result<Value, Failure> {
+        let prepared = prepared(self.gpu, scene)?;
+        let maps = prepared.maps();
+        let mut textures = vec![
+            ("filters", &maps.filters),
+            ("nearests", &maps.nearests),
+            ("opaques", &maps.opaques),
+        ];
+        if maps.nodes > 0 {
+            textures.push(("curves", &maps.curves));
         }
-        batches.push(json!({ "uploads": { "views": views }, "lists": lists }));
+        for (name, texture) in &textures {
+            self.texture(name, texture)?;
+        }
+        let commands = self.commands(&prepared.commands()?)?;
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        prepared.record(&mut encoder)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.check()?;
+        let layers = maps.filters.depth_or_array_layers();
+        let mut results = Map::new();
+        for (name, texture) in textures {
+            let bytes: Vec<u8> = self.gpu.try_read_texture(texture)?;
+            let result = json!({
+                "resource": self.texture(name, texture)?,
+                "file": self.file(&format!("{name}.made.bin"), &bytes)?,
+                "layers_of_view": texture.depth_or_array_layers() / layers,
+            });
+            results.insert(name.to_owned(), result);
+        }
+        let placed = shadow_views(scene).into_iter().zip(&maps.places);
+        let views: Vec<_> = placed
+            .map(|(view, place)| {
+                json!({
+                    "layer": place.layer,
+                    "origin": place.origin.to_array(),
+                    "size": view.size.to_array(),
+                })
+            })
+            .collect();
+        let structs = structs(self.kernels.iter().map(|(kernel, _, _)| kernel))?;
+        let kernels: Vec<_> = self.kernels.into_iter().map(|(_, _, entry)| entry).collect();
+        Ok(json!({
+            "resources": self.resources,
+            "kernels": kernels,
+            "commands": commands,
+            "maps": results,
+            "views": views,
+            "structs": structs,
+        }))
     }
-    Ok(json!({
-        "numbers": numbers(&uploads.numbers, &given),
-        "uploads": arrays,
-        "batches": batches,
-    }))
+
+    fn commands(&mut self, commands: &Commands) -> Result<Vec<Value>, Failure> {
+        commands.iter().map(|command| self.command(command)).collect()
+    }
+
+    fn command(&mut self, command: &Command) -> Result<Value, Failure> {
+        let mut value = match command {
+            Command::Pass { dispatches, .. } => {
+                let all: Result<Vec<_>, _> =
+                    dispatches.iter().map(|dispatch| self.dispatch(dispatch)).collect();
+                json!({ "dispatches": all? })
+            }
+            Command::Clear { buffer, .. } => json!({ "clear": self.buffer("cleared", buffer)? }),
+            Command::CopyBuffer { from, to, size, .. } => json!({ "copy_buffer": {
+                "from": self.buffer("copied", &from.0)?, "from_offset": from.1,
+                "to": self.buffer("copied", &to.0)?, "to_offset": to.1,
+                "size": size,
+            } }),
+            Command::CopyBufferToTexture { from: (buffer, layout), to, size, .. } => {
+                json!({ "copy_to_texture": {
+                    "from": self.buffer("copied", buffer)?, "from_offset": layout.offset,
+                    "bytes_per_row": layout.bytes_per_row,
+                    "to": self.place(to)?, "size": extent(*size),
+                } })
+            }
+            Command::CopyTexture { from, to, size, .. } => json!({ "copy_texture": {
+                "from": self.place(from)?, "to": self.place(to)?, "size": extent(*size),
+            } }),
+        };
+        value["label"] = command.label().into();
+        Ok(value)
+    }
+
+    fn place(&mut self, place: &TexelCopyTextureInfoBase<Texture>) -> Result<Value, Failure> {
+        let name = self.texture("copied", &place.texture)?;
+        let origin = [place.origin.x, place.origin.y, place.origin.z];
+        Ok(json!({ "texture": name, "level": place.mip_level, "origin": origin }))
+    }
+
+    fn dispatch(&mut self, dispatch: &Dispatch) -> Result<Value, Failure> {
+        let mut bound = Map::new();
+        for (name, resource) in dispatch.bound.resources() {
+            let resource = match resource {
+                OwnedResource::Buffer(buffer) => self.buffer(name, buffer)?,
+                OwnedResource::Texture(texture) => self.texture(name, texture)?,
+                OwnedResource::View(view) => {
+                    if view.texture().mip_level_count() > 1 {
+                        let problem =
+                            "its maps have smaller levels, of which one is bound at a time";
+                        let what = "frame to be exported";
+                        return Err(Error::Invalid { what, index: 0, problem }.into());
+                    }
+                    self.texture(name, view.texture())?
+                }
+            };
+            bound.insert((*name).to_owned(), resource.into());
+        }
+        let mut value = json!({ "kernel": self.kernel(&dispatch.kernel)?, "bind": bound });
+        match &dispatch.work {
+            Work::Groups(groups) => value["groups"] = json!(groups),
+            Work::Indirect(counts, offset) => {
+                let buffer = self.buffer("dispatches", counts)?;
+                value["indirect"] = json!({ "buffer": buffer, "offset": offset });
+            }
+        }
+        Ok(value)
+    }
+
+    fn unique(&mut self, name: &str) -> String {
+        let count = self.taken.entry(name.to_owned()).or_default();
+        *count += 1;
+        if *count == 1 { name.to_owned() } else { format!("{name}_{count}") }
+    }
+
+    fn kernel(&mut self, kernel: &Kernel) -> Result<String, Failure> {
+        if let Some((_, id, _)) = self.kernels.iter().find(|(known, _, _)| known == kernel) {
+            return Ok(id.clone());
+        }
+        let id = self.unique(kernel.name());
+        let wrong = |reason: String| Failure::Wrong(format!("{id}: {reason}"));
+        let (entry, wgsl, constants) = kernel.source();
+        let source = translate::Kernel::new(entry, wgsl.to_owned(), constants, self.target);
+        let source = source.map_err(wrong)?;
+        let translated = translate(&source).map_err(wrong)?;
+        let file = self.file(&format!("{id}.{}", self.target.extension()), &translated.source)?;
+        let bindings = kernel.bindings().iter();
+        let bindings: Vec<_> =
+            bindings.map(|it| binding_entry(it, &source, &translated.slots)).collect();
+        let value = json!({
+            "id": id,
+            "file": file,
+            "entry_point": translated.entry_point,
+            "workgroup_size": translated.workgroup_size,
+            "features": translated.features,
+            "bindings": bindings,
+        });
+        self.kernels.push((kernel.clone(), id.clone(), value));
+        Ok(id)
+    }
+
+    fn buffer(&mut self, name: &str, buffer: &Buffer) -> Result<String, Failure> {
+        let resource = OwnedResource::Buffer(buffer.clone());
+        if let Some(known) = self.names.get(&resource) {
+            return Ok(known.clone());
+        }
+        let bytes: Vec<u8> = self.gpu.try_read(buffer)?;
+        let value = json!({ "kind": "buffer", "size": buffer.size() });
+        self.resource(name, resource, value, &bytes)
+    }
+
+    fn texture(&mut self, name: &str, texture: &Texture) -> Result<String, Failure> {
+        let resource = OwnedResource::Texture(texture.clone());
+        if let Some(known) = self.names.get(&resource) {
+            return Ok(known.clone());
+        }
+        let bytes: Vec<u8> = self.gpu.try_read_texture(texture)?;
+        let format = format!("{:?}", texture.format()).to_lowercase();
+        let value = json!({ "kind": "texture", "format": format, "size": extent(texture.size()) });
+        self.resource(name, resource, value, &bytes)
+    }
+
+    fn resource(
+        &mut self,
+        name: &str,
+        resource: OwnedResource,
+        mut value: Value,
+        bytes: &[u8],
+    ) -> Result<String, Failure> {
+        let name = self.unique(name);
+        value["name"] = name.clone().into();
+        if bytes.iter().any(|byte| *byte != 0) {
+            value["initial"] = self.file(&format!("{name}.bin"), bytes)?.into();
+        }
+        self.resources.push(value);
+        self.names.insert(resource, name.clone());
+        Ok(name)
+    }
+
+    /// Writes a file, and returns its name in `frame.json`.
+    fn file(&self, name: &str, bytes: &[u8]) -> Result<String, Failure> {
+        let name = format!("{}/{name}", self.folder);
+        files::write(&self.out.join(&name), bytes).map(|()| name)
+    }
 }
 
-fn list_entry(
-    name: &str,
-    list: &ListUploads,
-    file: impl Fn(&str, &[u8]) -> Result<String, Failure>,
-) -> Result<Value, Failure> {
-    let given = [
-        Number::ViewCount,
-        Number::TileCount,
-        Number::ParticleChunks,
-        Number::TriangleChunks,
-        Number::TinyChunks,
-        Number::FootprintCount,
-        Number::SetupCount,
-        Number::FirstSetup,
-        Number::PairCapacity,
-        Number::SegmentLength,
-        Number::Nodes,
-        Number::Changes,
-        Number::Scatter,
-        Number::IncludeNonCasters,
-        Number::ByDistance,
-    ];
-    let conditions: Vec<_> = list.conditions.iter().map(|it| it.name()).collect();
-    let traits: Vec<_> = list.traits.iter().map(|it| it.name()).collect();
-    let constants: Map<_, _> =
-        list.constants.iter().map(|&(name, value)| (name.to_owned(), value.into())).collect();
-    Ok(json!({
-        "name": name,
-        "numbers": numbers(&list.numbers, &given),
-        "conditions": conditions,
-        "traits": traits,
-        "constants": constants,
-        "uploads": {
-            "particle_chunks": file("particle_chunks", bytemuck::cast_slice(&list.particle_chunks))?,
-            "triangle_chunks": file("triangle_chunks", bytemuck::cast_slice(&list.triangle_chunks))?,
-            "tiny_chunks": file("tiny_chunks", bytemuck::cast_slice(&list.tiny_chunks))?,
-        },
-    }))
-}
-
-fn numbers(numbers: &Numbers, given: &[Number]) -> Map<String, Value> {
-    given.iter().map(|&it| (it.name().to_owned(), numbers.get(it).into())).collect()
+fn extent(size: Extent3d) -> [u32; 3] {
+    [size.width, size.height, size.depth_or_array_layers]
 }

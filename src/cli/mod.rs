@@ -16,7 +16,6 @@ mod manual;
 mod maps;
 mod memory;
 mod npy;
-mod passes;
 mod preview;
 mod render;
 mod sidecar;

@@ -1,8 +1,7 @@
-//! Layouts of the structs that kernels bind, for `passes.json`.
+//! Layouts of the structs that kernels bind, for `frame.json`.
 use super::failure::Failure;
 use gobo::{
-    error::Error,
-    gpu::KernelDesc,
+    gpu::Kernel,
     records::{Caster, Field, GpuLayout, TriangleRecord},
 };
 use naga::{Module, TypeInner};
@@ -10,15 +9,15 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
 /// Layouts of all structs of the kernels, and of the records that the host writes.
-pub(super) fn structs(kernels: &[&KernelDesc]) -> Result<Map<String, Value>, Failure> {
+pub(super) fn structs<'a>(
+    kernels: impl Iterator<Item = &'a Kernel>,
+) -> Result<Map<String, Value>, Failure> {
     let mut found = BTreeMap::new();
-    for desc in kernels {
-        for &tier in desc.tiers {
-            let linked = desc.link(tier).map_err(Error::from)?;
-            let module = naga::front::wgsl::parse_str(&linked.wgsl)
-                .map_err(|error| Failure::Wrong(format!("{}: {error}", desc.name)))?;
-            add_structs(&module, &mut found);
-        }
+    for kernel in kernels {
+        let (_, wgsl, _) = kernel.source();
+        let module = naga::front::wgsl::parse_str(wgsl)
+            .map_err(|error| Failure::Wrong(format!("{}: {error}", kernel.name())))?;
+        add_structs(&module, &mut found);
     }
     found.insert(Caster::NAME.to_owned(), host_struct::<Caster>());
     found.insert(TriangleRecord::NAME.to_owned(), host_struct::<TriangleRecord>());

@@ -63,7 +63,7 @@ impl Target {
 /// A kernel in the WGSL that a target is made from.
 #[derive(Debug)]
 pub(crate) struct Kernel {
-    name: &'static str,
+    name: String,
     wgsl: String,
     target: Target,
     /// Values of the overrides.
@@ -78,7 +78,7 @@ impl Kernel {
     /// Each closed `override` becomes a `const`: naga's own resolution leaves the lengths of workgroup
     /// arrays open, and its WGSL loses them.
     pub(crate) fn new(
-        name: &'static str,
+        name: &str,
         mut wgsl: String,
         given: &[Constant],
         target: Target,
@@ -108,7 +108,7 @@ impl Kernel {
             flags.extend(id.filter(|_| keyword != "const").map(|(name, id)| (name.to_owned(), id)));
         }
         let sizes = sizes(&parse(&wgsl)?);
-        Ok(Self { name, wgsl, target, constants, open: flags, sizes })
+        Ok(Self { name: name.to_owned(), wgsl, target, constants, open: flags, sizes })
     }
 }
 
@@ -151,7 +151,7 @@ fn sizes(module: &Module) -> HashMap<u32, u64> {
 /// Translates a kernel. The error is the reason why the target cannot express it.
 pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
     let Kernel { name, wgsl, target, .. } = kernel;
-    let (name, target) = (*name, *target);
+    let (name, target) = (name.as_str(), *target);
     let mut module = parse(wgsl)?;
     naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
     let capabilities = target.capabilities();

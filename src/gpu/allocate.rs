@@ -57,7 +57,8 @@ impl Allocator<'_> {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(name),
             size,
-            usage,
+            // The export of a frame reads every resource.
+            usage: usage | BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         })
     }
@@ -116,7 +117,7 @@ impl Allocator<'_> {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format,
-            usage: usage | TextureUsages::TEXTURE_BINDING,
+            usage: usage | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
             view_formats: &[],
         }))
     }

@@ -29,7 +29,7 @@ pub use kernel::{HostText, Kernel, KernelError};
 pub use link::{Item, Library, LinkError, Linked, SAMPLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
-pub use resource::{Access, Binding, BindingKind, Resource, Resources};
+pub use resource::{Access, Binding, BindingKind, OwnedResource, Resource, Resources};
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use timing::{Profiler, Timeline};

@@ -213,6 +213,24 @@ pub enum Resource<'a> {
     View(&'a wgpu::TextureView),
 }
 
+/// A resource with a handle of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum OwnedResource {
+    Buffer(wgpu::Buffer),
+    Texture(wgpu::Texture),
+    View(wgpu::TextureView),
+}
+
+impl OwnedResource {
+    pub fn of(resource: Resource<'_>) -> Self {
+        match resource {
+            Resource::Buffer(buffer) => Self::Buffer(buffer.clone()),
+            Resource::Texture(texture) => Self::Texture(texture.clone()),
+            Resource::View(view) => Self::View(view.clone()),
+        }
+    }
+}
+
 /// A resource in the form that a bind group takes.
 pub(super) enum Bound<'a> {
     Given(wgpu::BindingResource<'a>),

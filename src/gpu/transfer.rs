@@ -16,7 +16,7 @@ pub(crate) fn filled<T: bytemuck::NoUninit>(
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: size.max(wgpu::COPY_BUFFER_ALIGNMENT),
-        usage,
+        usage: usage | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: true,
     });
     if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {

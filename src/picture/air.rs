@@ -1,11 +1,15 @@
 //! Air of a picture, bound and ready to be recorded after the maps that light it.
 use crate::{
     error::Error,
+    frame::Kernels,
     gpu::{Allocator, Resources, Timeline},
     model::Scene,
     records::{AirParams, air_columns},
-    shadows::kernels::{Kernels, Variant},
-    stage::{air::GROUP_SIZE, features::Features},
+    shadows::kernels::Variant,
+    stage::{
+        air::{GROUP_SIZE, SUM},
+        features::Features,
+    },
 };
 use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
 
@@ -24,7 +28,7 @@ impl PreparedAir {
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         features: Features,
         scene: &Scene,
         resources: &Resources<'_>,
@@ -50,8 +54,8 @@ impl PreparedAir {
             .with("air", &volume);
         let device = allocator.device;
         let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), air.steps];
-        let scatter = kernels.plan(device, Variant::AirScatter, features)?.bind(device, &own)?;
-        let sum = kernels.air_sum.bind(device, &own)?;
+        let scatter = kernels.of(Variant::AirScatter, features)?.bind(device, &own)?;
+        let sum = kernels.get(&SUM, features)?.bind(device, &own)?;
         Ok((volume, Some(Self { scatter, sum, groups, features })))
     }
 
@@ -62,12 +66,13 @@ impl PreparedAir {
         timeline: &mut Timeline,
     ) {
         let mut pass = timeline.pass(encoder, "gobo air");
-        kernels.get(Variant::AirScatter, self.features).record(
+        kernels.known(Variant::AirScatter, self.features).record(
             &mut pass,
             &self.scatter,
             self.groups,
         );
         let [x, y, _] = self.groups;
-        kernels.air_sum.record(&mut pass, &self.sum, [x, y, 1]);
+        let sum = kernels.get(&SUM, self.features).expect("it is bound");
+        sum.record(&mut pass, &self.sum, [x, y, 1]);
     }
 }

@@ -1,14 +1,15 @@
 //! Lights of a picture on the GPU, and the light lists of its camera's clusters.
 use crate::{
     error::Error,
+    frame::Kernels,
     gpu::{Allocator, Gpu, Resources, Timeline, write_records},
     model::{Scene, View},
     records::{
         ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, LightRecords, MAX_LIGHTS,
         MAX_SHADOW_VIEWS, MAX_TAPS, REACH_TEXELS, Reach,
     },
-    shadows::{kernels::Kernels, light_texture},
-    stage::cluster,
+    shadows::light_texture,
+    stage::{cluster, features::Features},
 };
 use wgpu::{
     BindGroup, Buffer, BufferUsages, Texture,
@@ -80,9 +81,9 @@ impl Clusters {
             .with("masks", &masks)
             .with("offsets", &offsets)
             .with("clusters", &lists);
-        let count = kernels.cluster_count.bind(device, &resources)?;
-        let scan = kernels.cluster_scan.bind(device, &resources)?;
-        let emit = kernels.cluster_emit.bind(device, &resources)?;
+        let count = kernels.get(&cluster::COUNT, Features::NONE)?.bind(device, &resources)?;
+        let scan = kernels.get(&cluster::SCAN, Features::NONE)?.bind(device, &resources)?;
+        let emit = kernels.get(&cluster::EMIT, Features::NONE)?.bind(device, &resources)?;
         Ok(Self { grid, lights, lists, counters, count, scan, emit })
     }
 
@@ -93,11 +94,12 @@ impl Clusters {
         timeline: &mut Timeline,
     ) {
         encoder.clear_buffer(&self.counters, 0, None);
+        let known = |desc| kernels.get(desc, Features::NONE).expect("it is bound");
         let mut pass = timeline.pass(encoder, "gobo cluster");
         let groups = [self.grid.cluster_count().div_ceil(cluster::LANES), 1, 1];
-        kernels.cluster_count.record(&mut pass, &self.count, groups);
-        kernels.cluster_scan.record(&mut pass, &self.scan, [1, 1, 1]);
-        kernels.cluster_emit.record(&mut pass, &self.emit, groups);
+        known(&cluster::COUNT).record(&mut pass, &self.count, groups);
+        known(&cluster::SCAN).record(&mut pass, &self.scan, [1, 1, 1]);
+        known(&cluster::EMIT).record(&mut pass, &self.emit, groups);
     }
 
     /// Reads the counters. Blocks.

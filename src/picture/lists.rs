@@ -2,13 +2,10 @@
 use super::bands::TileRect;
 use crate::{
     error::Error,
+    frame::Kernels,
     gpu::{Allocator, Resources, Timeline, view},
     shadows::{
-        CasterSet, Config,
-        context::Context,
-        kernels::{Kernels, Variant},
-        list::List,
-        plan::Plan,
+        CasterSet, Config, context::Context, kernels::Variant, list::List, plan::Plan,
         scratch::Scratch,
     },
     stage::{
@@ -36,7 +33,7 @@ impl CameraList {
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         config: &Config,
         casters: &CasterSet,
         plan: &Plan,
@@ -80,7 +77,7 @@ impl CameraList {
                     .with("point_batch", &batch)
                     .with("band", &band);
                 let device = context.allocator.device;
-                let kernel = context.kernels.plan(device, Variant::ShadeClip, Features::NONE)?;
+                let kernel = context.kernels.of(Variant::ShadeClip, Features::NONE)?;
                 clips.push(kernel.bind(device, &resources)?);
             }
         }
@@ -91,12 +88,11 @@ impl CameraList {
     /// Records the footprints, front to back.
     pub(super) fn record_footprints(
         &self,
-        kernels: &Kernels,
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        self.list.record_project(kernels, encoder, timeline);
-        self.list.record_sort(kernels, encoder, timeline);
+        self.list.project.record(encoder, timeline);
+        self.list.sort.record(encoder, timeline);
     }
 
     /// Records the pairs of a part of the tiles.
@@ -107,13 +103,13 @@ impl CameraList {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) {
-        self.scratch.clear(&self.list, encoder);
+        self.list.clear.record(encoder, timeline);
         if let Some(clip) = self.clips.get(part) {
             let mut pass = timeline.pass(encoder, "gobo bin");
             let groups = point_grid(self.list.footprint_count);
-            kernels.get(Variant::ShadeClip, Features::NONE).record(&mut pass, clip, groups);
+            kernels.known(Variant::ShadeClip, Features::NONE).record(&mut pass, clip, groups);
         }
-        self.list.record_pairs(kernels, encoder, timeline);
-        self.list.record_tiles(kernels, encoder, timeline);
+        self.list.pairs.record(encoder, timeline);
+        self.list.tiles.record(encoder, timeline);
     }
 }

@@ -6,9 +6,10 @@ use super::{
 };
 use crate::{
     error::Error,
+    frame::Kernels,
     gpu::{Allocator, Resources, Timeline},
     model::Scene,
-    shadows::kernels::{Kernels, Variant},
+    shadows::kernels::Variant,
     stage::{
         features::Features,
         shade::{NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
@@ -109,7 +110,7 @@ pub(super) struct Shading {
 pub(super) struct ToShade<'a, 'b> {
     pub allocator: &'a mut Allocator<'b>,
     pub queue: &'a wgpu::Queue,
-    pub kernels: &'a mut Kernels,
+    pub kernels: &'a Kernels,
     pub features: ShadeFeatures,
     pub solid: &'a CameraList,
     pub blended: &'a CameraList,
@@ -133,7 +134,7 @@ impl ToShade<'_, '_> {
         resources: &Resources<'_>,
     ) -> Result<BindGroup, Error> {
         let device = self.allocator.device;
-        Ok(self.kernels.plan(device, variant, features)?.bind(device, resources)?)
+        Ok(self.kernels.of(variant, features)?.bind(device, resources)?)
     }
 
     /// `panes`: the batch of the panes.
@@ -259,9 +260,9 @@ impl Shading {
     ) {
         let mut pass = timeline.pass(encoder, "gobo shade");
         for run in &self.casters {
-            let points = kernels.get(Variant::ShadeCasters, Features::NONE);
+            let points = kernels.known(Variant::ShadeCasters, Features::NONE);
             points.record(&mut pass, &run.points, run.groups);
-            let light = kernels.get(Variant::LightPoints, self.features.casters);
+            let light = kernels.known(Variant::LightPoints, self.features.casters);
             light.record(&mut pass, &run.light, run.groups);
         }
     }
@@ -278,7 +279,7 @@ impl Shading {
         let mut pass = timeline.pass(encoder, "gobo shade");
         for band in &self.bands[part] {
             let mut record = |variant, features, bound| {
-                kernels.get(variant, features).record(&mut pass, bound, band.groups);
+                kernels.known(variant, features).record(&mut pass, bound, band.groups);
             };
             for round in &band.seen {
                 record(Variant::ShadeSeen, features.solid, round);
@@ -302,7 +303,7 @@ impl Shading {
         let mut pass = timeline.pass(encoder, "gobo shade");
         for band in &self.bands[part] {
             let mut record = |variant, features, bound| {
-                kernels.get(variant, features).record(&mut pass, bound, band.groups);
+                kernels.known(variant, features).record(&mut pass, bound, band.groups);
             };
             if !self.keeps_surfaces {
                 for round in &band.seen {
@@ -311,22 +312,22 @@ impl Shading {
                 record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
             }
             if let Some((layered, groups)) = &band.layered {
-                let kernel = kernels.get(Variant::ShadeLayered, Features::NONE);
+                let kernel = kernels.known(Variant::ShadeLayered, Features::NONE);
                 kernel.record(&mut pass, layered, *groups);
             }
             for round in &band.layers {
-                let kernel = kernels.get(Variant::ShadeLayers, features.layers);
+                let kernel = kernels.known(Variant::ShadeLayers, features.layers);
                 kernel.record_indirect(&mut pass, round, &self.layered_tiles, 0);
             }
             if let Some(panes) = &band.panes {
-                let kernel = kernels.get(Variant::ShadePanes, features.panes);
+                let kernel = kernels.known(Variant::ShadePanes, features.panes);
                 kernel.record_indirect(&mut pass, panes, &self.point_lists, list_offset(PANE_LIST));
             }
-            let light = kernels.get(Variant::LightPoints, features.light);
+            let light = kernels.known(Variant::LightPoints, features.light);
             for (list, points) in &self.light {
                 light.record_indirect(&mut pass, points, &self.point_lists, list_offset(*list));
             }
-            let composite = kernels.get(Variant::ShadeComposite, features.composite);
+            let composite = kernels.known(Variant::ShadeComposite, features.composite);
             composite.record(&mut pass, &band.composite, band.groups);
         }
     }

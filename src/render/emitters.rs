@@ -51,7 +51,9 @@ impl GpuEngine {
         let flying = self.emitters.flying.iter().map(|(_, simulation)| simulation);
         let all: Vec<_> = scene.emissions.iter().zip(flying).collect();
         let load = self.shadows.bind_emitted(&all)?;
-        submit(&self.gpu, &mut self.timeline, |encoder, timeline| load.record(encoder, timeline));
+        submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
+            load.commands.record(encoder, timeline)
+        });
         let found: Vec<HostGroup> = self.gpu.try_read(&load.groups)?;
         let found = &found[..self.emitters.slots.iter().map(|own| own.group_count as usize).sum()];
         self.emitters.stages.extend(self.timeline.read(&self.gpu.device));

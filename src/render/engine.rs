@@ -32,8 +32,7 @@ pub(super) struct GpuEngine {
     kept: Kept,
 }
 
-type Record =
-    fn(&PreparedPicture, &crate::shadows::Kernels, &mut wgpu::CommandEncoder, &mut Timeline);
+type Record = fn(&PreparedPicture, &mut wgpu::CommandEncoder, &mut Timeline);
 
 /// Inputs of a frame's picture and of its heat maps.
 #[derive(Clone)]
@@ -234,9 +233,9 @@ impl GpuEngine {
             let jobs = ahead.take().map_or(Ok(Vec::new()), |ahead| ahead(self, &prepared))?;
             while_made(&jobs, || {
                 submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
-                    prepared.record_timed(encoder, timeline);
-                });
-            });
+                    prepared.record_timed(encoder, timeline)
+                })
+            })?;
             let counters = prepared.counters()?;
             self.gpu.check()?;
             if !self.shadows.grow_from(counters.clone()) {
@@ -281,14 +280,14 @@ impl GpuEngine {
         loop {
             let picture = self.prepare_picture(lit, capacity)?;
             if only_counts {
-                self.submit_picture(&picture, PreparedPicture::record_counts)?;
+                self.submit_picture(&picture, PreparedPicture::record_counts);
             } else {
-                self.submit_picture(&picture, PreparedPicture::record)?;
+                self.submit_picture(&picture, PreparedPicture::record);
             }
             match picture.needs(&self.gpu, budget)? {
                 None => {
                     if only_counts {
-                        self.submit_picture(&picture, PreparedPicture::record)?;
+                        self.submit_picture(&picture, PreparedPicture::record);
                     }
                     self.capacity = Some(capacity).filter(|capacity| !capacity.is_in_parts());
                     return Ok((picture, capacity, overflowed));
@@ -329,14 +328,9 @@ impl GpuEngine {
         })
     }
 
-    fn submit_picture(&mut self, picture: &PreparedPicture, record: Record) -> Result<(), Error> {
-        let Self { gpu, shadows, timeline, .. } = self;
-        shadows.with_casters(|pipeline, _| {
-            submit(gpu, timeline, |encoder, timeline| {
-                record(picture, pipeline.kernels(), encoder, timeline);
-            });
-            Ok(())
-        })
+    fn submit_picture(&mut self, picture: &PreparedPicture, record: Record) {
+        let Self { gpu, timeline, .. } = self;
+        submit(gpu, timeline, |encoder, timeline| record(picture, encoder, timeline));
     }
 
     /// Debug picture of `mode`.
@@ -359,7 +353,7 @@ impl GpuEngine {
                 let counting = self.prepare_picture(lit, capacity);
                 self.shadows.configure(|config| config.count_cost = false);
                 let counting = counting?;
-                self.submit_picture(&counting, PreparedPicture::record)?;
+                self.submit_picture(&counting, PreparedPicture::record);
                 Ok(debug::cost(picture, &counting.read_costs(&self.gpu)?))
             }
         }
@@ -367,14 +361,15 @@ impl GpuEngine {
 }
 
 /// Records, submits, and restarts the timings of the stages.
-pub(super) fn submit(
+pub(super) fn submit<T>(
     gpu: &Gpu,
     timeline: &mut Timeline,
-    record: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timeline),
-) {
+    record: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timeline) -> T,
+) -> T {
     timeline.reset();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    record(&mut encoder, timeline);
+    let recorded = record(&mut encoder, timeline);
     timeline.finish(&mut encoder);
     gpu.queue.submit([encoder.finish()]);
+    recorded
 }

@@ -2,26 +2,26 @@
 //! that are kept already are.
 use super::{
     context::{map_groups, view_uniform},
-    kernels::{Kernels, Variant},
     maps::Maps,
     plan::Plan,
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline},
+    frame::{Commands, Kernels},
+    gpu::{Allocator, Resources},
     model::BLUR_DEVIATIONS,
     stage::{
-        blur::{BlurParams, GROUP_SIZE},
+        blur::{self, BlurParams, GROUP_SIZE},
         features::Features,
     },
 };
 use wgpu::{
-    BindGroup, Texture,
+    Texture,
     TextureFormat::{Rgba32Float, Rgba32Uint},
     TextureUsages,
 };
 
-/// Passes of the blur, bound for each batch of views.
+/// Textures of the blur.
 #[derive(Debug)]
 pub(super) struct Blur {
     /// Radius of the window [texels].
@@ -30,20 +30,7 @@ pub(super) struct Blur {
     near_around: Texture,
     /// `None` without curves.
     row_curves: Option<Texture>,
-    /// Traits that the kernels that read curves are specialised to.
-    features: Features,
     params: wgpu::Buffer,
-    passes: Vec<Pass>,
-}
-
-#[derive(Debug)]
-struct Pass {
-    near_rows: BindGroup,
-    near_columns: BindGroup,
-    rows: BindGroup,
-    columns: BindGroup,
-    curves: Option<[BindGroup; 2]>,
-    groups: [u32; 3],
 }
 
 impl Blur {
@@ -66,27 +53,19 @@ impl Blur {
         let scale = -0.5 * (BLUR_DEVIATIONS / radius as f32).powi(2);
         let value = BlurParams { radius: radius as i32, scale, ..BlurParams::default() };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
-        let (features, passes) = (Features::NONE, Vec::new());
-        Ok(Self { radius, rows, near_around, row_curves, features, params, passes })
+        Ok(Self { radius, rows, near_around, row_curves, params })
     }
 
-    /// Binds the passes to the views of `plans`.
-    pub(super) fn bind(
-        &mut self,
+    /// The blur of the views of `plans`.
+    pub(super) fn commands(
+        &self,
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         plans: &[Plan],
         maps: &Maps,
-    ) -> Result<(), Error> {
-        let device = allocator.device;
-        self.features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
-        kernels.plan(device, Variant::BlurNearRows, self.features)?;
-        if self.row_curves.is_some() {
-            kernels.plan(device, Variant::BlurCurveRows, self.features)?;
-            kernels.plan(device, Variant::BlurCurveColumns, self.features)?;
-        }
-        let kernels = &*kernels;
+    ) -> Result<Commands, Error> {
+        let features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
         // `near_rows` and `rows` share a texture: `near_columns` reads the former before `rows` is written.
         let resources = maps
             .resources()
@@ -94,46 +73,27 @@ impl Blur {
             .with("near_around", &self.near_around)
             .with("rows", &self.rows)
             .with("blur_params", &self.params);
-        let pass = |plan: &Plan| {
+        let mut commands = Commands::new();
+        for plan in plans {
             let views = view_uniform(allocator, queue, &plan.views);
             let resources = resources.clone().with("views", &views);
-            let variant = |variant| kernels.get(variant, self.features);
-            let curves = |row_curves: &Texture| {
-                let resources = resources.clone().with("row_curves", row_curves);
-                let rows = variant(Variant::BlurCurveRows).bind(device, &resources)?;
-                let columns = variant(Variant::BlurCurveColumns).bind(device, &resources)?;
-                Ok::<_, Error>([rows, columns])
+            let groups = map_groups(&plan.views, GROUP_SIZE);
+            let run = |desc, resources: &Resources<'_>| {
+                kernels.dispatch(desc, features, resources, groups)
             };
-            Ok(Pass {
-                near_rows: variant(Variant::BlurNearRows).bind(device, &resources)?,
-                near_columns: kernels.blur_near_columns.bind(device, &resources)?,
-                rows: kernels.blur_rows.bind(device, &resources)?,
-                columns: kernels.blur_columns.bind(device, &resources)?,
-                curves: self.row_curves.as_ref().map(curves).transpose()?,
-                groups: map_groups(&plan.views, GROUP_SIZE),
-            })
-        };
-        self.passes = plans.iter().map(pass).collect::<Result<_, Error>>()?;
-        Ok(())
-    }
-
-    pub(super) fn record(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let variant = |variant| kernels.get(variant, self.features);
-        for Pass { near_rows, near_columns, rows, columns, curves, groups } in &self.passes {
-            let mut pass = timeline.pass(encoder, "gobo blur");
-            variant(Variant::BlurNearRows).record(&mut pass, near_rows, *groups);
-            kernels.blur_near_columns.record(&mut pass, near_columns, *groups);
-            kernels.blur_rows.record(&mut pass, rows, *groups);
-            if let Some([rows, columns]) = curves {
-                variant(Variant::BlurCurveRows).record(&mut pass, rows, *groups);
-                variant(Variant::BlurCurveColumns).record(&mut pass, columns, *groups);
+            let mut dispatches = vec![
+                run(&blur::NEAR_ROWS, &resources)?,
+                run(&blur::NEAR_COLUMNS, &resources)?,
+                run(&blur::ROWS, &resources)?,
+            ];
+            if let Some(row_curves) = &self.row_curves {
+                let resources = resources.clone().with("row_curves", row_curves);
+                dispatches.push(run(&blur::CURVE_ROWS, &resources)?);
+                dispatches.push(run(&blur::CURVE_COLUMNS, &resources)?);
             }
-            kernels.blur_columns.record(&mut pass, columns, *groups);
+            dispatches.push(run(&blur::COLUMNS, &resources)?);
+            commands.pass("gobo blur", dispatches);
         }
+        Ok(commands)
     }
 }

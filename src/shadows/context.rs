@@ -1,23 +1,21 @@
 //! Context of `prepare`, and the buffers that several of its parts need.
-use super::{Config, casters::CasterSet, kernels::Kernels, plan::ListPlan, scratch::Scratch};
+use super::{Config, casters::CasterSet, plan::ListPlan, scratch::Scratch};
 use crate::{
     error::Error,
+    frame::Kernels,
     gpu::{Allocator, Resources},
     records::{GpuView, MAX_VIEWS},
-    stage::{
-        formula::Number,
-        project::{Chunk, ProjectParams},
-    },
+    stage::project::{Chunk, ProjectParams},
 };
 use glam::Vec2;
 use std::sync::Arc;
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 /// Context of `prepare`.
 pub(crate) struct Context<'a, 'd> {
     pub allocator: &'a mut Allocator<'d>,
     pub queue: &'a wgpu::Queue,
-    pub kernels: &'a mut Kernels,
+    pub kernels: &'a Kernels,
     pub config: &'a Config,
     pub casters: &'a CasterSet,
     pub scratch: &'a Arc<Scratch>,
@@ -70,11 +68,13 @@ impl Context<'_, '_> {
     }
 
     fn project_params(&self, plan: &ListPlan, chunk_count: u32) -> ProjectParams {
-        let numbers = plan
-            .numbers(self.config.profile.shape)
-            .with(Number::ChunkCount, chunk_count)
-            .with(Number::Scatter, u64::from(self.scatters(plan)));
-        ProjectParams::of(&numbers)
+        ProjectParams {
+            chunk_count,
+            scatter: u32::from(self.scatters(plan)),
+            first_setup: plan.first_setup,
+            include_non_casters: u32::from(plan.camera),
+            by_distance: u32::from(plan.filters && plan.features.over),
+        }
     }
 
     /// Whether tiny particles of the list skip sort and bin.
@@ -108,13 +108,6 @@ impl ChunkBuffers {
     pub(crate) fn resources(&self) -> Resources<'_> {
         Resources::new().with("chunks", &self.chunks).with("project_params", &self.params)
     }
-}
-
-/// Chunks, bound to the kernel that reads them.
-#[derive(Debug)]
-pub(crate) struct Chunks {
-    pub count: u32,
-    pub bindings: BindGroup,
 }
 
 /// The views of a batch in a uniform array.

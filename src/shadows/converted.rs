@@ -2,12 +2,13 @@
 use super::{Prepared, host_depths::HostCamera};
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Memory},
+    frame::{Commands, Dispatch},
+    gpu::{Allocator, Memory, Timeline},
     records::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT},
     stage::import,
 };
 use glam::Mat4;
-use wgpu::{BindGroup, Buffer, BufferUsages, TextureFormat, TextureUsages};
+use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Texel format of converted filter maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,10 +50,7 @@ impl<'a> MapLayout<'a> {
 /// Converted filter maps of a host's layout, ready to be recorded after the maps, any number of times.
 #[derive(Debug)]
 pub struct ConvertedMaps {
-    kernel: Kernel,
-    /// Bindings and workgroups of the views of each layer.
-    layers: Vec<Vec<(BindGroup, [u32; 3])>>,
-    words: Buffer,
+    commands: Commands,
     texture: wgpu::Texture,
     memory: Memory,
 }
@@ -63,6 +61,7 @@ impl Prepared {
     /// # Errors
     /// If the format has no alpha for the depth, a camera is invalid, or the device is out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
+        const LABEL: &str = "gobo convert";
         let invalid = |index, problem| Error::Invalid { what: "map layout", index, problem };
         let (format, number) = match layout.format {
             FilterFormat::Rgba16Float => (TextureFormat::Rgba16Float, FORMAT_RGBA16FLOAT),
@@ -89,7 +88,8 @@ impl Prepared {
         let all = [size.width, size.height, size.depth_or_array_layers].map(u64::from);
         let usage = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
         let texture = allocator.texture("converted_maps", format, all, usage)?;
-        let kernel = self.kernel_of(&import::MAPS, &[("FORMAT", f64::from(number))])?;
+        let format = [("FORMAT", f64::from(number))];
+        let kernel = self.kernels.with_constants(&import::MAPS, &format)?;
         let mut layers = vec![Vec::new(); size.depth_or_array_layers as usize];
         for (index, (view, place)) in self.views.iter().zip(&maps.places).enumerate() {
             let columns = layout.cameras.map(|cameras| &cameras[index]);
@@ -113,43 +113,32 @@ impl Prepared {
             queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
             let resources =
                 maps.resources().with("convert_params", &params).with("converted", &words);
-            let bindings = kernel.bind(device, &resources)?;
-            layers[place.layer as usize].push((bindings, import::grid(view.size)));
+            let groups = import::grid(view.size);
+            let dispatch = Dispatch::new(device, kernel.clone(), &resources, groups)?;
+            layers[place.layer as usize].push(dispatch);
         }
-        Ok(ConvertedMaps { kernel, layers, words, texture, memory })
+        let mut commands = Commands::new();
+        let bytes_per_row = Some((words.size() / u64::from(size.height)) as u32);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        for (z, views) in (0..).zip(layers) {
+            commands.pass(LABEL, views);
+            let from = wgpu::TexelCopyBufferInfo { buffer: &words, layout };
+            let to = wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z },
+                ..texture.as_image_copy()
+            };
+            let extent = wgpu::Extent3d { depth_or_array_layers: 1, ..size };
+            commands.copy_buffer_to_texture(LABEL, &from, to, extent);
+        }
+        commands.compile()?;
+        Ok(ConvertedMaps { commands, texture, memory })
     }
 }
 
 impl ConvertedMaps {
     /// Records the conversion. The maps must have been recorded before.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        let size = self.texture.size();
-        let bytes_per_row = Some((self.words.size() / u64::from(size.height)) as u32);
-        for (z, views) in (0..).zip(&self.layers) {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("gobo convert"),
-                timestamp_writes: None,
-            });
-            for (bindings, groups) in views {
-                self.kernel.record(&mut pass, bindings, *groups);
-            }
-            drop(pass);
-            encoder.copy_buffer_to_texture(
-                wgpu::TexelCopyBufferInfo {
-                    buffer: &self.words,
-                    layout: wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row,
-                        rows_per_image: None,
-                    },
-                },
-                wgpu::TexelCopyTextureInfo {
-                    origin: wgpu::Origin3d { x: 0, y: 0, z },
-                    ..self.texture.as_image_copy()
-                },
-                wgpu::Extent3d { depth_or_array_layers: 1, ..size },
-            );
-        }
+        self.commands.record(encoder, &mut Timeline::untimed());
     }
 
     /// Texture array of the size of gobo's own. Usages `TEXTURE_BINDING` and `COPY_SRC`.

@@ -52,7 +52,7 @@ impl Pipeline {
         let mut context = Context {
             allocator: &mut Allocator { device, memory: &mut memory },
             queue,
-            kernels: &mut self.kernels,
+            kernels: &self.kernels,
             config: &self.config,
             casters,
             scratch,
@@ -64,13 +64,11 @@ impl Pipeline {
         let list = List::new(&mut context, &plan.lists[i], &views, view_count, plan.tile_count)?;
         self.kernels.finish()?;
         let mut encoder = device.create_command_encoder(&Default::default());
-        let timeline = &mut Timeline::untimed();
-        scratch.clear(&list, &mut encoder);
-        list.record_project(&self.kernels, &mut encoder, timeline);
-        list.record_emit(&self.kernels, &mut encoder, timeline);
-        list.record_tiles(&self.kernels, &mut encoder, timeline);
+        let mut commands = list.counting();
+        commands.append(list.tiles);
+        commands.record(&mut encoder, &mut Timeline::untimed());
         queue.submit([encoder.finish()]);
-        let counters = list.read_counters(device, queue)?;
+        let counters = list.counters.read(device, queue)?;
         let bound = &mut plan.lists[i].bound;
         bound.pairs = bound.pairs.min(counters.pairs_needed.into());
         if counters.overflowed == 0 {

@@ -3,12 +3,13 @@
 use super::{HostInputs, Shadows, Simulation};
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Memory, Resources, Timeline},
+    frame::{Commands, Dispatch},
+    gpu::{Allocator, Memory, Resources},
     model::{Bounds, Casters, emission::Emission},
     records::{EmissionParams, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
     stage::{load::group_count, project::grid, simulate},
 };
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 /// Records that an emitter needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,32 +33,25 @@ impl EmittedSlots {
     }
 }
 
-/// Kernels that load the particles of all emitters, bound.
+/// Load of the particles of all emitters.
 #[derive(Debug)]
 pub(crate) struct EmittedLoad {
-    kernel: Kernel,
-    /// Bindings of each emitter, and its groups.
-    bound: Vec<(BindGroup, u32)>,
+    pub commands: Commands,
+    /// Number of groups of each emitter.
+    group_counts: Vec<u32>,
     /// Groups of all emitters, one after the other.
     pub groups: Buffer,
     pub memory: Memory,
 }
 
 impl EmittedLoad {
-    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let mut pass = timeline.pass(encoder, "gobo load");
-        for (bindings, group_count) in &self.bound {
-            self.kernel.record(&mut pass, bindings, grid(*group_count));
-        }
-    }
-
     /// Box around the particles of each emitter. `found`: the contents of [`Self::groups`].
     pub(crate) fn bounds<'a>(
         &'a self,
         found: &'a [HostGroup],
     ) -> impl Iterator<Item = Bounds> + 'a {
         let mut found = found.iter();
-        self.bound.iter().map(move |&(_, group_count)| {
+        self.group_counts.iter().map(move |&group_count| {
             let own = found.by_ref().take(group_count as usize).filter(|group| group.count > 0);
             own.fold(Bounds::EMPTY, |all, group| {
                 all.with(&Bounds { min: group.low, max: group.high })
@@ -99,7 +93,7 @@ impl Shadows {
             // Bound because the kernel has them: nobody reads them.
             let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
             let counters = allocator.storage::<LoadCounters>("host_counters", 1, none)?;
-            let mut bound = Vec::with_capacity(emitted.len());
+            let mut dispatches = Vec::with_capacity(emitted.len());
             let mut first_group = 0;
             let runs = emitted.iter().zip(&slots).zip(set.emitted_records());
             for (((emission, simulation), own), first_caster) in runs {
@@ -129,10 +123,15 @@ impl Shadows {
                     .with("host_counts", &no_counts)
                     .with("host_groups", &groups)
                     .with("host_counters", &counters);
-                bound.push((kernel.bind(&device, &resources)?, own.group_count));
+                let groups = grid(own.group_count);
+                dispatches.push(Dispatch::new(&device, kernel.clone(), &resources, groups)?);
                 first_group += own.group_count;
             }
-            Ok(EmittedLoad { kernel, bound, groups, memory })
+            let loaded = slots.iter().take(dispatches.len());
+            let group_counts = loaded.map(|slots| slots.group_count).collect();
+            let mut commands = Commands::new();
+            commands.pass("gobo load", dispatches);
+            Ok(EmittedLoad { commands, group_counts, groups, memory })
         })?
     }
 

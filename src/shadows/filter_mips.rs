@@ -1,75 +1,58 @@
 //! Mip levels of the filter map, made for all views after some of them changed.
-use super::{context::view_uniform, kernels::Kernels, maps::Maps};
+use super::{context::view_uniform, maps::Maps};
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline},
+    frame::{Commands, Kernels},
+    gpu::Allocator,
     model::View,
     records::{GpuView, MAX_VIEWS},
-    stage::blur::{BlurParams, GROUP_SIZE},
+    stage::{
+        blur::{BlurParams, FILTER_MIP, GROUP_SIZE},
+        features::Features,
+    },
 };
 use glam::UVec2;
-use wgpu::{BindGroup, TextureView, TextureViewDescriptor};
+use wgpu::{TextureView, TextureViewDescriptor};
 
-/// Passes, the largest level first.
-#[derive(Debug, Default)]
-pub(super) struct FilterMips {
-    passes: Vec<(BindGroup, [u32; 3])>,
-}
-
-impl FilterMips {
-    /// `is_new`: some view is rendered, or has another place in the atlas.
-    pub(super) fn new(
-        allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
-        kernels: &Kernels,
-        views: &[View],
-        maps: &Maps,
-        is_new: bool,
-    ) -> Result<Self, Error> {
-        let levels: Vec<TextureView> =
-            (0..maps.filters.mip_level_count()).map(|level| one_level(maps, level)).collect();
-        let mut passes = Vec::new();
-        if levels.len() == 1 || !is_new {
-            return Ok(Self { passes });
-        }
-        let placed = views.iter().zip(&maps.places);
-        let all: Vec<GpuView> =
-            placed.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect();
-        let largest = views.iter().fold(UVec2::ZERO, |size, view| size.max(view.size));
-        for (level, pair) in (1..).zip(levels.windows(2)) {
-            let params = allocator.uniform::<BlurParams>("blur_params");
-            let value = BlurParams { level, ..BlurParams::default() };
-            queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
-            for some in all.chunks(MAX_VIEWS) {
-                let views = view_uniform(allocator, queue, some);
-                let resources = maps
-                    .resources()
-                    .with("filters", &pair[0])
-                    .with("filter_mip", &pair[1])
-                    .with("blur_params", &params)
-                    .with("views", &views);
-                let bindings = kernels.filter_mip.bind(allocator.device, &resources)?;
-                let groups = largest.map(|edge| edge.div_ceil(GROUP_SIZE << level));
-                passes.push((bindings, [groups.x, groups.y, some.len() as u32]));
-            }
-        }
-        Ok(Self { passes })
+/// The largest level first. `is_new`: some view is rendered, or has another place in the atlas.
+pub(super) fn filter_mips(
+    allocator: &mut Allocator<'_>,
+    queue: &wgpu::Queue,
+    kernels: &Kernels,
+    views: &[View],
+    maps: &Maps,
+    is_new: bool,
+) -> Result<Commands, Error> {
+    let levels: Vec<TextureView> =
+        (0..maps.filters.mip_level_count()).map(|level| one_level(maps, level)).collect();
+    let mut commands = Commands::new();
+    if levels.len() == 1 || !is_new {
+        return Ok(commands);
     }
-
-    pub(super) fn record(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        if self.passes.is_empty() {
-            return;
-        }
-        let mut pass = timeline.pass(encoder, "gobo mips");
-        for (bindings, groups) in &self.passes {
-            kernels.filter_mip.record(&mut pass, bindings, *groups);
+    let placed = views.iter().zip(&maps.places);
+    let all: Vec<GpuView> =
+        placed.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect();
+    let largest = views.iter().fold(UVec2::ZERO, |size, view| size.max(view.size));
+    let mut dispatches = Vec::new();
+    for (level, pair) in (1..).zip(levels.windows(2)) {
+        let params = allocator.uniform::<BlurParams>("blur_params");
+        let value = BlurParams { level, ..BlurParams::default() };
+        queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
+        for some in all.chunks(MAX_VIEWS) {
+            let views = view_uniform(allocator, queue, some);
+            let resources = maps
+                .resources()
+                .with("filters", &pair[0])
+                .with("filter_mip", &pair[1])
+                .with("blur_params", &params)
+                .with("views", &views);
+            let groups = largest.map(|edge| edge.div_ceil(GROUP_SIZE << level));
+            let groups = [groups.x, groups.y, some.len() as u32];
+            dispatches.push(kernels.dispatch(&FILTER_MIP, Features::NONE, &resources, groups)?);
         }
     }
+    commands.pass("gobo mips", dispatches);
+    Ok(commands)
 }
 
 fn one_level(maps: &Maps, level: u32) -> TextureView {

@@ -1,6 +1,6 @@
 //! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
-    CasterSet, Config, HostInputs, PairCapacity, Pipeline, Prepared, PreparedMaps, frame::Uploads,
+    CasterSet, Config, HostInputs, PairCapacity, Pipeline, Prepared, PreparedMaps,
     host_depths::depth_inputs,
 };
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
         Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
         Projection, ShadowSettings, View,
     },
-    stage::sort::pair_limit,
+    stage::{features::Features, sort::pair_limit},
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -124,7 +124,9 @@ impl Shadows {
 
     /// A kernel that no frame needs, compiled on demand.
     pub(super) fn kernel_of(&self, desc: &KernelDesc) -> Result<Kernel, Error> {
-        Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, &[])?)
+        let kernel = lock(&self.engine).pipeline.kernels.get(desc, Features::NONE)?;
+        kernel.make()?;
+        Ok(kernel)
     }
 
     /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept
@@ -200,6 +202,7 @@ impl Shadows {
         Ok(Prepared {
             device: device.clone(),
             queue: queue.clone(),
+            kernels: pipeline.kernels.clone(),
             engine: Arc::clone(&self.engine),
             frame: *frame,
             caster_count: (casters.particles.len() + casters.triangles.len()) as u64
@@ -248,15 +251,6 @@ impl Shadows {
         let pipeline = &mut engine.pipeline;
         change(&mut pipeline.config);
         pipeline.kernels.follow(pipeline.config.profile);
-    }
-
-    /// Uploads of a frame with the casters of the last [`Self::prepare`].
-    #[doc(hidden)]
-    pub fn uploads(&mut self, casters: &Casters<'_>, views: &[View]) -> Result<Uploads, Error> {
-        let (device, queue, pairs) = (self.device.clone(), self.queue.clone(), self.capacity.pairs);
-        self.with_casters(|pipeline, set| {
-            pipeline.uploads((&device, &queue), set, casters, views, pairs)
-        })
     }
 
     /// Uploads changes of `casters` before [`Self::prepare_with`] does, and returns the identity of the set.

@@ -8,7 +8,8 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Resources, Timeline},
+    frame::{Commands, Dispatch, HostBindings},
+    gpu::{Allocator, Resources},
     model::{Bounds, Class, Material},
     records::{DIAGONAL, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
     stage::{
@@ -17,10 +18,7 @@ use crate::{
     },
 };
 use glam::Vec4;
-use std::{
-    ops::Range,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::{ops::Range, sync::Arc};
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
 /// Bound sets of a frame, and the groups that they are loaded into.
@@ -48,11 +46,9 @@ pub(crate) struct HostSpan {
 struct HostSet {
     /// Index among the host's sets.
     index: usize,
-    kernel: Kernel,
-    bindings: BindGroup,
+    load: Dispatch,
     /// The host's bind group.
-    host_bindings: Mutex<BindGroup>,
-    group_count: u32,
+    host_bindings: HostBindings,
     bounds: Option<Bounds>,
     version: Option<u64>,
 }
@@ -152,18 +148,11 @@ impl HostSets {
                 .with("host_groups", &groups)
                 .with("host_counters", counters.buffer());
             let kernel = casters.loader.kernel.clone();
-            let bindings = kernel.bind(allocator.device, &resources)?;
-            let host_bindings = Mutex::new(casters.bindings.clone());
+            let host_bindings = HostBindings::new(casters.bindings);
+            let load = Dispatch::new(allocator.device, kernel, &resources, grid(group_count))?
+                .with_host(host_bindings.clone());
             let HostCasters { bounds, version, .. } = *casters;
-            Ok::<_, Error>(HostSet {
-                index,
-                kernel,
-                bindings,
-                host_bindings,
-                group_count,
-                bounds,
-                version,
-            })
+            Ok::<_, Error>(HostSet { index, load, host_bindings, bounds, version })
         };
         let sets = sets.into_iter().map(&mut bind).collect::<Result<_, _>>()?;
         Ok(Some(Arc::new(Self { sets, groups, counters, first_caster, spans })))
@@ -182,22 +171,19 @@ impl HostSets {
         seen.map(|(index, set)| (index, set.version))
     }
 
-    /// Records the loading: records and boxes from the contents of the host's buffers at that time.
-    pub(super) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        encoder.clear_buffer(self.counters.buffer(), 0, None);
-        let mut pass = timeline.pass(encoder, "gobo load");
-        for set in &self.sets {
-            let bindings = set.host_bindings.lock().unwrap_or_else(PoisonError::into_inner);
-            pass.set_bind_group(1, &*bindings, &[]);
-            set.kernel.record(&mut pass, &set.bindings, grid(set.group_count));
-        }
+    /// The loading: records and boxes from the contents of the host's buffers at that time.
+    pub(super) fn commands(&self) -> Commands {
+        let mut commands = Commands::new();
+        commands.clear("gobo load", self.counters.buffer());
+        commands.pass("gobo load", self.sets.iter().map(|set| set.load.clone()));
+        commands
     }
 
     /// Replaces the host's bindings of one of its sets. Returns whether the set exists.
     pub(super) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
         let set = self.sets.iter().find(|set| set.index == index);
         if let Some(set) = set {
-            *set.host_bindings.lock().unwrap_or_else(PoisonError::into_inner) = bindings.clone();
+            set.host_bindings.replace(bindings);
         }
         set.is_some()
     }

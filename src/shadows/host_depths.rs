@@ -1,15 +1,16 @@
 //! Import of the host's depth maps into the opaque depths.
-use super::{Maps, context::Context, host_inputs::HostDepth, kernels::Kernels};
+use super::{Maps, context::Context, host_inputs::HostDepth};
 use crate::{
     error::Error,
+    frame::Dispatch,
     gpu::Resources,
     model::{Projection, View},
     records::{GpuView, ImportParams},
-    stage::import,
+    stage::{features::Features, import},
 };
 use bytemuck::Zeroable as _;
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec2};
-use wgpu::{BindGroup, TextureFormat, TextureUsages, TextureView};
+use wgpu::{TextureFormat, TextureUsages, TextureView};
 
 /// Depth map of the host for a view.
 #[derive(Clone, Debug)]
@@ -171,47 +172,30 @@ fn params(depth: &HostDepth<'_>, view: &View) -> Result<ImportParams, &'static s
     })
 }
 
-/// Bound depth maps of a batch's views.
-#[derive(Debug)]
-pub(super) struct Imports(Vec<(BindGroup, UVec2)>);
-
-impl Imports {
-    /// `depths`: with indices into `views`. `is_rendered`: our own opaque casters render the batch's depths
-    /// in each frame.
-    pub(super) fn new(
-        context: &mut Context<'_, '_>,
-        maps: &Maps,
-        views: &[GpuView],
-        depths: &[(usize, DepthInput)],
-        is_rendered: bool,
-    ) -> Result<Self, Error> {
-        let mut bind = |(view, input): &(usize, DepthInput)| {
-            let view = &views[*view];
-            let values = ImportParams {
-                origin: view.origin,
-                layer: view.layer,
-                replaces: u32::from(input.instead || !is_rendered),
-                ..input.params
-            };
-            let params = context.uniform("import_params", &values);
-            let resources = Resources::new()
-                .with("import_params", &params)
-                .with("host_depths", &input.texture)
-                .with("opaques", &maps.opaques);
-            let kernel = &context.kernels.import_depths;
-            let bindings = kernel.bind(context.allocator.device, &resources)?;
-            Ok((bindings, view.size.as_uvec2()))
+/// The import of a batch's depth maps. `depths`: with indices into `views`. `is_rendered`: our own opaque
+/// casters render the batch's depths in each frame.
+pub(super) fn imports(
+    context: &mut Context<'_, '_>,
+    maps: &Maps,
+    views: &[GpuView],
+    depths: &[(usize, DepthInput)],
+    is_rendered: bool,
+) -> Result<Vec<Dispatch>, Error> {
+    let mut import = |(view, input): &(usize, DepthInput)| {
+        let view = &views[*view];
+        let values = ImportParams {
+            origin: view.origin,
+            layer: view.layer,
+            replaces: u32::from(input.instead || !is_rendered),
+            ..input.params
         };
-        depths.iter().map(&mut bind).collect::<Result<_, Error>>().map(Self)
-    }
-
-    pub(super) fn record(&self, kernels: &Kernels, pass: &mut wgpu::ComputePass<'_>) {
-        for (bindings, size) in &self.0 {
-            kernels.import_depths.record(pass, bindings, import::grid(*size));
-        }
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
+        let params = context.uniform("import_params", &values);
+        let resources = Resources::new()
+            .with("import_params", &params)
+            .with("host_depths", &input.texture)
+            .with("opaques", &maps.opaques);
+        let groups = import::grid(view.size.as_uvec2());
+        Ok(context.kernels.dispatch(&import::DEPTHS, Features::NONE, &resources, groups)?)
+    };
+    depths.iter().map(&mut import).collect()
 }

@@ -4,22 +4,19 @@ use super::{
     context::{ChunkBuffers, Context},
     cull::PairBound,
     host_casters::{HostSets, planes},
-    kernels::Kernels,
     plan::ListPlan,
 };
 use crate::{
     error::Error,
-    gpu::{Resources, Timeline},
+    frame::{Commands, Dispatch},
+    gpu::Resources,
     model::tiles_of,
     records::{CullParams, GpuView, Listed, MAX_VIEWS},
-    stage::{
-        bin::BinParams,
-        project::{ProjectParams, grid},
-    },
+    stage::{bin::BinParams, features::Features, load, project::ProjectParams},
 };
 use glam::Vec4;
 use std::{mem::offset_of, ops::Range};
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 /// Host casters of a list.
 #[derive(Clone, Debug)]
@@ -68,16 +65,13 @@ impl ListPlan {
     }
 }
 
-/// Chunks that `cull` writes for a list, and the buffers that receive their number.
+/// Chunks that `cull` writes for a list.
 #[derive(Debug)]
 pub(crate) struct HostChunks {
     /// Capacity for all chunks.
     pub buffers: ChunkBuffers,
     listed: Buffer,
-    cull: BindGroup,
-    project: BindGroup,
-    /// Buffers that receive the number of footprints, with offsets [bytes].
-    footprint_counts: Vec<(Buffer, u64)>,
+    cull: Dispatch,
 }
 
 impl HostChunks {
@@ -85,7 +79,6 @@ impl HostChunks {
         context: &mut Context<'_, '_>,
         plan: &ListPlan,
         (host, sets): (&HostList, &HostSets),
-        views: &Buffer,
     ) -> Result<Self, Error> {
         let entries = host.entry_count();
         let buffers = context.written_chunk_buffers(plan, entries)?;
@@ -105,7 +98,6 @@ impl HostChunks {
         let none = BufferUsages::empty();
         let counts = context.allocator.storage::<u32>("listed_counts", entries.into(), none)?;
         let listed = context.allocator.storage::<Listed>("listed", 1, BufferUsages::COPY_SRC)?;
-        let device = context.allocator.device;
         let resources = Resources::new()
             .with("cull_params", &params)
             .with("cull_planes", &plane_buffer)
@@ -113,42 +105,29 @@ impl HostChunks {
             .with("listed_counts", &counts)
             .with("listed", &listed)
             .with("chunks", &buffers.chunks);
-        let cull = context.kernels.cull_groups.bind(device, &resources)?;
-        let resources = context.resources(views).and(&buffers.resources());
-        let resources = resources.with("keys", &context.scratch.keys[0]);
-        let project = context.kernels.project_particles.bind(device, &resources)?;
-        Ok(Self { buffers, listed, cull, project, footprint_counts: Vec::new() })
+        let kernels = context.kernels;
+        let cull = kernels.dispatch(&load::GROUPS, Features::NONE, &resources, [1, 1, 1])?;
+        Ok(Self { buffers, listed, cull })
     }
 
-    /// Adds the buffers that receive the list's number of footprints.
-    pub(crate) fn count_into(&mut self, bin_params: &Buffer, sort_count: Option<&Buffer>) {
-        let place = offset_of!(BinParams, footprint_count) as u64;
-        self.footprint_counts.push((bin_params.clone(), place));
-        self.footprint_counts.extend(sort_count.map(|count| (count.clone(), 0)));
-    }
-
-    /// Records the culling of the groups against each view.
-    pub(crate) fn record_cull(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let mut pass = timeline.pass(encoder, "gobo cull");
-        kernels.cull_groups.record(&mut pass, &self.cull, [1, 1, 1]);
-        drop(pass);
-        let mut tell = |place: usize, to: &Buffer, offset: u64| {
-            encoder.copy_buffer_to_buffer(&self.listed, place as u64, to, offset, 4);
-        };
-        let chunk_count = offset_of!(ProjectParams, chunk_count) as u64;
-        tell(offset_of!(Listed, chunk_count), &self.buffers.params, chunk_count);
-        for (buffer, offset) in &self.footprint_counts {
-            tell(offset_of!(Listed, footprint_end), buffer, *offset);
+    /// The culling of the groups against each view. The number of footprints goes to the parameters of bin
+    /// and to the count of the sort by depth.
+    pub(crate) fn cull(&self, bin_params: &Buffer, sort_count: &Buffer) -> Commands {
+        const LABEL: &str = "gobo cull";
+        let mut commands = Commands::new();
+        commands.pass(LABEL, [self.cull.clone()]);
+        for (from, to, offset) in [
+            (
+                offset_of!(Listed, chunk_count),
+                &self.buffers.params,
+                offset_of!(ProjectParams, chunk_count),
+            ),
+            (offset_of!(Listed, footprint_end), bin_params, offset_of!(BinParams, footprint_count)),
+            (offset_of!(Listed, footprint_end), sort_count, 0),
+        ] {
+            commands.copy_buffer(LABEL, (&self.listed, from as u64), (to, offset as u64), 4);
         }
-    }
-
-    pub(crate) fn record_project(&self, kernels: &Kernels, pass: &mut wgpu::ComputePass<'_>) {
-        kernels.project_particles.record(pass, &self.project, grid(self.buffers.count));
+        commands
     }
 }
 

@@ -6,7 +6,8 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Constant, Kernel, KernelDesc, Memory, Timeline},
+    frame::{Commands, Kernels},
+    gpu::{Kernel, Memory, Timeline},
     model::{ShadowSettings, View},
     stage::features::Features,
 };
@@ -18,6 +19,7 @@ use std::sync::{Arc, Mutex};
 pub struct Prepared {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
+    pub(super) kernels: Kernels,
     pub(super) engine: Arc<Mutex<Engine>>,
     pub(super) frame: u64,
     pub(super) caster_count: u64,
@@ -32,19 +34,29 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing;
-    /// records nothing if a later [`prepare`](super::Shadows::prepare) has taken the maps over.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.record_timed(encoder, &mut Timeline::untimed());
+    /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing.
+    ///
+    /// # Errors
+    /// [`Error::Superseded`] if a later [`prepare`](super::Shadows::prepare) has taken the maps over; then
+    /// nothing is recorded.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.record_timed(encoder, &mut Timeline::untimed())
     }
 
     /// Like [`Self::record`], with timestamps around each stage.
-    pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let engine = lock(&self.engine);
-        if let Ok(maps) = self.current(&engine) {
-            maps.record(engine.pipeline.kernels(), encoder, timeline);
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_timed(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) -> Result<(), Error> {
+        self.with_maps(|maps| {
+            maps.record(encoder, timeline);
             timeline.end(encoder);
-        }
+            Ok(())
+        })
     }
 
     /// Replaces the bindings of the host's casters of `set`, an index, by others of the same layout, from
@@ -62,19 +74,18 @@ impl Prepared {
 
     /// A kernel of this device, compiled if needed.
     pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
-        let mut engine = lock(&self.engine);
-        let kernel = engine.pipeline.kernels.plan(&self.device, variant, features)?.clone();
+        let kernel = self.kernels.of(variant, features)?;
         kernel.make()?;
         Ok(kernel)
     }
 
-    /// Like [`Self::kernel`], for a kernel that a host calls outside of frames.
-    pub(super) fn kernel_of(
-        &self,
-        desc: &KernelDesc,
-        constants: &[Constant],
-    ) -> Result<Kernel, Error> {
-        Ok(lock(&self.engine).pipeline.kernels.other(&self.device, desc, constants)?)
+    /// The commands of the frame: for its export.
+    ///
+    /// # Errors
+    /// If a later [`prepare`](super::Shadows::prepare) has taken the maps over.
+    #[doc(hidden)]
+    pub fn commands(&self) -> Result<Commands, Error> {
+        self.with_maps(|maps| Ok(maps.commands.clone()))
     }
 
     /// Device and queue of the maps.
@@ -84,11 +95,14 @@ impl Prepared {
 
     /// Records only the counting of pairs: if nothing of a scene is known, [`Self::counters`] then gives
     /// the needed capacity at a fraction of a frame's time, so that no frame takes the slower scatter path.
-    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) {
-        let engine = lock(&self.engine);
-        if let Ok(maps) = self.current(&engine) {
-            maps.record_counts(engine.pipeline.kernels(), encoder, &mut Timeline::untimed());
-        }
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.with_maps(|maps| {
+            maps.counting.record(encoder, &mut Timeline::untimed());
+            Ok(())
+        })
     }
 
     pub(super) fn with_maps<T>(

@@ -2,7 +2,7 @@
 use super::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
-    gpu::{Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory},
+    gpu::{Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory, Timeline},
     model::Light,
     stage::{
         features::Features,
@@ -29,7 +29,7 @@ impl LightBindings {
     /// [`Prepared::bind_lights`].
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(levels) = &self.levels {
-            levels.record(encoder);
+            levels.commands.record(encoder, &mut Timeline::untimed());
         }
     }
 }

@@ -1,16 +1,17 @@
 //! Light at points of the host, such as particles, probes and splats: the share of each light that the
 //! shadow maps transmit.
-use super::{AreaLevels, Prepared, kernels::Variant};
+use super::Prepared;
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Memory},
+    frame::Commands,
+    gpu::{Allocator, Memory, Timeline},
     model::Light,
     stage::{
         features::Features,
-        shade::{NO_LIST, PointBatch, point_grid},
+        shade::{AREA_LIGHT_SHARES, LIGHT_SHARES, NO_LIST, PointBatch, point_grid},
     },
 };
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 /// Size of a vector, three `f32` without padding [bytes].
 const VECTOR: u64 = 12;
@@ -30,10 +31,7 @@ pub struct PointBuffers<'a> {
 /// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times.
 #[derive(Debug)]
 pub struct LightPoints {
-    kernel: Kernel,
-    bindings: BindGroup,
-    groups: [u32; 3],
-    levels: Option<AreaLevels>,
+    commands: Commands,
     shares: Buffer,
     memory: Memory,
 }
@@ -76,27 +74,28 @@ impl Prepared {
             .with("point_positions", points.positions)
             .with("point_normals", points.normals.unwrap_or(points.positions))
             .with("point_shares", &shares);
-        let areas = source.levels.is_some();
-        let own = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
-        let features = Features { areas, filters: source.is_filtered, ..own };
-        let kernel = self.kernel(Variant::LightShares, features)?;
-        let bindings = kernel.bind(device, &resources)?;
+        let features = Features {
+            nodes: maps.nodes,
+            gain: maps.gain,
+            filters: source.is_filtered,
+            ..Features::NONE
+        };
+        let (desc, mut commands) = match &source.levels {
+            Some(levels) => (&AREA_LIGHT_SHARES, levels.commands.clone()),
+            None => (&LIGHT_SHARES, Commands::new()),
+        };
         let groups = point_grid(batch.count);
-        Ok(LightPoints { kernel, bindings, groups, levels: source.levels, shares, memory })
+        let look_up = self.kernels.dispatch(desc, features, &resources, groups)?;
+        commands.pass("gobo light_points", [look_up]);
+        commands.compile()?;
+        Ok(LightPoints { commands, shares, memory })
     }
 }
 
 impl LightPoints {
     /// Records the look-up. The maps must have been recorded before.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(levels) = &self.levels {
-            levels.record(encoder);
-        }
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("gobo light_points"),
-            timestamp_writes: None,
-        });
-        self.kernel.record(&mut pass, &self.bindings, self.groups);
+        self.commands.record(encoder, &mut Timeline::untimed());
     }
 
     /// Shares, linear rgb, three `f32` each without padding: point by point, chosen light by chosen light.

@@ -71,9 +71,8 @@ impl Prepared {
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
         let resources = of_maps(maps).with("lights", &lights).with("picture_params", &params);
         let features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
-        let make = |variant, features| self.kernel(variant, features);
         let levels = if with_areas {
-            AreaLevels::new(allocator, queue, &records, &resources, features, make)?
+            AreaLevels::new(allocator, queue, &self.kernels, &records, &resources, features)?
         } else {
             None
         };

@@ -1,9 +1,7 @@
 //! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use super::{
     context::{ChunkBuffers, Context},
-    frame::{self, Choices, Conditions, Groups, Part, Role, SortOf, Work},
     host_list::HostChunks,
-    kernels::Kernels,
     parts::Parts,
     plan::ListPlan,
     read_back::ReadBack,
@@ -11,15 +9,16 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::Timeline,
+    frame::{Commands, Sort, SortCount},
+    gpu::Resources,
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams},
-        formula::{Number, Numbers},
-        sort::{SortBindings, SortCount},
+        features::Features,
+        project::{self, grid},
     },
 };
-use wgpu::{BindGroup, Buffer};
+use wgpu::Buffer;
 
 /// Counters of one list.
 pub type ListCounters = BatchCounters;
@@ -38,28 +37,27 @@ impl ListCounters {
     }
 }
 
-/// One list, bound and ready to be recorded.
+/// The commands of one list, stage by stage. Without casters all but `clear` and `tiles` are empty.
 #[derive(Debug)]
 pub(crate) struct List {
     pub footprint_count: u32,
-    /// Whether a tile may have more pairs than a segment.
-    pub has_segments: bool,
-    /// Inputs of sizes and workgroup counts.
-    pub numbers: Numbers,
-    /// Conditions, but for those of the readers.
-    pub conditions: Conditions,
-    pub choices: Choices,
-    /// Chunks of host casters, whose number is known on the device only.
-    pub host_chunks: Option<HostChunks>,
-    counters: ReadBack<BatchCounters>,
-    depth_sort: Option<SortBindings>,
-    tile_sort: Option<SortBindings>,
+    /// Resets counters and workgroup counts.
+    pub clear: Commands,
+    /// Footprints, keys and rectangles.
+    pub project: Commands,
+    /// Footprints front to back.
+    pub sort: Commands,
+    /// Pairs in depth order, and the footprints whose pairs did not fit.
+    pub pairs: Commands,
+    /// Pairs of each tile, and the segments of long tiles.
+    pub tiles: Commands,
     /// Index of the pair texture that holds the sorted pairs.
-    #[cfg_attr(not(feature = "picture"), expect(dead_code, reason = "only pictures read it"))]
     pub sorted_pairs: usize,
-    /// The way of its casters where their pairs may not fit.
+    /// The parts of its tiles, where the pairs may not fit.
     pub parts: Option<Parts>,
-    bound: Vec<(Role, BindGroup)>,
+    /// Chunks of host casters, whose number is known on the device only.
+    pub host_chunks: Option<ChunkBuffers>,
+    pub counters: ReadBack<BatchCounters>,
 }
 
 impl List {
@@ -71,189 +69,120 @@ impl List {
         tile_count: u32,
     ) -> Result<Self, Error> {
         let scratch: &Scratch = context.scratch;
-        let Scratch { keys, pairs, .. } = scratch;
-        let device = context.allocator.device;
-        let particle_chunks = context.chunk_buffers(plan, &plan.particle_chunks)?;
-        let triangle_chunks = context.chunk_buffers(plan, &plan.triangle_chunks)?;
-        let host = plan.host.as_ref().zip(context.casters.host());
-        let mut host_chunks =
-            host.map(|host| HostChunks::new(context, plan, host, views)).transpose()?;
-        let counted = ReadBack::<BatchCounters>::new(context.allocator, "counters")?;
-        let counters = counted.buffer();
+        let counters = ReadBack::<BatchCounters>::new(context.allocator, "counters")?;
         let shape = context.config.profile.shape;
-        let numbers = plan
-            .numbers(shape)
-            .with(Number::PairCapacity, scratch.pair_capacity)
-            .with(Number::TileCount, tile_count)
-            .with(Number::ViewCount, view_count);
-        let conditions = plan.conditions(shape, scratch.pair_capacity);
-        let params = context.uniform("bin_params", &BinParams::of(&numbers));
-        let (mut depth_sort, mut tile_sort) = (None, None);
-        if plan.footprint_count > 0 {
-            let sort = &context.kernels.sort;
+        let values = BinParams::new(
+            shape,
+            plan.footprint_count,
+            scratch.pair_capacity,
+            tile_count,
+            view_count,
+            plan.segment_length(),
+        );
+        let chunks = [
+            (&project::PARTICLES, context.chunk_buffers(plan, &plan.particle_chunks)?),
+            (&project::TRIANGLES, context.chunk_buffers(plan, &plan.triangle_chunks)?),
+        ];
+        let params = context.uniform("bin_params", &values);
+        let host = plan.host.as_ref().zip(context.casters.host());
+        let host = host.map(|host| HostChunks::new(context, plan, host)).transpose()?;
+        let kernels = context.kernels;
+        let sorts = if plan.footprint_count > 0 {
             let known = SortCount::Known(plan.footprint_count);
-            let mut depth = sort.bind(device, [&keys[0], &keys[1]], known, 0..DEPTH_BITS)?;
-            depth.write_count(context.queue, plan.footprint_count);
+            let [a, b] = &scratch.keys;
+            let by_depth = Sort::new(kernels, [a, b], known, 0..DEPTH_BITS)?;
             let counted = SortCount::FromBuffer {
-                counts: counters,
+                counts: counters.buffer(),
                 index: bin::PAIR_COUNT_INDEX,
                 capacity: scratch.pair_capacity,
             };
-            let bits = bin::TILE_BITS.count(&numbers);
-            let tile = sort.bind(device, [&pairs[0], &pairs[1]], counted, 0..bits)?;
-            context.allocator.memory.add("histograms", depth.scratch_size() + tile.scratch_size());
-            (depth_sort, tile_sort) = (Some(depth), Some(tile));
-        }
-        if let Some(host) = &mut host_chunks {
-            host.count_into(&params, depth_sort.as_ref().and_then(SortBindings::count_buffer));
-        }
-        let sorted =
-            [&depth_sort, &tile_sort].map(|sort| sort.as_ref().map_or(0, SortBindings::result));
-        let choices = Choices {
-            curves: plan.features.nodes > 0 && !context.camera,
-            composed: plan.is_composed(),
-            sorted,
+            let [a, b] = &scratch.pairs;
+            let by_tile = Sort::new(kernels, [a, b], counted, 0..bin::tile_bits(tile_count))?;
+            let bytes = by_depth.scratch_size() + by_tile.scratch_size();
+            context.allocator.memory.add("histograms", bytes);
+            Some((by_depth, by_tile))
+        } else {
+            None
         };
-        let mut resources =
-            context.resources(views).with("bin_params", &params).with("counters", counters);
-        for (chunks, names) in [
-            (&particle_chunks, ["particle_chunks", "particle_params"]),
-            (&triangle_chunks, ["triangle_chunks", "triangle_params"]),
-        ] {
-            if let Some(ChunkBuffers { chunks, params, .. }) = chunks {
-                resources = resources.with(names[0], chunks).with(names[1], params);
-            }
+        let resources = context
+            .resources(views)
+            .with("bin_params", &params)
+            .with("counters", counters.buffer());
+        let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
+            kernels.dispatch(desc, Features::NONE, resources, groups)
+        };
+
+        let mut clear = Commands::new();
+        for buffer in [counters.buffer(), &scratch.dispatches, &scratch.scattered_tiles] {
+            clear.clear("gobo clear", buffer);
         }
-        let mut bound = Vec::new();
-        for (role, sources) in frame::kernels(conditions) {
-            let Some(kernel) = context.kernels.of_list(role) else { continue };
-            let mut own = frame::bound(sources, &resources, choices);
-            if let (Role::BinCount | Role::BinEmit, Some(rects)) = (role, context.binned_rects) {
-                own = own.with("rects", rects);
+        let (mut project, mut sort) = (Commands::new(), Commands::new());
+        let (mut pairs, mut tiles) = (Commands::new(), Commands::new());
+        let (mut sorted, mut of_tiles) = ([0; 2], Vec::new());
+        if let Some((by_depth, by_tile)) = sorts {
+            sorted = [by_depth.result(), by_tile.result()];
+            let resources = resources.clone().with("keys", &scratch.keys[0]);
+            let mut dispatches = Vec::new();
+            for (desc, buffers) in &chunks {
+                if let Some(buffers) = buffers {
+                    let resources = resources.clone().and(&buffers.resources());
+                    dispatches.push(run(desc, &resources, grid(buffers.count))?);
+                }
             }
-            bound.push((role, kernel.bind(device, &own)?));
+            if let Some(host) = &host {
+                project.append(host.cull(&params, by_depth.count_buffer()));
+                let resources = resources.clone().and(&host.buffers.resources());
+                dispatches.push(run(&project::PARTICLES, &resources, grid(host.buffers.count))?);
+            }
+            project.pass("gobo project", dispatches);
+            sort.pass("gobo sort", by_depth.dispatches);
+
+            let rects = context.binned_rects.unwrap_or(&scratch.rects);
+            let resources = resources
+                .clone()
+                .with("sorted", &scratch.keys[sorted[0]])
+                .with("pairs", &scratch.pairs[0])
+                .with("rects", rects);
+            let [count, emit] = bin::count_and_emit(shape);
+            let runs = values.run_groups(shape);
+            pairs.pass(
+                "gobo bin",
+                [
+                    run(count, &resources, runs)?,
+                    run(&bin::SCAN, &resources, [1, 1, 1])?,
+                    run(emit, &resources, runs)?,
+                ],
+            );
+            of_tiles = by_tile.dispatches;
         }
-        let parts = Parts::new(context, plan, tile_count, &resources, choices)?;
+        // Curves take what was scattered themselves.
+        let curves = plan.features.nodes > 0 && !context.camera;
+        let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
+        let resources =
+            resources.with("pairs", &scratch.pairs[sorted[1]]).with("scattered_tiles", scattered);
+        of_tiles.push(run(&bin::TILES, &resources, values.tile_groups())?);
+        tiles.pass("gobo bin", of_tiles);
+        let parts = Parts::new(context, plan, tile_count, &resources, sorted[0])?;
         Ok(Self {
             footprint_count: plan.footprint_count,
-            has_segments: plan.has_segments(),
-            numbers,
-            conditions,
-            choices,
-            host_chunks,
-            counters: counted,
-            depth_sort,
-            tile_sort,
+            clear,
+            project,
+            sort,
+            pairs,
+            tiles,
             sorted_pairs: sorted[1],
             parts,
-            bound,
+            host_chunks: host.map(|host| host.buffers),
+            counters,
         })
     }
 
-    /// project: footprints, keys and rectangles.
-    pub(crate) fn record_project(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        if self.footprint_count == 0 {
-            return;
+    /// Commands from casters to the number of their pairs.
+    pub(crate) fn counting(&self) -> Commands {
+        let mut commands = Commands::new();
+        for stage in [&self.clear, &self.project, &self.sort, &self.pairs] {
+            commands.append(stage.clone());
         }
-        if let Some(host) = &self.host_chunks {
-            host.record_cull(kernels, encoder, timeline);
-        }
-        let mut pass = timeline.pass(encoder, "gobo project");
-        self.record_steps(Part::Project, kernels, &mut pass);
-        if let Some(host) = &self.host_chunks {
-            host.record_project(kernels, &mut pass);
-        }
-    }
-
-    pub(crate) fn counters(&self) -> &Buffer {
-        self.counters.buffer()
-    }
-
-    /// Records sort and bin, up to the pairs in depth order and the list of overflowing footprints. Returns
-    /// false if there is no caster.
-    pub(crate) fn record_emit(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) -> bool {
-        self.record_sort(kernels, encoder, timeline)
-            && self.record_pairs(kernels, encoder, timeline)
-    }
-
-    /// Records the sort of footprints front to back. Returns false if there is none.
-    pub(crate) fn record_sort(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) -> bool {
-        if self.footprint_count == 0 {
-            return false;
-        }
-        self.record_steps(Part::Sort, kernels, &mut timeline.pass(encoder, "gobo sort"));
-        true
-    }
-
-    /// Records the first steps of bin, after the sort. Returns false if there is no caster.
-    pub(crate) fn record_pairs(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) -> bool {
-        if self.footprint_count == 0 {
-            return false;
-        }
-        self.record_steps(Part::Pairs, kernels, &mut timeline.pass(encoder, "gobo bin"));
-        true
-    }
-
-    /// Records the rest of bin: each tile's pairs, and the segments of long tiles.
-    pub(crate) fn record_tiles(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        self.record_steps(Part::Tiles, kernels, &mut timeline.pass(encoder, "gobo bin"));
-    }
-
-    fn record_steps(&self, part: Part, kernels: &Kernels, pass: &mut wgpu::ComputePass<'_>) {
-        for step in frame::steps(part).iter().filter(|step| self.conditions.hold(step.when)) {
-            match step.work {
-                Work::Sort(of) => {
-                    let sort = match of {
-                        SortOf::Depth => &self.depth_sort,
-                        SortOf::Tile => &self.tile_sort,
-                    };
-                    sort.iter().for_each(|sort| kernels.sort.record(pass, sort));
-                }
-                Work::Kernel { role, groups: Groups::Counts(groups), .. } => {
-                    let bound = self.bound.iter().find(|(of, _)| *of == role);
-                    if let Some(((_, bindings), kernel)) = bound.zip(kernels.of_list(role)) {
-                        kernel.record(pass, bindings, groups.map(|n| n.count(&self.numbers)));
-                    }
-                }
-                Work::Kernel { .. } | Work::Clear(_) => {}
-            }
-        }
-    }
-
-    pub(crate) fn counted(&self) -> &ReadBack<ListCounters> {
-        &self.counters
-    }
-
-    pub(crate) fn read_counters(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<ListCounters, Error> {
-        self.counters.read(device, queue)
+        commands
     }
 }

@@ -14,7 +14,6 @@ pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
 mod filter_mips;
-pub mod frame;
 mod groups;
 mod host;
 mod host_casters;
@@ -55,7 +54,6 @@ pub(crate) use host::check;
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
 pub use host_prepared::Prepared;
 pub use host_shader::{LightBindings, look_up_text};
-pub use kernels::Kernels;
 pub(crate) use levels::AreaLevels;
 pub use light_points::{LightPoints, PointBuffers};
 #[cfg(feature = "picture")]

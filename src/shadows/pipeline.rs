@@ -1,11 +1,11 @@
 //! Stages of one device, and the preparation of a frame.
 use super::{
-    CasterSet, Config, Kernels, Maps, PreparedMaps,
+    CasterSet, Config, Maps, PreparedMaps,
     batch::Batch,
     blur::Blur,
     cache::{MapCache, Relocation},
     context::Context,
-    filter_mips::FilterMips,
+    filter_mips::filter_mips,
     host_depths::DepthInput,
     plan::{self, LISTS, PendingView, Plan},
     scratch::Scratch,
@@ -15,6 +15,7 @@ use super::{
 use crate::model::Environment;
 use crate::{
     error::Error,
+    frame::{Commands, Kernels},
     gpu::{Allocator, FETCH_FEATURES, KernelCache, Memory, Tier},
     model::View,
 };
@@ -91,7 +92,7 @@ impl Pipeline {
         let may_queue = config.queued && config.tier == Tier::Native && features;
         let config = Config { queued: may_queue, ..config };
         Ok(Self {
-            kernels: Kernels::new(config, cache),
+            kernels: Kernels::new(device, config.tier, config.profile, cache),
             config,
             may_queue,
             #[cfg(feature = "picture")]
@@ -178,7 +179,7 @@ impl Pipeline {
             Some(set) => set,
             None => MapSet::new(request, &self.config)?,
         };
-        let MapSet { maps, mut soften, mut blur, memory: maps_memory } = set;
+        let MapSet { maps, soften, blur, memory: maps_memory } = set;
         let maps = Maps { gain: request.gain, ..maps };
         let hides = self.config.hide.then_some(nodes);
         let cache = MapCache::after(reuse.cache, casters, views, hides, request.depths);
@@ -219,26 +220,53 @@ impl Pipeline {
             plans.iter_mut().for_each(|plan| plan.cleared = true);
         }
         let mut allocator = Allocator { device, memory: &mut memory };
-        let batches = self.bind_batches(request, &mut allocator, &plans, &scratch, raw)?;
-        if let Some(soften) = &mut soften {
+        let host = casters.shared_host();
+        let (mut commands, mut counting) = (Commands::new(), Commands::new());
+        if let Some(relocation) = &relocation {
+            commands.append(relocation.commands(&maps, soften.as_ref()));
+        }
+        if let Some(host) = host.as_ref().filter(|_| !plans.is_empty()) {
+            commands.append(host.commands());
+            counting.append(host.commands());
+        }
+        let mut counters = Vec::new();
+        for plan in &plans {
+            let mut context = Context {
+                allocator: &mut allocator,
+                queue,
+                kernels: &self.kernels,
+                config: &self.config,
+                casters,
+                scratch: &scratch,
+                camera: false,
+                binned_rects: None,
+            };
+            let batch = Batch::new(&mut context, plan, raw)?;
+            commands.append(batch.commands);
+            counting.append(batch.counting);
+            counters.push(batch.counters);
+        }
+        let kernels = &self.kernels;
+        if let Some(soften) = &soften {
             let over = casters.span(LISTS[1].clone()).features.over;
-            soften.bind(&mut allocator, queue, &mut self.kernels, &plans, &maps, over)?;
+            let soft = soften.commands(&mut allocator, queue, kernels, &plans, &maps, over)?;
+            commands.append(soft);
         }
-        if let Some(blur) = &mut blur {
-            blur.bind(&mut allocator, queue, &mut self.kernels, &plans, &maps)?;
+        if let Some(blur) = &blur {
+            commands.append(blur.commands(&mut allocator, queue, kernels, &plans, &maps)?);
         }
-        let is_new = relocation.is_some() || !batches.is_empty();
-        let mips = FilterMips::new(&mut allocator, queue, &self.kernels, views, &maps, is_new)?;
+        let is_new = relocation.is_some() || !plans.is_empty();
+        commands.append(filter_mips(&mut allocator, queue, kernels, views, &maps, is_new)?);
         Ok(PreparedMaps {
             maps,
-            batches,
-            host: casters.shared_host(),
+            commands,
+            counting,
+            counters,
+            host,
             soften,
             blur,
-            mips,
             scratch,
             cache,
-            relocation,
             culled,
             maps_memory,
             scratch_memory,
@@ -281,31 +309,6 @@ impl Pipeline {
         let mut allocator = Allocator { device, memory: &mut memory };
         let scratch = Scratch::new(&mut allocator, queue, &self.config, plans, pairs, nodes)?;
         Ok((Arc::new(scratch), memory))
-    }
-
-    fn bind_batches(
-        &mut self,
-        request: &Request<'_>,
-        allocator: &mut Allocator<'_>,
-        plans: &[Plan],
-        scratch: &Arc<Scratch>,
-        raw: &Maps,
-    ) -> Result<Vec<Batch>, Error> {
-        let mut batches = Vec::with_capacity(plans.len());
-        for plan in plans {
-            let mut context = Context {
-                allocator,
-                queue: request.queue,
-                kernels: &mut self.kernels,
-                config: &self.config,
-                casters: request.casters,
-                scratch,
-                camera: false,
-                binned_rects: None,
-            };
-            batches.push(Batch::new(&mut context, plan, raw)?);
-        }
-        Ok(batches)
     }
 }
 

@@ -3,7 +3,6 @@ use super::{
     Config,
     casters::CasterSet,
     cull::{PairBound, TileLoadBound},
-    frame::{Conditions, When},
     groups::Group,
     host_depths::DepthInput,
     host_list::HostList,
@@ -16,7 +15,6 @@ use crate::{
     stage::{
         bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
         features::Features,
-        formula::{Number, Numbers},
         project::Chunk,
         shade::ROUND_LENGTH,
         sort::Shape,
@@ -121,32 +119,6 @@ impl ListPlan {
         // Two parts that follow each other have more pairs than there is room for in one.
         let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
         enough.min(u64::from(tile_count) + 1).min(most) as u32
-    }
-
-    /// Conditions of the list, without those of its readers.
-    pub(crate) fn conditions(&self, shape: Shape, pair_capacity: u32) -> Conditions {
-        Conditions::default()
-            .with(When::Particles, !self.particle_chunks.is_empty())
-            .with(When::Triangles, !self.triangle_chunks.is_empty())
-            .with(When::Listed, self.footprint_count > 0)
-            .with(When::MayOverflow, self.may_overflow(shape, pair_capacity))
-    }
-
-    /// Variables of the list's sizes and workgroup counts, as far as they are known.
-    pub(crate) fn numbers(&self, shape: Shape) -> Numbers {
-        let is = u64::from;
-        bin::numbers(shape)
-            .with(Number::ParticleChunks, self.particle_chunks.len() as u64)
-            .with(Number::TriangleChunks, self.triangle_chunks.len() as u64)
-            .with(Number::TinyChunks, self.tiny_chunks.len() as u64)
-            .with(Number::FootprintCount, self.footprint_count)
-            .with(Number::SetupCount, self.setup_count())
-            .with(Number::FirstSetup, self.first_setup)
-            .with(Number::SegmentLength, self.segment_length())
-            .with(Number::Nodes, self.features.nodes)
-            .with(Number::Changes, is(self.features.over || self.features.volumes))
-            .with(Number::IncludeNonCasters, is(self.camera))
-            .with(Number::ByDistance, is(self.filters && self.features.over))
     }
 
     pub(crate) fn setup_count(&self) -> u32 {

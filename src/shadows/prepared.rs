@@ -1,17 +1,11 @@
 //! Prepared maps of a frame.
 use super::{
-    Kernels, ListCounters, Maps,
-    batch::Batch,
-    blur::Blur,
-    cache::{MapCache, Relocation},
-    filter_mips::FilterMips,
-    host_casters::HostSets,
-    read_back::ReadBack,
-    scratch::Scratch,
-    soften::Soften,
+    ListCounters, Maps, blur::Blur, cache::MapCache, host_casters::HostSets, read_back::ReadBack,
+    scratch::Scratch, soften::Soften,
 };
 use crate::{
     error::Error,
+    frame::Commands,
     gpu::{Memory, Timeline},
     records::LoadCounters,
 };
@@ -20,18 +14,21 @@ use std::sync::Arc;
 /// Counters of opaque lists, of translucent ones, and of the host's casters.
 pub(super) type AllCounters = ((ListCounters, ListCounters), LoadCounters);
 
-/// A scene's maps on the GPU, and the bindings that fill them.
+/// A scene's maps on the GPU, and the commands that fill them.
 #[derive(Debug)]
 pub struct PreparedMaps {
     pub maps: Maps,
-    pub(super) batches: Vec<Batch>,
+    /// From casters to the maps of all views that must be rendered.
+    pub commands: Commands,
+    /// From casters to the number of their pairs.
+    pub counting: Commands,
+    /// Counters of each batch.
+    pub(super) counters: Vec<[ReadBack<ListCounters>; 2]>,
     pub(super) host: Option<Arc<HostSets>>,
     pub(super) soften: Option<Soften>,
     pub(super) blur: Option<Blur>,
-    pub(super) mips: FilterMips,
     pub(super) scratch: Arc<Scratch>,
     pub(super) cache: MapCache,
-    pub(super) relocation: Option<Relocation>,
     pub(super) culled: u64,
     pub(super) maps_memory: Memory,
     pub(super) scratch_memory: Memory,
@@ -76,46 +73,9 @@ impl PreparedMaps {
     }
 
     /// Records every stage of every view that must be rendered.
-    pub fn record(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        if let Some(relocation) = &self.relocation {
-            relocation.record(&self.maps, self.soften.as_ref(), encoder);
-        }
-        self.record_load(encoder, timeline);
-        for batch in &self.batches {
-            batch.record(kernels, encoder, timeline);
-        }
-        if let Some(soften) = &self.soften {
-            soften.record(kernels, encoder, timeline);
-        }
-        if let Some(blur) = &self.blur {
-            blur.record(kernels, encoder, timeline);
-        }
-        self.mips.record(kernels, encoder, timeline);
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        self.commands.record(encoder, timeline);
         self.cache.mark_recorded();
-    }
-
-    /// Records only the counting of pairs of the views that must be rendered.
-    pub fn record_counts(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        self.record_load(encoder, timeline);
-        for batch in &self.batches {
-            batch.record_counts(kernels, encoder, timeline);
-        }
-    }
-
-    fn record_load(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        if let Some(host) = self.host.as_ref().filter(|_| !self.batches.is_empty()) {
-            host.record(encoder, timeline);
-        }
     }
 
     /// Counters of the last frame: of opaque lists and of translucent ones, each summed over the batches,
@@ -160,7 +120,7 @@ impl PreparedMaps {
     }
 
     fn counted(&self) -> impl Iterator<Item = [&ReadBack<ListCounters>; 2]> {
-        self.batches.iter().map(Batch::counted)
+        self.counters.iter().map(<[_; 2]>::each_ref)
     }
 
     fn loaded(&self) -> Option<&ReadBack<LoadCounters>> {

@@ -1,11 +1,6 @@
 //! Scratch memory of lists and batches, and its size.
 use super::{
     Config,
-    frame::{
-        self, Cleared, KEYS, PAIRS,
-        resources::{SUMS, resource},
-    },
-    list::List,
     parts::PartBuffers,
     plan::{ListPlan, Plan},
     small::SmallDepths,
@@ -14,11 +9,11 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources, Tier, view},
     model::TILE_SIZE,
-    records::CURVE_SEGMENT,
+    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
     stage::{
-        bin::{self, Segment},
-        curve::PARTIAL_BYTES,
-        formula::{Number, Numbers},
+        accumulate::composed_texels,
+        bin::{self, Dispatch, Segment},
+        curve::{partial_bytes, partial_count},
         sort::{PAIR_FORMAT, pair_limit},
     },
 };
@@ -75,8 +70,6 @@ struct ScratchSizes {
     nodes: u32,
     /// Size of the curves of one segment [bytes].
     segment_bytes: u64,
-    /// Whether some list adds light or has volumes.
-    changes: bool,
     /// Whether some list composes segments one by one.
     composed: bool,
 }
@@ -109,9 +102,7 @@ impl ScratchSizes {
         };
         let guess = u32::try_from(guess).unwrap_or(u32::MAX);
         let changes = lists().any(|list| list.features.over || list.features.volumes);
-        let curves =
-            Numbers::default().with(Number::Nodes, nodes).with(Number::Changes, u64::from(changes));
-        let segment_bytes = PARTIAL_BYTES.of(&curves);
+        let segment_bytes = partial_bytes(nodes, changes);
         let limit = match nodes {
             0 => limit,
             _ => {
@@ -134,23 +125,13 @@ impl ScratchSizes {
             part_room: u32::try_from(room).unwrap_or(u32::MAX).clamp(pairs, limit),
             part_tiles: with_parts.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             segment_bytes,
-            changes,
             nodes,
             composed: lists().any(ListPlan::is_composed),
         }
     }
-
-    /// Variables of the sizes.
-    fn numbers(&self, config: &Config) -> Numbers {
-        bin::numbers(config.profile.shape)
-            .with(Number::FootprintCount, self.footprints)
-            .with(Number::SetupCount, self.setups)
-            .with(Number::TileCount, self.tiles)
-            .with(Number::PairCapacity, self.part_room)
-            .with(Number::Nodes, self.nodes)
-            .with(Number::Changes, u64::from(self.changes))
-    }
 }
+
+const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
 /// memory is, and `resolve` resets it.
@@ -192,10 +173,6 @@ impl Scratch {
         self.sums
             .resources()
             .with("footprints", &self.footprints)
-            .with(KEYS[0], &self.keys[0])
-            .with(KEYS[1], &self.keys[1])
-            .with(PAIRS[0], &self.pairs[0])
-            .with(PAIRS[1], &self.pairs[1])
             .with("rects", &self.rects)
             .with("setups", &self.setups)
             .with("tiles", &self.tiles)
@@ -205,25 +182,8 @@ impl Scratch {
             .with("run_offsets", &self.run_offsets)
             .with("overflow", &self.overflow)
             .with("dispatches", &self.dispatches)
-            .with("nothing_scattered", &self.nothing_scattered)
             .with("partials", &self.partials)
-            .with("composed", self.composed.as_ref().unwrap_or(&self.partials))
             .with("small_depths", &self.small.depths)
-    }
-
-    /// Resets the counters of a list to zero.
-    pub(crate) fn clear(&self, list: &List, encoder: &mut wgpu::CommandEncoder) {
-        for step in frame::steps(frame::Part::Clear) {
-            let frame::Work::Clear(all) = step.work else { continue };
-            for cleared in all {
-                let buffer = match cleared {
-                    Cleared::Counters => list.counters(),
-                    Cleared::Dispatches => &self.dispatches,
-                    Cleared::ScatteredTiles => &self.scattered_tiles,
-                };
-                encoder.clear_buffer(buffer, 0, None);
-            }
-        }
     }
 
     pub(crate) fn new(
@@ -238,32 +198,40 @@ impl Scratch {
         let limits = allocator.device.limits();
         let sizes =
             ScratchSizes::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
-        let numbers = sizes.numbers(config);
-        // Elements or texels.
-        let count = |name: &str| resource(name).map_or(0, |resource| resource.count(&numbers));
+        let shape = config.profile.shape;
         let storage = TextureUsages::STORAGE_BINDING;
-        let mut records = |label, name, format| {
-            allocator.records(label, format, count(name), storage).map(|texture| view(&texture))
+        let mut records = |label, format, texels| {
+            allocator.records(label, format, texels, storage).map(|texture| view(&texture))
         };
-        let footprints = records("footprints", "footprints", TextureFormat::Rgba32Uint)?;
-        let [a, b] = KEYS.map(|name| records("keys", name, PAIR_FORMAT));
+        let of_footprint = |texels: u32| sizes.footprints * u64::from(texels);
+        let footprints =
+            records("footprints", TextureFormat::Rgba32Uint, of_footprint(FOOTPRINT_TEXELS))?;
+        let [a, b] = [(); 2].map(|()| records("keys", PAIR_FORMAT, sizes.footprints));
         let keys = [a?, b?];
-        let rects = records("rects", "rects", PAIR_FORMAT)?;
-        let setups = records("setups", "setups", TextureFormat::Rgba32Uint)?;
-        let [a, b] = PAIRS.map(|name| records("pairs", name, PAIR_FORMAT));
+        let rects = records("rects", PAIR_FORMAT, sizes.footprints)?;
+        let texels = sizes.setups * u64::from(SETUP_TEXELS);
+        let setups = records("setups", TextureFormat::Rgba32Uint, texels)?;
+        let [a, b] = [(); 2].map(|()| records("pairs", PAIR_FORMAT, sizes.part_room.into()));
         let pairs = [a?, b?];
+        let tiles = records("tiles", TextureFormat::Rgba32Uint, sizes.tiles)?;
         let none = BufferUsages::empty();
+        let texels = composed_texels(sizes.part_room);
         let composed = sizes
             .composed
-            .then(|| allocator.storage::<[[u32; 4]; 2]>("composed", count("composed"), none))
+            .then(|| allocator.storage::<[[u32; 4]; 2]>("composed", texels, none))
             .transpose()?;
-        let mut words = |name| allocator.storage::<u32>(name, count(name), none);
-        let (scattered_tiles, merged_tiles) = (words("scattered_tiles")?, words("merged_tiles")?);
-        let (run_offsets, overflow) = (words("run_offsets")?, words("overflow")?);
+        let mut words = |name, count| allocator.storage::<u32>(name, count, none);
+        let scattered_tiles = words("scattered_tiles", sizes.tiles)?;
+        let merged_tiles = words("merged_tiles", sizes.tiles)?;
+        let run_offsets = words("run_offsets", bin::max_runs(shape).into())?;
+        let overflow = words("overflow", sizes.footprints)?;
         let curves = u64::from(nodes > 0);
+        let nothing_scattered = words("nothing_scattered", curves * sizes.tiles)?;
         let parts = (sizes.part_tiles > 0)
             .then(|| PartBuffers::new(allocator, sizes.part_tiles))
             .transpose()?;
+        let segments = u64::from(sizes.part_room / bin::SEGMENT_LENGTH) + sizes.tiles;
+        let partials = curves * partial_count(sizes.part_room) * sizes.segment_bytes / 16;
         Ok(Self {
             footprints,
             keys,
@@ -273,32 +241,19 @@ impl Scratch {
             pair_capacity: sizes.pairs,
             part_room: sizes.part_room,
             parts,
-            tiles: view(&allocator.records(
-                "tiles",
-                TextureFormat::Rgba32Uint,
-                count("tiles"),
-                storage | TextureUsages::TEXTURE_BINDING,
-            )?),
+            tiles,
             scattered_tiles,
             merged_tiles,
-            segments: allocator.storage::<Segment>("segments", count("segments"), none)?,
+            segments: allocator.storage::<Segment>("segments", segments, none)?,
             run_offsets,
             overflow,
             dispatches: allocator.storage::<[u32; 4]>(
                 "dispatches",
-                count("dispatches"),
+                Dispatch::COUNT,
                 BufferUsages::INDIRECT,
             )?,
-            partials: allocator.storage::<[u32; 4]>(
-                "partials",
-                curves * count("partials"),
-                none,
-            )?,
-            nothing_scattered: allocator.storage::<u32>(
-                "nothing_scattered",
-                curves * count("nothing_scattered"),
-                none,
-            )?,
+            partials: allocator.storage::<[u32; 4]>("partials", partials, none)?,
+            nothing_scattered,
             composed,
             sums: Sums::new(allocator, config.tier, sizes.summed_tiles * TEXELS)?,
             small: SmallDepths::new(allocator, queue, sizes.small_tiles * TEXELS)?,

@@ -2,12 +2,13 @@
 use super::Shadows;
 use crate::{
     error::Error,
+    frame::{Commands, Dispatch},
     gpu::{Allocator, Kernel, Memory, Resources, Timeline},
     model::emitter::Forces,
     records::{EmitterParams, GpuEmitted, STEPS_AT_ONCE},
     stage::{shade::point_grid, simulate},
 };
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 /// An emitter on the device. Its particles are those of [`Flock`](crate::model::emitter::Flock) up to
 /// rounding, which turbulence and collisions amplify.
@@ -15,10 +16,9 @@ use wgpu::{BindGroup, Buffer, BufferUsages};
 pub struct Simulation {
     queue: wgpu::Queue,
     forces: Forces,
-    /// Kernels that start particles and that advance them.
-    kernels: [Kernel; 2],
-    /// Parameters and bindings of each round of both kernels that one recording may make.
-    rounds: Vec<(Buffer, [BindGroup; 2])>,
+    /// Parameters of each round that one recording may make, and dispatches that start particles and advance
+    /// them.
+    rounds: Vec<(Buffer, [Dispatch; 2])>,
     emitted: Buffer,
     capacity: u32,
     step: u32,
@@ -72,12 +72,14 @@ impl Shadows {
             let params = allocator.uniform::<EmitterParams>("emitter_params");
             let resources =
                 Resources::new().with("emitter_params", &params).with("emitted", &emitted);
-            let [start, advance] = kernels.each_ref().map(|own| own.bind(device, &resources));
-            let bindings = [start?, advance?];
-            rounds.push((params, bindings));
+            let run = |kernel: &Kernel| {
+                Dispatch::new(device, kernel.clone(), &resources, point_grid(capacity))
+            };
+            let [start, advance] = kernels.each_ref().map(run);
+            rounds.push((params, [start?, advance?]));
         }
         let (queue, forces) = (queue.clone(), forces.clone());
-        Ok(Simulation { queue, forces, kernels, rounds, emitted, capacity, step: 0, last, memory })
+        Ok(Simulation { queue, forces, rounds, emitted, capacity, step: 0, last, memory })
     }
 }
 
@@ -104,9 +106,8 @@ impl Simulation {
     ) -> u32 {
         let end = self.step.saturating_add(steps.min(Self::MOST_STEPS));
         let (first, at_once) = (self.step, EmitterParams::steps_at_once(&self.forces));
-        let mut pass = timeline.pass(encoder, "gobo simulate");
-        let [start, advance] = &self.kernels;
-        for (params, [of_start, of_advance]) in &self.rounds {
+        let mut dispatches = Vec::new();
+        for (params, [start, advance]) in &self.rounds {
             let count = (end - self.step).min(at_once);
             if count == 0 {
                 break;
@@ -116,11 +117,14 @@ impl Simulation {
             self.queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
             let new = values.new_count(self.capacity);
             if new > 0 {
-                start.record(&mut pass, of_start, point_grid(new));
+                dispatches.push(start.with_work(point_grid(new)));
             }
-            advance.record(&mut pass, of_advance, point_grid(self.capacity));
+            dispatches.push(advance.clone());
             self.step += count;
         }
+        let mut commands = Commands::new();
+        commands.pass("gobo simulate", dispatches);
+        commands.record(encoder, timeline);
         self.step - first
     }
 

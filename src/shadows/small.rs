@@ -1,15 +1,16 @@
 //! Opaque triangles of a few texels, written straight to the depths of their texels.
-use super::{
-    context::{Chunks, Context},
-    kernels::Kernels,
-    scratch::Scratch,
-};
+use super::{context::Context, plan::Plan, scratch::Scratch};
 use crate::{
     error::Error,
-    gpu::{Allocator, Timeline},
+    frame::Commands,
+    gpu::Allocator,
     model::{Bounds, Material, TILE_SIZE, Transfer, Triangle},
     records::GpuView,
-    stage::project::{Chunk, ProjectParams, grid},
+    stage::{
+        features::Features,
+        occlude,
+        project::{ProjectParams, grid},
+    },
 };
 use wgpu::{Buffer, BufferUsages};
 
@@ -92,53 +93,36 @@ impl SmallDepths {
     }
 }
 
-/// A batch's small triangles, bound and ready to be recorded.
-#[derive(Debug)]
-pub(super) struct SmallTriangles(Chunks);
-
-impl SmallTriangles {
-    /// `None` if there are none.
-    pub(super) fn new(
-        context: &mut Context<'_, '_>,
-        chunks: &[Chunk],
-        views: &Buffer,
-    ) -> Result<Option<Self>, Error> {
-        if chunks.is_empty() {
-            return Ok(None);
-        }
-        let chunk_count = chunks.len() as u32;
-        let params = ProjectParams { chunk_count, ..ProjectParams::default() };
-        let buffers = context.chunk_buffers_with(&params, chunks)?;
-        let resources = context.resources(views).and(&buffers.resources());
-        let bindings = context.kernels.occlude_small.bind(context.allocator.device, &resources)?;
-        let count = buffers.count;
-        Ok(Some(Self(Chunks { count, bindings })))
-    }
-
-    /// Records the triangles; `texels`: of the batch.
-    pub(super) fn record(
-        &self,
-        scratch: &Scratch,
-        texels: u32,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let SmallDepths { depths, far } = &scratch.small;
-        let far = far.as_ref().expect("there are depths where there are triangles");
-        timeline.step(encoder, "gobo occlude");
-        encoder.copy_buffer_to_buffer(far, 0, depths, 0, u64::from(texels) * 4);
-        let mut pass = timeline.pass(encoder, "gobo occlude");
-        kernels.occlude_small.record(&mut pass, &self.0.bindings, grid(self.0.count));
-    }
+/// Commands that write the small triangles of a batch; `None` if there are none.
+pub(super) fn small_triangles(
+    context: &mut Context<'_, '_>,
+    plan: &Plan,
+    views: &Buffer,
+) -> Result<Option<Commands>, Error> {
+    const LABEL: &str = "gobo occlude";
+    let SmallDepths { depths, far } = &context.scratch.small;
+    let Some(far) = far.as_ref().filter(|_| !plan.small_chunks.is_empty()) else {
+        return Ok(None);
+    };
+    let chunk_count = plan.small_chunks.len() as u32;
+    let params = ProjectParams { chunk_count, ..ProjectParams::default() };
+    let buffers = context.chunk_buffers_with(&params, &plan.small_chunks)?;
+    let resources = context.resources(views).and(&buffers.resources());
+    let kernels = context.kernels;
+    let small = kernels.dispatch(&occlude::SMALL, Features::NONE, &resources, grid(chunk_count))?;
+    let mut commands = Commands::new();
+    let bytes = u64::from(plan.tile_count * TILE_SIZE * TILE_SIZE) * 4;
+    commands.copy_buffer(LABEL, (far, 0), (depths, 0), bytes);
+    commands.pass(LABEL, [small]);
+    Ok(Some(commands))
 }
 
 /// Copies the depths to the maps of `views`, for batches without other opaque casters.
 pub(super) fn copy_depths(
+    commands: &mut Commands,
     scratch: &Scratch,
     views: &[GpuView],
     opaques: &wgpu::Texture,
-    encoder: &mut wgpu::CommandEncoder,
 ) {
     const BYTES: u32 = 4; // of a texel
     for view in views {
@@ -158,6 +142,6 @@ pub(super) fn copy_depths(
             ..opaques.as_image_copy()
         };
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        encoder.copy_buffer_to_texture(source, target, size);
+        commands.copy_buffer_to_texture("gobo occlude", &source, target, size);
     }
 }

@@ -1,21 +1,22 @@
 //! Softening of dithered maps: holes become a grey filter, after all batches.
 use super::{
     context::{map_groups, view_uniform},
-    kernels::{Kernels, OnDemand, Variant},
     maps::Maps,
     plan::Plan,
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Resources, Timeline},
+    frame::{Commands, Kernels},
+    gpu::{Allocator, Resources},
     stage::{
+        colored,
         features::Features,
-        filter::{CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams, GROUP_SIZE},
+        filter::{self, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams, GROUP_SIZE},
     },
 };
-use wgpu::{BindGroup, TextureFormat::Rgba32Float, TextureUsages};
+use wgpu::{TextureFormat::Rgba32Float, TextureUsages};
 
-/// Both passes, bound for each batch of views.
+/// Maps before softening, and intermediate textures.
 #[derive(Debug)]
 pub(super) struct Soften {
     /// Maps before softening.
@@ -24,22 +25,11 @@ pub(super) struct Soften {
     rows: wgpu::Texture,
     /// Rows of curves, if there are any.
     curve_rows: Option<wgpu::Texture>,
-    /// Features that the curve kernels are specialised to.
-    features: Features,
     params: wgpu::Buffer,
-    passes: Vec<Pass>,
-}
-
-#[derive(Debug)]
-struct Pass {
-    rows: BindGroup,
-    columns: BindGroup,
-    curves: Option<[BindGroup; 2]>,
-    groups: [u32; 3],
 }
 
 impl Soften {
-    /// Makes the passes, and the maps that they fill from `raw`; `window` as in
+    /// Allocates the maps that are filled from `raw`; `window` as in
     /// [`crate::model::dither::window`].
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
@@ -67,97 +57,54 @@ impl Soften {
             pad_1: 0,
         };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
-        let (features, passes) = (Features::NONE, Vec::new());
-        Ok((soft, Self { raw, window, rows, curve_rows, features, params, passes }))
+        Ok((soft, Self { raw, window, rows, curve_rows, params }))
     }
 
-    /// Kernels of the row and the column pass.
-    fn kernels<'a>(&self, kernels: &'a Kernels) -> [&'a OnDemand; 2] {
-        if self.raw.colored.is_some() {
-            [&kernels.colored_rows, &kernels.colored_columns]
-        } else {
-            [&kernels.filter_rows, &kernels.filter_columns]
-        }
-    }
-
-    /// Binds the passes for the views of `plans`. `over`: hits may add light.
-    pub(super) fn bind(
-        &mut self,
+    /// The softening of the views of `plans`. `over`: hits may add light.
+    pub(super) fn commands(
+        &self,
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         plans: &[Plan],
         soft: &Maps,
         over: bool,
-    ) -> Result<(), Error> {
-        let device = allocator.device;
-        let Maps { nodes, gain, .. } = *soft;
-        self.features = Features { nodes, gain, over, ..Features::NONE };
-        if self.curve_rows.is_some() {
-            kernels.plan(device, Variant::CurveColumns, self.features)?;
-        }
-        let kernels = &*kernels;
-        let [rows_kernel, columns_kernel] = self.kernels(kernels);
-        let resources = self
-            .raw
+    ) -> Result<Commands, Error> {
+        let Self { raw, rows, params, .. } = self;
+        let features = Features { nodes: soft.nodes, gain: soft.gain, over, ..Features::NONE };
+        let [of_rows, of_columns] = match &raw.colored {
+            Some(_) => [&colored::ROWS, &colored::COLUMNS],
+            None => [&filter::ROWS, &filter::COLUMNS],
+        };
+        let resources = raw
             .resources()
-            .with("rows", &self.rows)
-            .with("filter_params", &self.params)
+            .with("rows", rows)
+            .with("filter_params", params)
             .with("soft_filters", &soft.filters)
             .with("soft_nearests", &soft.nearests)
             .with("soft_opaques", &soft.opaques);
-        let pass = |plan: &Plan| {
+        let mut commands = Commands::new();
+        for plan in plans {
             let views = view_uniform(allocator, queue, &plan.views);
             let resources = resources.clone().with("views", &views);
-            Ok(Pass {
-                rows: rows_kernel.bind(device, &resources)?,
-                columns: columns_kernel.bind(device, &resources)?,
-                curves: self.bind_curves(device, kernels, &resources, soft)?,
-                groups: map_groups(&plan.views, GROUP_SIZE),
-            })
-        };
-        self.passes = plans.iter().map(pass).collect::<Result<_, Error>>()?;
-        Ok(())
-    }
-
-    /// Binds the row and the column pass of a map with curves.
-    fn bind_curves(
-        &self,
-        device: &wgpu::Device,
-        kernels: &Kernels,
-        resources: &Resources<'_>,
-        soft: &Maps,
-    ) -> Result<Option<[BindGroup; 2]>, Error> {
-        let Some(rows) = &self.curve_rows else { return Ok(None) };
-        let resources = resources
-            .clone()
-            .with("rows", rows)
-            .with("colored", self.raw.colored.as_ref().unwrap_or(&self.raw.opaques))
-            .with("raw_curves", &self.raw.curves)
-            .with("curves", &soft.curves);
-        let columns = kernels.get(Variant::CurveColumns, self.features);
-        let rows = kernels.curve_rows.bind(device, &resources)?;
-        Ok(Some([rows, columns.bind(device, &resources)?]))
-    }
-
-    pub(super) fn record(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let [rows_kernel, columns_kernel] = self.kernels(kernels);
-        for Pass { rows, columns, curves, groups } in &self.passes {
-            let mut pass = timeline.pass(encoder, "gobo filter");
-            rows_kernel.record(&mut pass, rows, *groups);
-            columns_kernel.record(&mut pass, columns, *groups);
-            if let Some([rows, columns]) = curves {
-                kernels.curve_rows.record(&mut pass, rows, *groups);
-                let groups = [groups[0], groups[1].div_ceil(CURVE_TEXELS), groups[2]];
-                kernels
-                    .get(Variant::CurveColumns, self.features)
-                    .record(&mut pass, columns, groups);
+            let [x, y, z] = map_groups(&plan.views, GROUP_SIZE);
+            let run = |desc, resources: &Resources<'_>, y| {
+                kernels.dispatch(desc, features, resources, [x, y, z])
+            };
+            let mut dispatches =
+                vec![run(of_rows, &resources, y)?, run(of_columns, &resources, y)?];
+            if let Some(rows) = &self.curve_rows {
+                let resources = resources
+                    .with("rows", rows)
+                    .with("colored", raw.colored.as_ref().unwrap_or(&raw.opaques))
+                    .with("raw_curves", &raw.curves)
+                    .with("curves", &soft.curves);
+                dispatches.push(run(&filter::CURVE_ROWS, &resources, y)?);
+                let y = y.div_ceil(CURVE_TEXELS);
+                dispatches.push(run(&filter::CURVE_COLUMNS, &resources, y)?);
             }
+            commands.pass("gobo filter", dispatches);
         }
+        Ok(commands)
     }
 }

@@ -18,12 +18,14 @@ impl Prepared {
 
     /// Records the copy of the counters that [`Self::statistics`] returns: after [`Self::record`], in the
     /// same submission or a later one. Does nothing until the previous statistics were taken.
-    pub fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) {
-        // Maps that were taken over have no counters.
-        let _ = self.with_maps(|maps| {
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.with_maps(|maps| {
             maps.record_statistics(encoder);
             Ok(())
-        });
+        })
     }
 
     /// Counters of the frame before [`Self::record_statistics`], if the device has them already: mostly a

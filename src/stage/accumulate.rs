@@ -4,12 +4,12 @@
 //! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
 use super::{
     bin::SEGMENT_LENGTH,
-    formula::{
-        Formula::{self, Is, Least, Of, Product, Quotient, Sum},
-        Number,
-    },
+    curve,
+    features::Features,
+    llvmpipe,
     project::CHUNK_SIZE,
-    walk::{CANDIDATE, IN_ORDER, SUMS, WALK},
+    resolve,
+    walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -20,19 +20,14 @@ use crate::{
 /// stay below 2^32.
 pub const TINY_GROUPS: u32 = 32;
 
-/// Workgroups of `tiny`.
-pub const TINY_GRID: [Formula; 3] =
-    [Least(&Of(Number::TinyChunks), &Is(TINY_GROUPS as u64)), Is(1), Is(1)];
-
-/// Most texels of segments that are composed one by one, 32 bytes each: the pair budget's default would
-/// need slightly more than a storage binding of 128 MiB holds.
-pub const COMPOSED_TEXELS: Formula = {
-    const TEXELS: Formula = Is((TILE_SIZE * TILE_SIZE) as u64);
-    const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(SEGMENT_LENGTH as u64));
-    const SEGMENTS: Formula = Sum(&Product(&Is(2), &WHOLE), &Is(1));
-    const MOST: Formula = Quotient(&Is((128 << 20) / 32), &TEXELS);
-    Product(&Least(&SEGMENTS, &MOST), &TEXELS)
-};
+/// Most texels of segments that are composed one by one, 32 bytes each, for so many pairs: the pair budget's
+/// default would need slightly more than a storage binding of 128 MiB holds.
+pub fn composed_texels(pair_capacity: u32) -> u64 {
+    const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
+    const MAX_SEGMENTS: u64 = (128 << 20) / 32 / TEXELS;
+    let segments = 2 * u64::from(pair_capacity / SEGMENT_LENGTH) + 1;
+    segments.min(MAX_SEGMENTS) * TEXELS
+}
 
 /// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
@@ -107,3 +102,33 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     constants: &[],
     tiers: Tier::ALL,
 };
+
+/// Kernels for casters that filter light.
+pub fn kernels(features: Features) -> WalkKernels {
+    let Features { plain, queued, .. } = features;
+    let curves = features.nodes > 0;
+    let composed = features.is_composed();
+    WalkKernels {
+        tiles: match (curves, plain) {
+            (true, true) => &curve::DISC_TILES,
+            (true, false) => &curve::TILES,
+            (false, true) if queued => &llvmpipe::DISC_QUEUE_TILES,
+            (false, true) => &DISC_TILES,
+            (false, false) => &TILES,
+        },
+        segments: match (curves, plain) {
+            (true, true) => &curve::DISC_SEGMENTS,
+            (true, false) => &curve::SEGMENTS,
+            (false, true) if queued => &llvmpipe::DISC_QUEUE_SEGMENTS,
+            (false, true) => &DISC_SEGMENTS,
+            (false, false) if composed => &ORDERED,
+            (false, false) => &SEGMENTS,
+        },
+        overflow: &OVERFLOW,
+        resolve: match (curves, composed) {
+            (true, _) => &curve::RESOLVE,
+            (false, true) => &resolve::ORDERED,
+            (false, false) => &resolve::TILES,
+        },
+    }
+}

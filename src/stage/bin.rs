@@ -5,16 +5,8 @@
 //! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
 //! binned again in parts of its tiles (`src/shadows/parts.rs`).
 //! `dispatches` holds the workgroup counts that only the GPU knows.
-use super::{
-    formula::{
-        Formula::{
-            self, Bits, Difference, Is, Least, Most, Named, Of, Quotient, QuotientUp, Rows, Sum,
-        },
-        Number, Numbers,
-    },
-    sort::Shape,
-};
-use crate::gpu::{Constant, KernelDesc, Tier};
+use super::sort::Shape;
+use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
@@ -43,6 +35,13 @@ pub const COUNT: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
+/// [`COUNT`] for GPUs.
+pub const WIDE_COUNT: KernelDesc = KernelDesc {
+    name: "bin_count_wide",
+    constants: &[("WORKGROUP_SIZE", WIDE_LANES as f64)],
+    ..COUNT
+};
+
 pub const SCAN: KernelDesc = KernelDesc {
     name: "bin_scan",
     entry: "bin_scan",
@@ -59,6 +58,13 @@ pub const EMIT: KernelDesc = KernelDesc {
     with: &[],
     constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
     tiers: &[Tier::Core],
+};
+
+/// [`EMIT`] for GPUs.
+pub const WIDE_EMIT: KernelDesc = KernelDesc {
+    name: "bin_emit_wide",
+    constants: &[("WORKGROUP_SIZE", WIDE_LANES as f64)],
+    ..EMIT
 };
 
 pub const TILES: KernelDesc = KernelDesc {
@@ -151,57 +157,49 @@ crate::gpu_layout!(BinParams {
     segment_length
 });
 
-/// Footprints of a run. With its pairs (`RUN_PAIRS` in WGSL) it stays below llvmpipe's 65,535
-/// iterations.
-const RUN_LENGTH: Formula = {
-    const USUAL: Formula = QuotientUp(&Of(Number::FootprintCount), &Of(Number::UsualRuns));
-    Named("run_length", &Most(&Least(&USUAL, &Is(16000)), &Is(1)))
-};
-const RUN_COUNT: Formula =
-    Named("run_count", &QuotientUp(&Of(Number::FootprintCount), &RUN_LENGTH));
-/// Runs that a list has at most.
-pub const MAX_RUNS: Formula = Sum(&Of(Number::UsualRuns), &Of(Number::UsualRuns));
-/// Segments that a batch has at most.
-pub const SEGMENT_CAPACITY: Formula = {
-    const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(SEGMENT_LENGTH as u64));
-    Named("segment_capacity", &Sum(&WHOLE, &Of(Number::TileCount)))
-};
-
-/// Bits of the keys by which pairs are sorted.
-pub const TILE_BITS: Formula = {
-    const LAST: Formula = Difference(&Of(Number::TileCount), &Is(1));
-    Named("tile_bits", &Most(&Bits(&LAST), &Is(1)))
-};
-
-/// Fields of [`BinParams`].
-pub const PARAMS: [Formula; 8] = [
-    Of(Number::FootprintCount),
-    RUN_LENGTH,
-    RUN_COUNT,
-    Of(Number::PairCapacity),
-    Of(Number::TileCount),
-    Of(Number::ViewCount),
-    SEGMENT_CAPACITY,
-    Of(Number::SegmentLength),
-];
-
 impl BinParams {
-    pub fn of(numbers: &Numbers) -> Self {
-        bytemuck::cast(PARAMS.map(|field| field.count(numbers)))
+    /// Parameters of a list, with room for so many pairs.
+    pub fn new(
+        shape: Shape,
+        footprint_count: u32,
+        pair_capacity: u32,
+        tile_count: u32,
+        view_count: u32,
+        segment_length: u32,
+    ) -> Self {
+        let run_length = run_length(shape, footprint_count);
+        Self {
+            footprint_count,
+            run_length,
+            run_count: footprint_count.div_ceil(run_length),
+            pair_capacity,
+            tile_count,
+            view_count,
+            segment_capacity: segment_capacity(pair_capacity, tile_count),
+            segment_length,
+        }
+    }
+
+    /// Workgroups of the kernels that count and emit.
+    pub fn run_groups(&self, shape: Shape) -> [u32; 3] {
+        [self.run_count.div_ceil(lanes(shape)), 1, 1]
+    }
+
+    /// Workgroups of [`TILES`].
+    pub fn tile_groups(&self) -> [u32; 3] {
+        [self.tile_count.div_ceil(TILE_LANES), 1, 1]
     }
 }
 
-/// Workgroups of [`COUNT`] and [`EMIT`].
-pub const RUN_GROUPS: [Formula; 3] = [QuotientUp(&RUN_COUNT, &Of(Number::BinLanes)), Is(1), Is(1)];
-/// Workgroups of [`TILES`].
-pub const TILE_GROUPS: [Formula; 3] =
-    [QuotientUp(&Of(Number::TileCount), &Is(TILE_LANES as u64)), Is(1), Is(1)];
-/// Workgroups for exactly as many tiles: the fewest rows that every adapter allows. A multiple of
-/// four, or whole rows of one view, has such rows.
-pub const TILE_GRID: [Formula; 3] = {
-    const ROWS: Formula = Rows(&Of(Number::TileCount));
-    [Quotient(&Of(Number::TileCount), &ROWS), ROWS, Is(1)]
-};
+/// Segments that a batch has at most.
+pub fn segment_capacity(pair_capacity: u32, tile_count: u32) -> u32 {
+    (pair_capacity / SEGMENT_LENGTH).saturating_add(tile_count)
+}
+
+/// Bits of the keys by which pairs are sorted.
+pub fn tile_bits(tile_count: u32) -> u32 {
+    (u32::BITS - tile_count.saturating_sub(1).leading_zeros()).max(1)
+}
 
 /// WGSL: `wgsl/records/bin.wgsl`.
 #[repr(C)]
@@ -268,9 +266,12 @@ pub fn lanes(shape: Shape) -> u32 {
     }
 }
 
-/// Override of [`COUNT`] and [`EMIT`].
-pub fn workgroup_size(shape: Shape) -> Constant {
-    ("WORKGROUP_SIZE", f64::from(lanes(shape)))
+/// Kernels that count and emit.
+pub fn count_and_emit(shape: Shape) -> [&'static KernelDesc; 2] {
+    match shape {
+        Shape::Serial => [&COUNT, &EMIT],
+        Shape::Wide => [&WIDE_COUNT, &WIDE_EMIT],
+    }
 }
 
 /// Number of runs that a list is cut into: on software adapters few and long, on GPUs enough to keep all
@@ -282,25 +283,41 @@ fn usual_runs(shape: Shape) -> u32 {
     }
 }
 
-/// Numbers of the shape's runs.
-pub fn numbers(shape: Shape) -> Numbers {
-    Numbers::default()
-        .with(Number::BinLanes, lanes(shape))
-        .with(Number::UsualRuns, usual_runs(shape))
-}
-
 /// Most runs of a list.
-pub fn max_runs(shape: Shape) -> u64 {
-    MAX_RUNS.of(&numbers(shape))
+pub fn max_runs(shape: Shape) -> u32 {
+    2 * usual_runs(shape)
 }
 
-/// Length of a run [footprints].
+/// Length of a run [footprints]. With its pairs ([`RUN_PAIRS`]) it stays below llvmpipe's 65,535
+/// iterations.
 pub fn run_length(shape: Shape, footprint_count: u32) -> u32 {
-    RUN_LENGTH.count(&numbers(shape).with(Number::FootprintCount, footprint_count))
+    footprint_count.div_ceil(usual_runs(shape)).clamp(1, 16000)
 }
 
-/// [`TILE_GRID`] for `count` tiles.
+/// Workgroups for exactly as many tiles: the fewest rows that every adapter allows. A multiple of
+/// four, or whole rows of one view, has such rows.
 pub fn tile_grid(count: u32) -> [u32; 3] {
-    let numbers = Numbers::default().with(Number::TileCount, count);
-    TILE_GRID.map(|groups| groups.count(&numbers))
+    const MAX_X: u32 = 65535;
+    let fits = |rows: &u32| count.is_multiple_of(*rows) && count / rows <= MAX_X;
+    let rows = (1..=count).find(fits).unwrap_or(1);
+    [count / rows, rows, 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tile_rows_are_even_and_not_too_long() {
+        for (count, rows) in
+            [(0, 1), (1, 1), (65535, 1), (65536, 2), (3 * 65535, 3), (65537, 65537)]
+        {
+            assert_eq!(tile_grid(count), [count / rows, rows, 1], "{count}");
+        }
+    }
+
+    #[test]
+    fn tile_bits_hold_the_last_tile() {
+        assert_eq!([0, 1, 2, 3, 4, 5, 65536].map(tile_bits), [1, 1, 1, 2, 2, 3, 16]);
+    }
 }

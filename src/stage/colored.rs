@@ -4,7 +4,7 @@
 //!
 //! In: the inputs of `occlude`. Out: `colored`, the opaque depth per channel; `opaques`, the largest of the
 //! three, behind which there is no light. Softened: maps without `colored`.
-use super::walk::{CANDIDATE, IN_ORDER, SUMS, WALK};
+use super::walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 const COLORED: Choice = Choice::new("state", "state/colored.wgsl");
@@ -63,3 +63,7 @@ pub const COLUMNS: KernelDesc = KernelDesc {
     constants: &[],
     tiers: &[Tier::Core],
 };
+
+/// Kernels for casters that block light, with coloured dithering.
+pub const KERNELS: WalkKernels =
+    WalkKernels { tiles: &TILES, segments: &SEGMENTS, overflow: &OVERFLOW, resolve: &RESOLVE };

@@ -3,31 +3,22 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
-use super::{
-    formula::{
-        Formula::{self, Is, Of, Product, Quotient, Sum},
-        Number,
-    },
-    walk::{CANDIDATE, IN_ORDER, SUMS},
-};
+use super::walk::{CANDIDATE, IN_ORDER, SUMS};
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
     records::CURVE_SEGMENT,
 };
 
-/// Size of one segment's record in `partials` [bytes]. WGSL: `wgsl/curve/partial.wgsl`.
-pub const PARTIAL_BYTES: Formula = {
-    const NODES: Formula = Quotient(&Of(Number::Nodes), &Is(2));
-    const MORE: Formula = Product(&Is(5), &Of(Number::Changes));
-    const LAYERS: Formula = Sum(&NODES, &Sum(&Is(1), &MORE));
-    Product(&Is(16 * 16 * 16), &LAYERS)
-};
+/// Size of one segment's record in `partials` [bytes]. `changes`: some caster adds light or is a volume. WGSL:
+/// `wgsl/curve/partial.wgsl`.
+pub fn partial_bytes(nodes: u32, changes: bool) -> u64 {
+    16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 5 * u64::from(changes))
+}
 
-/// Most segments with partial results: only tiles with more than one segment have them.
-pub const PARTIAL_COUNT: Formula = {
-    const WHOLE: Formula = Quotient(&Of(Number::PairCapacity), &Is(CURVE_SEGMENT as u64));
-    Sum(&Product(&Is(2), &WHOLE), &Is(1))
-};
+/// Most segments with partial results for so many pairs: only tiles with more than one segment have them.
+pub fn partial_count(pair_capacity: u32) -> u64 {
+    2 * u64::from(pair_capacity / CURVE_SEGMENT) + 1
+}
 
 /// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
 /// cheaper on software adapters.

@@ -11,7 +11,6 @@ pub mod colored;
 pub mod curve;
 pub mod features;
 pub mod filter;
-pub mod formula;
 pub mod import;
 pub mod levels;
 pub mod llvmpipe;
@@ -25,6 +24,8 @@ pub mod shade;
 pub mod simulate;
 pub mod sort;
 mod walk;
+
+pub use walk::WalkKernels;
 
 use crate::gpu::{KernelDesc, Tier};
 
@@ -45,8 +46,10 @@ pub const KERNELS: &[&KernelDesc] = &[
     &sort::WIDE_SCAN,
     &sort::WIDE_SCATTER,
     &bin::COUNT,
+    &bin::WIDE_COUNT,
     &bin::SCAN,
     &bin::EMIT,
+    &bin::WIDE_EMIT,
     &bin::TILES,
     &bin::PART_COUNT,
     &bin::PART_PLAN,

@@ -3,8 +3,10 @@
 //! In: tiles or segments of `pairs`, `footprints`. Out: `opaques` of tiles that one workgroup
 //! finishes; nearness sums of the others.
 use super::{
+    features::Features,
     project::CHUNK_SIZE,
-    walk::{CANDIDATE, IN_ORDER, SUMS, WALK},
+    resolve,
+    walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
@@ -61,3 +63,13 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
     constants: &[],
     tiers: Tier::ALL,
 };
+
+/// Kernels for casters that block light.
+pub fn kernels(features: Features) -> WalkKernels {
+    WalkKernels {
+        tiles: if features.solid { &TRIANGLE_TILES } else { &TILES },
+        segments: &SEGMENTS,
+        overflow: &OVERFLOW,
+        resolve: &resolve::OPAQUE,
+    }
+}

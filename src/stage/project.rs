@@ -2,10 +2,6 @@
 //!
 //! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and rectangle per
 //! (caster, view), at an index that the CPU knows; for triangles also a setup.
-use super::formula::{
-    Formula::{self, Is, Least, Most, Of, QuotientUp},
-    Number, Numbers,
-};
 use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -65,36 +61,9 @@ crate::gpu_layout!(ProjectParams {
     by_distance
 });
 
-/// Fields of [`ProjectParams`], for so many chunks.
-pub const fn params(chunks: Number) -> [Formula; 5] {
-    [
-        Of(chunks),
-        Of(Number::Scatter),
-        Of(Number::FirstSetup),
-        Of(Number::IncludeNonCasters),
-        Of(Number::ByDistance),
-    ]
-}
-
-impl ProjectParams {
-    pub fn of(numbers: &Numbers) -> Self {
-        bytemuck::cast(params(Number::ChunkCount).map(|field| field.count(numbers)))
-    }
-}
-
-/// Chunks in a row of workgroups, which every adapter allows.
-const MAX_X: Formula = Is(32768);
-pub const PARTICLE_GRID: [Formula; 3] = {
-    const COUNT: Formula = Of(Number::ParticleChunks);
-    [Most(&Least(&COUNT, &MAX_X), &Is(1)), Most(&QuotientUp(&COUNT, &MAX_X), &Is(1)), Is(1)]
-};
-pub const TRIANGLE_GRID: [Formula; 3] = {
-    const COUNT: Formula = Of(Number::TriangleChunks);
-    [Most(&Least(&COUNT, &MAX_X), &Is(1)), Most(&QuotientUp(&COUNT, &MAX_X), &Is(1)), Is(1)]
-};
-
 /// Workgroup grid for `count` chunks or tiles.
 pub fn grid(count: u32) -> [u32; 3] {
-    let numbers = Numbers::default().with(Number::ParticleChunks, count);
-    PARTICLE_GRID.map(|groups| groups.count(&numbers))
+    // Chunks in a row of workgroups, which every adapter allows.
+    const MAX_X: u32 = 32768;
+    [count.clamp(1, MAX_X), count.div_ceil(MAX_X).max(1), 1]
 }

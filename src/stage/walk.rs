@@ -1,5 +1,18 @@
 //! Choices shared by all kernels that walk the pairs of a tile or a segment.
-use crate::gpu::Choice;
+use crate::gpu::{Choice, KernelDesc};
+
+/// Kernels that walk the pairs of a list of casters.
+#[derive(Clone, Copy, Debug)]
+pub struct WalkKernels {
+    /// Tiles that are one segment.
+    pub tiles: &'static KernelDesc,
+    /// Segments of longer tiles.
+    pub segments: &'static KernelDesc,
+    /// Casters whose pairs did not fit.
+    pub overflow: &'static KernelDesc,
+    /// Tiles that several workgroups added to.
+    pub resolve: &'static KernelDesc,
+}
 
 /// Visits the footprints that may touch an invocation's texels, front to back.
 pub(super) const WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/subgroup.wgsl");

@@ -14,8 +14,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("view", &["model", "records"]),
     ("gpu", &["model", "records"]),
     ("stage", &["gpu", "model", "records"]),
-    ("shadows", &["gpu", "model", "records", "stage", "view"]),
-    ("picture", &["gpu", "model", "records", "shadows", "stage", "view"]),
+    ("frame", &["gpu", "model", "records", "stage"]),
+    ("shadows", &["frame", "gpu", "model", "records", "stage", "view"]),
+    ("picture", &["frame", "gpu", "model", "records", "shadows", "stage", "view"]),
     ("scene", &["model", "records", "view"]),
     ("render", &["gpu", "model", "picture", "records", "reference", "shadows", "stage", "view"]),
 ];

@@ -138,7 +138,7 @@ fn a_frame_makes_nothing_on_the_device() {
             let mut commands = None;
             let made = made(&gpu.device, || {
                 for _ in 0..3 {
-                    prepared.record(pipeline.kernels(), &mut encoder, &mut timeline);
+                    prepared.record(&mut encoder, &mut timeline);
                 }
                 commands = Some(encoder.finish());
             });
@@ -171,8 +171,8 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
     let mut timeline = Timeline::untimed();
     let mut frame = || {
         let mut encoder = device.create_command_encoder(&Default::default());
-        prepared.record(pipeline.kernels(), &mut encoder, &mut timeline);
-        picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
+        prepared.record(&mut encoder, &mut timeline);
+        picture.record(&mut encoder, &mut timeline);
         queue.submit([encoder.finish()]);
         submit_all(&gpu);
     };

@@ -204,7 +204,7 @@ fn kernels_of_another_device_are_refused_or_made_again() {
     let views = light_views(0, &Light::directional(Vec3::NEG_Y), 64, None, &BOX).unwrap();
     let prepared = shadows.prepare(&casters, &views, &ShadowSettings::default()).unwrap();
     let mut encoder = other.device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder).unwrap();
     other.queue.submit([encoder.finish()]);
     assert_eq!(prepared.counters().unwrap().visible, 1);
     assert!(other.check().is_ok());
@@ -222,7 +222,7 @@ fn a_lost_device_is_an_error() {
     let prepared = shadows.prepare(&casters, &views, &settings).unwrap();
     gpu.device.destroy();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder).unwrap();
     gpu.queue.submit([encoder.finish()]);
     assert!(matches!(prepared.counters(), Err(Error::Lost(_))));
     assert!(matches!(shadows.prepare(&casters, &views, &settings), Err(Error::Lost(_))));

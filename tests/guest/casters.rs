@@ -186,7 +186,7 @@ fn frames_follow_the_buffers_and_make_nothing() {
         };
         let before = made();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        (0..3).for_each(|_| prepared.record(&mut encoder));
+        (0..3).for_each(|_| prepared.record(&mut encoder).unwrap());
         assert_eq!(made(), before);
         gpu.queue.submit([encoder.finish()]);
         gpu.check().unwrap();

@@ -23,7 +23,7 @@ fn prepared(gpu: &Gpu) -> (Prepared, Vec<View>) {
 
 fn submit(gpu: &Gpu, prepared: &Prepared, converted: &ConvertedMaps) {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder).unwrap();
     converted.record(&mut encoder);
     gpu.queue.submit([encoder.finish()]);
     gpu.check().unwrap();

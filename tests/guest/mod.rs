@@ -172,7 +172,7 @@ pub(super) struct Bits {
 
 pub(super) fn submit(gpu: &Gpu, prepared: &Prepared) -> Bits {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder).unwrap();
     gpu.queue.submit([encoder.finish()]);
     let maps = prepared.maps();
     let bits = Bits {

@@ -58,7 +58,7 @@ fn a_profiler_sees_each_pass_from_begin_to_end() {
         let stamps = stamps(&gpu);
         let log = Log { stamps: stamps.clone(), labels: Arc::clone(&labels) };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        prepared.record_timed(&mut encoder, &mut Timeline::profiled(log));
+        prepared.record_timed(&mut encoder, &mut Timeline::profiled(log)).unwrap();
         let labels = labels.lock().unwrap();
         let count = labels.len() as u32;
         let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 fn submit(gpu: &Gpu, prepared: &Prepared) {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
-    prepared.record_statistics(&mut encoder);
+    prepared.record(&mut encoder).unwrap();
+    prepared.record_statistics(&mut encoder).unwrap();
     gpu.queue.submit([encoder.finish()]);
 }
 

@@ -41,7 +41,7 @@ fn what_threads_have_made_no_frame_makes() {
 
         let prepared = warm.prepare(&casters, &views, &settings).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder);
+        prepared.record(&mut encoder).unwrap();
         assert_eq!(made(), jobs.len(), "{tier:?}");
         let mut cold = shadows(&gpu);
         let expected = submit(&gpu, &cold.prepare(&casters, &views, &settings).unwrap());

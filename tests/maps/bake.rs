@@ -335,9 +335,9 @@ fn what_was_not_recorded_is_still_to_be_rendered() {
     let again = |pipeline: &mut Pipeline, casters: &CasterSet, earlier: PreparedMaps| {
         pipeline.prepare_again(device, queue, casters, &views, None, earlier).expect("it fits")
     };
-    let record = |pipeline: &mut Pipeline, prepared: &PreparedMaps| {
+    let record = |prepared: &PreparedMaps| {
         let mut encoder = device.create_command_encoder(&Default::default());
-        prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
+        prepared.record(&mut encoder, &mut Timeline::untimed());
         queue.submit([encoder.finish()]);
     };
     let pipeline = &mut pipeline;
@@ -345,7 +345,7 @@ fn what_was_not_recorded_is_still_to_be_rendered() {
     assert_eq!((prepared.rendered_count(), prepared.view_count()), (5, 5));
     let prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 5, "it was not recorded");
-    record(pipeline, &prepared);
+    record(&prepared);
     let prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 0);
     let mut next = particles.clone();
@@ -356,15 +356,15 @@ fn what_was_not_recorded_is_still_to_be_rendered() {
     assert!(prepared.culled_count() > 2 * COUNT as u64, "{}", prepared.culled_count());
     let prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 1, "it was not recorded");
-    record(pipeline, &prepared);
-    record(pipeline, &prepared);
+    record(&prepared);
+    record(&prepared);
     let mut prepared = again(pipeline, &set, prepared);
     assert_eq!(prepared.rendered_count(), 0);
-    record(pipeline, &prepared);
+    record(&prepared);
     prepared.forget();
     assert_eq!(again(pipeline, &set, prepared).rendered_count(), 0, "it rendered nothing");
     let prepared = pipeline.prepare(device, queue, &set, &views, None).expect("it fits");
-    record(pipeline, &prepared);
+    record(&prepared);
     let prepared = again(pipeline, &new_set(&next), prepared);
     assert_eq!(prepared.rendered_count(), 5, "another set");
 }

@@ -50,8 +50,8 @@ fn shown(gpu: &Gpu, scene: &Scene) -> Shown {
     let picture = pipeline.prepare_picture(&request, &mut Default::default()).unwrap();
     let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());
-    maps.record(pipeline.kernels(), &mut encoder, &mut timeline);
-    picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
+    maps.record(&mut encoder, &mut timeline);
+    picture.record(&mut encoder, &mut timeline);
     queue.submit([encoder.finish()]);
     let depths = picture.read_radiance(gpu).unwrap().iter().map(|texel| texel[3]).collect();
     Shown { camera, depths, masks: picture.read_masks(gpu).unwrap() }
@@ -89,7 +89,7 @@ impl Host {
 
     fn run(&self, masks: &LightMasks) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.prepared.record(&mut encoder);
+        self.prepared.record(&mut encoder).unwrap();
         masks.record(&mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
         let mut texels = self.gpu.read_texture(masks.texture().unwrap());

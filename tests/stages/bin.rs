@@ -83,16 +83,13 @@ fn emitted(
     rects: &[TileRect],
     pair_capacity: u32,
 ) -> (Vec<Pair>, Vec<u32>, BatchCounters) {
-    let kernel = |desc, constants: &[_]| {
-        gpu.kernels.kernel(&gpu.device, desc, Tier::Core, &[], constants).unwrap()
-    };
-    let size = [bin::workgroup_size(shape)];
-    let [count, scan, emit] =
-        [kernel(&bin::COUNT, &size), kernel(&bin::SCAN, &[]), kernel(&bin::EMIT, &size)];
+    let kernel = |desc| gpu.kernels.kernel(&gpu.device, desc, Tier::Core, &[], &[]).unwrap();
+    let [count, emit] = bin::count_and_emit(shape).map(kernel);
+    let scan = kernel(&bin::SCAN);
     let footprint_count = sorted.len() as u32;
     let run_length = bin::run_length(shape, footprint_count);
     let run_count = footprint_count.div_ceil(run_length);
-    assert!(u64::from(run_count) <= bin::max_runs(shape));
+    assert!(run_count <= bin::max_runs(shape));
     let params = BinParams {
         footprint_count,
         run_length,

@@ -288,7 +288,7 @@ fn smaller_levels_are_means_of_one_view() {
         let casters = CasterSet::new(&gpu.device, &gpu.queue, &scene.casters()).unwrap();
         let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, None).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        prepared.record(pipeline.kernels(), &mut encoder, &mut Timeline::untimed());
+        prepared.record(&mut encoder, &mut Timeline::untimed());
         gpu.queue.submit([encoder.finish()]);
         let maps = &prepared.maps;
         let (whole, texels) = read_level(&gpu, maps, 0);

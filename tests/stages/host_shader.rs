@@ -79,7 +79,7 @@ fn a_shader_of_the_hosts_sees_what_the_stage_sees() {
         let points = PointBuffers { count: 4, positions: &positions, normals: None };
         let lit = prepared.light_points(&lights, &[0, 1], &points).unwrap();
         let mut encoder = device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder);
+        prepared.record(&mut encoder).unwrap();
         lit.record(&mut encoder);
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);

@@ -204,7 +204,7 @@ fn a_host_asks_for_its_own_points_and_lights() {
     let points = PointBuffers { count: 2, positions: &positions, normals: None };
     let lit = prepared.light_points(&lights, &[2, 1], &points).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder);
+    prepared.record(&mut encoder).unwrap();
     lit.record(&mut encoder);
     gpu.queue.submit([encoder.finish()]);
     let shares: Vec<[f32; 3]> = gpu.read(lit.shares());

@@ -1,10 +1,12 @@
 use crate::common::gpu;
 use gobo::{
-    gpu::{Gpu, Tier},
+    frame::{Commands, Kernels, Sort, SortCount},
+    gpu::{Gpu, Tier, Timeline},
     model::MAX_PAIRS,
     reference::{self, Pair},
-    stage::sort::{
-        PAIR_FORMAT, PAIR_ROW, Shape, Sort, SortCount, digits, pair_limit, pair_texture_size,
+    stage::{
+        profile::Profile,
+        sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
     },
     wgpu,
 };
@@ -59,13 +61,19 @@ fn pair_textures(gpu: &Gpu, pairs: &[Pair], capacity: u32) -> [wgpu::Texture; 2]
     })
 }
 
-/// Sorts the first `count` of `pairs`; all texels of the result.
+fn kernels(gpu: &Gpu, shape: Shape) -> Kernels {
+    let profile = Profile { shape, ..Profile::of(&gpu.adapter) };
+    Kernels::new(&gpu.device, Tier::Core, profile, gpu.kernels.clone())
+}
+
+/// Sorts the first `count` of `pairs`; all texels of the result. `lowered`: the count that a kernel has
+/// lowered a known one to.
 fn sort_on(
     gpu: &Gpu,
-    sort: &Sort,
+    shape: Shape,
     pairs: &[Pair],
     count: SortCount<'_>,
-    known: Option<u32>,
+    lowered: Option<u32>,
     bits: Range<u32>,
 ) -> Vec<Pair> {
     let capacity = match count {
@@ -73,23 +81,24 @@ fn sort_on(
     };
     let textures = pair_textures(gpu, pairs, capacity);
     let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
-    let mut bindings = sort.bind(&gpu.device, views.each_ref(), count, bits).unwrap();
-    if let Some(known) = known {
-        bindings.write_count(&gpu.queue, known);
+    let sort = Sort::new(&kernels(gpu, shape), views.each_ref(), count, bits).unwrap();
+    if let Some(count) = lowered {
+        gpu.queue.write_buffer(sort.count_buffer(), 0, &count.to_le_bytes());
     }
+    let result = sort.result();
+    let mut commands = Commands::new();
+    commands.pass("gobo sort", sort.dispatches);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let mut pass = encoder.begin_compute_pass(&Default::default());
-    sort.record(&mut pass, &bindings);
-    drop(pass);
+    commands.record(&mut encoder, &mut Timeline::untimed());
     gpu.queue.submit([encoder.finish()]);
-    gpu.read_texture(&textures[bindings.result()])
+    gpu.read_texture(&textures[result])
 }
 
-fn check(gpu: &Gpu, sort: &Sort, pairs: &[Pair], bits: Range<u32>) {
+fn check(gpu: &Gpu, shape: Shape, pairs: &[Pair], bits: Range<u32>) {
     let count = SortCount::Known(pairs.len() as u32);
-    let found = sort_on(gpu, sort, pairs, count, None, bits.clone());
+    let found = sort_on(gpu, shape, pairs, count, None, bits.clone());
     compare(&found, &sorted(pairs, bits.clone()))
-        .unwrap_or_else(|error| panic!("{} pairs, bits {bits:?}, {sort:?}: {error}", pairs.len()));
+        .unwrap_or_else(|error| panic!("{} pairs, bits {bits:?}, {shape:?}: {error}", pairs.len()));
 }
 
 #[test]
@@ -118,11 +127,10 @@ fn digits_are_even_and_cover_the_bits() {
 fn gpu_matches_cpu() {
     let gpu = gpu(Tier::Core);
     for shape in SHAPES {
-        let sort = Sort::sharing(shape, gpu.kernels.clone());
         for count in [0, 1, 63, 64, 65, 1000, 600_003] {
             for bits in [0..12, 0..24, 0..32, 5..14] {
                 if count > 0 || bits.end == 24 {
-                    check(&gpu, &sort, &mixed(count), bits);
+                    check(&gpu, shape, &mixed(count), bits);
                 }
             }
         }
@@ -134,12 +142,11 @@ fn gpu_sort_is_stable_whatever_the_keys() {
     let gpu = gpu(Tier::Core);
     let count = 20_000;
     for shape in SHAPES {
-        let sort = Sort::sharing(shape, gpu.kernels.clone());
-        check(&gpu, &sort, &with_keys(count, |_| 7), 0..24);
-        check(&gpu, &sort, &with_keys(count, |i| count - i), 0..32);
-        check(&gpu, &sort, &with_keys(count, |i| i), 0..16);
-        check(&gpu, &sort, &with_keys(count, |i| i % 3 * 0x0101_0101), 0..32);
-        check(&gpu, &sort, &with_keys(count, |_| u32::MAX), 0..32);
+        check(&gpu, shape, &with_keys(count, |_| 7), 0..24);
+        check(&gpu, shape, &with_keys(count, |i| count - i), 0..32);
+        check(&gpu, shape, &with_keys(count, |i| i), 0..16);
+        check(&gpu, shape, &with_keys(count, |i| i % 3 * 0x0101_0101), 0..32);
+        check(&gpu, shape, &with_keys(count, |_| u32::MAX), 0..32);
     }
 }
 
@@ -147,7 +154,7 @@ fn gpu_sort_is_stable_whatever_the_keys() {
 fn a_million_pairs_match() {
     let gpu = gpu(Tier::Core);
     for shape in SHAPES {
-        check(&gpu, &Sort::sharing(shape, gpu.kernels.clone()), &mixed(1_300_001), 0..16);
+        check(&gpu, shape, &mixed(1_300_001), 0..16);
     }
 }
 
@@ -157,14 +164,13 @@ fn count_may_stay_below_the_capacity() {
     let pairs = mixed(3000);
     let expected = sorted(&pairs, 0..24);
     for shape in SHAPES {
-        let sort = Sort::sharing(shape, gpu.kernels.clone());
         for capacity in [3000, 50_000, 2_000_000] {
             let known = SortCount::Known(capacity);
-            let found = sort_on(&gpu, &sort, &pairs, known, Some(3000), 0..24);
+            let found = sort_on(&gpu, shape, &pairs, known, Some(3000), 0..24);
             compare(&found, &expected).unwrap();
             let counts = gpu.upload("counts", &[9, 9, 3000], wgpu::BufferUsages::STORAGE);
             let counted = SortCount::FromBuffer { counts: &counts, index: 2, capacity };
-            let found = sort_on(&gpu, &sort, &pairs, counted, None, 0..24);
+            let found = sort_on(&gpu, shape, &pairs, counted, None, 0..24);
             compare(&found, &expected).unwrap();
         }
     }
@@ -200,9 +206,8 @@ fn count_past_the_capacity_is_the_capacity() {
     let expected = sorted(&pairs[..2000], 0..12);
     let counts = gpu.upload("counts", &[u32::MAX], wgpu::BufferUsages::STORAGE);
     for shape in SHAPES {
-        let sort = Sort::sharing(shape, gpu.kernels.clone());
         let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 2000 };
-        let found = sort_on(&gpu, &sort, &pairs, counted, None, 0..12);
+        let found = sort_on(&gpu, shape, &pairs, counted, None, 0..12);
         // Two passes: the result lies where the pairs were, with the unsorted ones behind.
         assert_eq!(found[2000..3000], pairs[2000..]);
         compare(&found[..2000], &expected).unwrap();
@@ -213,9 +218,9 @@ fn count_past_the_capacity_is_the_capacity() {
 fn too_many_pairs_are_refused() {
     let gpu = gpu(Tier::Core);
     let view = gpu.texture("pairs", [1, 1], PAIR_FORMAT).create_view(&Default::default());
-    let sort = Sort::sharing(Shape::Serial, gpu.kernels.clone());
+    let kernels = kernels(&gpu, Shape::Serial);
     let limit = pair_limit(&gpu.device);
     let count = SortCount::Known(limit + 1);
-    let error = sort.bind(&gpu.device, [&view, &view], count, 0..8).unwrap_err();
+    let error = Sort::new(&kernels, [&view, &view], count, 0..8).unwrap_err();
     assert!(error.to_string().contains(&(limit + 1).to_string()), "{error}");
 }

@@ -7,7 +7,7 @@ use ash::vk;
 use serde_json::Value;
 use std::path::Path;
 
-/// A kernel with values of its specialisation constants.
+/// A kernel of the frame.
 pub struct Kernel {
     pipeline: vk::Pipeline,
     layout: vk::PipelineLayout,
@@ -55,30 +55,14 @@ fn binding(value: &Value) -> Result<Binding, Failure> {
 }
 
 impl Kernel {
-    /// `entry`: of the manifest. `constants`: by name; those that are not given keep their values.
-    pub fn new(
-        vulkan: &Vulkan,
-        dir: &Path,
-        entry: &Value,
-        constants: &Value,
-    ) -> Result<Self, Failure> {
+    /// `entry`: of `kernels`.
+    pub fn new(vulkan: &Vulkan, dir: &Path, entry: &Value) -> Result<Self, Failure> {
         let id = text(&entry["id"]);
         let file = entry["file"].as_str().ok_or_else(|| format!("{id} has no file"))?;
         let bytes = std::fs::read(dir.join(file)).map_err(|error| format!("{file}: {error}"))?;
         let words = ash::util::read_spv(&mut std::io::Cursor::new(bytes))?;
         let bindings = entry["bindings"].as_array().into_iter().flatten();
         let bindings = bindings.map(binding).collect::<Result<Vec<_>, _>>()?;
-        // Each a VkBool32, side by side.
-        let ids = entry["specialisation"].as_object().into_iter().flatten();
-        let given =
-            ids.filter_map(|(name, id)| Some((id.as_u64()? as u32, constants[name].as_f64()?)));
-        let (mut entries, mut values) = (Vec::new(), Vec::<u8>::new());
-        for (id, value) in given {
-            let offset = values.len() as u32;
-            entries.push(vk::SpecializationMapEntry { constant_id: id, offset, size: 4 });
-            values.extend(u32::from(value != 0.0).to_le_bytes());
-        }
-        let specialisation = vk::SpecializationInfo::default().map_entries(&entries).data(&values);
         let declared: Vec<_> = bindings
             .iter()
             .map(|it| {
@@ -104,8 +88,7 @@ impl Kernel {
             let stage = vk::PipelineShaderStageCreateInfo::default()
                 .stage(vk::ShaderStageFlags::COMPUTE)
                 .module(module)
-                .name(&name)
-                .specialization_info(&specialisation);
+                .name(&name);
             let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
             let pipelines = device.create_compute_pipelines(vk::PipelineCache::null(), &info, None);
             let pipeline = pipelines.map_err(|(_, error)| format!("{id}: {error}"))?[0];

@@ -34,21 +34,20 @@ pub struct Format {
     pub vk: vk::Format,
     /// Bytes of a texel.
     pub bytes: u32,
-    is_integer: bool,
 }
 
 impl Format {
     pub fn named(name: &str) -> Result<Self, Failure> {
-        let (vk, bytes, is_integer) = match name {
-            "r32uint" => (vk::Format::R32_UINT, 4, true),
-            "rg32uint" => (vk::Format::R32G32_UINT, 8, true),
-            "rgba32uint" => (vk::Format::R32G32B32A32_UINT, 16, true),
-            "r32float" => (vk::Format::R32_SFLOAT, 4, false),
-            "rgba16float" => (vk::Format::R16G16B16A16_SFLOAT, 8, false),
-            "rgba8unormsrgb" => (vk::Format::R8G8B8A8_SRGB, 4, false),
+        let (vk, bytes) = match name {
+            "r32uint" => (vk::Format::R32_UINT, 4),
+            "rg32uint" => (vk::Format::R32G32_UINT, 8),
+            "rgba32uint" => (vk::Format::R32G32B32A32_UINT, 16),
+            "r32float" => (vk::Format::R32_SFLOAT, 4),
+            "rgba16float" => (vk::Format::R16G16B16A16_SFLOAT, 8),
+            "rgba8unormsrgb" => (vk::Format::R8G8B8A8_SRGB, 4),
             _ => return Err(format!("this example knows no {name}").into()),
         };
-        Ok(Self { vk, bytes, is_integer })
+        Ok(Self { vk, bytes })
     }
 
     fn is_stored(self) -> bool {
@@ -121,7 +120,7 @@ impl Vulkan {
         Ok(unsafe { self.device.allocate_memory(&info, None)? })
     }
 
-    /// Filled with a byte that is no sensible value.
+    /// Zero everywhere.
     pub fn buffer(&self, size: u64) -> Result<Buffer, Failure> {
         let size = size.max(16).next_multiple_of(4);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -141,11 +140,11 @@ impl Vulkan {
             let mapped = self.device.map_memory(memory, 0, vk::WHOLE_SIZE, whole)?.cast();
             Buffer { buffer, size, mapped }
         };
-        buffer.write(&vec![0xcd; size as usize]);
+        buffer.write(&vec![0; size as usize]);
         Ok(buffer)
     }
 
-    /// Filled with what is no sensible value, in the layout `GENERAL` from here on.
+    /// In the layout `GENERAL` from here on; its texels must be written.
     pub fn image(&self, format: Format, size: [u32; 3]) -> Result<Image, Failure> {
         let size = size.map(|edge| edge.max(1));
         let mut usage = vk::ImageUsageFlags::SAMPLED
@@ -189,23 +188,8 @@ impl Vulkan {
                     &[barrier],
                 );
             }
-            self.fill(commands, &image, 0xcdcd_cdcd, 123.0);
         })?;
         Ok(image)
-    }
-
-    /// Every texel.
-    pub fn fill(&self, commands: vk::CommandBuffer, image: &Image, word: u32, number: f32) {
-        let value = if image.format.is_integer {
-            vk::ClearColorValue { uint32: [word; 4] }
-        } else {
-            vk::ClearColorValue { float32: [number; 4] }
-        };
-        let (layout, range) = (vk::ImageLayout::GENERAL, [image.range()]);
-        // SAFETY: `commands` is being recorded; images are in this layout.
-        unsafe {
-            self.device.cmd_clear_color_image(commands, image.image, layout, &value, &range);
-        }
     }
 
     /// Row by row, layer by layer; bytes that are missing at the end are zero.

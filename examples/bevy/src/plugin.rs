@@ -187,7 +187,9 @@ fn record(guest: Option<Res<Guest>>, mut context: RenderContext) {
     if let Some(frame) = &guest.frame {
         let encoder = context.command_encoder();
         guest.smoke.record(encoder);
-        frame.prepared.record(encoder);
+        if let Err(error) = frame.prepared.record(encoder) {
+            error!("{error}");
+        }
     }
 }
 

@@ -130,7 +130,7 @@ impl Show {
             self.pipeline = Some(self.pipeline(text, &light));
         }
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder);
+        prepared.record(&mut encoder)?;
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: target,

@@ -243,9 +243,8 @@ impl Bench {
 
     /// Time of the whole translucent pass, from casters to maps [ms].
     fn compute(&mut self, prepared: &PreparedMaps) -> Result<f64, Failure> {
-        let kernels = self.pipeline.kernels();
         let mut untimed = Timeline::untimed();
-        self.clock.time(&self.gpu, |encoder| prepared.record(kernels, encoder, &mut untimed))
+        self.clock.time(&self.gpu, |encoder| prepared.record(encoder, &mut untimed))
     }
 
     fn read(&self, prepared: &PreparedMaps, case: &Case) -> Result<Vec<Map>, Failure> {
@@ -331,11 +330,10 @@ impl Bench {
         } else {
             Timeline::stepped(device, queue)
         };
-        let kernels = self.pipeline.kernels();
         for _ in 0..2 {
             timeline.reset();
             let mut encoder = device.create_command_encoder(&Default::default());
-            prepared.record(kernels, &mut encoder, &mut timeline);
+            prepared.record(&mut encoder, &mut timeline);
             timeline.finish(&mut encoder);
             queue.submit([encoder.finish()]);
         }

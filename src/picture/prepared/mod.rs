@@ -15,13 +15,13 @@ use super::{
 };
 use crate::{
     error::Error,
+    frame::Kernels,
     gpu::{Allocator, Memory, Timeline},
     model::Class,
     records::{LightRecords, MaskSlots},
     shadows::{
         AreaLevels, Pipeline,
         context::view_uniform,
-        kernels::Kernels,
         masks::{MaskMemory, MaskTextures, PreparedMasks},
         plan::Plan,
     },
@@ -34,6 +34,7 @@ use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 /// A picture, bound and ready to be recorded after the maps that light it.
 #[derive(Debug)]
 pub struct PreparedPicture {
+    kernels: Kernels,
     capacity: PictureCapacity,
     clusters: Clusters,
     /// Levels of area lights, if there are any.
@@ -88,7 +89,7 @@ impl Pipeline {
         let parts = TileRect { origin: UVec2::ZERO, size: tiles }.parts(capacity.parts);
         let Self { config, kernels, environment, .. } = self;
         let config = *config;
-        let mut list = |allocator: &mut Allocator<'_>, classes| {
+        let list = |allocator: &mut Allocator<'_>, classes| {
             let plan = Plan::of_camera(view, tiles.element_product(), casters, &classes);
             let (views, pairs) = (&camera_views, capacity.pairs);
             CameraList::new(
@@ -170,8 +171,8 @@ impl Pipeline {
         // Features of the maps that light comes through.
         let filters = records.is_filtered();
         let of_maps = Features { nodes: maps.nodes, gain: maps.gain, filters, ..Features::NONE };
-        let make = |variant, features| Ok(kernels.plan(device, variant, features)?.clone());
-        let levels = AreaLevels::new(&mut allocator, queue, &records, &resources, of_maps, make)?;
+        let levels =
+            AreaLevels::new(&mut allocator, queue, kernels, &records, &resources, of_maps)?;
         let of_maps = Features { areas: levels.is_some(), ..of_maps };
         let resources = match &levels {
             Some(levels) => resources.with("levels", &levels.texture),
@@ -187,9 +188,7 @@ impl Pipeline {
                 let textures = MaskTextures::take(&mut kept.masks, device, size, own.half, &slots)?;
                 let memory = MaskMemory::new(queue, own, slots.clone(), textures);
                 allocator.memory.add_all(memory.memory());
-                let make = |variant, features| {
-                    Ok((kernels.plan(device, variant, features)?.clone(), None))
-                };
+                let make = |variant, features| Ok((kernels.of(variant, features)?, None));
                 let passes = PreparedMasks::new(device, queue, of_maps, &memory, &resources, make)?;
                 Some((memory, passes))
             }
@@ -228,6 +227,7 @@ impl Pipeline {
         let resources = resources.with("air", &air_volume).with("environment", &environment);
         let shading = Shading::new(to_shade, &parts, &resources)?;
         Ok(PreparedPicture {
+            kernels: kernels.clone(),
             capacity,
             clusters,
             levels,
@@ -252,21 +252,17 @@ impl Pipeline {
 
 impl PreparedPicture {
     /// Records the picture; the maps must have been recorded before.
-    pub fn record(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        let kernels = &self.kernels;
         self.clusters.record(kernels, encoder, timeline);
         if let Some(levels) = &self.levels {
-            levels.record(encoder);
+            levels.commands.record(encoder, timeline);
         }
         if let Some(air) = &self.air {
             air.record(kernels, encoder, timeline);
         }
         for list in [&self.solid, &self.blended] {
-            list.record_footprints(kernels, encoder, timeline);
+            list.record_footprints(encoder, timeline);
         }
         self.shading.record_casters(kernels, encoder, timeline);
         if let Some((_, masks)) = &self.masks {
@@ -285,17 +281,12 @@ impl PreparedPicture {
     }
 
     /// Records only the counting for [`Self::needs`].
-    pub fn record_counts(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
+    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         for list in [&self.solid, &self.blended] {
-            list.record_footprints(kernels, encoder, timeline);
+            list.record_footprints(encoder, timeline);
         }
         for part in 0..self.part_count {
-            self.record_pairs(part, kernels, encoder, timeline);
+            self.record_pairs(part, &self.kernels, encoder, timeline);
         }
     }
 
@@ -310,7 +301,7 @@ impl PreparedPicture {
         for (i, list) in (0..).zip([&self.solid, &self.blended]) {
             list.record_pairs(part, kernels, encoder, timeline);
             let at = (2 * part as u64 + i) * SIZE;
-            encoder.copy_buffer_to_buffer(list.list.counters(), 0, &self.counters, at, SIZE);
+            encoder.copy_buffer_to_buffer(list.list.counters.buffer(), 0, &self.counters, at, SIZE);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Copies cached maps to their new rectangles, where the atlas was packed anew.
 use crate::{
+    frame::Commands,
     gpu::Memory,
     model::View,
     shadows::{maps::Maps, soften::Soften},
@@ -54,12 +55,9 @@ impl Relocation {
         }
     }
 
-    pub(in crate::shadows) fn record(
-        &self,
-        maps: &Maps,
-        soften: Option<&Soften>,
-        encoder: &mut wgpu::CommandEncoder,
-    ) {
+    /// The copies, into `maps` and their maps before softening.
+    pub(in crate::shadows) fn commands(&self, maps: &Maps, soften: Option<&Soften>) -> Commands {
+        let mut commands = Commands::new();
         let raw = self.raw.as_ref().zip(soften.map(|soften| &soften.raw));
         for (old, new) in [(&self.maps, maps)].into_iter().chain(raw) {
             for (old, new) in old.textures().into_iter().zip(new.textures()) {
@@ -76,9 +74,10 @@ impl Relocation {
                     };
                     let extent =
                         wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
-                    encoder.copy_texture_to_texture(at(old, from), at(new, to), extent);
+                    commands.copy_texture("gobo move", at(old, from), at(new, to), extent);
                 }
             }
         }
+        commands
     }
 }

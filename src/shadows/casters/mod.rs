@@ -30,7 +30,6 @@ use std::{
     ops::{Range, RangeInclusive},
     sync::Arc,
 };
-pub(super) use upload::material_records;
 use upload::{upload, upload_images, upload_materials};
 
 /// The casters of neighbouring classes.
@@ -252,11 +251,6 @@ impl CasterSet {
 
     pub(super) fn shared_host(&self) -> Option<Arc<HostSets>> {
         self.host.clone()
-    }
-
-    /// Records of casters and triangles as uploaded.
-    pub(super) fn records(&self) -> (&[Caster], &[TriangleRecord]) {
-        (&self.uploaded.casters, &self.uploaded.triangles)
     }
 
     /// Whether the list, an index of [`LISTS`], has a caster.

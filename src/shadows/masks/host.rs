@@ -172,7 +172,7 @@ impl LightMasks {
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         let Some(Frame { surfaces, passes, levels, .. }) = &self.frame else { return };
         if let Some(levels) = levels {
-            levels.record(encoder);
+            levels.commands.record(encoder, timeline);
         }
         let (kernel, bindings, groups) = surfaces;
         kernel.record(&mut timeline.pass(encoder, "gobo mask"), bindings, *groups);

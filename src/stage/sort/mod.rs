@@ -1,6 +1,6 @@
 //! sort: pairs by some bits of their key. Stable, least significant digit first.
 //!
-//! In: `pairs`, `counts`. Out: one of the two pair textures ([`SortBindings::result`]).
+//! In: `pairs`, `counts`. Out: one of the two pair textures.
 //!
 //! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter.
 //! (Merrill, Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike
@@ -14,24 +14,14 @@
 //! ```
 mod kernels;
 
-use super::formula::{
-    Formula::{
-        self, Difference, Is, Least, Most, Named, Of, Power, Product, Quotient, QuotientUp, Sum,
-    },
-    Number, Numbers,
-};
-use crate::{
-    error::Error,
-    gpu::{Kernel, KernelCache, KernelError, Resources, Tier, filled},
-    model::MAX_PAIRS,
-};
+use crate::{gpu::KernelDesc, model::MAX_PAIRS};
 use bytemuck::{Pod, Zeroable};
 pub use kernels::{
     LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, WIDE_COUNT, WIDE_SCAN,
     WIDE_SCATTER,
 };
-use std::{ops::Range, sync::OnceLock};
-use wgpu::TextureFormat::{R32Uint, Rg32Uint};
+use std::ops::Range;
+use wgpu::TextureFormat::Rg32Uint;
 
 /// Pairs in a row of a pair texture.
 pub const PAIR_ROW: u32 = 4096;
@@ -96,37 +86,6 @@ pub struct SortPass {
 }
 crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
-/// Digits of the keys, which begin at bit 0: as few as hold them, as even as can be.
-pub const DIGITS: Formula =
-    Named("digits", &QuotientUp(&Of(Number::KeyBits), &Of(Number::DigitBits)));
-/// Bit where the digit at hand begins, and the next one.
-const SHIFT: Formula =
-    Named("shift", &Quotient(&Product(&Of(Number::KeyBits), &Of(Number::Digit)), &DIGITS));
-const NEXT_SHIFT: Formula = {
-    const NEXT: Formula = Sum(&Of(Number::Digit), &Is(1));
-    Named("next_shift", &Quotient(&Product(&Of(Number::KeyBits), &NEXT), &DIGITS))
-};
-const DIGIT_COUNT: Formula = Named("digit_count", &Power(&Difference(&NEXT_SHIFT, &SHIFT)));
-
-/// Fields of [`SortPass`], whose count is the element of so many in its buffer.
-pub const fn pass_params(count_index: u32) -> [Formula; 4] {
-    let index = if count_index == 0 { Is(0) } else { Is(1) };
-    [SHIFT, DIGIT_COUNT, Of(Number::SortCapacity), index]
-}
-
-/// Workgroups of the kernels that count and scatter.
-pub const PARTITION_GROUPS: [Formula; 3] =
-    [QuotientUp(&Of(Number::PartitionLimit), &Of(Number::SortLanes)), Is(1), Is(1)];
-/// Workgroups of the kernel that scans.
-pub const SCAN_GROUPS: [Formula; 3] =
-    [QuotientUp(&DIGIT_COUNT, &Of(Number::SortLanes)), Is(1), Is(1)];
-/// Least width of the histograms [texels].
-pub const HISTOGRAM_WIDTH: Formula = {
-    const LANES: Formula = Is(SERIAL_WORKGROUP_SIZE as u64);
-    const WHOLE: Formula = Product(&QuotientUp(&Of(Number::PartitionLimit), &LANES), &LANES);
-    Most(&WHOLE, &Is(TOTAL_ROW as u64))
-};
-
 /// Partition of the work. Both shapes give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -140,18 +99,12 @@ pub enum Shape {
 impl Shape {
     /// Most runs or blocks for `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
-        self.partitions().count(&Numbers::default().with(Number::SortCapacity, count))
-    }
-
-    /// The most runs or blocks of a sort.
-    pub const fn partitions(self) -> Formula {
-        const PAIRS: Formula = Of(Number::SortCapacity);
-        const SHORTEST: Formula =
-            Least(&QuotientUp(&PAIRS, &Is(RUN_MIN as u64)), &Is(RUN_TARGET as u64));
-        const RUNS: Formula = Most(&SHORTEST, &QuotientUp(&PAIRS, &Is(RUN_USUAL as u64)));
         match self {
-            Self::Serial => Least(&RUNS, &Is(RUN_LIMIT as u64)),
-            Self::Wide => QuotientUp(&PAIRS, &Is(WIDE_BLOCK as u64)),
+            Self::Serial => {
+                let shortest = count.div_ceil(RUN_MIN).min(RUN_TARGET);
+                shortest.max(count.div_ceil(RUN_USUAL)).min(RUN_LIMIT)
+            }
+            Self::Wide => count.div_ceil(WIDE_BLOCK),
         }
     }
 
@@ -164,7 +117,7 @@ impl Shape {
     }
 
     /// Most bits of a digit of these keys [bits].
-    fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
+    pub fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
         let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MOST_BITS).len();
         match self {
             Self::Serial if capacity <= FEW_PAIRS || (as_few && capacity <= 2 * FEW_PAIRS) => {
@@ -175,200 +128,21 @@ impl Shape {
     }
 }
 
-/// Source of the number of pairs.
-#[derive(Clone, Copy, Debug)]
-pub enum SortCount<'a> {
-    /// At most this many; [`SortBindings::write_count`] sets the number before each frame.
-    Known(u32),
-    /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
-    FromBuffer { counts: &'a wgpu::Buffer, index: u32, capacity: u32 },
-}
-
-/// Sorts of one device. Kernels are compiled when something is first bound to them.
-#[derive(Debug)]
-pub struct Sort {
-    shape: Shape,
-    cache: KernelCache,
-    usual: OnceLock<Steps>,
-    long: OnceLock<Steps>,
-}
-
-#[derive(Debug)]
-struct Steps {
-    count: Kernel,
-    scan: Kernel,
-    scatter: Kernel,
-}
-
-impl Sort {
-    pub fn new(shape: Shape) -> Self {
-        Self::sharing(shape, KernelCache::default())
-    }
-
-    /// Like [`Self::new`], with the kernels that `cache` has already.
-    pub fn sharing(shape: Shape, cache: KernelCache) -> Self {
-        Self { shape, cache, usual: OnceLock::new(), long: OnceLock::new() }
-    }
-
-    fn steps(&self, device: &wgpu::Device, digit_bits: u32) -> Result<&Steps, KernelError> {
-        let (made, descs) = match (self.shape, digit_bits) {
-            (Shape::Serial, FEW_BITS) => {
-                (&self.usual, [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER])
-            }
-            (Shape::Serial, _) => (&self.long, [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER]),
-            (Shape::Wide, _) => (&self.usual, [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER]),
-        };
-        if let Some(steps) = made.get() {
-            return Ok(steps);
-        }
-        let [count, scan, scatter] =
-            descs.map(|desc| self.cache.plan(device, desc, Tier::Core, &[], &[]));
-        let steps = Steps { count: count?, scan: scan?, scatter: scatter? };
-        Ok(made.get_or_init(|| steps))
-    }
-
-    /// Allocates the scratch of a sort of `pairs[0]` by the `bits` of the keys. The textures have
-    /// [`PAIR_FORMAT`] and [`pair_texture_size`]; both are overwritten.
-    pub fn bind(
-        &self,
-        device: &wgpu::Device,
-        pairs: [&wgpu::TextureView; 2],
-        count: SortCount<'_>,
-        bits: Range<u32>,
-    ) -> Result<SortBindings, Error> {
-        let own_count = |count: u32| {
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            filled(device, "counts", &[count], usage)
-        };
-        let (counts, index, capacity) = match count {
-            SortCount::Known(capacity) => (&own_count(capacity), 0, capacity),
-            SortCount::FromBuffer { counts, index, capacity } => (counts, index, capacity),
-        };
-        let limit = pair_limit(device);
-        if capacity > limit {
-            return Err(Error::Limit {
-                limit: "pairs to sort",
-                have: limit.into(),
-                need: capacity.into(),
-                remedy: "lower the pair budget or the number of casters",
-            });
-        }
-        let partitions = self.shape.partition_limit(capacity);
-        let numbers = Numbers::default().with(Number::PartitionLimit, partitions);
-        let width = HISTOGRAM_WIDTH.count(&numbers);
-        // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.
-        let is_power = width.is_power_of_two() && width < RUN_LIMIT;
-        let width = width + SERIAL_WORKGROUP_SIZE * u32::from(is_power);
-        let histograms = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("histograms"),
-            size: wgpu::Extent3d { width, height: TOTAL_ROW + 1, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: R32Uint,
-            usage: wgpu::TextureUsages::STORAGE_BINDING,
-            view_formats: &[],
-        });
-        let digit_bits = self.shape.digit_bits(capacity, bits.clone());
-        let steps = self.steps(device, digit_bits)?;
-        let bind_digit = |at: usize, digit: Range<u32>| {
-            let digit_count = 1 << digit.len();
-            let pass = SortPass { shift: digit.start, digit_count, capacity, count_index: index };
-            let pass = filled(device, "sort_pass", &[pass], wgpu::BufferUsages::UNIFORM);
-            let [from, to] = if at.is_multiple_of(2) { pairs } else { [pairs[1], pairs[0]] };
-            let resources = Resources::new()
-                .with("sort_pass", &pass)
-                .with("counts", counts)
-                .with("histograms", &histograms)
-                .with("pairs", from)
-                .with("sorted_pairs", to);
-            Ok(PassBindings {
-                digit_count,
-                count: steps.count.bind(device, &resources)?,
-                scan: steps.scan.bind(device, &resources)?,
-                scatter: steps.scatter.bind(device, &resources)?,
-            })
-        };
-        let passes = digits(bits, digit_bits)
-            .enumerate()
-            .map(|(at, digit)| bind_digit(at, digit))
-            .collect::<Result<_, Error>>()?;
-        let size = histograms.size();
-        Ok(SortBindings {
-            passes,
-            is_long: self.shape == Shape::Serial && digit_bits > FEW_BITS,
-            own_count: matches!(count, SortCount::Known(_)).then(|| counts.clone()),
-            capacity,
-            count: capacity,
-            scratch_size: u64::from(size.width) * u64::from(size.height) * 4,
-        })
-    }
-
-    /// Records the sort; creates nothing.
-    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bindings: &SortBindings) {
-        let partitions = self.shape.partition_limit(bindings.count);
-        if partitions == 0 {
-            return;
-        }
-        let steps = if bindings.is_long { &self.long } else { &self.usual };
-        // `bindings` were made by `bind`, which made these kernels.
-        let Some(steps) = steps.get() else { return };
-        let lanes = self.shape.lanes();
-        for digit in &bindings.passes {
-            let [partition_groups, digit_groups] =
-                [partitions, digit.digit_count].map(|n| n.div_ceil(lanes));
-            steps.count.record(pass, &digit.count, [partition_groups, 1, 1]);
-            steps.scan.record(pass, &digit.scan, [digit_groups, 1, 1]);
-            steps.scatter.record(pass, &digit.scatter, [partition_groups, 1, 1]);
-        }
+/// Kernels that count, scan and scatter a digit of so many bits.
+pub fn kernels(shape: Shape, digit_bits: u32) -> [&'static KernelDesc; 3] {
+    match (shape, digit_bits) {
+        (Shape::Serial, FEW_BITS) => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
+        (Shape::Serial, _) => [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER],
+        (Shape::Wide, _) => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
     }
 }
 
-#[derive(Debug)]
-struct PassBindings {
-    digit_count: u32,
-    count: wgpu::BindGroup,
-    scan: wgpu::BindGroup,
-    scatter: wgpu::BindGroup,
-}
-
-/// A sort with its resources, ready to be recorded any number of times.
-#[derive(Debug)]
-pub struct SortBindings {
-    passes: Vec<PassBindings>,
-    is_long: bool,
-    /// Buffer of the count, if the CPU knows it.
-    own_count: Option<wgpu::Buffer>,
-    /// Capacity of the textures [pairs].
-    capacity: u32,
-    /// Pairs that the dispatches cover [pairs].
-    count: u32,
-    scratch_size: u64,
-}
-
-impl SortBindings {
-    /// Which of the two pair textures holds the sorted pairs.
-    pub fn result(&self) -> usize {
-        self.passes.len() % 2
-    }
-
-    /// Size of the histograms [bytes].
-    pub fn scratch_size(&self) -> u64 {
-        self.scratch_size
-    }
-
-    /// Buffer of the number of pairs, for [`SortCount::Known`]: a kernel may lower it.
-    pub fn count_buffer(&self) -> Option<&wgpu::Buffer> {
-        self.own_count.as_ref()
-    }
-
-    /// Sets the number of pairs of the next frame, at most the capacity; for [`SortCount::Known`].
-    pub fn write_count(&mut self, queue: &wgpu::Queue, count: u32) {
-        if let Some(own) = &self.own_count {
-            self.count = count.min(self.capacity);
-            queue.write_buffer(own, 0, bytemuck::bytes_of(&self.count));
-        }
-    }
+/// Size of the histograms of so many partitions [texels].
+pub fn histogram_size(partitions: u32) -> [u32; 2] {
+    let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
+    // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.
+    let is_power = width.is_power_of_two() && width < RUN_LIMIT;
+    [width + SERIAL_WORKGROUP_SIZE * u32::from(is_power), TOTAL_ROW + 1]
 }
 
 /// Digits that cover `bits`: as few as possible of at most `most` bits, as even as possible, lowest first.
@@ -376,9 +150,8 @@ impl SortBindings {
 pub fn digits(bits: Range<u32>, most: u32) -> impl ExactSizeIterator<Item = Range<u32>> {
     let end = bits.end.min(32);
     let start = bits.start.min(end);
-    let numbers =
-        Numbers::default().with(Number::KeyBits, end - start).with(Number::DigitBits, most);
-    let digit_count = DIGITS.count(&numbers);
-    let edge = move |digit: u32| start + SHIFT.count(&numbers.with(Number::Digit, digit));
+    let bits = end - start;
+    let digit_count = bits.div_ceil(most);
+    let edge = move |digit: u32| start + bits * digit / digit_count;
     (0..digit_count).map(move |digit| edge(digit)..edge(digit + 1))
 }

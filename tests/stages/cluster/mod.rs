@@ -61,8 +61,8 @@ fn on_device<T>(
     let picture = pipeline.prepare_picture(&request, &mut Default::default())?;
     let mut timeline = Timeline::untimed();
     let mut encoder = device.create_command_encoder(&Default::default());
-    maps.record(pipeline.kernels(), &mut encoder, &mut timeline);
-    picture.record(pipeline.kernels(), &mut encoder, &mut timeline);
+    maps.record(&mut encoder, &mut timeline);
+    picture.record(&mut encoder, &mut timeline);
     queue.submit([encoder.finish()]);
     read(gpu, &picture)
 }

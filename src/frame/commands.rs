@@ -1,0 +1,186 @@
+//! The commands of a frame, and their recording.
+use super::Dispatch;
+use crate::gpu::{KernelError, Timeline};
+use std::fmt;
+use wgpu::{Buffer, Extent3d, TexelCopyBufferInfo, TexelCopyTextureInfo, Texture};
+use wgpu::{TexelCopyBufferLayout, TexelCopyTextureInfoBase};
+
+/// A command of a frame. Labels are those of the timeline's stages.
+#[derive(Clone)]
+pub enum Command {
+    /// Dispatches of one compute pass, in order: each sees the writes of those before.
+    Pass { label: &'static str, dispatches: Vec<Dispatch> },
+    /// Sets a buffer to zero.
+    Clear { label: &'static str, buffer: Buffer },
+    /// Copies bytes; each buffer with an offset [bytes].
+    CopyBuffer { label: &'static str, from: (Buffer, u64), to: (Buffer, u64), size: u64 },
+    CopyBufferToTexture {
+        label: &'static str,
+        from: (Buffer, TexelCopyBufferLayout),
+        to: TexelCopyTextureInfoBase<Texture>,
+        size: Extent3d,
+    },
+    CopyTexture {
+        label: &'static str,
+        from: TexelCopyTextureInfoBase<Texture>,
+        to: TexelCopyTextureInfoBase<Texture>,
+        size: Extent3d,
+    },
+}
+
+impl Command {
+    pub fn label(&self) -> &'static str {
+        match self {
+            Self::Pass { label, .. }
+            | Self::Clear { label, .. }
+            | Self::CopyBuffer { label, .. }
+            | Self::CopyBufferToTexture { label, .. }
+            | Self::CopyTexture { label, .. } => label,
+        }
+    }
+}
+
+/// Commands in the order of their recording.
+#[derive(Clone, Default)]
+pub struct Commands(Vec<Command>);
+
+impl Commands {
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a compute pass. One without dispatches is recorded too, so that each frame has a time for it.
+    pub fn pass(&mut self, label: &'static str, dispatches: impl IntoIterator<Item = Dispatch>) {
+        let dispatches = dispatches.into_iter().collect();
+        self.0.push(Command::Pass { label, dispatches });
+    }
+
+    /// Sets a buffer to zero.
+    pub fn clear(&mut self, label: &'static str, buffer: &Buffer) {
+        self.0.push(Command::Clear { label, buffer: buffer.clone() });
+    }
+
+    /// Copies `size` bytes; offsets in bytes.
+    pub fn copy_buffer(
+        &mut self,
+        label: &'static str,
+        (from, from_offset): (&Buffer, u64),
+        (to, to_offset): (&Buffer, u64),
+        size: u64,
+    ) {
+        let (from, to) = ((from.clone(), from_offset), (to.clone(), to_offset));
+        self.0.push(Command::CopyBuffer { label, from, to, size });
+    }
+
+    pub fn copy_buffer_to_texture(
+        &mut self,
+        label: &'static str,
+        from: &TexelCopyBufferInfo<'_>,
+        to: TexelCopyTextureInfo<'_>,
+        size: Extent3d,
+    ) {
+        let from = (from.buffer.clone(), from.layout);
+        self.0.push(Command::CopyBufferToTexture { label, from, to: owned(to), size });
+    }
+
+    pub fn copy_texture(
+        &mut self,
+        label: &'static str,
+        from: TexelCopyTextureInfo<'_>,
+        to: TexelCopyTextureInfo<'_>,
+        size: Extent3d,
+    ) {
+        self.0.push(Command::CopyTexture { label, from: owned(from), to: owned(to), size });
+    }
+
+    /// Adds the commands of `other` behind these.
+    pub fn append(&mut self, other: Self) {
+        self.0.extend(other.0);
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Command> {
+        self.0.iter()
+    }
+
+    /// Compiles the kernels of all dispatches, on this thread.
+    pub fn compile(&self) -> Result<(), KernelError> {
+        let dispatches = self.0.iter().flat_map(|command| match command {
+            Command::Pass { dispatches, .. } => &dispatches[..],
+            _ => &[],
+        });
+        dispatches.map(|dispatch| dispatch.kernel.make()).collect()
+    }
+
+    /// Records all commands. Makes nothing on the device.
+    ///
+    /// # Panics
+    /// If a kernel is not compiled and the device refuses it, which [`Kernels::finish`](super::Kernels::finish)
+    /// would have returned as an error.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        let mut step = None;
+        for command in &self.0 {
+            if let Command::Pass { label, dispatches } = command {
+                let mut pass = timeline.pass(encoder, label);
+                dispatches.iter().for_each(|dispatch| dispatch.record(&mut pass));
+                step = None;
+                continue;
+            }
+            if step.replace(command.label()) != Some(command.label()) {
+                timeline.step(encoder, command.label());
+            }
+            match command {
+                Command::Pass { .. } => {}
+                Command::Clear { buffer, .. } => encoder.clear_buffer(buffer, 0, None),
+                Command::CopyBuffer { from, to, size, .. } => {
+                    encoder.copy_buffer_to_buffer(&from.0, from.1, &to.0, to.1, *size);
+                }
+                Command::CopyBufferToTexture { from: (buffer, layout), to, size, .. } => {
+                    let from = TexelCopyBufferInfo { buffer, layout: *layout };
+                    encoder.copy_buffer_to_texture(from, borrowed(to), *size);
+                }
+                Command::CopyTexture { from, to, size, .. } => {
+                    encoder.copy_texture_to_texture(borrowed(from), borrowed(to), *size);
+                }
+            }
+        }
+    }
+}
+
+fn owned(
+    TexelCopyTextureInfo { texture, mip_level, origin, aspect }: TexelCopyTextureInfo<'_>,
+) -> TexelCopyTextureInfoBase<Texture> {
+    TexelCopyTextureInfoBase { texture: texture.clone(), mip_level, origin, aspect }
+}
+
+fn borrowed(of: &TexelCopyTextureInfoBase<Texture>) -> TexelCopyTextureInfo<'_> {
+    let &TexelCopyTextureInfoBase { ref texture, mip_level, origin, aspect } = of;
+    TexelCopyTextureInfo { texture, mip_level, origin, aspect }
+}
+
+impl fmt::Debug for Command {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.label())?;
+        match self {
+            Self::Pass { dispatches, .. } => {
+                dispatches.iter().try_for_each(|dispatch| write!(f, "\n  {dispatch:?}"))
+            }
+            Self::Clear { buffer, .. } => write!(f, "\n  clears {} bytes", buffer.size()),
+            Self::CopyBuffer { size, .. } => write!(f, "\n  copies {size} bytes"),
+            Self::CopyBufferToTexture { size, .. } | Self::CopyTexture { size, .. } => {
+                let Extent3d { width, height, depth_or_array_layers } = size;
+                write!(f, "\n  copies {width} x {height} x {depth_or_array_layers} texels")
+            }
+        }
+    }
+}
+
+/// A line for each dispatch, below the label of its pass.
+impl fmt::Debug for Commands {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|command| writeln!(f, "{command:?}"))
+    }
+}

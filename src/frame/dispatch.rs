@@ -1,0 +1,116 @@
+//! A kernel with its resources and its work.
+use crate::gpu::{Kernel, KernelError, OwnedResource, Resources};
+use std::{
+    fmt,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// Workgroups of a dispatch.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Work {
+    Groups([u32; 3]),
+    /// Three `u32` in a buffer at an offset [bytes].
+    Indirect(wgpu::Buffer, u64),
+}
+
+impl From<[u32; 3]> for Work {
+    fn from(groups: [u32; 3]) -> Self {
+        Self::Groups(groups)
+    }
+}
+
+impl Work {
+    pub fn indirect(counts: &wgpu::Buffer, offset: u64) -> Self {
+        Self::Indirect(counts.clone(), offset)
+    }
+}
+
+/// A bind group, and its resources by name.
+#[derive(Debug)]
+pub struct Bound {
+    group: wgpu::BindGroup,
+    resources: Vec<(&'static str, OwnedResource)>,
+}
+
+/// A bind group of the host, group 1, that it may replace between frames. A clone is the same.
+#[derive(Clone, Debug)]
+pub struct HostBindings(Arc<Mutex<wgpu::BindGroup>>);
+
+impl HostBindings {
+    pub fn new(bindings: &wgpu::BindGroup) -> Self {
+        Self(Arc::new(Mutex::new(bindings.clone())))
+    }
+
+    pub fn replace(&self, bindings: &wgpu::BindGroup) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = bindings.clone();
+    }
+}
+
+/// A kernel with its resources and its work. A clone shares the bind group.
+#[derive(Clone)]
+pub struct Dispatch {
+    pub kernel: Kernel,
+    pub bound: Arc<Bound>,
+    pub host: Option<HostBindings>,
+    pub work: Work,
+}
+
+impl Dispatch {
+    /// Binds the resources that the kernel declares.
+    pub fn new(
+        device: &wgpu::Device,
+        kernel: Kernel,
+        resources: &Resources<'_>,
+        work: impl Into<Work>,
+    ) -> Result<Self, KernelError> {
+        let group = kernel.bind(device, resources)?;
+        let named = kernel.bindings().iter().filter_map(|binding| {
+            Some((binding.name, OwnedResource::of(resources.get(binding.name)?)))
+        });
+        let bound = Arc::new(Bound { group, resources: named.collect() });
+        Ok(Self { kernel, bound, host: None, work: work.into() })
+    }
+
+    /// With a bind group of the host for the text that the kernel was linked with.
+    #[must_use]
+    pub fn with_host(self, host: HostBindings) -> Self {
+        Self { host: Some(host), ..self }
+    }
+
+    /// The same kernel and resources with other work.
+    #[must_use]
+    pub fn with_work(&self, work: impl Into<Work>) -> Self {
+        Self { work: work.into(), ..self.clone() }
+    }
+
+    pub(super) fn record(&self, pass: &mut wgpu::ComputePass<'_>) {
+        if let Some(HostBindings(host)) = &self.host {
+            pass.set_bind_group(1, &*host.lock().unwrap_or_else(PoisonError::into_inner), &[]);
+        }
+        let Self { kernel, bound, .. } = self;
+        match &self.work {
+            Work::Groups(groups) => kernel.record(pass, &bound.group, *groups),
+            Work::Indirect(counts, at) => kernel.record_indirect(pass, &bound.group, counts, *at),
+        }
+    }
+}
+
+impl Bound {
+    /// Resources by the names that the kernel binds them by.
+    pub fn resources(&self) -> &[(&'static str, OwnedResource)] {
+        &self.resources
+    }
+}
+
+/// `blur_rows [4, 4, 2]: filters, rows, views`.
+impl fmt::Debug for Dispatch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.kernel.name())?;
+        match &self.work {
+            Work::Groups(groups) => write!(f, " {groups:?}")?,
+            Work::Indirect(_, offset) => write!(f, " by the counts at byte {offset}")?,
+        }
+        let names: Vec<_> = self.bound.resources.iter().map(|(name, _)| *name).collect();
+        write!(f, ": {}", names.join(", "))
+    }
+}

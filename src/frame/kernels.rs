@@ -1,0 +1,91 @@
+//! The kernels of one device, by description and features.
+use super::{Dispatch, Work};
+use crate::{
+    gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
+    stage::{features::Features, profile::Profile},
+};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// The kernels of one device, each linked when something first asks for it. A clone has the same kernels.
+#[derive(Clone, Debug)]
+pub struct Kernels {
+    device: wgpu::Device,
+    tier: Tier,
+    profile: Profile,
+    /// By source: descriptions and features that leave the same code share a pipeline.
+    cache: KernelCache,
+    linked: Arc<Mutex<HashMap<(&'static str, Features), Kernel>>>,
+}
+
+impl Kernels {
+    /// `cache`: kernels of other renderers on the device.
+    pub fn new(device: &wgpu::Device, tier: Tier, profile: Profile, cache: KernelCache) -> Self {
+        Self { device: device.clone(), tier, profile, cache, linked: Arc::default() }
+    }
+
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub fn tier(&self) -> Tier {
+        self.tier
+    }
+
+    pub fn profile(&self) -> Profile {
+        self.profile
+    }
+
+    /// A kernel, specialised to features: [`Self::finish`] compiles it.
+    pub fn get(&self, desc: &KernelDesc, features: Features) -> Result<Kernel, KernelError> {
+        let mut linked = self.linked.lock().unwrap_or_else(PoisonError::into_inner);
+        match linked.entry((desc.name, features)) {
+            Entry::Occupied(known) => Ok(known.get().clone()),
+            Entry::Vacant(vacant) => {
+                let kernel = self.with_constants(desc, &features.constants())?;
+                Ok(vacant.insert(kernel).clone())
+            }
+        }
+    }
+
+    /// A kernel with values of overrides that no features have.
+    pub fn with_constants(
+        &self,
+        desc: &KernelDesc,
+        constants: &[Constant],
+    ) -> Result<Kernel, KernelError> {
+        let Self { device, tier, profile, cache, .. } = self;
+        let constants = [constants, &profile.constants()].concat();
+        cache.plan(device, desc, *tier, profile.choices(), &constants)
+    }
+
+    /// A dispatch of a kernel with the resources that it declares.
+    pub fn dispatch(
+        &self,
+        desc: &KernelDesc,
+        features: Features,
+        resources: &Resources<'_>,
+        work: impl Into<Work>,
+    ) -> Result<Dispatch, KernelError> {
+        Dispatch::new(&self.device, self.get(desc, features)?, resources, work)
+    }
+
+    /// Tunes kernels that are asked for from now on to another profile.
+    pub fn follow(&mut self, profile: Profile) {
+        if profile != self.profile {
+            self.profile = profile;
+            self.linked = Arc::default();
+        }
+    }
+
+    /// Compiles all kernels that were asked for.
+    pub fn finish(&self) -> Result<(), KernelError> {
+        self.cache.finish()
+    }
+
+    pub fn cache(&self) -> &KernelCache {
+        &self.cache
+    }
+}

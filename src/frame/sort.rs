@@ -1,0 +1,108 @@
+//! The dispatches of a sort: see [`stage::sort`](crate::stage::sort).
+use super::{Dispatch, Kernels};
+use crate::{
+    error::Error,
+    gpu::{Resources, filled},
+    stage::{
+        features::Features,
+        sort::{SortPass, digits, histogram_size, kernels, pair_limit},
+    },
+};
+use std::ops::Range;
+use wgpu::{Buffer, BufferUsages, TextureFormat::R32Uint, TextureView};
+
+/// Source of the number of pairs.
+#[derive(Clone, Copy, Debug)]
+pub enum SortCount<'a> {
+    /// This many: a kernel may lower it in [`Sort::count_buffer`].
+    Known(u32),
+    /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
+    FromBuffer { counts: &'a Buffer, index: u32, capacity: u32 },
+}
+
+/// The dispatches of a sort, and its scratch.
+#[derive(Debug)]
+pub struct Sort {
+    /// Three for each digit.
+    pub dispatches: Vec<Dispatch>,
+    counts: Buffer,
+    scratch_size: u64,
+}
+
+impl Sort {
+    /// Sorts `pairs[0]` by the `bits` of the keys. The textures have [`PAIR_FORMAT`](crate::stage::sort::PAIR_FORMAT)
+    /// and [`pair_texture_size`](crate::stage::sort::pair_texture_size); both are overwritten.
+    pub fn new(
+        kernels_of: &Kernels,
+        pairs: [&TextureView; 2],
+        count: SortCount<'_>,
+        bits: Range<u32>,
+    ) -> Result<Self, Error> {
+        let (device, shape) = (kernels_of.device(), kernels_of.profile().shape);
+        let (counts, count_index, capacity) = match count {
+            SortCount::Known(count) => {
+                let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+                (filled(device, "counts", &[count], usage), 0, count)
+            }
+            SortCount::FromBuffer { counts, index, capacity } => (counts.clone(), index, capacity),
+        };
+        let limit = pair_limit(device);
+        if capacity > limit {
+            return Err(Error::Limit {
+                limit: "pairs to sort",
+                have: limit.into(),
+                need: capacity.into(),
+                remedy: "lower the pair budget or the number of casters",
+            });
+        }
+        let partitions = shape.partition_limit(capacity);
+        let [width, height] = histogram_size(partitions);
+        let histograms = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("histograms"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: R32Uint,
+            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let digit_bits = shape.digit_bits(capacity, bits.clone());
+        let [count, scan, scatter] = kernels(shape, digit_bits);
+        let mut dispatches = Vec::new();
+        for (at, digit) in digits(bits, digit_bits).enumerate().filter(|_| partitions > 0) {
+            let digit_count = 1 << digit.len();
+            let pass = SortPass { shift: digit.start, digit_count, capacity, count_index };
+            let pass = filled(device, "sort_pass", &[pass], BufferUsages::UNIFORM);
+            let resources = Resources::new()
+                .with("sort_pass", &pass)
+                .with("counts", &counts)
+                .with("histograms", &histograms)
+                .with("pairs", pairs[at % 2])
+                .with("sorted_pairs", pairs[1 - at % 2]);
+            let [by_partition, by_digit] =
+                [partitions, digit_count].map(|n| [n.div_ceil(shape.lanes()), 1, 1]);
+            for (desc, groups) in [(count, by_partition), (scan, by_digit), (scatter, by_partition)]
+            {
+                dispatches.push(kernels_of.dispatch(desc, Features::NONE, &resources, groups)?);
+            }
+        }
+        let scratch_size = u64::from(width) * u64::from(height) * 4;
+        Ok(Self { dispatches, counts, scratch_size })
+    }
+
+    /// Which of the two pair textures holds the sorted pairs.
+    pub fn result(&self) -> usize {
+        self.dispatches.len() / 3 % 2
+    }
+
+    /// Size of the histograms [bytes].
+    pub fn scratch_size(&self) -> u64 {
+        self.scratch_size
+    }
+
+    /// Buffer of the number of pairs.
+    pub fn count_buffer(&self) -> &Buffer {
+        &self.counts
+    }
+}
