@@ -71,10 +71,11 @@ impl Ray {
     fn scattered(
         &self,
         lighting: &Lighting<'_>,
-        light: &GpuLight,
+        index: usize,
         params: &AirParams,
         ends: Vec2,
     ) -> Vec3 {
+        let light = &lighting.lights()[index];
         let (ray, metres) = (self.direction.normalize(), self.direction.length());
         let origin = self.eye - light.position;
         let lit = match light.kind {
@@ -108,7 +109,7 @@ impl Ray {
             // Length of the ray that the sample stands for, in slices.
             let share = share / (metres * (ends.y - ends.x) * count as f32);
             let point = self.eye + ray * (at - nearest);
-            lighting.scattered(light, point, ray, params.anisotropy) * share
+            lighting.scattered(index, point, ray, params.anisotropy) * share
         };
         (0..count).map(sample).sum()
     }
@@ -167,8 +168,9 @@ impl AirVolume {
             let slice = |k: u32| {
                 let parts = Vec2::new(k as f32, k as f32 + 1.0) / params.slices as f32;
                 let ends = view.near + parts * range;
-                let lights = lighting.lights().iter().filter(|l| l.traits & SHAFTS_BIT != 0);
-                let of_lights = lights.map(|l| ray.scattered(lighting, l, params, ends));
+                let lights = (0..lighting.lights().len())
+                    .filter(|&light| lighting.lights()[light].traits & SHAFTS_BIT != 0);
+                let of_lights = lights.map(|light| ray.scattered(lighting, light, params, ends));
                 light += (params.ambient + of_lights.sum::<Vec3>()) * (left * share);
                 left *= passed;
                 light

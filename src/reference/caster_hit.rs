@@ -165,11 +165,6 @@ impl<'a> Target<'a> {
         Some(Face { depth: depth.min(opaque_depth), metres, absorption, leaves })
     }
 
-    /// Contribution of [`Self::face`] to a ray's sums.
-    pub fn crossing(&self, texel: Vec2, opaque_depth: f32) -> Option<Crossing> {
-        self.face(texel, opaque_depth).map(|face| face.crossing())
-    }
-
     /// Dither threshold at `texel` for a `dither` material: a hit blocks the light if its opacity exceeds
     /// it.
     pub fn threshold(&self, texel: Vec2) -> f32 {

@@ -1,34 +1,9 @@
-//! Twin of `wgsl/soften/filter_*.wgsl`: softening of dithered shadows. The visibility behind dithered
-//! surfaces is blurred over one window of their pattern and becomes a filter; depths are never blurred.
-use super::occlude::is_dithered;
+//! Reference of `wgsl/soften/filter_*.wgsl` and `colored_*.wgsl`: softening of dithered shadows. The visibility
+//! behind dithered surfaces is blurred over one window of their pattern and becomes a filter; depths are never
+//! blurred.
+use super::{occlude::is_dithered, threads::each};
 use crate::records::ViewMaps;
-use glam::UVec2;
-
-/// Summary of a run of texels.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    /// Share of the window that dithered surfaces block.
-    blocked: f32,
-    /// Depth of the nearest dithered surface, 1 for none.
-    nearest: f32,
-    /// Depth behind the closest hole, negative for none, and its distance [texels].
-    hole: f32,
-    distance: f32,
-}
-
-impl Run {
-    const EMPTY: Self = Self { blocked: 0.0, nearest: 1.0, hole: -1.0, distance: 1e6 };
-
-    fn add(&mut self, weight: f32, other: &Self, away: u32) {
-        self.blocked += weight * other.blocked;
-        self.nearest = self.nearest.min(other.nearest);
-        let distance = other.distance + away as f32;
-        if distance < self.distance {
-            self.hole = other.hole;
-            self.distance = distance;
-        }
-    }
-}
+use glam::{BVec3, UVec2, Vec3};
 
 /// Weight of offset `i` in `-radius..=radius`: a window of `2 * radius` texels, with half weights at its
 /// ends.
@@ -37,6 +12,7 @@ fn weight(i: i32, radius: i32) -> f32 {
     if i.abs() == radius { 0.5 * whole } else { whole }
 }
 
+/// Weights, coordinates and distances of a window's texels along one axis, clamped to the map.
 pub(super) fn around(size: u32, at: u32, radius: i32) -> impl Iterator<Item = (f32, u32, u32)> {
     (-radius..=radius).map(move |i| {
         let place = (at as i32 + i).clamp(0, size as i32 - 1) as u32;
@@ -44,47 +20,61 @@ pub(super) fn around(size: u32, at: u32, radius: i32) -> impl Iterator<Item = (f
     })
 }
 
-/// Softens the light behind dithered surfaces; `window` as in [`crate::model::dither::window`].
+/// What a texel's window holds.
+struct Window {
+    /// Share of it that dithered surfaces block, per channel.
+    blocked: Vec3,
+    /// Depth of the nearest dithered surface, 1 for none.
+    nearest: f32,
+    /// Depth behind the closest hole, along rows and columns; 1 for none.
+    hole: f32,
+}
+
+impl Window {
+    /// `depths`: opaque depths of a texel, per channel.
+    fn of(depths: impl Fn(u32) -> [f32; 3], size: UVec2, at: UVec2, radius: i32) -> Self {
+        let mut window = Self { blocked: Vec3::ZERO, nearest: 1.0, hole: 1.0 };
+        let mut closest = u32::MAX;
+        for (of_row, y, down) in around(size.y, at.y, radius) {
+            for (weight, x, aside) in around(size.x, at.x, radius) {
+                let depths = depths(y * size.x + x);
+                let dithered = BVec3::from_array(depths.map(is_dithered));
+                let depths = Vec3::from_array(depths);
+                window.blocked += of_row * weight * Vec3::select(dithered, Vec3::ONE, Vec3::ZERO);
+                let nearest = Vec3::select(dithered, depths, Vec3::ONE).min_element();
+                window.nearest = window.nearest.min(nearest);
+                if !dithered.all() && down + aside < closest {
+                    // A surface that is not dithered has one depth, behind the dithered ones.
+                    (closest, window.hole) = (down + aside, depths.max_element());
+                }
+            }
+        }
+        window
+    }
+}
+
+/// Softens the light behind dithered surfaces; `window` as in [`crate::model::dither::window`]. Depths per channel
+/// become one.
 pub fn filter(maps: &mut ViewMaps, window: u32) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     if radius == 0 {
         return;
     }
-    let texel = |at: u32| {
-        let depth = maps.opaque[at as usize];
-        if is_dithered(depth) {
-            Run { blocked: 1.0, nearest: depth, ..Run::EMPTY }
-        } else {
-            Run { hole: depth, distance: 0.0, ..Run::EMPTY }
-        }
+    let colored = std::mem::take(&mut maps.colored);
+    let depths = |at: u32| {
+        let at = at as usize;
+        colored.get(at).copied().unwrap_or([maps.opaque[at]; 3])
     };
-    let sum = |runs: &mut dyn Iterator<Item = (f32, Run, u32)>| {
-        let mut sum = Run::EMPTY;
-        for (weight, run, away) in runs {
-            sum.add(weight, &run, away);
+    let windows = each(maps.filter.len(), |at| {
+        Window::of(depths, size, UVec2::new(at as u32 % size.x, at as u32 / size.x), radius)
+    });
+    for (at, Window { blocked, nearest, hole }) in windows.into_iter().enumerate() {
+        for (light, blocked) in maps.filter[at].iter_mut().zip(blocked.to_array()) {
+            *light = if blocked > 0.0 { stored(*light * (1.0 - blocked)) } else { *light };
         }
-        sum
-    };
-    let rows: Vec<Run> = texels(size)
-        .map(|(x, y)| {
-            let taps = around(size.x, x, radius);
-            sum(&mut taps.map(|(weight, x, away)| (weight, texel(y * size.x + x), away)))
-        })
-        .collect();
-    let columns: Vec<Run> = texels(size)
-        .map(|(x, y)| {
-            let taps = around(size.y, y, radius);
-            let row = |y: u32| rows[(y * size.x + x) as usize];
-            sum(&mut taps.map(|(weight, y, away)| (weight, row(y), away)))
-        })
-        .collect();
-    for (at, run) in columns.iter().enumerate() {
-        if run.blocked > 0.0 {
-            maps.filter[at] = maps.filter[at].map(|channel| stored(channel * (1.0 - run.blocked)));
-            maps.nearest[at] = maps.nearest[at].min(run.nearest);
-        }
+        maps.nearest[at] = maps.nearest[at].min(nearest);
         if is_dithered(maps.opaque[at]) {
-            maps.opaque[at] = if run.hole < 0.0 { 1.0 } else { run.hole };
+            maps.opaque[at] = hole;
         }
     }
 }

@@ -1,11 +1,10 @@
 //! All stages in order, for every shadow view.
 use super::{
     Pair,
-    accumulate::{Accumulated, Light, Modes, accumulate},
+    accumulate::{Accumulated, Modes, accumulate},
     bin::{Bins, bin},
     blur::blur,
     caster_hit::Records,
-    colored::{filter_colored, occlude_colored},
     curve::{
         soften::soften_curves,
         tile::{CurveModes, CurveTexel, curves},
@@ -14,7 +13,6 @@ use super::{
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
     resolve::resolve,
-    scatter::ScatterSums,
     sort,
     texture::Image,
     threads::each,
@@ -32,6 +30,8 @@ use crate::{
 };
 use glam::{UVec2, Vec3};
 
+/// Pairs of a segment of the kernels, which are counted.
+const SEGMENT: usize = 2048;
 /// Casters per work item of a thread.
 const CHUNK: usize = 4096;
 
@@ -124,7 +124,7 @@ impl<'a> SceneRecords<'a> {
         }
     }
 
-    fn render(&self, view: &View, counters: &mut Counters) -> ViewMaps {
+    pub(super) fn render(&self, view: &View, counters: &mut Counters) -> ViewMaps {
         let mut maps = self.sharp(view, counters);
         blur(&mut maps, self.blur);
         maps
@@ -135,7 +135,7 @@ impl<'a> SceneRecords<'a> {
         let tiles = view.tiles();
         let tile_count = (tiles.x * tiles.y) as usize;
         let params = ProjectParams {
-            scatter: !self.modes.direct() && self.curve_modes.is_none(),
+            scatter: false,
             include_non_casters: false,
             by_distance: self.modes.ordered,
         };
@@ -144,8 +144,6 @@ impl<'a> SceneRecords<'a> {
         let within = |budget| bin(&sorted, &rects, &[gpu_view], tile_count as u32, budget);
         // What does not fit is counted; the maps are the same.
         let (fitting, bins) = (within(self.pair_budget), within(u32::MAX));
-        let is_tiny = |&i: &u32| rects[i as usize].is_scattered();
-        let tiny: Vec<u32> = (0..rects.len() as u32).filter(is_tiny).collect();
 
         let records = Records {
             view: &gpu_view,
@@ -158,34 +156,19 @@ impl<'a> SceneRecords<'a> {
         let blocking =
             |index: usize| bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize]);
         let tile = |index: usize| Tile::new(&gpu_view, index as u32);
-        let colored = self
-            .colored
-            .then(|| each(tile_count, |i| occlude_colored(records, &tile(i), blocking(i))));
-        let opaque = match &colored {
-            None => each(tile_count, |i| occlude(records, &tile(i), blocking(i))),
-            Some(colored) => colored.iter().map(last_depths).collect(),
-        };
-        let mut sums = None;
-        for &i in &tiny {
-            sums.get_or_insert_with(|| ScatterSums::new(tile_count)).scatter(
-                records,
-                &footprints[i as usize],
-                &rects[i as usize],
-                &opaque,
-                self.modes,
-            );
-        }
+        let depths = each(tile_count, |i| occlude(records, &tile(i), blocking(i), self.colored));
+        let opaque: Vec<_> = depths.iter().map(last_depths).collect();
         // Kernels have lists of their own for casters that filter and for those that block.
         let filtering = |index: usize| {
             let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
             let pairs = pairs.filter(|&i| self.filters(i));
             pairs.map(|i| (&footprints[i], keys[i])).collect::<Vec<_>>()
         };
-        count(counters, &fitting, sorted.len(), tiny.len());
+        count(counters, &fitting, sorted.len());
         if let Some(modes) = self.curve_modes {
             let tiles = each(tile_count, |index| {
                 let (pairs, opaque) = (filtering(index), &opaque[index]);
-                curves(records, index as u32, &pairs, opaque, sums.as_ref(), modes)
+                curves(records, index as u32, &pairs, opaque, modes)
             });
             let accumulated: Vec<_> = tiles.iter().map(without_curves).collect();
             let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
@@ -199,44 +182,32 @@ impl<'a> SceneRecords<'a> {
                 }
             }
             maps.curve = Some(CurveMap { nodes, gain: modes.gain, packed });
-            self.dither(&mut maps, &gpu_view, colored.as_deref(), modes.over);
+            self.dither(&mut maps, &gpu_view, &depths, modes.over);
             return maps;
         }
         let accumulated = each(tile_count, |index| {
             let pairs = filtering(index);
-            let (opaque, sums) = (&opaque[index], sums.as_ref());
-            accumulate(records, index as u32, &pairs, opaque, sums, self.modes)
+            let footprints = pairs.iter().map(|pair| pair.0);
+            accumulate(records, index as u32, footprints, &opaque[index], self.modes)
         });
-        let late = |tile: &TileTexels<Accumulated>| {
-            (0..TEXELS).map(|place| u64::from(tile[place].late)).sum::<u64>()
-        };
-        counters.disordered += accumulated.iter().map(late).sum::<u64>();
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
-        self.dither(&mut maps, &gpu_view, colored.as_deref(), self.modes.ordered);
+        self.dither(&mut maps, &gpu_view, &depths, self.modes.ordered);
         maps
     }
 
-    /// Stores the depths of coloured dithering, and softens them.
-    fn dither(
-        &self,
-        maps: &mut ViewMaps,
-        view: &GpuView,
-        colored: Option<&[TileTexels<Vec3>]>,
-        over: bool,
-    ) {
-        let Some(colored) = colored else {
-            soften_curves(maps, self.soften_window, over);
-            return filter(maps, self.soften_window);
-        };
-        maps.colored = vec![[1.0; 3]; maps.opaque.len()];
-        for (index, depths) in colored.iter().enumerate() {
-            for (place, texel) in Tile::new(view, index as u32).texels() {
-                let at = (texel.y as u32 * maps.view.size.x + texel.x as u32) as usize;
-                maps.colored[at] = depths[place].to_array();
+    /// Stores the depths of coloured dithering, and softens dithered shadows.
+    fn dither(&self, maps: &mut ViewMaps, view: &GpuView, depths: &[TileTexels<Vec3>], over: bool) {
+        if self.colored {
+            maps.colored = vec![[1.0; 3]; maps.opaque.len()];
+            for (index, depths) in depths.iter().enumerate() {
+                for (place, texel) in Tile::new(view, index as u32).texels() {
+                    let at = (texel.y as u32 * maps.view.size.x + texel.x as u32) as usize;
+                    maps.colored[at] = depths[place].to_array();
+                }
             }
         }
         soften_curves(maps, self.soften_window, over);
-        filter_colored(maps, self.soften_window);
+        filter(maps, self.soften_window);
     }
 
     /// Whether footprint `i` is of a caster that filters light.
@@ -318,26 +289,20 @@ impl<'a> SceneRecords<'a> {
 }
 
 /// Depth behind which all channels are blocked.
-fn last_depths(colored: &TileTexels<Vec3>) -> TileTexels<f32> {
+fn last_depths(depths: &TileTexels<Vec3>) -> TileTexels<f32> {
     let mut last = TileTexels::filled(1.0);
     for place in 0..TEXELS {
-        last[place] = colored[place].max_element();
+        last[place] = depths[place].max_element();
     }
     last
 }
 
 /// Values that curve mode and nearest-depth mode have in common.
 fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
-    let mut texels = TileTexels::filled(Accumulated {
-        light: Light::Passed(Vec3::ONE),
-        nearest: 1.0,
-        owner: NO_OWNER,
-        late: 0,
-    });
+    let mut texels = TileTexels::filled(Accumulated::NONE);
     for place in 0..TEXELS {
         let CurveTexel { passed, nearest, .. } = tile[place];
-        texels[place] =
-            Accumulated { light: Light::Passed(passed), nearest, owner: NO_OWNER, late: 0 };
+        texels[place] = Accumulated { light: passed, nearest, owner: NO_OWNER };
     }
     texels
 }
@@ -368,14 +333,13 @@ pub(super) fn depth_order(keys: &[u32]) -> Vec<u32> {
     pairs.into_iter().map(|pair| pair.value).collect()
 }
 
-/// Counts the pairs that fit the budget, and what does not. `tiny`: footprints on the scatter path.
-fn count(counters: &mut Counters, bins: &Bins, binned: usize, tiny: usize) {
+/// Counts the pairs that fit the budget, and what does not.
+fn count(counters: &mut Counters, bins: &Bins, binned: usize) {
     let overflowed = bins.overflowed.len();
     let per_tile = bins.tile_starts.windows(2).map(|w| (w[1] - w[0]) as usize);
-    counters.visible += (binned + tiny) as u64;
+    counters.visible += binned as u64;
     counters.pairs += bins.pairs.len() as u64;
-    counters.segments +=
-        per_tile.map(|pairs| pairs.div_ceil(super::accumulate::SEGMENT) as u64).sum::<u64>();
-    counters.scattered += (tiny + overflowed) as u64;
+    counters.segments += per_tile.map(|pairs| pairs.div_ceil(SEGMENT) as u64).sum::<u64>();
+    counters.scattered += overflowed as u64;
     counters.overflowed += overflowed as u64;
 }

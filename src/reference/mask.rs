@@ -152,7 +152,7 @@ impl MaskInput<'_> {
             let surface = &grid.surfaces[i];
             let mut passed = Vec4::ONE;
             let Some(point) = surface.point.filter(|_| surface.depth < 1.0) else { return passed };
-            for (light, &slot) in self.lighting.lights().iter().zip(&slots.of_lights) {
+            for (light, &slot) in slots.of_lights.iter().enumerate() {
                 if slot == 0 || place(slot).0 != mask {
                     continue;
                 }
@@ -227,23 +227,18 @@ impl Filter<'_> {
             };
             let width = (side as f32 / WIDTHS * nearer * upright).max(0.01);
             let at = UVec2::new(i as u32 % grid.size.x, i as u32 / grid.size.x).as_ivec2();
-            // Gaussian by differences: the ratio of successive taps falls by a constant factor.
-            let narrow = 0.5 / (width * width);
-            let (mut most, mut falls) = ((-narrow).exp(), (-3.0 * narrow).exp());
-            let steeper = (-2.0 * narrow).exp();
-            let (mut sum, mut weights) = (values[i], 1.0);
-            for step in 1..=side {
-                for place in [at - along * step, at + along * step] {
-                    if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
-                        continue;
-                    }
-                    let place = place.as_uvec2();
-                    let weight = most * self.weight(&plane, grid.at(place));
-                    sum += values[(place.y * grid.size.x + place.x) as usize] * weight;
-                    weights += weight;
+            let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
+            for step in -side..=side {
+                let place = at + along * step;
+                if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
+                    continue;
                 }
-                most *= falls;
-                falls *= steeper;
+                let place = place.as_uvec2();
+                let gaussian = (-0.5 * (step as f32 / width).powi(2)).exp();
+                // A surface is its own, whichever way its facet looks.
+                let near = if step == 0 { 1.0 } else { self.weight(&plane, grid.at(place)) };
+                sum += values[(place.y * grid.size.x + place.x) as usize] * gaussian * near;
+                weights += gaussian * near;
             }
             stored(sum / weights)
         })

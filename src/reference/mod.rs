@@ -1,11 +1,11 @@
 //! Reference implementation: a plain CPU twin of each stage.
 pub mod accumulate;
 pub mod air;
+mod area;
 pub mod bin;
 pub mod blur;
 pub mod caster_hit;
 pub mod cluster;
-pub mod colored;
 pub mod curve;
 pub mod dither;
 pub mod filter;
@@ -19,7 +19,6 @@ pub mod order;
 pub mod project;
 pub mod receive;
 pub mod resolve;
-mod scatter;
 mod shade;
 pub mod shading;
 mod sort;
@@ -27,6 +26,7 @@ pub mod texture;
 mod threads;
 pub mod tile;
 
+pub use area::{Fit, POINTS};
 pub use light_points::light_points;
 pub use maps::render_maps;
 pub use mask::Masks;

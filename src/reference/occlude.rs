@@ -1,4 +1,6 @@
-//! Twin of `wgsl/state/depth.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
+//! Reference of `wgsl/state/depth.wgsl` and `colored.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
+//! With coloured dithering each channel has a threshold and an opaque depth of its own, so that three depths hold
+//! coloured layers in any order (McGuire and Enderton 2011).
 use super::{
     caster_hit::{Hit, Records, Target},
     tile::{Tile, TileTexels},
@@ -7,7 +9,7 @@ use crate::{
     model::{Material, Transfer},
     records::Footprint,
 };
-use glam::Vec2;
+use glam::{BVec3, Vec2, Vec3};
 
 /// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones.
 pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
@@ -18,16 +20,21 @@ pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
     }
 }
 
-/// Whether a hit of an opaque material blocks the light at `texel`.
-fn blocks(target: &Target<'_>, texel: Vec2, hit: &Hit) -> bool {
+/// Channels of the light at `texel` that a hit of an opaque material blocks: all, or of coloured dithering those
+/// whose `1 - T` exceeds their own threshold.
+fn blocked_channels(target: &Target<'_>, texel: Vec2, hit: &Hit, colored: bool) -> BVec3 {
     match target.material.transfer {
-        Transfer::Dither => hit.opacity > target.threshold(texel),
-        _ => is_solid(target.material, hit),
+        Transfer::Dither if colored => {
+            let thresholds = [0, 1, 2].map(|channel| target.channel_threshold(texel, channel));
+            (1.0 - hit.light).cmpgt(Vec3::from_array(thresholds))
+        }
+        Transfer::Dither => BVec3::splat(hit.opacity > target.threshold(texel)),
+        _ => BVec3::splat(is_solid(target.material, hit)),
     }
 }
 
 /// Opaque depth whose last bit marks a dithered surface: `filter` fills holes of dithered surfaces only.
-pub(super) fn stored_depth(target: &Target<'_>, hit: &Hit) -> f32 {
+fn stored_depth(target: &Target<'_>, hit: &Hit) -> f32 {
     let dithered = target.material.transfer == Transfer::Dither;
     f32::from_bits(hit.depth.to_bits() & !1 | u32::from(dithered))
 }
@@ -37,23 +44,24 @@ pub fn is_dithered(depth: f32) -> bool {
     depth.to_bits() & 1 == 1
 }
 
-/// Least depth of the solid hits of a tile's texels, 1 if there is none.
+/// Least depth, per channel, of the hits that block a tile's texels; 1 if there is none.
 pub fn occlude<'a>(
     records: Records<'_>,
     tile: &Tile,
     footprints: impl Iterator<Item = &'a Footprint>,
-) -> TileTexels<f32> {
-    let mut nearest = TileTexels::filled(1.0_f32);
+    colored: bool,
+) -> TileTexels<Vec3> {
+    let mut nearest = TileTexels::filled(Vec3::ONE);
     for footprint in footprints {
         let target = Target::new(records, footprint);
         if !target.material.transfer.is_opaque() {
             continue;
         }
         for (place, texel) in target.texels(tile) {
-            if let Some(hit) = target.hit(texel, 1.0)
-                && blocks(&target, texel, &hit)
-            {
-                nearest[place] = nearest[place].min(stored_depth(&target, &hit));
+            if let Some(hit) = target.hit(texel, 1.0) {
+                let blocked = blocked_channels(&target, texel, &hit, colored);
+                let depth = Vec3::splat(stored_depth(&target, &hit));
+                nearest[place] = Vec3::select(blocked, nearest[place].min(depth), nearest[place]);
             }
         }
     }

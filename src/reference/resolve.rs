@@ -1,5 +1,5 @@
-//! Twin of `wgsl/driver/resolve.wgsl`: sums -> `F`, as its texture stores it.
-use super::accumulate::{FIXED_ONE, Light};
+//! Reference of `wgsl/driver/resolve.wgsl`: `F`, as its texture stores it.
+use super::accumulate::FIXED_ONE;
 use glam::{IVec3, Vec3};
 use half::f16;
 
@@ -13,11 +13,7 @@ pub fn passed(sums: IVec3) -> Vec3 {
 
 /// Filter map `F`, rounded to rgba16float. `gain`: values below [`BLACK`] are kept, since a caster may brighten
 /// them.
-pub fn resolve(light: Light, gain: bool) -> [f32; 3] {
-    let light = match light {
-        Light::Passed(light) => light,
-        Light::Sums(sums) => passed(sums),
-    };
+pub fn resolve(light: Vec3, gain: bool) -> [f32; 3] {
     let stored = |light: f32| {
         let light = if !gain && light < BLACK { 0.0 } else { light };
         f16::from_f32(light.min(f16::MAX.to_f32())).to_f32()

@@ -14,7 +14,7 @@ use crate::{
     records::{GpuEmitted, Picture, ViewMaps},
     reference,
     shadows::{Config, check as check_views},
-    view::{atlas::AtlasLimits, fitted_views, views_around},
+    view::{atlas::AtlasLimits, fitted_views, shadow_views, views_around},
 };
 use engine::GpuEngine;
 
@@ -184,10 +184,11 @@ impl Renderer {
             }
             Engine::Cpu => {
                 without_emissions(scene)?;
-                let (views, _) = views_around(scene, &AtlasLimits::CORE, points);
+                let fit = |scene: &Scene| views_around(scene, &AtlasLimits::CORE, points).0;
+                let views = fit(scene);
                 check_views(&views, &scene.shadow)?;
                 let (maps, _) = reference::render_maps(scene, &views);
-                Ok(reference::light_points(scene, &views, &maps, points))
+                Ok(reference::light_points(scene, &views, &maps, &fit, points))
             }
         }
     }
@@ -217,7 +218,7 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     let mut stages = vec![("maps", maps_ms)];
     let mut picture = Picture::default();
     if !options.maps_only {
-        picture = reference::render_picture(scene, &views, &view_maps);
+        picture = reference::render_picture(scene, &views, &view_maps, &shadow_views);
         stages.push(("picture", clock.elapsed().as_secs_f64() * 1e3 - maps_ms));
     }
     view_maps.retain(|maps| options.maps && options.shows(&maps.view));

@@ -7,6 +7,7 @@ pub(crate) mod scenes;
 use gobo::{
     Shadows,
     gpu::{Gpu, KernelDesc, Selection, Tier},
+    records::Picture,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
     shadows::{Config, Pipeline},
@@ -96,6 +97,12 @@ fn any_renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
 pub(crate) fn render(tier: Tier, scene: &Scene) -> Frame {
     let options = RenderOptions { maps: true, light: true, ..RenderOptions::default() };
     frame(tier, scene, true, &options)
+}
+
+/// The picture of the CPU reference.
+pub(crate) fn reference_picture(scene: &Scene) -> Picture {
+    let options = RenderOptions { light: true, ..RenderOptions::default() };
+    Renderer::on_cpu().render(scene, &options).unwrap_or_else(|error| panic!("{error}")).picture
 }
 
 /// As [`render`], without the picture, which takes longer than the maps.

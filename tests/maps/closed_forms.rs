@@ -227,7 +227,7 @@ fn a_shared_edge_is_hit_exactly_once() {
 
 #[test]
 fn a_hundred_thousand_casters_saturate() {
-    for (radius, scattered) in [(20.0, false), (0.4, true)] {
+    for radius in [20.0, 0.4] {
         let mut scene = empty(vec![tinted(Transfer::Filter, Vec4::ONE)]);
         for id in 0..100_000_u32 {
             // Sorted neither way; the nearest is at 0.1.
@@ -237,8 +237,7 @@ fn a_hundred_thousand_casters_saturate() {
                 .particles
                 .push(Particle { id, ..particle(center, radius, Vec4::new(0.2, 0.5, 0.9, 0.7)) });
         }
-        let (maps, counters) = render_maps(&scene, &[flat_view(16, 1.0)]);
-        assert_eq!(counters.scattered > 0, scattered);
+        let (maps, _) = render_maps(&scene, &[flat_view(16, 1.0)]);
         let middle = 7 * 16 + 8;
         assert_eq!(maps[0].filter[middle], [0.0; 3]);
         assert!((maps[0].nearest[middle] - 0.1).abs() < 1e-6);

@@ -99,7 +99,7 @@ fn pictures_match_the_twin() {
         let mut scene = mixture(Pattern::Blue);
         scene.shadow.receiver = receiver;
         let views = shadow_views(&scene);
-        let expected = reference::render_picture(&scene, &views, &twin(&scene)).rgb;
+        let expected = reference::render_picture(&scene, &views, &twin(&scene), &shadow_views).rgb;
         let mut grey = scene.clone();
         grey.shadow.colored = false;
         for tier in tiers() {

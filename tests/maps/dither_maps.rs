@@ -184,7 +184,7 @@ fn the_picture_blends_dithered_glass() {
         assert!(picture.rgb == render(tier, &filtering).picture.rgb);
         assert!(picture.rgb != render(tier, &empty(Vec::new())).picture.rgb);
     }
-    let on_cpu = |scene: &Scene| reference::render_picture(scene, &[], &[]).rgb;
+    let on_cpu = |scene: &Scene| reference::render_picture(scene, &[], &[], &shadow_views).rgb;
     assert!(on_cpu(&dithered) == on_cpu(&filtering));
 }
 
@@ -198,7 +198,7 @@ fn pictures_of_the_scenes_match_the_twin() {
         scene.set_time(0.5);
         let views = shadow_views(&scene);
         let (maps, _) = reference::render_maps(&scene, &views);
-        let expected = reference::render_picture(&scene, &views, &maps).rgb;
+        let expected = reference::render_picture(&scene, &views, &maps, &shadow_views).rgb;
         let actual = render(TIERS[1], &scene).picture.rgb;
         let apart = expected.iter().flatten().zip(actual.iter().flatten());
         let apart = apart.filter(|(a, b)| a.abs_diff(**b) > 4).count();

@@ -2,7 +2,7 @@
 use crate::common::{
     TIERS,
     files::read,
-    render,
+    reference_picture, render,
     scenes::{Chance, empty, light, material, particle, triangle},
     tiers,
 };
@@ -13,7 +13,7 @@ use gobo::{
     },
     records::{Picture, ViewMaps},
     reference::{
-        render_maps, render_picture,
+        render_maps,
         shading::{Lighting, Receiver},
     },
     scene::Scene,
@@ -57,11 +57,6 @@ pub(crate) fn maps(scene: &Scene) -> Vec<ViewMaps> {
     render_maps(scene, &shadow_views(scene)).0
 }
 
-fn twin(scene: &Scene) -> Picture {
-    let views = shadow_views(scene);
-    render_picture(scene, &views, &render_maps(scene, &views).0)
-}
-
 /// Share of the channels that are more than 4 of 255 apart.
 fn share_apart(a: &Picture, b: &Picture) -> f64 {
     assert_eq!(a.size, b.size);
@@ -74,15 +69,8 @@ pub(crate) fn light_at(scene: &Scene, points: &[Vec3]) -> Vec<Vec3> {
     let views = shadow_views(scene);
     let maps = render_maps(scene, &views).0;
     let lighting = Lighting::new(scene, &views, &maps);
-    let light = &lighting.lights()[0];
-    let toward = |p: Vec3| match scene.lights[0].kind {
-        LightKind::Directional { direction } => -direction,
-        LightKind::Spot { position, .. } | LightKind::Point { position } => {
-            (position - p).normalize()
-        }
-    };
     let receiver = Receiver::new(&Material::default(), 0);
-    let at = |&p: &Vec3| lighting.shadow(light, p, Vec3::Y, toward(p), 0.01, receiver);
+    let at = |&p: &Vec3| lighting.shadow(0, p, Vec3::Y, 0.01, receiver);
     points.iter().map(at).collect()
 }
 
@@ -177,7 +165,7 @@ fn crowd() -> Scene {
 fn no_filter_crosses_a_border_of_the_atlas() {
     let scene = crowd();
     let expected = maps(&scene);
-    let picture = twin(&scene);
+    let picture = reference_picture(&scene);
     for tier in tiers() {
         let frame = render(tier, &scene);
         assert_eq!(frame.counters.shrunk, 0);
@@ -197,7 +185,10 @@ fn no_filter_crosses_a_border_of_the_atlas() {
     }
     let mut wrong = scene.clone();
     wrong.lights[1].shadows.pop();
-    assert!(share_apart(&twin(&wrong), &picture) > 1e-3, "a lost shadow would not be noticed");
+    assert!(
+        share_apart(&reference_picture(&wrong), &picture) > 1e-3,
+        "a lost shadow would not be noticed"
+    );
 }
 
 #[test]
@@ -221,7 +212,7 @@ fn maps_that_do_not_fit_are_smaller_and_counted() {
     assert!(frame.counters.shrunk > 0);
     let smaller = sizes(&views).iter().zip(&wished).filter(|(a, b)| a != b).count();
     assert!(frame.counters.shrunk as usize <= smaller);
-    assert!(share_apart(&frame.picture, &twin(&scene)) < 1e-3);
+    assert!(share_apart(&frame.picture, &reference_picture(&scene)) < 1e-3);
 }
 
 #[test]

@@ -50,10 +50,11 @@ fn assert_ordered(scene: &Scene, tolerance: Tolerance) {
     }
 }
 
+/// Of the kernels, and of the reference's curves; its filters sort all hits of a ray.
 fn all_counters(scene: &Scene) -> Vec<Counters> {
-    let mut all = vec![render_maps(scene, &shadow_views(scene)).1];
-    all.extend(tiers().into_iter().map(|tier| crate::common::map_frame(tier, scene).counters));
-    all
+    let kernels = tiers().into_iter().map(|tier| crate::common::map_frame(tier, scene).counters);
+    let reference = scene.shadow.receiver == Receiver::Curve;
+    kernels.chain(reference.then(|| render_maps(scene, &shadow_views(scene)).1)).collect()
 }
 
 /// A slanted blue pane whose nearest point is in front of a red one, and most of it behind.

@@ -107,7 +107,9 @@ fn assert_matches_twin(scene: &Scene) {
         let near = |a: u64, b: u64| a.abs_diff(b) <= b / 1000;
         let counters = &frame.counters;
         assert!(near(counters.visible, counted.visible), "{tier:?} {counters:?} {counted:?}");
-        assert!(near(counters.pairs, counted.pairs), "{tier:?} {counters:?} {counted:?}");
+        // The reference scatters nothing; a tiny particle touches up to four tiles.
+        let pairs = counted.pairs.clamp(counters.pairs, counters.pairs + 4 * counters.scattered);
+        assert!(near(pairs, counted.pairs), "{tier:?} {counters:?} {counted:?}");
     }
 }
 

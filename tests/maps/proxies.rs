@@ -87,7 +87,7 @@ fn proxies_of_the_twin() {
         check(&[kind], &|scene| {
             let views = shadow_views(scene);
             let (maps, _) = render_maps(scene, &views);
-            let picture = render_picture(scene, &views, &maps);
+            let picture = render_picture(scene, &views, &maps, &shadow_views);
             (maps, picture)
         });
     }

@@ -63,7 +63,7 @@ fn stack(form: Form, receives: Receives, id: u32, upper: Transfer) -> Scene {
 fn middles(scene: &Scene) -> Vec<[u8; 3]> {
     let views = shadow_views(scene);
     let (maps, _) = render_maps(scene, &views);
-    let mut all = vec![render_picture(scene, &views, &maps)];
+    let mut all = vec![render_picture(scene, &views, &maps, &shadow_views)];
     all.extend(tiers().into_iter().map(|tier| crate::common::render(tier, scene).picture));
     all.iter().map(|picture| picture.rgb[8 * 16 + 8]).collect()
 }

@@ -2,7 +2,7 @@
 use crate::common::{
     TIERS,
     files::{Folder, read},
-    render,
+    reference_picture, render,
     scenes::{empty, light, pane, particle},
     tiers,
 };
@@ -10,9 +10,8 @@ use gobo::{
     glam::{DVec3, UVec2, Vec3, Vec4},
     model::{Environment, LightKind, Material, Sky, SunDisc, Transfer, irradiance_at},
     records::Picture,
-    reference::{self, shading::Lighting},
+    reference::shading::Lighting,
     scene::{self, Scene},
-    view::shadow_views,
 };
 use std::sync::Arc;
 
@@ -142,18 +141,13 @@ fn metal_in_even_light_is_invisible() {
     scene.triangles = pane(0.1, 2.0, 1).to_vec();
     let mut dark = scene.clone();
     dark.materials.iter_mut().for_each(|material| material.tint *= 0.5);
-    for picture in [twin(&scene), render(TIERS[0], &scene).picture] {
+    for picture in [reference_picture(&scene), render(TIERS[0], &scene).picture] {
         for light in &picture.light {
             let off = (Vec3::from_array(*light) - Vec3::new(0.5, 0.25, 1.0)).abs().max_element();
             assert!(off < 2e-3, "{light:?}");
         }
     }
-    assert!(twin(&dark).light.iter().any(|light| light[1] < 0.2), "nothing is seen");
-}
-
-fn twin(scene: &Scene) -> Picture {
-    let views = shadow_views(scene);
-    reference::render_picture(scene, &views, &reference::render_maps(scene, &views).0)
+    assert!(reference_picture(&dark).light.iter().any(|light| light[1] < 0.2), "nothing is seen");
 }
 
 fn share_apart(a: &Picture, b: &Picture) -> f64 {
@@ -204,7 +198,7 @@ fn stage() -> Scene {
 #[test]
 fn pictures_match_the_twin() {
     let scene = stage();
-    let expected = twin(&scene);
+    let expected = reference_picture(&scene);
     for tier in TIERS {
         let apart = share_apart(&render(tier, &scene).picture, &expected);
         assert!(apart <= GRAZED, "{tier:?}: {apart}");
@@ -213,7 +207,7 @@ fn pictures_match_the_twin() {
     let plain = Scene { environment: None, background: Vec3::splat(0.4), ..scene.clone() };
     let mut dull = plain.clone();
     dull.materials.iter_mut().for_each(|material| material.metallic = 0.0);
-    let expected_plain = twin(&plain);
+    let expected_plain = reference_picture(&plain);
     for tier in tiers() {
         let picture = render(tier, &plain).picture;
         assert!(share_apart(&picture, &expected_plain) <= GRAZED, "{tier:?}");

@@ -1,10 +1,8 @@
 //! The lit picture: kernels against the twin, and both against reviewed pictures.
-use crate::common::{TIERS, files::read, render, tiers};
+use crate::common::{TIERS, files::read, reference_picture, render, tiers};
 use gobo::{
     records::Picture,
-    reference,
     scene::{self, Scene},
-    view::shadow_views,
 };
 use nv_flip::{FlipImageRgb8, FlipPool};
 use std::path::{Path, PathBuf};
@@ -30,12 +28,6 @@ fn small(name: &str) -> Scene {
         .map(|(key, value)| (key.to_owned(), value.to_owned()));
     scene::load_with(&file(&format!("data/{name}.toml")), &set)
         .unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn twin(scene: &Scene) -> Picture {
-    let views = shadow_views(scene);
-    let (maps, _) = reference::render_maps(scene, &views);
-    reference::render_picture(scene, &views, &maps)
 }
 
 fn share_apart(a: &Picture, b: &Picture) -> f64 {
@@ -66,7 +58,7 @@ fn golden(name: &str) -> Picture {
 fn kernels_match_the_twin() {
     for name in SCENES {
         let scene = small(name);
-        let expected = twin(&scene);
+        let expected = reference_picture(&scene);
         for tier in TIERS {
             let apart = share_apart(&render(tier, &scene).picture, &expected);
             assert!(apart <= GRAZED, "{name}, {tier:?}: {apart} of the channels");
@@ -94,8 +86,8 @@ fn no_light_leaks_through_seams() {
         format!("{lamp}[[shape]]\nkind = 'box'\nmaterial = 'iron'\ntranslation = [0, 1, 0]\n");
     let brightest = |picture: &Picture| picture.rgb.iter().flatten().copied().max();
     let (open, closed) = (read(lamp).unwrap(), read(&closed).unwrap());
-    assert!(brightest(&twin(&open)) > Some(99));
-    assert_eq!(brightest(&twin(&closed)), Some(0));
+    assert!(brightest(&reference_picture(&open)) > Some(99));
+    assert_eq!(brightest(&reference_picture(&closed)), Some(0));
     for tier in tiers() {
         assert_eq!(brightest(&render(tier, &closed).picture), Some(0), "{tier:?}");
     }
@@ -107,7 +99,7 @@ fn a_missing_light_is_noticed() {
     let mut darker = whole.clone();
     darker.lights.truncate(1);
     let picture = render(TIERS[1], &darker).picture;
-    assert!(share_apart(&picture, &twin(&whole)) > GRAZED);
+    assert!(share_apart(&picture, &reference_picture(&whole)) > GRAZED);
     assert!(flip(&picture, &golden("mixed")) > LOOKS_THE_SAME);
 }
 

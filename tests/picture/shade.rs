@@ -1,6 +1,6 @@
 //! The lit picture: kernels against the twin, and expected contents of pictures.
 use crate::common::{
-    TIERS, render,
+    TIERS, reference_picture, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
@@ -12,9 +12,7 @@ use gobo::{
         Transfer, Triangle,
     },
     records::Picture,
-    reference,
     scene::Scene,
-    view::shadow_views,
 };
 
 const STONE: u32 = 0;
@@ -85,12 +83,6 @@ fn stage() -> Scene {
     scene
 }
 
-fn twin(scene: &Scene) -> Picture {
-    let views = shadow_views(scene);
-    let (maps, _) = reference::render_maps(scene, &views);
-    reference::render_picture(scene, &views, &maps)
-}
-
 /// Mean difference of the channels, and the share of them that differ by more than 4, of 255.
 fn apart(a: &Picture, b: &Picture) -> (f64, f64) {
     assert_eq!(a.size, b.size);
@@ -103,7 +95,7 @@ fn apart(a: &Picture, b: &Picture) -> (f64, f64) {
 }
 
 fn assert_matches_twin(scene: &Scene) {
-    let expected = twin(scene);
+    let expected = reference_picture(scene);
     for tier in TIERS {
         let (mean, off) = apart(&render(tier, scene).picture, &expected);
         assert!(mean < 1.0 && off < 1e-3, "{tier:?}: mean {mean}, {off} of the channels off");
@@ -130,7 +122,7 @@ fn a_missing_pane_is_noticed() {
     let scene = stage();
     let mut without = scene.clone();
     without.triangles.retain(|t| t.material != GLASS);
-    let (mean, off) = apart(&render(Tier::Native, &without).picture, &twin(&scene));
+    let (mean, off) = apart(&render(Tier::Native, &without).picture, &reference_picture(&scene));
     assert!(mean >= 1.0 && off >= 1e-3, "mean {mean}, {off} of the channels off");
 }
 
@@ -185,8 +177,9 @@ const UNSEEN: u8 = 1;
 fn assert_same_beside_unseen_discs(scene: &Scene, center: Vec3) {
     let mut crowded = scene.clone();
     crowded.particles.extend(unseen_discs(center, 0.1));
-    let expected = twin(scene);
-    let mut pictures = vec![("twin".to_owned(), twin(&crowded), twin(scene))];
+    let expected = reference_picture(scene);
+    let mut pictures =
+        vec![("twin".to_owned(), reference_picture(&crowded), reference_picture(scene))];
     for tier in tiers() {
         let [crowded, plain] = [&crowded, scene].map(|scene| render(tier, scene).picture);
         pictures.push((format!("{tier:?}"), crowded, plain));
@@ -286,7 +279,7 @@ fn smoke_before_a_slanted_pane_keeps_its_colour() {
         let smoke = particle(Vec3::new(0.0, 0.0, 0.5), 0.4, Vec4::new(0.0, 0.0, 1.0, 1.0));
         scene.particles.push(Particle { material: SMOKE, ..smoke });
     }
-    for picture in [twin(&scene), render(Tier::Core, &scene).picture] {
+    for picture in [reference_picture(&scene), render(Tier::Core, &scene).picture] {
         let [red, _, blue] = middle(&picture);
         assert!(blue > 100 && red < 60, "{:?}", middle(&picture));
     }
@@ -308,7 +301,7 @@ fn emission_is_that_of_its_texture() {
         }
         scene.triangles.extend(faces);
         let pictures = TIERS.map(|tier| render(tier, &scene).picture);
-        for picture in pictures.into_iter().chain([twin(&scene)]) {
+        for picture in pictures.into_iter().chain([reference_picture(&scene)]) {
             let row = 32 * picture.size.x as usize;
             // u = 0.25 is 0.5 m left of the middle, of 64 pixels for 5.07 m.
             let [left, right] = [25, 38].map(|x| Vec3::from(picture.light[row + x]));
@@ -325,7 +318,7 @@ fn row_0_is_the_top() {
     scene.triangles.truncate(2);
     scene.camera.eye = Vec3::new(0.0, 1.0, 6.0);
     scene.camera.target = Vec3::Y;
-    for picture in [twin(&scene), render(Tier::Core, &scene).picture] {
+    for picture in [reference_picture(&scene), render(Tier::Core, &scene).picture] {
         let column = picture.size.x as usize / 2;
         let [sky, floor] = [picture.rgb[column], picture.rgb[picture.rgb.len() - column]];
         assert!(sky[2] > sky[0] && floor[0] >= floor[2], "{sky:?} above {floor:?}");

@@ -1,6 +1,6 @@
 //! Single wrong pixels on surfaces that are seen or lit at grazing angles.
 use crate::common::{
-    render,
+    reference_picture, render,
     scenes::{empty, light, material, triangle},
     tiers,
 };
@@ -8,16 +8,12 @@ use gobo::{
     glam::{UVec2, Vec3, Vec4},
     model::{Light, LightKind, Material, Receiver, Source, Transfer, Triangle},
     records::Picture,
-    reference,
     scene::Scene,
-    view::shadow_views,
 };
 use std::f32::consts::PI;
 
 fn pictures(scene: &Scene) -> Vec<Picture> {
-    let views = shadow_views(scene);
-    let (maps, _) = reference::render_maps(scene, &views);
-    let twin = reference::render_picture(scene, &views, &maps);
+    let twin = reference_picture(scene);
     tiers().into_iter().map(|tier| render(tier, scene).picture).chain([twin]).collect()
 }
 

@@ -38,7 +38,8 @@ fn shares(failures: &Failures, points: &[(f32, f32)]) -> Vec<Vec3> {
     let point =
         |&(x, z): &(f32, f32)| ReceiverPoint { position: Vec3::new(x, 0.0, z), normal: Vec3::Y };
     let points: Vec<_> = points.iter().map(point).collect();
-    reference::light_points(scene, views, maps, &points).into_iter().map(Vec3::from).collect()
+    let shares = reference::light_points(scene, views, maps, &shadow_views, &points);
+    shares.into_iter().map(Vec3::from).collect()
 }
 
 /// Length inside a sphere of the sunbeam to a point of the ground [m].
@@ -68,7 +69,8 @@ fn seen(failures: &Failures, x: f32) -> [Vec3; 2] {
     // 101 pixels; the rows are 40 off the middle one.
     scene.camera.size = UVec2::new(9, 101);
     scene.camera.fov_y = 2.0 * (middle / HEIGHT * 50.5 / 40.0).atan();
-    let light = reference::render_picture(&scene, &failures.views, &failures.maps).light;
+    let Failures { views, maps, .. } = &failures;
+    let light = reference::render_picture(&scene, views, maps, &shadow_views).light;
     [10, 90].map(|row| light[row * 9 + 4].into())
 }
 

@@ -161,7 +161,7 @@ fn kernel_equals_twin() {
         let views = shadow_views(&scene);
         for tier in TIERS {
             let maps = map_frame(tier, &scene).maps;
-            let expected = light_points(&scene, &views, &maps, &points);
+            let expected = light_points(&scene, &views, &maps, &shadow_views, &points);
             let actual = Renderer::on(gpu(tier)).unwrap().light_points(&scene, &points).unwrap();
             assert_eq!(actual.len(), 9000);
             let apart = |a: &[f32; 3], b: &[f32; 3]| {

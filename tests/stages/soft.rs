@@ -1,17 +1,17 @@
-//! Area lights: the look-up against many points on the light, against closed forms and against its twin.
+//! Area lights: look-up and CPU reference against many points on the light, and pictures of both.
 use crate::common::{
     TIERS, area_truth,
     area_truth::degrees,
-    gpu, map_frame,
+    gpu, reference_picture, render,
     scenes::{Chance, empty, light, material, triangle},
 };
 use gobo::{
-    Light, LightKind, Material, Receiver, ReceiverPoint, Source, Transfer, Triangle,
-    glam::{Vec3, Vec4},
-    reference::light_points,
+    Light, LightKind, MaskSettings, Material, Receiver, ReceiverPoint, Source, Transfer, Triangle,
+    glam::{UVec2, Vec3, Vec4},
+    gpu::Tier,
+    model::Air,
     render::Renderer,
     scene::Scene,
-    view::shadow_views,
 };
 
 pub(super) const GROUND: u32 = 0;
@@ -117,9 +117,22 @@ pub(super) fn sources() -> Vec<(&'static str, Light)> {
     ]
 }
 
-pub(super) fn on_cpu(scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
-    let shares = Renderer::on_cpu().light_points(scene, points).unwrap();
+fn shares(renderer: &mut Renderer, scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
+    let shares = renderer.light_points(scene, points).unwrap();
     shares.into_iter().map(Vec3::from_array).collect()
+}
+
+pub(super) fn on_tier(tier: Tier, scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
+    shares(&mut Renderer::on(gpu(tier)).unwrap(), scene, points)
+}
+
+/// The look-up of kernels.
+pub(super) fn on_gpu(scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
+    on_tier(TIERS[0], scene, points)
+}
+
+fn on_cpu(scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
+    shares(&mut Renderer::on_cpu(), scene, points)
 }
 
 /// Mean absolute error over points and channels.
@@ -131,33 +144,40 @@ pub(super) fn mean_error(scene: &Scene, points: &[ReceiverPoint], found: &[Vec3]
     points.iter().zip(found).map(apart).sum::<f64>() / points.len() as f64
 }
 
-fn assert_accurate(sources: impl Iterator<Item = (&'static str, Light)>) {
+/// Mean errors of the look-up for [`sources`], as measured, and a fifth more.
+const ACCURACY: [f64; 7] = [0.0186, 0.0101, 0.0158, 0.0144, 0.0108, 0.006, 0.005];
+/// Of the reference: half that of its points along a straight edge, as most receivers are in no penumbra.
+const MEAN_OF_POINTS: f64 = 0.005;
+
+fn assert_accurate(sources: impl Iterator<Item = (usize, (&'static str, Light))>) {
     let mut scene = crowd();
     // No point is inside a box.
     let mut points = grid(36, 1.8);
     points.retain(|p| {
         !(-1.25..-0.65).contains(&p.position.x) || !(-0.45..0.15).contains(&p.position.z)
     });
-    for (name, source) in sources {
+    for (number, (name, source)) in sources {
         scene.lights = vec![source.clone()];
-        let soft = mean_error(&scene, &points, &on_cpu(&scene, &points));
+        let soft = mean_error(&scene, &points, &on_gpu(&scene, &points));
+        let reference = mean_error(&scene, &points, &on_cpu(&scene, &points));
         let hard = Scene { lights: vec![Light { source: None, ..source }], ..scene.clone() };
-        let hard = mean_error(&scene, &points, &on_cpu(&hard, &points));
-        println!("{name}: {soft:.4}, of one place {hard:.4}");
-        assert!(soft < 0.02, "{name}: {soft}");
+        let hard = mean_error(&scene, &points, &on_gpu(&hard, &points));
+        println!("{name}: {soft:.4}, of one point {hard:.4}, reference {reference:.4}");
+        assert!(soft < ACCURACY[number], "{name}: {soft}");
         assert!(soft < 0.5 * hard, "{name}: {soft} {hard}");
+        assert!(reference < MEAN_OF_POINTS, "{name}: {reference}");
     }
 }
 
 #[test]
-fn a_sphere_and_a_panel_are_as_many_places_of_them() {
-    assert_accurate(sources().into_iter().filter(|(name, _)| ["sphere", "panel"].contains(name)));
+fn a_sphere_and_a_panel_are_as_many_points_of_them() {
+    assert_accurate(sources().into_iter().enumerate().filter(|(i, _)| [0, 4].contains(i)));
 }
 
 #[test]
-#[ignore = "a thousand places on each of seven lights: make test-all"]
-fn sources_are_as_many_places_of_them() {
-    assert_accurate(sources().into_iter());
+#[ignore = "a thousand points on each of seven lights: make test-all"]
+fn sources_are_as_many_points_of_them() {
+    assert_accurate(sources().into_iter().enumerate());
 }
 
 /// A long panel above bars that run along it: sharp across them, however the map's axes lie.
@@ -175,7 +195,7 @@ fn a_panel_may_be_turned_against_the_map() {
     let kind = LightKind::Point { position };
     scene.lights = vec![Light { source: Some(source), size: Some(512), ..light(kind) }];
     let points = grid(16, 1.0);
-    let error = mean_error(&scene, &points, &on_cpu(&scene, &points));
+    let error = mean_error(&scene, &points, &on_gpu(&scene, &points));
     assert!(error < 0.015, "{error}");
 }
 
@@ -192,8 +212,7 @@ fn without_a_size_the_bits_are_those_of_a_point() {
         let with = |source: Option<Source>, of: &Light| {
             let lights = vec![Light { source, size: Some(96), ..of.clone() }];
             let scene = Scene { lights, ..crowd() };
-            let gpu = Renderer::on(gpu(TIERS[0])).unwrap().light_points(&scene, &points).unwrap();
-            (on_cpu(&scene, &points), gpu)
+            (on_cpu(&scene, &points), on_gpu(&scene, &points))
         };
         let (point, sized) = (with(None, &source), with(source.source, &source));
         assert_eq!(with(Some(none), &source), point, "{name}");
@@ -202,8 +221,10 @@ fn without_a_size_the_bits_are_those_of_a_point() {
     }
 }
 
+/// All sources at once, with cascades, at points on the ground and in the air: tiers differ by rounding, and each light
+/// from the reference by no more than on the ground.
 #[test]
-fn kernel_equals_twin_and_itself() {
+fn every_tier_is_as_many_points_of_all_lights() {
     let mut chance = Chance::new(9);
     let mut points = grid(28, 1.9);
     points.extend((0..800).map(|i| {
@@ -218,25 +239,47 @@ fn kernel_equals_twin_and_itself() {
         let small = |(_, light)| Light { size: Some(128), ..light };
         scene.lights = sources().into_iter().map(small).collect();
         scene.lights[5].cascades = Some(gobo::Cascades::default());
-        let views = shadow_views(&scene);
-        for tier in TIERS {
-            let maps = map_frame(tier, &scene).maps;
-            let expected = light_points(&scene, &views, &maps, &points);
-            let mut renderer = Renderer::on(gpu(tier)).unwrap();
-            let actual = renderer.light_points(&scene, &points).unwrap();
-            assert_eq!(actual, renderer.light_points(&scene, &points).unwrap());
-            let apart = |(a, b): (&[f32; 3], &[f32; 3])| {
-                (Vec3::from_array(*a) - Vec3::from_array(*b)).abs().max_element()
-            };
-            let pairs = actual.iter().zip(&expected);
-            let (at, worst) = pairs
-                .map(apart)
-                .enumerate()
-                .fold((0, 0.0), |worst, own| if own.1 > worst.1 { own } else { worst });
-            let (of, point) = (at % 7, points[at / 7]);
-            assert!(worst <= 1e-3, "{receiver:?} {tier}: {worst} light {of} {point:?}");
-            let grey = actual.iter().filter(|share| share[1] > 0.05 && share[1] < 0.95).count();
-            assert!(grey > 1000, "{grey}");
+        let expected = on_cpu(&scene, &points);
+        let [core, native] = TIERS.map(|tier| on_tier(tier, &scene, &points));
+        assert_eq!(core, on_gpu(&scene, &points));
+        let apart = |a: &Vec3, b: &Vec3| (*a - *b).abs().max_element();
+        let worst = core.iter().zip(&native).map(|(a, b)| apart(a, b)).fold(0.0, f32::max);
+        assert!(worst <= 1e-3, "{receiver:?}: {worst}");
+        for light in 0..7 {
+            let of_light = || (light..core.len()).step_by(7);
+            let errors = of_light().map(|i| (core[i] - expected[i]).abs().element_sum() / 3.0);
+            let mean = errors.sum::<f32>() / points.len() as f32;
+            println!("{receiver:?}, light {light}: {mean:.4}");
+            assert!(mean < 0.03, "{receiver:?}, light {light}: {mean}");
+            let grey = of_light().filter(|&i| expected[i].y > 0.05 && expected[i].y < 0.95);
+            assert!(grey.count() > 100, "{receiver:?}, light {light}");
         }
+    }
+}
+
+/// Pictures through the maps, through masks, and through air.
+#[test]
+fn pictures_are_the_mean_of_those_of_the_lights_points() {
+    let mut scene = crowd();
+    scene.camera.size = UVec2::new(96, 72);
+    scene.shadow.receiver = Receiver::Curve;
+    scene.lights = sources().into_iter().step_by(3).map(|(_, light)| light).collect();
+    for light in &mut scene.lights {
+        let is_sun = matches!(light.kind, LightKind::Directional { .. });
+        (light.size, light.intensity) = (Some(256), if is_sun { 1.0 } else { 6.0 });
+    }
+    let mask = MaskSettings { half: false, ..MaskSettings::default() };
+    let scattering = Vec3::splat(0.05);
+    let air = Air { scattering, extinction: scattering, ambient: 0.0, anisotropy: 0.0, steps: 12 };
+    for (mask, air) in [(None, None), (Some(mask), None), (None, Some(air))] {
+        (scene.mask, scene.air) = (mask, air);
+        let expected = reference_picture(&scene);
+        let found = render(TIERS[0], &scene).picture;
+        let apart = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).map(|c| a[c].abs_diff(b[c])).max();
+        let steps: Vec<_> = found.rgb.iter().zip(&expected.rgb).filter_map(apart).collect();
+        let mean = steps.iter().map(|&v| f64::from(v)).sum::<f64>() / steps.len() as f64;
+        let far = steps.iter().filter(|&&v| v > 24).count() as f64 / steps.len() as f64;
+        println!("{mean:.2} of 255, {far:.4} far");
+        assert!(mean < 2.5 && far < 0.01, "{mean} {far}");
     }
 }

@@ -1,5 +1,5 @@
 //! Area lights: shadows of single shapes, against closed forms and many points on the light.
-use super::soft::{GREEN, GROUND, RED, grid, ground, mean_error, on_cpu, sheet, sources, spot};
+use super::soft::{GREEN, GROUND, RED, grid, ground, mean_error, on_gpu, sheet, sources, spot};
 use crate::common::{area_truth, area_truth::degrees, scenes::light};
 use gobo::{
     Light, LightKind, Receiver, ReceiverPoint, Source,
@@ -32,7 +32,7 @@ fn penumbrae_widen_with_the_distance() {
                 normal: Vec3::Y,
             })
             .collect();
-        let found = on_cpu(&scene, &points);
+        let found = on_gpu(&scene, &points);
         let mut error = 0.0;
         for (i, share) in found.iter().enumerate() {
             let truth = (at(i) / expected + 0.5).clamp(0.0, 1.0);
@@ -63,7 +63,7 @@ fn faces_of_a_cube_share_their_penumbrae() {
     let at = |i: usize| Vec3::new(1.0 + i as f32 * 0.01, 0.0, 0.3);
     let points: Vec<_> =
         (0..180).map(|i| ReceiverPoint { position: at(i), normal: Vec3::Y }).collect();
-    let found = on_cpu(&scene, &points);
+    let found = on_gpu(&scene, &points);
     let error = mean_error(&scene, &points, &found);
     assert!(error < 0.02, "{error}");
     for (i, pair) in found.windows(2).enumerate() {
@@ -84,10 +84,10 @@ fn a_slanted_roof_lets_nothing_through() {
         point.position += Vec3::new(-0.95, 0.0, -0.75);
     }
     let brightest = |shares: Vec<Vec3>| shares.iter().map(|v| v.max_element()).fold(0.0, f32::max);
-    let through = brightest(on_cpu(&scene, &points));
+    let through = brightest(on_gpu(&scene, &points));
     assert!(through < 2e-4, "{through}");
     scene.triangles.truncate(2);
-    assert_eq!(brightest(on_cpu(&scene, &points)), 1.0);
+    assert_eq!(brightest(on_gpu(&scene, &points)), 1.0);
 }
 
 /// A narrow slat that rises from end to end: along its shadow spots go from one level to the next.
@@ -104,7 +104,7 @@ fn a_rising_slat_has_an_even_shadow() {
     let points: Vec<_> = (0..400)
         .map(|i| ReceiverPoint { position: below(on_slat(i)).with_y(0.0), normal: Vec3::Y })
         .collect();
-    let found = on_cpu(&scene, &points);
+    let found = on_gpu(&scene, &points);
     let errors: Vec<f64> = points
         .iter()
         .zip(&found)
@@ -147,7 +147,7 @@ fn a_rising_pane_has_an_even_shadow() {
                 .map(|i| ReceiverPoint { position: below(on_pane(i)).with_y(0.0), normal: Vec3::Y })
                 .collect();
             let tint = Vec3::new(0.9, 0.1, 0.2);
-            let worst = on_cpu(&scene, &points)
+            let worst = on_gpu(&scene, &points)
                 .iter()
                 .map(|found| (*found - tint).abs().max_element())
                 .fold(0.0, f32::max);
@@ -162,7 +162,7 @@ fn a_rising_pane_has_an_even_shadow() {
 fn along_a_bar(scene: &Scene, rows: &[Vec<ReceiverPoint>]) -> (f64, f64) {
     let (mut mean, mut ripple) = (0.0, 0.0_f64);
     for points in rows {
-        let found = on_cpu(scene, points);
+        let found = on_gpu(scene, points);
         let error = |(point, found): (&ReceiverPoint, &Vec3)| {
             let truth = area_truth::share(scene, &scene.lights[0], point.position, point.normal);
             found.as_dvec3() - truth
@@ -243,7 +243,7 @@ fn a_bar_in_a_fade_is_not_as_sharp_as_the_map() {
             normal: Vec3::X,
         })
         .collect();
-    for (point, found) in points.iter().zip(on_cpu(&scene, &points)) {
+    for (point, found) in points.iter().zip(on_gpu(&scene, &points)) {
         let truth = area_truth::share(&scene, &scene.lights[0], point.position, point.normal);
         let error = (truth - found.as_dvec3()).abs().max_element();
         assert!(error < 0.1, "{truth} {found} at {}", point.position);
@@ -252,7 +252,7 @@ fn a_bar_in_a_fade_is_not_as_sharp_as_the_map() {
 
 /// Largest error of a channel over points.
 fn worst_error(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
-    let found = on_cpu(scene, points);
+    let found = on_gpu(scene, points);
     let apart = |(point, found): (&ReceiverPoint, &Vec3)| {
         let truth = area_truth::share(scene, &scene.lights[0], point.position, point.normal);
         (truth - found.as_dvec3()).abs().max_element()

@@ -1,5 +1,5 @@
 // Source of a child of a block: beyond the edge of a cube's face a child of the neighbour, else the nearest
-// one. CPU twin: src/reference/shading/levels.rs.
+// one.
 
 import package::curve::node::DEPTHS;
 import package::records::area::leveled_view;

@@ -1,7 +1,6 @@
 // Where one level hands over to the next, each occluder counts with a share that falls linearly over a range
 // of depths. A block's ramp has the mean depth of its texels', and so the same share. Split at one depth,
-// ramps of different lengths would have different shares, and the shadow a bright line. CPU twin:
-// src/reference/shading/level_light.rs.
+// ramps of different lengths would have different shares, and the shadow a bright line.
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;

@@ -1,4 +1,4 @@
-// Light of a window of a level's blocks. CPU twin: src/reference/shading/level_light.rs.
+// Light of a window of a level's blocks.
 
 import choice::blocks::block_nodes;
 import package::curve::node::{node_start, quick_length, quick_light};

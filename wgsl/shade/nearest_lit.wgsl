@@ -1,5 +1,5 @@
 // What occluders let through that another one hides from the light's centre: as in the nearest block that is
-// lit. CPU twin: src/reference/shading/nearest_lit.rs.
+// lit.
 
 import choice::blocks::block_nodes;
 import package::curve::node::{node_start, quick_length, quick_light};

@@ -1,4 +1,4 @@
-// An area light as a receiver sees it, in the plane of a map. CPU twin: src/reference/shading/outline.rs.
+// An area light as a receiver sees it, in the plane of a map.
 
 import package::records::area::{AREA_FLAT, AREA_SUN, GpuArea};
 import package::records::light::GpuLight;

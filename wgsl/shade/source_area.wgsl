@@ -1,5 +1,5 @@
 // Transmittance from an area light to a point, from the widest spots to the sharpest, from the light on.
-// CPU twin: src/reference/shading/soft.rs.
+// Truth: tests/common/area_truth.rs.
 
 import package::curve::node::DEPTHS;
 import package::features::HAS_GAIN;

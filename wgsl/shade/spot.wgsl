@@ -1,5 +1,5 @@
 // The part of a shadow map that an area light covers, seen from a point through an occluder's depth: a
-// spot. CPU twin: src/reference/shading/soft.rs, `Spot`.
+// spot.
 
 import package::curve::node::DEPTHS;
 import package::records::area::GpuArea;

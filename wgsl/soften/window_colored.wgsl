@@ -1,5 +1,4 @@
-// Summary of the dithered surfaces in a run of texels, per channel. CPU twin: src/reference/colored.rs,
-// `Run`.
+// Summary of the dithered surfaces in a run of texels, per channel.
 
 import package::records::opaque_depth::is_dithered;
 

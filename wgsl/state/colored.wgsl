@@ -1,4 +1,4 @@
-// State: nearest opaque depth per channel of four texels. CPU twin: src/reference/colored.rs.
+// State: nearest opaque depth per channel of four texels. CPU twin: src/reference/occlude.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::{colored, opaques};

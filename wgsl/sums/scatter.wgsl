@@ -1,5 +1,4 @@
-// Adds one caster's light at one texel straight to the sums: the scatter path. CPU twin:
-// src/reference/scatter.rs.
+// Adds one caster's light at one texel straight to the sums: the scatter path.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::opaques;

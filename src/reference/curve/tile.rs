@@ -16,8 +16,7 @@ use crate::{
         accumulate::VISIBLE_OPACITY,
         caster_hit::{Hit, Records, Target},
         order::HitOrder,
-        resolve,
-        scatter::ScatterSums,
+        resolve::passed,
         tile::{TEXELS, Tile, TileTexels},
     },
 };
@@ -160,7 +159,6 @@ pub fn curves(
     index: u32,
     footprints: &[(&Footprint, u32)],
     opaque: &TileTexels<f32>,
-    scattered: Option<&ScatterSums>,
     modes: CurveModes,
 ) -> TileTexels<CurveTexel> {
     let tile = Tile::new(records.view, index);
@@ -188,8 +186,7 @@ pub fn curves(
         }
     }
     for place in 0..TEXELS {
-        let rest = scattered.map(|sums| sums.texel(index, place));
-        finish(&mut texels[place], rest, modes);
+        finish(&mut texels[place], modes);
         // With `over`, light may grow inside a body; ramps of several segments are merged ones.
         if !modes.over && !modes.slabs && footprints.len() <= modes.segment {
             texels[place].curve.split_bodies(usize::from(modes.softening));
@@ -226,35 +223,31 @@ fn follow(texel: &mut Texel, segment: &Texel, modes: CurveModes) {
     texel.nearest = texel.nearest.min(segment.nearest);
 }
 
-/// Adds `rest`, optical depth and nearest depth of scattered casters, behind all pairs.
-fn finish(texel: &mut Texel, rest: Option<(IVec3, f32)>, modes: CurveModes) {
+/// Adds what volumes absorb that no pair of faces has shown.
+fn finish(texel: &mut Texel, modes: CurveModes) {
     if modes.volumes
         && let Some(ramp) = texel.inside.begin()
     {
         texel.ramp(ramp);
         texel.flush(modes);
     }
-    let (tau, nearest) = rest.unwrap_or((IVec3::ZERO, 1.0));
-    let mut light = resolve::passed(tau);
+    let mut light = Vec3::ONE;
     if modes.volumes {
         // The sums of the faces are those of nearest-depth mode.
-        let tau = texel.inside.tau.wrapping_add(tau);
+        let tau = texel.inside.tau;
         let tau = if modes.gain { tau } else { tau.max(IVec3::ZERO) };
         let is = texel.passed.scale + texel.passed.added;
-        let should = (texel.surfaces.scale + texel.surfaces.added) * resolve::passed(tau);
+        let should = (texel.surfaces.scale + texel.surfaces.added) * passed(tau);
         light = should / is.max(Vec3::splat(1e-9));
         if (light - Vec3::ONE).abs().max_element() < ROUNDING {
             light = Vec3::ONE;
         }
     }
     if light != Vec3::ONE {
-        // Pairs get capacity front to back: overflowing casters are behind.
-        let depth = if nearest < 1.0 { nearest } else { texel.nearest };
-        let depth = depth.max(texel.curve.last_end());
+        let depth = texel.nearest.max(texel.curve.last_end());
         texel.curve.insert(depth, depth, light);
         texel.passed = texel.passed.then(Affine { scale: light, added: Vec3::ZERO });
     }
-    texel.nearest = texel.nearest.min(nearest);
     if texel.inside.leaves > 0 {
         // The light is inside a volume.
         texel.nearest = 0.0;

@@ -6,6 +6,7 @@ mod seen;
 
 use super::{
     air::{AirBefore, AirVolume},
+    area::{Fit, mean_over_points},
     caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
@@ -26,13 +27,20 @@ use std::ops::RangeInclusive;
 
 /// Transmittance below which nothing behind is visible.
 pub const FAINT: f32 = 1.0 / 1024.0;
-/// The lit picture; `maps` of `views`: the shadow views of the scene's lights.
-pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Picture {
+
+/// The lit picture; `maps` of `views`: the shadow views of the scene's lights. `fit`: fits those of area lights'
+/// points.
+pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps], fit: Fit<'_>) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
-    let lighting = Lighting::new(scene, views, maps);
+    // All samples at once, since the maps of a light's points are rendered once.
+    let light = mean_over_points(scene, views, maps, fit, |points| {
+        let lighting = Lighting::of_points(scene, points);
+        let cameras = scene.sample_offsets().map(|offset| camera.clone().through(offset));
+        cameras.flat_map(|camera| render_sample(scene, &lighting, &camera)).collect()
+    });
     let mut mean = MeanPicture::new(scene);
-    for offset in scene.sample_offsets() {
-        mean.add(render_sample(scene, &lighting, &camera.clone().through(offset)));
+    for sample in light.chunks(scene.camera.size.element_product() as usize) {
+        mean.add(sample.iter().copied());
     }
     mean.picture()
 }
@@ -79,7 +87,7 @@ impl MeanPicture {
     }
 }
 
-/// Shadow masks of the picture in their stored format; `None` if the scene has no mask settings.
+/// Shadow masks of the picture in their stored format, of area lights those of points; `None` if the scene has no mask settings.
 pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option<Masks> {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let lighting = Lighting::new(scene, views, maps);

@@ -1,24 +1,16 @@
 //! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
 //! its reflection to the camera.
-pub mod level_light;
-mod levels;
-pub mod nearest_lit;
-mod outline;
 mod receive;
-pub mod soft;
-pub mod spot;
 mod taps;
 mod tone;
 
 pub use tone::{shown, to_screen, to_srgb};
 
-use levels::Levels;
-
-use super::{air::phase, mask::Masks};
+use super::{air::phase, area::LightPoints, mask::Masks};
 use crate::{
     model::{
-        Environment, IRRADIANCE, LEVELS, Material, ROUGH_SIZE, ReceiverPoint, Receives, Scene,
-        View, irradiance_at, place_of,
+        Environment, IRRADIANCE, LEVELS, Light, Material, ROUGH_SIZE, ReceiverPoint, Receives,
+        Scene, View, irradiance_at, place_of,
     },
     records::{
         GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, ViewMaps, owner_tag,
@@ -30,10 +22,11 @@ use std::f32::consts::FRAC_1_PI;
 /// Lights, shadow maps and environment of a picture.
 #[derive(Clone, Debug)]
 pub struct Lighting<'a> {
-    records: LightRecords,
-    /// Levels of the views of area lights.
-    levels: Levels,
-    maps: &'a [ViewMaps],
+    lights: Vec<GpuLight>,
+    /// The point of each light that its maps are rendered from.
+    points: Vec<GpuLight>,
+    views: Vec<GpuView>,
+    maps: Vec<&'a ViewMaps>,
     /// Mean ambient radiance over all directions.
     ambient: Vec3,
     irradiance: [Vec3; IRRADIANCE],
@@ -142,14 +135,21 @@ impl Gloss {
 
 impl<'a> Lighting<'a> {
     /// `maps` of `views`: the shadow views of the scene's lights.
-    pub fn new(scene: &'a Scene, views: &[View], maps: &'a [ViewMaps]) -> Self {
-        let of_views = views.iter().map(|view| view.to_gpu(0, UVec2::ZERO, 0)).collect();
-        let records =
-            LightRecords::new(scene.lights.iter().enumerate(), views, of_views, &scene.shadow);
+    pub fn new(scene: &'a Scene, views: &'a [View], maps: &'a [ViewMaps]) -> Self {
+        Self::of_points(scene, &LightPoints::centers(scene, views, maps))
+    }
+
+    /// Lights of a scene, with the shadows of one point of each.
+    pub(super) fn of_points(scene: &'a Scene, points: &LightPoints<'a>) -> Self {
+        let to_gpu = || points.views.iter().map(|view| view.to_gpu(0, UVec2::ZERO, 0)).collect();
+        let records = |lights: &[Light]| {
+            LightRecords::new(lights.iter().enumerate(), &points.views, to_gpu(), &scene.shadow)
+        };
         Self {
-            levels: Levels::new(&records, maps),
-            records,
-            maps,
+            lights: records(&scene.lights).lights,
+            points: records(&points.lights).lights,
+            views: to_gpu(),
+            maps: points.maps.clone(),
             ambient: scene.mean_ambient(),
             irradiance: scene.irradiance(),
             background: scene.background,
@@ -158,7 +158,7 @@ impl<'a> Lighting<'a> {
     }
 
     pub fn lights(&self) -> &[GpuLight] {
-        &self.records.lights
+        &self.lights
     }
 
     /// Radiance of the background or environment from a unit direction, prefiltered for a roughness.
@@ -219,9 +219,8 @@ impl<'a> Lighting<'a> {
             };
             let receiver = point.receiver.of_kind(point.kind);
             let masked = masks.and_then(|masks| masks.share(index, point));
-            let through = masked.unwrap_or_else(|| {
-                self.shadow(light, point.position, face, toward, point.reach, receiver)
-            });
+            let through = masked
+                .unwrap_or_else(|| self.shadow(index, point.position, face, point.reach, receiver));
             let passed = color * through;
             diffuse += passed * scattered(point.kind, cosine);
             if point.kind != PointKind::Particle && cosine > 0.0 {
@@ -233,32 +232,32 @@ impl<'a> Lighting<'a> {
 
     /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0 behind
     /// a given far plane (rule 1, with nothing in the map).
-    pub fn share(&self, light: &GpuLight, point: &ReceiverPoint) -> Vec3 {
-        let (toward, _) = incoming(light, point.position);
+    pub fn share(&self, index: usize, point: &ReceiverPoint) -> Vec3 {
+        let (toward, _) = incoming(&self.lights[index], point.position);
         // Normal on the light's side.
         let face = if point.normal.dot(toward) > 0.0 { point.normal } else { -point.normal };
-        self.shadow(light, point.position, face, toward, 0.0, Receiver::AIR)
+        self.shadow(index, point.position, face, 0.0, Receiver::AIR)
     }
 
     /// Share of a light for the mask of an opaque surface: 1 where the light does not shine.
-    pub fn mask_share(&self, light: &GpuLight, point: &Point) -> Vec3 {
-        let (toward, color) = incoming(light, point.position);
+    pub fn mask_share(&self, index: usize, point: &Point) -> Vec3 {
+        let (toward, color) = incoming(&self.lights[index], point.position);
         if !(point.normal.dot(toward) > 0.0 && color.cmpgt(Vec3::ZERO).any()) {
             return Vec3::ONE;
         }
         let face = if point.face.dot(toward) > 0.0 { point.face } else { point.normal };
         let receiver = point.receiver.of_kind(point.kind);
-        self.shadow(light, point.position, face, toward, point.reach, receiver)
+        self.shadow(index, point.position, face, point.reach, receiver)
     }
 
     /// Radiance of a light that a point of the air scatters back along `ray`, per unit of scattering
     /// optical depth.
-    pub fn scattered(&self, light: &GpuLight, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
-        let (toward, color) = incoming(light, point);
+    pub fn scattered(&self, index: usize, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
+        let (toward, color) = incoming(&self.lights[index], point);
         if !color.cmpgt(Vec3::ZERO).any() {
             return Vec3::ZERO;
         }
-        let passed = self.shadow(light, point, Vec3::ZERO, toward, 0.0, Receiver::AIR);
+        let passed = self.shadow(index, point, Vec3::ZERO, 0.0, Receiver::AIR);
         color * passed * phase(toward.dot(ray), anisotropy)
     }
 }

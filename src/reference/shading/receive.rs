@@ -1,5 +1,5 @@
 //! Twin of `wgsl/shade/receive.wgsl`: share of a light that the shadow maps let through to a point.
-use super::{Lighting, Receiver, taps::beyond_spline};
+use super::{Lighting, Receiver, incoming, taps::beyond_spline};
 use crate::{
     model::Receives,
     records::{GpuLight, GpuView, PART_FACE, PART_WINDOW, SPLINE_REACH},
@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// A receiving surface, world space; `normal` is on the light's side, zero without one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Surface {
+struct Surface {
     pub point: Vec3,
     pub normal: Vec3,
 }
@@ -30,7 +30,7 @@ const LEAST_COSINE: f32 = 0.0625;
 
 /// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plane {
+struct Plane {
     point: Vec3,
     normal: Vec3,
 }
@@ -41,7 +41,7 @@ const TOUCH: f32 = 1.0 / 16.0;
 const EDGE_ON: f32 = 0.02;
 
 impl Plane {
-    pub(super) fn new(view: &GpuView, surface: Surface) -> Self {
+    fn new(view: &GpuView, surface: Surface) -> Self {
         Self {
             point: view.view_from_world.transform_point3(surface.point),
             normal: view.view_from_world.transform_vector3(surface.normal),
@@ -76,7 +76,7 @@ impl Plane {
 }
 
 impl Lighting<'_> {
-    pub(super) fn receive_texel(
+    fn receive_texel(
         &self,
         view: usize,
         texel: Vec2,
@@ -85,9 +85,9 @@ impl Lighting<'_> {
         bias: f32,
         receiver: Receiver,
     ) -> Vec3 {
-        let size = self.records.views[view].size;
+        let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0);
-        let tint_z = plane.tint_depth(&self.records.views[view], at + 0.5, z, bias, receiver);
+        let tint_z = plane.tint_depth(&self.views[view], at + 0.5, z, bias, receiver);
         let at = at.as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
         let tinted = match receiver.receives {
@@ -123,33 +123,13 @@ impl Lighting<'_> {
         receiver: Receiver,
     ) -> Vec3 {
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
-        let view = &self.records.views[index];
+        let view = &self.views[index];
         let (plane, bias) = (Plane::new(view, surface), bias / (view.far - view.near));
         let mut sum = Vec3::ZERO;
         for (texel, weight) in taps.of(light, receiver.turn) {
             sum += weight * self.receive_texel(index, texel, taps.z, plane, bias, receiver);
         }
         sum
-    }
-
-    /// Share of a light that reaches a point through one view. `point`: `surface`'s, offset along its
-    /// normal.
-    fn receive_light(
-        &self,
-        index: usize,
-        light: &GpuLight,
-        point: Vec3,
-        surface: Surface,
-        bias: f32,
-        receiver: Receiver,
-    ) -> Vec3 {
-        // Levels do not separate casters by owner.
-        let takes_all = matches!(receiver.receives, Receives::Curve | Receives::Nearest);
-        if light.area().is_some() && takes_all {
-            self.receive_area(index, light, point, surface, bias, receiver)
-        } else {
-            self.receive(index, light, point, surface, bias, receiver)
-        }
     }
 
     /// The point offset along its normal by the depth that the slope spans within the filter; and the bias
@@ -161,7 +141,7 @@ impl Lighting<'_> {
         surface: Surface,
         slant: Slant,
     ) -> (Vec3, f32) {
-        let view = &self.records.views[index];
+        let view = &self.views[index];
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let reach = light.normal_bias + 0.5 + beyond_spline(light);
@@ -181,9 +161,9 @@ impl Lighting<'_> {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
             let (at, bias) = self.lifted(index, light, surface, slant);
-            let share = window_share(light, &self.records.views[index], at);
+            let share = window_share(light, &self.views[index], at);
             if share > 0.0 {
-                let passed = self.receive_light(index, light, at, surface, bias, receiver);
+                let passed = self.receive(index, light, at, surface, bias, receiver);
                 sum += passed * (rest * share);
                 rest *= 1.0 - share;
             }
@@ -200,34 +180,35 @@ impl Lighting<'_> {
         slant: Slant,
         receiver: Receiver,
     ) -> (Vec3, f32) {
-        if self.records.views[views.start].part == PART_WINDOW {
+        if self.views[views.start].part == PART_WINDOW {
             return self.through_windows(views, light, surface, slant, receiver);
         }
         let (at, bias) = self.lifted(views.start, light, surface, slant);
-        (self.receive_light(views.start, light, at, surface, bias, receiver), 1.0)
+        (self.receive(views.start, light, at, surface, bias, receiver), 1.0)
     }
 
     /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.
     fn views_of(&self, first: usize, light: &GpuLight, point: Vec3) -> Range<usize> {
-        let view = &self.records.views[first];
+        let view = &self.views[first];
         let face = if view.part == PART_FACE { cube_face(point - light.position) } else { 0 };
         first + face..first + view.part_count as usize
     }
 
-    /// Least light that any shadow of the light lets through, per channel. `normal` is on the light's side;
+    /// Least light that any shadow of a light lets through, per channel. `normal` is on the light's side;
     /// `reach`: distance that a caster in the maps may be off the point [m].
     pub fn shadow(
         &self,
-        light: &GpuLight,
+        index: usize,
         point: Vec3,
         normal: Vec3,
-        toward: Vec3,
         reach: f32,
         receiver: Receiver,
     ) -> Vec3 {
+        let light = &self.points[index];
         if light.view_count == 0 {
             return Vec3::ONE;
         }
+        let (toward, _) = incoming(light, point);
         let surface = Surface { point, normal };
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
@@ -263,7 +244,7 @@ fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
 }
 
 /// Face of a cube that contains the direction `away` from its centre.
-pub(super) fn cube_face(away: Vec3) -> usize {
+fn cube_face(away: Vec3) -> usize {
     let size = away.abs();
     if size.x >= size.y && size.x >= size.z {
         usize::from(away.x <= 0.0)

@@ -30,7 +30,7 @@ pub(super) struct Taps {
 
 impl Taps {
     /// Texel and weight of number `i`.
-    pub(super) fn tap(&self, i: usize) -> (Vec2, f32) {
+    fn tap(&self, i: usize) -> (Vec2, f32) {
         let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
         (self.middle + step, self.x[i % 3] * self.y[i / 3])
     }
@@ -85,7 +85,7 @@ pub(super) fn beyond_spline(light: &GpuLight) -> f32 {
 impl Lighting<'_> {
     /// Taps around a point in a view's map; `None` if the point is outside.
     pub(super) fn taps(&self, view: usize, point: Vec3) -> Option<Taps> {
-        let view = &self.records.views[view];
+        let view = &self.views[view];
         let p = view.view_from_world.transform_point3(point);
         let distance = -p.z;
         let perspective = view.perspective > 0.0;
