@@ -84,8 +84,8 @@ pub(crate) struct RenderArguments {
     /// Frames of a second: frame N is N/F s from the start
     #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
     pub(crate) fps: f64,
-    /// Also write the frames as one animated PNG, when all are there
-    #[arg(long, value_name = "FILE.png", conflicts_with = "shard")]
+    /// Also write the frames as one animated PNG or, by ffmpeg, .mp4, when all are there
+    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub(crate) preview: Option<PathBuf>,
     /// The interface to the hardware
     #[arg(long, default_value = "auto")]

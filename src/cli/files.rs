@@ -7,25 +7,29 @@ use std::{
     io::{self, Write as _},
     path::{Path, PathBuf},
 };
+use tempfile::NamedTempFile;
 
-/// A file in the making: it appears complete under its name, or not at all.
+/// A file in the making: it appears complete under its name, or not at all. Its temporary name is its own among all
+/// processes and machines.
 #[derive(Debug)]
 pub(crate) struct Pending {
     path: PathBuf,
-    temporary: PathBuf,
-    file: fs::File,
+    file: NamedTempFile,
 }
 
 impl Pending {
     pub(crate) fn new(path: &Path) -> Result<Self, Failure> {
-        let mut name = OsString::from(".");
-        name.push(path.file_name().unwrap_or_default());
-        name.push(format!(".{}.tmp", std::process::id()));
-        let temporary = path.with_file_name(name);
-        let file = fs::File::create(&temporary).map_err(|source| Failure::file(path, source))?;
-        // The lock tells other runs that this file is not abandoned; not all file systems have locks.
-        let _ = file.lock();
-        Ok(Self { path: path.to_owned(), temporary, file })
+        let mut prefix = OsString::from(".");
+        prefix.push(path.file_name().unwrap_or_default());
+        prefix.push(".");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(TEMPORARY);
+        // What others may read is for the user's mask to say.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file =
+            builder.tempfile_in(folder(path)).map_err(|source| Failure::file(path, source))?;
+        Ok(Self { path: path.to_owned(), file })
     }
 
     /// Its name in the end.
@@ -33,69 +37,94 @@ impl Pending {
         &self.path
     }
 
+    /// Its name until then.
+    pub(crate) fn temporary(&self) -> &Path {
+        self.file.path()
+    }
+
     /// Where its contents go.
     pub(crate) fn writer(&self) -> io::Result<fs::File> {
-        self.file.try_clone()
+        self.file.as_file().try_clone()
     }
 
     /// Gives the file its name.
     pub(crate) fn finish(self) -> Result<(), Failure> {
-        fs::rename(&self.temporary, &self.path).map_err(|source| Failure::file(&self.path, source))
+        let Self { path, file } = self;
+        file.persist(&path).map_err(|error| Failure::file(&path, error.error))?;
+        Ok(())
     }
 }
 
-impl Drop for Pending {
-    /// What was not finished is of no use.
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.temporary);
-    }
+/// Suffix of temporary names.
+const TEMPORARY: &str = ".tmp";
+
+/// Folder of a file.
+pub(super) fn folder(path: &Path) -> &Path {
+    path.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."))
 }
 
 /// Writes a file atomically: it appears complete under its name, or stays untouched.
 pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
+    put(path, contents, |_| Ok(()))
+}
+
+/// Like [`write()`], and the contents are on the disk before the name is.
+pub(crate) fn write_synced(path: &Path, contents: &[u8]) -> Result<(), Failure> {
+    put(path, contents, fs::File::sync_all)
+}
+
+fn put(
+    path: &Path,
+    contents: &[u8],
+    sync: impl Fn(&fs::File) -> io::Result<()>,
+) -> Result<(), Failure> {
     let mut pending = Pending::new(path)?;
-    pending.file.write_all(contents).map_err(|source| Failure::file(path, source))?;
+    let file = pending.file.as_file_mut();
+    let written = file.write_all(contents).and_then(|()| sync(file));
+    written.map_err(|source| Failure::file(path, source))?;
     pending.finish()
 }
 
-/// Creates the folder, and removes temporary files of killed runs.
-pub(crate) fn create_dir(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|source| Failure::file(path, source))?;
-    // Entries that cannot be listed or removed are no error of this run.
-    for entry in fs::read_dir(path).into_iter().flatten().flatten() {
-        let stray = entry.path();
-        let is_ours = entry.file_name().to_str().is_some_and(is_temporary);
-        if is_ours && entry.file_type().is_ok_and(|kind| kind.is_file()) && is_abandoned(&stray) {
-            let _ = fs::remove_file(stray);
-        }
+/// Asks for the names in a folder to be on the disk, where systems know that.
+pub(crate) fn sync_dir(path: &Path) {
+    if cfg!(unix)
+        && let Ok(dir) = fs::File::open(path)
+        && let Err(error) = dir.sync_all()
+    {
+        tracing::debug!("{}: {error}", path.display());
     }
-    Ok(())
 }
 
-/// Files of a folder, unsorted, without temporary ones.
+pub(crate) fn create_dir(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|source| Failure::file(path, source))
+}
+
+/// Plain files of a folder, unsorted, without hidden ones, which ours are while they are written.
 pub(crate) fn entries(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     let failed = |source| Failure::file(dir, source);
     let mut files = Vec::new();
     for entry in fs::read_dir(dir).map_err(failed)? {
         let entry = entry.map_err(failed)?;
-        let is_own = entry.file_name().to_str().is_some_and(|name| !is_temporary(name));
-        if is_own && entry.file_type().map_err(failed)?.is_file() {
+        let is_shown = !entry.file_name().as_encoded_bytes().starts_with(b".");
+        if is_shown && entry.file_type().map_err(failed)?.is_file() {
             files.push(entry.path());
         }
     }
     Ok(files)
 }
 
-/// Whether a name has the form `.NAME.PROCESS.tmp`.
-fn is_temporary(name: &str) -> bool {
-    let inner = name.strip_prefix('.').and_then(|rest| rest.strip_suffix(".tmp"));
-    let process = inner.and_then(|inner| inner.rsplit_once('.')).map(|(_, process)| process);
-    process.is_some_and(|p| !p.is_empty() && p.bytes().all(|byte| byte.is_ascii_digit()))
-}
-
-/// Whether the writer of a temporary file is gone: it holds a lock, and loses it when killed.
-fn is_abandoned(path: &Path) -> bool {
-    fs::File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+/// Temporary files in a folder for names that start so. Entries that cannot be listed are none.
+pub(super) fn temporaries(dir: &Path, start: &str) -> Vec<PathBuf> {
+    let start = format!(".{start}");
+    let entries = fs::read_dir(dir).into_iter().flatten().flatten();
+    let is_temporary = |entry: &fs::DirEntry| {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        name.starts_with(&start)
+            && name.ends_with(TEMPORARY)
+            && entry.file_type().is_ok_and(|kind| kind.is_file())
+    };
+    entries.filter(is_temporary).map(|entry| entry.path()).collect()
 }
 
 /// Writes warnings to standard error, a line each.

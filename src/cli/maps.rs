@@ -7,7 +7,7 @@ use gobo::{
 };
 use image::{DynamicImage, GrayImage, ImageFormat, RgbImage};
 use serde::Serialize;
-use std::{io::Cursor, path::Path};
+use std::io::Cursor;
 
 /// One entry of `views.json`.
 #[derive(Serialize)]
@@ -56,24 +56,23 @@ pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
     names
 }
 
-/// Writes all maps of a frame to `dir`. `origin`: [`gobo::model::Scene::origin`].
+/// Writes all maps of a frame by name. `origin`: [`gobo::model::Scene::origin`].
 pub(crate) fn write(
-    dir: &Path,
+    mut write: impl FnMut(&str, &[u8]) -> Result<(), Failure>,
     maps: &[ViewMaps],
     lights: &[Light],
     names: &[String],
     origin: Vec3,
 ) -> Result<(), Failure> {
-    files::create_dir(dir)?;
     let mut entries = Vec::with_capacity(maps.len());
     for ViewMaps { view, filter, nearest, opaque, colored, curve, .. } in maps {
         let Some(light) = view.light.filter(|&light| light < lights.len()) else { continue };
         let [width, height] = view.size.to_array();
         let (rows, columns) = (height as usize, width as usize);
-        let save = |map: &str, array: &[u8], preview: DynamicImage| {
+        let mut save = |map: &str, array: &[u8], preview: DynamicImage| {
             let stem = format!("{}.{}.{map}", names[light], view.name);
-            files::write(&dir.join(format!("{stem}.npy")), array)?;
-            files::write(&dir.join(format!("{stem}.png")), &png(&preview))
+            write(&format!("{stem}.npy"), array)?;
+            write(&format!("{stem}.png"), &png(&preview))
         };
         let array = npy::encode(&[rows, columns, 3], filter.as_flattened().iter().copied());
         save("filter", &array, filter_preview(width, height, filter))?;
@@ -95,7 +94,7 @@ pub(crate) fn write(
         entries.push(ViewEntry { nodes, ..describe(view, &lights[light], &names[light], origin) });
     }
     let json = serde_json::to_string_pretty(&entries).expect("plain data is JSON");
-    files::write(&dir.join("views.json"), json.as_bytes())
+    write("views.json", json.as_bytes())
 }
 
 fn describe<'a>(view: &'a View, light: &Light, name: &'a str, origin: Vec3) -> ViewEntry<'a> {

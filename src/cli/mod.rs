@@ -3,6 +3,7 @@
 mod arguments;
 mod bench;
 mod check;
+mod claim;
 mod curves;
 mod export;
 mod exr;

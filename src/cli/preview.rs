@@ -1,38 +1,87 @@
-//! `--preview`: all frames of a job as one animated PNG.
-use super::{failure::Failure, files::Pending};
+//! `--preview`: all frames of a job as one animated PNG, or through ffmpeg as one video.
+use super::{
+    claim::Claim,
+    failure::Failure,
+    files::{Pending, folder, temporaries},
+};
 use gobo::{glam::UVec2, records::Picture};
-use std::{fs::File, path::Path};
+use std::{
+    fs::File,
+    io::{self, Read as _, Write as _},
+    path::Path,
+    process::{Child, Command, Stdio},
+};
 
 /// Most frames of an animated PNG.
 const MOST: usize = i32::MAX as usize;
+/// What a preview says of its origin: only files with it are overwritten.
+const MARK: &str = "gobo --preview";
 
 /// Frames so far, in a temporary file until the last one is there.
 pub(super) struct Preview {
     file: Pending,
-    writer: png::Writer<File>,
+    encoder: Encoder,
     size: UVec2,
+    _claim: Claim,
+}
+
+enum Encoder {
+    Png(png::Writer<File>),
+    Video(Ffmpeg),
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Png,
+    Mp4,
 }
 
 impl Preview {
-    /// `frames`: number of frames; `fps`: frames per second.
-    pub(super) fn new(path: &Path, size: UVec2, frames: usize, fps: f64) -> Result<Self, Failure> {
-        if frames > MOST {
-            let message = format!("{frames} frames, but an animated PNG has at most {MOST}");
-            return Err(Failure::Usage(format!("{}: {message}", path.display())));
+    /// `out`: folder of the frames; `frames`: their number; `fps`: frames per second.
+    pub(super) fn new(
+        path: &Path,
+        out: &Path,
+        size: UVec2,
+        frames: usize,
+        fps: f64,
+    ) -> Result<Self, Failure> {
+        let format = format(path).map_err(|reason| refused(path, &reason))?;
+        check_name(path, out).map_err(|reason| refused(path, reason))?;
+        if format == Format::Png && frames > MOST {
+            let message = format!(
+                "{frames} frames, but an animated PNG has at most {MOST}: name an .mp4, or fewer frames"
+            );
+            return Err(refused(path, &message));
         }
-        let file = Pending::new(path)?;
-        let writer = file.writer().map_err(|source| Failure::file(path, source))?;
-        let mut encoder = png::Encoder::new(writer, size.x, size.y);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        let [seconds, per] = delay(fps);
-        let mut start = || {
-            encoder.set_animated(frames as u32, 0)?;
-            encoder.set_frame_delay(seconds, per)
+        if !is_free(path, format).map_err(|source| Failure::file(path, source))? {
+            let reason = "exists, and is no preview of gobo: remove it, or name another file";
+            return Err(refused(path, reason));
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let Some(claim) = Claim::attempt(folder(path), &name)? else {
+            let reason = "another process is writing it: wait for that, or name another file";
+            return Err(refused(path, reason));
         };
-        start().map_err(|error| failed(path, error))?;
-        let writer = encoder.write_header().map_err(|error| failed(path, error))?;
-        Ok(Self { file, writer, size })
+        claim.sweep(temporaries(folder(path), &format!("{name}.")));
+        let file = Pending::new(path)?;
+        let encoder = match format {
+            Format::Png => {
+                let writer = file.writer().map_err(|source| Failure::file(path, source))?;
+                let start = || {
+                    let mut encoder = png::Encoder::new(writer, size.x, size.y);
+                    encoder.set_color(png::ColorType::Rgb);
+                    encoder.set_depth(png::BitDepth::Eight);
+                    encoder.add_text_chunk("Software".to_owned(), MARK.to_owned())?;
+                    encoder.set_animated(frames as u32, 0)?;
+                    let [seconds, per] = delay(fps);
+                    encoder.set_frame_delay(seconds, per)?;
+                    encoder.write_header()
+                };
+                Encoder::Png(start().map_err(|error| Failure::file(path, error.into()))?)
+            }
+            Format::Mp4 => Encoder::Video(Ffmpeg::start(path, file.temporary(), size, fps)?),
+        };
+        Ok(Self { file, encoder, size, _claim: claim })
     }
 
     pub(super) fn add(&mut self, picture: &Picture) -> Result<(), Failure> {
@@ -41,23 +90,135 @@ impl Preview {
 
     /// Adds a frame that exists already.
     pub(super) fn add_file(&mut self, file: &Path) -> Result<(), Failure> {
-        let unlike = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
-        let image = image::open(file).map_err(|error| unlike(error.to_string()))?.into_rgb8();
+        let unlike = |message: &str| refused(file, message);
+        let image = image::open(file).map_err(|error| unlike(&error.to_string()))?.into_rgb8();
         if UVec2::from(image.dimensions()) != self.size {
-            return Err(unlike("has another size than the scene's pictures".to_owned()));
+            return Err(unlike("has another size than the scene's pictures"));
         }
         self.add_rgb(image.as_raw())
     }
 
     fn add_rgb(&mut self, rgb: &[u8]) -> Result<(), Failure> {
-        self.writer.write_image_data(rgb).map_err(|error| failed(self.file.path(), error))
+        match &mut self.encoder {
+            Encoder::Png(writer) => {
+                writer.write_image_data(rgb).map_err(|error| failed(self.file.path(), error))
+            }
+            Encoder::Video(ffmpeg) => ffmpeg.add(self.file.path(), rgb),
+        }
     }
 
     /// Gives the file its name.
     pub(super) fn finish(self) -> Result<(), Failure> {
-        self.writer.finish().map_err(|error| failed(self.file.path(), error))?;
+        match self.encoder {
+            Encoder::Png(writer) => {
+                writer.finish().map_err(|error| failed(self.file.path(), error))?;
+            }
+            Encoder::Video(ffmpeg) => ffmpeg.finish(self.file.path())?,
+        }
         self.file.finish()
     }
+}
+
+/// A process that reads pictures and writes a video.
+struct Ffmpeg(Child);
+
+impl Ffmpeg {
+    fn start(path: &Path, temporary: &Path, size: UVec2, fps: f64) -> Result<Self, Failure> {
+        let mut command = Command::new("ffmpeg");
+        command.args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgb24"]);
+        command.args(["-video_size", &format!("{}x{}", size.x, size.y)]);
+        command.args(["-framerate", &fps.to_string(), "-i", "-"]);
+        // Most players want halved colour, whose sides are even, and say which matrix makes it.
+        let filter = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv";
+        command.args(["-vf", filter, "-pix_fmt", "yuv420p", "-colorspace", "bt709"]);
+        command.args(["-metadata", &format!("comment={MARK}"), "-f", "mp4"]).arg(temporary);
+        command.stdin(Stdio::piped()).stdout(Stdio::null());
+        command.spawn().map(Self).map_err(|error| {
+            let name = path.display();
+            match error.kind() {
+                io::ErrorKind::NotFound => Failure::Usage(format!(
+                    "{name}: ffmpeg writes videos, and is not installed: install it, or name a .png"
+                )),
+                _ => Failure::Wrong(format!("{name}: ffmpeg does not start: {error}")),
+            }
+        })
+    }
+
+    fn add(&mut self, path: &Path, rgb: &[u8]) -> Result<(), Failure> {
+        let input = self.0.stdin.as_mut();
+        let written = input.map_or(Ok(()), |input| input.write_all(rgb));
+        written.map_err(|error| {
+            Failure::Wrong(format!("{}: ffmpeg takes no frame: {error}", path.display()))
+        })
+    }
+
+    fn finish(mut self, path: &Path) -> Result<(), Failure> {
+        // The end of its input.
+        drop(self.0.stdin.take());
+        let status = self.0.wait().map_err(|source| Failure::file(path, source))?;
+        if status.success() {
+            return Ok(());
+        }
+        Err(Failure::Wrong(format!("{}: ffmpeg failed: {status}", path.display())))
+    }
+}
+
+impl Drop for Ffmpeg {
+    /// Without all frames there is no video.
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn format(path: &Path) -> Result<Format, String> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match extension.as_str() {
+        "png" | "apng" => Ok(Format::Png),
+        "mp4" => Ok(Format::Mp4),
+        _ => Err(format!("no kind of preview: {extension:?}; name a .png or an .mp4")),
+    }
+}
+
+/// Refuses the names of frames and what is beside them.
+fn check_name(path: &Path, out: &Path) -> Result<(), &'static str> {
+    let name = path.file_name().ok_or("is no name of a file")?.to_string_lossy();
+    let is_beside = match (folder(path).canonicalize(), out.canonicalize()) {
+        (Ok(of_preview), Ok(of_frames)) => of_preview == of_frames,
+        _ => false,
+    };
+    if is_beside && name.to_ascii_lowercase().starts_with("frame_") {
+        return Err("is the name of a frame: name the preview otherwise");
+    }
+    Ok(())
+}
+
+/// Whether nothing, or an earlier preview, has this name.
+fn is_free(path: &Path, format: Format) -> io::Result<bool> {
+    match path.symlink_metadata() {
+        Ok(metadata) if metadata.is_file() => {}
+        Ok(_) => return Ok(false),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(true),
+        Err(error) => return Err(error),
+    }
+    let mut file = File::open(path)?;
+    let mut head = [0; 8];
+    let is_format = file.read_exact(&mut head).is_ok()
+        && match format {
+            Format::Png => head == *b"\x89PNG\r\n\x1a\n",
+            Format::Mp4 => head[4..] == *b"ftyp",
+        };
+    // An animated PNG says so in its head, a video in its tail.
+    let mut bytes = Vec::new();
+    match format {
+        Format::Png => file.take(4096).read_to_end(&mut bytes)?,
+        Format::Mp4 => file.read_to_end(&mut bytes)?,
+    };
+    Ok(is_format && bytes.windows(MARK.len()).any(|window| window == MARK.as_bytes()))
+}
+
+fn refused(path: &Path, reason: &str) -> Failure {
+    Failure::Usage(format!("{}: {reason}", path.display()))
 }
 
 fn failed(path: &Path, error: png::EncodingError) -> Failure {

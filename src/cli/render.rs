@@ -1,17 +1,18 @@
 //! `gobo render`: frames, maps, and their costs.
 use super::{
     arguments::{RenderArguments, SimulationName},
+    claim::{self, Claim},
     exr,
     failure::Failure,
     files, maps,
     memory::Needs,
     preview::Preview,
-    sidecar::{self, Sidecar},
+    sidecar::{self, FrameFiles, Sidecar},
     stop,
 };
 use gobo::{
     gpu::Backend,
-    model::Counters,
+    model::{Counters, Skipped},
     records::Picture,
     render::{Frame, RenderOptions, Renderer},
     scene,
@@ -19,7 +20,7 @@ use gobo::{
 use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Serialize, Serializer};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// One line of `--json`.
 #[derive(Serialize)]
@@ -61,7 +62,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     files::warn(&scene.notes);
     Needs { maps: arguments.maps, picture: true, ..Needs::of(arguments.backend()) }
         .check(&scene)?;
-    let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     leave_to_device(&mut scene, &renderer, arguments.simulation);
     let debug = arguments.debug();
     let options = RenderOptions {
@@ -75,96 +76,216 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
-
     let inputs = arguments.skip_existing.then(|| sidecar::inputs(&scene, arguments));
     stop::listen()?;
     let frames = arguments.frames();
-    let (mut shrunk, mut unmasked) = (0, 0);
-    let mut preview = match &arguments.preview {
-        Some(path) => Some(Preview::new(path, scene.camera.size, frames.len(), arguments.fps)?),
+    let preview = match &arguments.preview {
+        Some(path) => {
+            let (size, fps) = (scene.camera.size, arguments.fps);
+            Some(Preview::new(path, &arguments.out, size, frames.len(), fps)?)
+        }
         None => None,
     };
+    let strays = files::temporaries(&arguments.out, "frame_");
     let progress = progress_bar(frames.len() as u64);
+    let counts = Counts { skipped: scene.skipped.clone(), ..Counts::default() };
+    let mut job = Job {
+        arguments,
+        scene,
+        renderer,
+        options,
+        light_names,
+        inputs,
+        strays,
+        preview,
+        progress,
+        counts,
+    };
+    // A preview's frames are in order.
+    let may_wait = arguments.preview.is_some();
+    let mut others = Vec::new();
     for index in frames {
+        if !job.frame(index, may_wait)? {
+            others.push(index);
+        }
+    }
+    // Frames of other processes: done by now, or left by one that was killed.
+    for index in others {
+        job.frame(index, true)?;
+    }
+    job.finish()
+}
+
+/// What a job warns of in the end.
+#[derive(Default)]
+struct Counts {
+    shrunk: u64,
+    unmasked: u64,
+    /// The most of a frame.
+    skipped: Skipped,
+}
+
+struct Job<'a> {
+    arguments: &'a RenderArguments,
+    scene: scene::Scene,
+    renderer: Renderer,
+    options: RenderOptions<'a>,
+    light_names: Vec<String>,
+    /// Of the sidecars, if there are any.
+    inputs: Option<String>,
+    /// Temporary files of frames, from before this run.
+    strays: Vec<PathBuf>,
+    preview: Option<Preview>,
+    progress: ProgressBar,
+    counts: Counts,
+}
+
+impl Job<'_> {
+    /// Renders a frame, unless it exists already. Returns whether it is there: not if another process writes it, and
+    /// this one may not wait for that.
+    fn frame(&mut self, index: u32, may_wait: bool) -> Result<bool, Failure> {
         if stop::is_stopped() {
             return Err(Failure::Stopped { frame: index });
         }
-        if let Some(inputs) = &inputs
-            && Sidecar::read(&arguments.out, index)
-                .is_some_and(|sidecar| sidecar.holds(&arguments.out, inputs))
-        {
-            let picture = arguments.out.join(format!("frame_{index:04}.png"));
-            if let Some(preview) = &mut preview {
-                preview.add_file(&picture)?;
+        if self.keeps(index)? {
+            return Ok(true);
+        }
+        // With sidecars one process renders a frame, and all others go on; without, each renders it.
+        let mut claim = None;
+        if self.inputs.is_some() {
+            claim = if may_wait { Some(self.wait(index)?) } else { self.claim(index)? };
+            if claim.is_none() {
+                return Ok(false);
             }
-            let line = if arguments.json {
-                kept_json(index, &picture)
-            } else {
-                picture.display().to_string()
-            };
-            progress.suspend(|| files::print(&line))?;
-            progress.inc(1);
-            continue;
+            if self.keeps(index)? {
+                return Ok(true);
+            }
         }
-        scene.set_time(f64::from(index) / arguments.fps);
-        let frame = renderer.render(&scene, &options)?;
-        shrunk = shrunk.max(frame.counters.shrunk);
-        unmasked = unmasked.max(frame.counters.unmasked_lights);
-        let picture = arguments.out.join(format!("frame_{index:04}.png"));
-        if arguments.maps {
-            let dir = arguments.out.join("maps").join(format!("frame_{index:04}"));
-            maps::write(&dir, &frame.maps, &scene.lights, &light_names, scene.origin)?;
+        self.scene.set_time(f64::from(index) / self.arguments.fps);
+        let frame = self.renderer.render(&self.scene, &self.options)?;
+        self.counts.shrunk = self.counts.shrunk.max(frame.counters.shrunk);
+        self.counts.unmasked = self.counts.unmasked.max(frame.counters.unmasked_lights);
+        for (reason, &count) in &frame.counters.skipped {
+            let most = self.counts.skipped.entry(reason).or_default();
+            *most = count.max(*most);
         }
-        for (mode, image) in &frame.debug {
-            let path = arguments.out.join(format!("frame_{index:04}.{}.png", mode.name()));
-            files::write(&path, &maps::png(&image_of(image)))?;
-        }
-        if arguments.exr {
-            let path = arguments.out.join(format!("frame_{index:04}.exr"));
-            files::write(&path, &exr::encode(&path, &frame.picture)?)?;
-        }
-        if let Some(preview) = &mut preview {
+        let claim = claim.map_or_else(|| self.wait(index), Ok)?;
+        self.write(index, &frame, &claim)?;
+        if let Some(preview) = &mut self.preview {
             preview.add(&frame.picture)?;
         }
+        self.report(index, |picture| json(index, picture, &frame))?;
+        Ok(true)
+    }
+
+    /// The right to write a frame's files; `None` while another process has it.
+    fn claim(&self, index: u32) -> Result<Option<Claim>, Failure> {
+        let claim = Claim::attempt(&self.arguments.out, &sidecar::stem(index))?;
+        if let Some(claim) = &claim {
+            let start = format!(".{}.", sidecar::stem(index));
+            let is_of_frame = |path: &&PathBuf| {
+                let name = path.file_name().unwrap_or_default();
+                name.as_encoded_bytes().starts_with(start.as_bytes())
+            };
+            claim.sweep(self.strays.iter().filter(is_of_frame).cloned());
+        }
+        Ok(claim)
+    }
+
+    /// Waits for that right.
+    fn wait(&self, index: u32) -> Result<Claim, Failure> {
+        loop {
+            if let Some(claim) = self.claim(index)? {
+                return Ok(claim);
+            }
+            if stop::is_stopped() {
+                return Err(Failure::Stopped { frame: index });
+            }
+            std::thread::sleep(claim::PAUSE);
+        }
+    }
+
+    /// Whether the frame exists, whole and of the same inputs; if so, it is reported.
+    fn keeps(&mut self, index: u32) -> Result<bool, Failure> {
+        let out = &self.arguments.out;
+        let Some(inputs) = &self.inputs else { return Ok(false) };
+        if !Sidecar::read(out, index).is_some_and(|sidecar| sidecar.holds(out, inputs)) {
+            return Ok(false);
+        }
+        if let Some(preview) = &mut self.preview {
+            preview.add_file(&out.join(sidecar::picture(index)))?;
+        }
+        self.report(index, |picture| kept_json(index, picture))?;
+        Ok(true)
+    }
+
+    /// Writes all files of a frame.
+    fn write(&self, index: u32, frame: &Frame, claim: &Claim) -> Result<(), Failure> {
+        let out = &self.arguments.out;
+        let mut files = FrameFiles::new(out, self.inputs.is_some());
+        let stem = sidecar::stem(index);
+        if self.arguments.maps {
+            let folder = sidecar::maps(index);
+            files::create_dir(&out.join(&folder))?;
+            claim.sweep(files::temporaries(&out.join(&folder), ""));
+            let write = |name: &str, bytes: &[u8]| files.write(format!("{folder}/{name}"), bytes);
+            let scene = &self.scene;
+            maps::write(write, &frame.maps, &scene.lights, &self.light_names, scene.origin)?;
+        }
+        for (mode, image) in &frame.debug {
+            files.write(format!("{stem}.{}.png", mode.name()), &maps::png(&image_of(image)))?;
+        }
+        if self.arguments.exr {
+            let name = format!("{stem}.exr");
+            let bytes = exr::encode(&out.join(&name), &frame.picture)?;
+            files.write(name, &bytes)?;
+        }
         // Last, so that a picture implies that its frame is complete.
-        files::write(&picture, &maps::png(&image_of(&frame.picture)))?;
-        if let Some(inputs) = &inputs {
-            Sidecar::write(&arguments.out, index, arguments.all_frames(), inputs)?;
-        }
-        let line = if arguments.json {
-            json(index, &picture, &frame)
-        } else {
-            picture.display().to_string()
-        };
-        progress.suspend(|| files::print(&line))?;
-        progress.inc(1);
-    }
-    progress.finish_and_clear();
-    if let (Some(preview), Some(path)) = (preview, &arguments.preview) {
-        preview.finish()?;
-        if !arguments.json {
-            files::print(&path.display().to_string())?;
+        files.write(sidecar::picture(index), &maps::png(&image_of(&frame.picture)))?;
+        match &self.inputs {
+            Some(inputs) => files.finish(index, self.arguments.all_frames(), inputs),
+            None => Ok(()),
         }
     }
-    if shrunk > 0 {
-        tracing::warn!(
-            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
-             smaller size for some lights, or a larger texel_budget of [shadow]"
-        );
+
+    /// Prints the line of a frame.
+    fn report(&self, index: u32, json: impl Fn(&Path) -> String) -> Result<(), Failure> {
+        let picture = self.arguments.out.join(sidecar::picture(index));
+        let line = if self.arguments.json { json(&picture) } else { picture.display().to_string() };
+        self.progress.suspend(|| files::print(&line))?;
+        self.progress.inc(1);
+        Ok(())
     }
-    if unmasked > 0 {
-        tracing::warn!(
-            "{unmasked} lights are shaded without a mask: all are taken; raise the limit of [mask], or \
-             give lights a far"
-        );
+
+    /// Completes the preview, and warns of what was left out.
+    fn finish(self) -> Result<(), Failure> {
+        self.progress.finish_and_clear();
+        if let (Some(preview), Some(path)) = (self.preview, &self.arguments.preview) {
+            preview.finish()?;
+            if !self.arguments.json {
+                files::print(&path.display().to_string())?;
+            }
+        }
+        let Counts { shrunk, unmasked, skipped } = self.counts;
+        if shrunk > 0 {
+            tracing::warn!(
+                "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
+                 smaller size for some lights, or a larger texel_budget of [shadow]"
+            );
+        }
+        if unmasked > 0 {
+            tracing::warn!(
+                "{unmasked} lights are shaded without a mask: all are taken; raise the limit of [mask], or \
+                 give lights a far"
+            );
+        }
+        if !skipped.is_empty() {
+            let reasons: Vec<_> =
+                skipped.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+            tracing::warn!("left out: {}", reasons.join(", "));
+        }
+        Ok(())
     }
-    let skipped = &scene.skipped;
-    if !skipped.is_empty() {
-        let reasons: Vec<_> =
-            skipped.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
-        tracing::warn!("left out: {}", reasons.join(", "));
-    }
-    Ok(())
 }
 
 /// Leaves emitters to the adapter, and says which it cannot simulate.

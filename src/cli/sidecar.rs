@@ -1,30 +1,30 @@
 //! `frame_0000.json`, beside a frame: the inputs of the frame and its files, so that a stopped job can be
 //! continued, and a damaged frame is found.
-use super::{
-    arguments::RenderArguments,
-    failure::Failure,
-    files::{self, entries},
-};
+use super::{arguments::RenderArguments, failure::Failure, files};
 use gobo::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use std::{
     collections::BTreeMap,
     fmt, fs,
+    io::{self, Read as _},
     ops::Range,
     path::{Path, PathBuf},
 };
+
+/// Most bytes of a sidecar: some 100,000 maps of a frame.
+const MAX_BYTES: u64 = 1 << 25;
 
 /// Contents of the JSON file.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) struct Sidecar {
     /// The program's version.
-    gobo: String,
+    pub(super) gobo: String,
     frame: u32,
     /// Frames of the whole job, including other shards: first, and one past the last.
     pub(super) frames: [u32; 2],
     /// SHA-256 of the scene, the options and the version.
-    inputs: String,
+    pub(super) inputs: String,
     /// Contents by path from the folder.
     files: BTreeMap<String, Contents>,
 }
@@ -43,57 +43,114 @@ pub(super) enum Fault {
 }
 
 impl Sidecar {
-    /// `None` if there is no readable sidecar.
+    /// `None` if there is no readable sidecar of this frame and its files.
     pub(super) fn read(dir: &Path, frame: u32) -> Option<Self> {
-        let text = fs::read(path(dir, frame)).ok()?;
-        serde_json::from_slice(&text).ok().filter(|sidecar: &Self| sidecar.frame == frame)
+        let file = plain(&path(dir, frame)).ok()?;
+        let mut text = Vec::new();
+        file.take(MAX_BYTES).read_to_end(&mut text).ok()?;
+        let sidecar: Self = serde_json::from_slice(&text).ok()?;
+        let [first, end] = sidecar.frames;
+        let is_whole = sidecar.frame == frame
+            && (first..end).contains(&frame)
+            && sidecar.names(&picture(frame))
+            && sidecar.files.keys().all(|name| is_of(name, frame));
+        is_whole.then_some(sidecar)
     }
 
     /// Whether the frame is complete, undamaged, and made from these inputs.
     pub(super) fn holds(&self, dir: &Path, inputs: &str) -> bool {
-        self.inputs == inputs && self.faults(dir).next().is_none()
+        self.gobo == env!("CARGO_PKG_VERSION")
+            && self.inputs == inputs
+            && self.faults(dir).next().is_none()
+    }
+
+    /// Whether the file belongs to the frame.
+    pub(super) fn names(&self, name: &str) -> bool {
+        self.files.contains_key(name)
     }
 
     /// Files that have changed since they were written.
     pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, Fault)> {
         self.files.iter().filter_map(move |(name, expected)| {
-            let fault = match Contents::of(&dir.join(name)) {
-                Ok(found) if found == *expected => return None,
-                Ok(_) => Fault::Damaged,
+            let fault = match expected.agrees(&dir.join(name)) {
+                Ok(true) => return None,
+                Ok(false) => Fault::Damaged,
                 Err(_) => Fault::Missing,
             };
             Some((name.as_str(), fault))
         })
     }
+}
 
-    /// Writes the sidecar; call it after all other files of the frame.
-    pub(super) fn write(
-        dir: &Path,
+/// The files of a frame as they are written, for its sidecar.
+#[derive(Debug)]
+pub(super) struct FrameFiles<'a> {
+    dir: &'a Path,
+    /// None if the frame gets no sidecar.
+    written: Option<BTreeMap<String, Contents>>,
+}
+
+impl<'a> FrameFiles<'a> {
+    pub(super) fn new(dir: &'a Path, has_sidecar: bool) -> Self {
+        Self { dir, written: has_sidecar.then(BTreeMap::new) }
+    }
+
+    /// Writes a file. `name`: its path from the folder, with `/`.
+    pub(super) fn write(&mut self, name: String, bytes: &[u8]) -> Result<(), Failure> {
+        let path = self.dir.join(&name);
+        let Some(written) = &mut self.written else { return files::write(&path, bytes) };
+        files::write_synced(&path, bytes)?;
+        let sha256 = hex(Sha256::digest(bytes));
+        written.insert(name, Contents { bytes: bytes.len() as u64, sha256 });
+        Ok(())
+    }
+
+    /// Writes the sidecar, after all other files of the frame. `frames`: of the whole job.
+    pub(super) fn finish(
+        self,
         frame: u32,
         frames: Range<u32>,
         inputs: &str,
     ) -> Result<(), Failure> {
-        let mut files = BTreeMap::new();
-        for file in files_of(dir, frame)? {
-            let contents = Contents::of(&file).map_err(|source| Failure::file(&file, source))?;
-            let name = file.strip_prefix(dir).unwrap_or(&file).components();
-            let name: Vec<_> = name.map(|part| part.as_os_str().to_string_lossy()).collect();
-            files.insert(name.join("/"), contents);
-        }
-        let sidecar = Self {
+        let files = self.written.unwrap_or_default();
+        let has_maps = files.keys().any(|name| name.starts_with("maps/"));
+        let sidecar = Sidecar {
             gobo: env!("CARGO_PKG_VERSION").to_owned(),
             frame,
             frames: [frames.start, frames.end],
             inputs: inputs.to_owned(),
             files,
         };
+        // The names that it promises come first.
+        if has_maps {
+            files::sync_dir(&self.dir.join(maps(frame)));
+            files::sync_dir(&self.dir.join("maps"));
+        }
+        files::sync_dir(self.dir);
         let text = serde_json::to_string_pretty(&sidecar).expect("plain data is JSON");
-        files::write(&path(dir, frame), (text + "\n").as_bytes())
+        files::write_synced(&path(self.dir, frame), (text + "\n").as_bytes())?;
+        files::sync_dir(self.dir);
+        Ok(())
     }
 }
 
-pub(super) fn path(dir: &Path, frame: u32) -> PathBuf {
-    dir.join(format!("frame_{frame:04}.json"))
+/// Start of the names of a frame's files.
+pub(super) fn stem(frame: u32) -> String {
+    format!("frame_{frame:04}")
+}
+
+/// Name of a frame's picture.
+pub(super) fn picture(frame: u32) -> String {
+    stem(frame) + ".png"
+}
+
+/// Folder of a frame's maps, from that of its picture.
+pub(super) fn maps(frame: u32) -> String {
+    format!("maps/{}", stem(frame))
+}
+
+fn path(dir: &Path, frame: u32) -> PathBuf {
+    dir.join(stem(frame) + ".json")
 }
 
 /// The frame whose sidecar has this name.
@@ -103,28 +160,38 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
     (format!("{frame:04}") == number).then_some(frame)
 }
 
-/// All files of a frame except its sidecar.
-fn files_of(dir: &Path, frame: u32) -> Result<Vec<PathBuf>, Failure> {
-    let stem = format!("frame_{frame:04}");
-    let own = path(dir, frame);
-    let mut files: Vec<_> = entries(dir)?
-        .into_iter()
-        .filter(|file| {
-            let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-            *file != own && name.strip_prefix(&stem).is_some_and(|rest| rest.starts_with('.'))
-        })
-        .collect();
-    let maps = dir.join("maps").join(stem);
-    if maps.is_dir() {
-        files.extend(entries(&maps)?);
+/// Whether a path from the folder is that of a file of a frame: beside its picture, or a map.
+fn is_of(name: &str, frame: u32) -> bool {
+    let map = name.strip_prefix(&maps(frame)).and_then(|rest| rest.strip_prefix('/'));
+    let beside = name.strip_prefix(&stem(frame)).and_then(|rest| rest.strip_prefix('.'));
+    let is_plain = |name: &str| {
+        !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\', ':', '\0'])
+    };
+    map.or(beside).is_some_and(is_plain)
+}
+
+/// Opens a plain file: a pipe or a device might never end.
+fn plain(path: &Path) -> io::Result<fs::File> {
+    if fs::symlink_metadata(path)?.is_file() {
+        return fs::File::open(path);
     }
-    Ok(files)
+    Err(io::ErrorKind::NotFound.into())
 }
 
 impl Contents {
-    fn of(file: &Path) -> std::io::Result<Self> {
-        let bytes = fs::read(file)?;
-        Ok(Self { bytes: bytes.len() as u64, sha256: hex(Sha256::digest(&bytes)) })
+    fn agrees(&self, path: &Path) -> io::Result<bool> {
+        let mut file = plain(path)?;
+        if file.metadata()?.len() != self.bytes {
+            return Ok(false);
+        }
+        let mut hash = Sha256::new();
+        let mut bytes = vec![0; 1 << 16];
+        loop {
+            match file.read(&mut bytes)? {
+                0 => return Ok(hex(hash.finalize()) == self.sha256),
+                count => hash.update(&bytes[..count]),
+            }
+        }
     }
 }
 

@@ -1,40 +1,67 @@
-//! `gobo verify`: checks that all frames of a job exist and are as they were written.
+//! `gobo verify`: checks that all frames of a job exist, belong together and are as they were written.
 use super::{
+    arguments::DebugName,
     failure::Failure,
     files::{self, entries},
-    sidecar::{Fault, Sidecar, frame_of},
+    sidecar::{Fault, Sidecar, frame_of, maps, stem},
 };
-use std::{collections::BTreeMap, path::Path};
+use clap::ValueEnum as _;
+use gobo::picture::debug::DebugMode;
+use std::{
+    collections::{BTreeMap, HashMap, HashSet},
+    path::Path,
+};
 
-/// Prints a line for each frame that must be rendered again.
+/// Prints a line for each frame that must be rendered again, and one for each run of frames that are missing.
 pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
-    let names = entries(dir)?;
-    let names = names.iter().filter_map(|path| path.file_name()?.to_str());
-    let sidecars: BTreeMap<u32, Option<Sidecar>> =
-        names.filter_map(frame_of).map(|frame| (frame, Sidecar::read(dir, frame))).collect();
-    let ranges = sidecars.values().flatten().map(|sidecar| sidecar.frames);
-    let frames = ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-    let Some([first, end]) = frames else {
+    let entries = entries(dir)?;
+    let names: HashSet<&str> =
+        entries.iter().filter_map(|path| path.file_name()?.to_str()).collect();
+    let sidecars: BTreeMap<u32, Option<Sidecar>> = names
+        .iter()
+        .filter_map(|name| frame_of(name))
+        .map(|frame| (frame, Sidecar::read(dir, frame)))
+        .collect();
+    let Some(job) = job(&sidecars) else {
         return Err(Failure::Wrong(format!(
             "{}: no frame has a sidecar; `gobo render --skip-existing` writes them",
             dir.display()
         )));
     };
-    let mut bad = 0;
-    for frame in first..end {
-        let problem = match sidecars.get(&frame) {
-            None => Some("is missing".to_owned()),
-            Some(None) => Some("has a damaged sidecar".to_owned()),
-            Some(Some(sidecar)) => sidecar.faults(dir).next().map(|(name, fault)| match fault {
+    let own = sidecars.values().flatten().filter(|sidecar| identity(sidecar) == job);
+    let ranges = own.map(|sidecar| sidecar.frames);
+    let [first, end] =
+        ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).expect("a job has a frame");
+    // Frames to be rendered again, and files to be removed.
+    let (mut bad, mut foreign) = (0_u64, 0_u64);
+    let mut next = first;
+    for (&frame, sidecar) in &sidecars {
+        let is_asked = (first..end).contains(&frame);
+        if is_asked {
+            bad += missing(next, frame)?;
+            next = frame + 1;
+        }
+        let problem = match sidecar {
+            None => Some("has a damaged sidecar".to_owned()),
+            Some(sidecar) if identity(sidecar) != job => {
+                Some("is of another scene, other options or another version than most".to_owned())
+            }
+            Some(sidecar) => sidecar.faults(dir).next().map(|(name, fault)| match fault {
                 Fault::Missing => format!("lacks {name}"),
                 Fault::Damaged => format!("has a damaged {name}"),
             }),
         };
         if let Some(problem) = problem {
             files::print(&format!("frame {frame} {problem}"))?;
-            bad += 1;
+            *(if is_asked { &mut bad } else { &mut foreign }) += 1;
+        } else if let Some(sidecar) = sidecar {
+            for name in strays(dir, frame, sidecar, &names) {
+                files::print(&format!("frame {frame} has {name} of another run"))?;
+                foreign += 1;
+            }
         }
     }
+    bad += missing(next, end)?;
     let count = end - first;
     if bad > 0 {
         return Err(Failure::Wrong(format!(
@@ -42,5 +69,52 @@ pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
              does that and leaves the others"
         )));
     }
+    if foreign > 0 {
+        return Err(Failure::Wrong(format!(
+            "{foreign} files or frames are not of this job: remove them, or give each job its own folder"
+        )));
+    }
     files::print(&format!("{count} frames are whole"))
+}
+
+/// Frames of equal identity were made by the same version from the same inputs.
+fn identity(sidecar: &Sidecar) -> (&str, &str) {
+    (&sidecar.gobo, &sidecar.inputs)
+}
+
+/// Identity of most frames; of as many, that of the first one.
+fn job(sidecars: &BTreeMap<u32, Option<Sidecar>>) -> Option<(&str, &str)> {
+    let mut counts = HashMap::new();
+    for (&frame, sidecar) in sidecars {
+        if let Some(sidecar) = sidecar {
+            counts.entry(identity(sidecar)).or_insert((0, std::cmp::Reverse(frame))).0 += 1;
+        }
+    }
+    counts.into_iter().max_by_key(|&(_, count)| count).map(|(job, _)| job)
+}
+
+/// Says which frames are missing, up to `end`, and how many.
+fn missing(first: u32, end: u32) -> Result<u64, Failure> {
+    match end - first {
+        0 => {}
+        1 => files::print(&format!("frame {first} is missing"))?,
+        _ => files::print(&format!("frames {first} to {} are missing", end - 1))?,
+    }
+    Ok(u64::from(end - first))
+}
+
+/// Files where a frame has its own that it did not write.
+fn strays(dir: &Path, frame: u32, sidecar: &Sidecar, names: &HashSet<&str>) -> Vec<String> {
+    let stem = stem(frame);
+    let modes = DebugName::value_variants().iter().map(|&mode| DebugMode::from(mode).name());
+    let beside = modes.map(|mode| format!("{stem}.{mode}.png")).chain([format!("{stem}.exr")]);
+    let mut strays: Vec<String> = beside.filter(|name| names.contains(name.as_str())).collect();
+    let folder = maps(frame);
+    // A frame without maps has no such folder.
+    let found = entries(&dir.join(&folder)).unwrap_or_default();
+    let found = found.iter().filter_map(|path| path.file_name()?.to_str());
+    strays.extend(found.map(|name| format!("{folder}/{name}")));
+    strays.retain(|name| !sidecar.names(name));
+    strays.sort();
+    strays
 }

@@ -2,7 +2,11 @@
 //! killed run, adapters that cannot run the kernels.
 use super::commands::{Folder, files};
 use serde_json::Value;
-use std::{fs, process::Command};
+use std::{
+    fs,
+    process::Command,
+    time::{Duration, Instant},
+};
 
 fn gobo(folder: &Folder) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_gobo"));
@@ -64,47 +68,103 @@ fn a_folder_whose_name_is_no_text_is_written() {
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_no_scene() {
-    use std::time::{Duration, Instant};
     let folder = Folder::new("pipe");
     for name in ["pipe.toml", "pipe.ply", "pipe.glb"] {
         assert!(Command::new("mkfifo").arg(folder.0.join(name)).status().unwrap().success());
         let mut child = gobo(&folder).args(["check", name]).spawn().unwrap();
-        let clock = Instant::now();
-        let status = loop {
-            if let Some(status) = child.try_wait().unwrap() {
-                break status;
-            }
-            if clock.elapsed() > Duration::from_secs(20) {
-                child.kill().unwrap();
-                child.wait().unwrap();
-                panic!("{name}: still waiting for the pipe");
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        };
-        assert_eq!(status.code(), Some(2), "{name}");
+        assert_eq!(ends(&mut child), Some(2), "{name}");
     }
 }
 
+/// Where a sidecar is looked for.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_sidecar() {
+    let folder = Folder::new("pipe-sidecar");
+    let job = ["render", "scene.toml", "-o", "o", "--frames", "0..2", "--skip-existing"];
+    assert!(gobo(&folder).args(job).args(QUICK).status().unwrap().success());
+    let sidecar = folder.0.join("o/frame_0001.json");
+    fs::remove_file(&sidecar).unwrap();
+    assert!(Command::new("mkfifo").arg(&sidecar).status().unwrap().success());
+    let mut child = gobo(&folder).args(["verify", "o"]).spawn().unwrap();
+    assert_eq!(ends(&mut child), Some(1));
+    let mut child = gobo(&folder).args(job).args(QUICK).spawn().unwrap();
+    assert_eq!(ends(&mut child), Some(0));
+    folder.run(&["verify", "o"]);
+}
+
+/// Each frame's writer holds its lock: what is left of a frame that nobody writes goes with the next writer.
 #[test]
 fn what_a_killed_run_left_is_removed() {
     let folder = Folder::new("stray");
     let out = folder.0.join("o/maps/frame_0000");
     fs::create_dir_all(&out).unwrap();
-    for stray in ["o/.frame_0007.png.4711.tmp", "o/maps/frame_0000/.sun.0.filter.npy.99.tmp"] {
+    for stray in [
+        "o/.frame_0000.png.4711.tmp",
+        "o/.frame_0000.lock",
+        "o/maps/frame_0000/.sun.0.filter.npy.99.tmp",
+    ] {
         fs::write(folder.0.join(stray), "half").unwrap();
     }
-    // Another run is writing this one; these are somebody else's.
-    let busy = folder.0.join("o/.frame_0009.png.12.tmp");
-    let lock = fs::File::create(&busy).unwrap();
-    lock.lock().unwrap();
-    for other in ["o/notes.tmp", "o/.notes.tmp", "o/.a.b.tmp"] {
+    // Of another frame, which another run may be writing; and somebody else's.
+    let others = ["o/.a.b.tmp", "o/.frame_0001.png.12.tmp", "o/.notes.tmp", "o/notes.tmp"];
+    for other in others {
         fs::write(folder.0.join(other), "mine").unwrap();
     }
     let arguments = ["render", "scene.toml", "-o", "o", "--maps", "--set", "shadow.size=16"];
     let status = gobo(&folder).args(arguments).args(QUICK).status().unwrap();
     assert_eq!(status.code(), Some(0));
-    let left: Vec<_> = files(&folder.0).into_iter().filter(|name| name.ends_with(".tmp")).collect();
-    assert_eq!(left, ["o/.a.b.tmp", "o/.frame_0009.png.12.tmp", "o/.notes.tmp", "o/notes.tmp"]);
+    let hidden = |name: &String| name.contains("/.") || name.ends_with(".tmp");
+    let left: Vec<_> = files(&folder.0).into_iter().filter(hidden).collect();
+    assert_eq!(left, others);
+}
+
+/// Nobody writes a frame while another process holds its lock.
+#[cfg(unix)]
+#[test]
+fn a_frame_that_another_process_writes_is_waited_for() {
+    let folder = Folder::new("busy");
+    fs::create_dir(folder.0.join("o")).unwrap();
+    let lock = fs::File::create(folder.0.join("o/.frame_0001.lock")).unwrap();
+    lock.lock().unwrap();
+    let job = ["render", "scene.toml", "-o", "o", "--frames", "0..3", "--skip-existing"];
+    let mut child = gobo(&folder).args(job).args(QUICK).spawn().unwrap();
+    let last = folder.0.join("o/frame_0002.json");
+    let clock = Instant::now();
+    while !last.exists() {
+        assert!(clock.elapsed() < Duration::from_secs(20), "it waits for frame 1 too early");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(child.try_wait().unwrap().is_none() && !folder.0.join("o/frame_0001.png").exists());
+    drop(lock);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    folder.run(&["verify", "o"]);
+    // A signal ends the waiting.
+    let lock = fs::File::create(folder.0.join("o/.frame_0003.lock")).unwrap();
+    lock.lock().unwrap();
+    let job = ["render", "scene.toml", "-o", "o", "--frames", "0..4", "--skip-existing"];
+    let mut child = gobo(&folder).args(job).args(QUICK).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    assert_eq!(ends(&mut child), Some(1));
+}
+
+/// Status of a process that must end by itself.
+#[cfg(unix)]
+pub(super) fn ends(child: &mut std::process::Child) -> Option<i32> {
+    let clock = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return status.code();
+        }
+        if clock.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("it does not end");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }
 
 /// For any set of drivers: the adapter that `info` marks can render, and without a mark `render` fails.

@@ -6,5 +6,8 @@ mod hostile;
 mod light;
 mod manual;
 mod moving;
+mod preview;
 mod results;
 mod sequence;
+mod shared;
+mod verify;

@@ -1,0 +1,73 @@
+//! Claims: of all processes that share a folder one at a time writes the files of a name.
+use super::failure::Failure;
+use same_file::Handle;
+use std::{
+    fs::{self, File, TryLockError},
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+/// Time between two attempts at a claim that another process holds.
+pub(super) const PAUSE: Duration = Duration::from_millis(20);
+
+/// A lock on `.NAME.lock`. The system releases it when its holder is killed.
+#[derive(Debug)]
+pub(super) struct Claim {
+    path: PathBuf,
+    /// Held until dropped.
+    lock: Lock,
+}
+
+#[derive(Debug)]
+enum Lock {
+    Held {
+        _file: Handle,
+    },
+    /// The file system has no locks.
+    Unknown {
+        _file: File,
+    },
+}
+
+impl Claim {
+    /// `None` while another process holds it.
+    pub(super) fn attempt(dir: &Path, name: &str) -> Result<Option<Self>, Failure> {
+        let path = dir.join(format!(".{name}.lock"));
+        let failed = |source| Failure::file(&path, source);
+        loop {
+            let mut options = File::options();
+            options.read(true).write(true).create(true).truncate(false);
+            let file = options.open(&path).map_err(failed)?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Ok(None),
+                Err(TryLockError::Error(error)) => {
+                    tracing::debug!("{}: {error}", path.display());
+                    return Ok(Some(Self { path, lock: Lock::Unknown { _file: file } }));
+                }
+            }
+            let held = Handle::from_file(file).map_err(failed)?;
+            // Otherwise its last holder has removed it after this process opened it.
+            if Handle::from_path(&path).is_ok_and(|named| named == held) {
+                return Ok(Some(Self { path, lock: Lock::Held { _file: held } }));
+            }
+        }
+    }
+
+    /// Removes temporary files that killed holders of this claim left.
+    pub(super) fn sweep(&self, strays: impl IntoIterator<Item = PathBuf>) {
+        if matches!(self.lock, Lock::Held { .. }) {
+            for stray in strays {
+                // What cannot be removed is no error of this run.
+                let _ = fs::remove_file(stray);
+            }
+        }
+    }
+}
+
+impl Drop for Claim {
+    /// While it is held: who opens the file afterwards makes a new one.
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
