@@ -1,0 +1,166 @@
+//! A GPU's compiler without the GPU: RADV (Mesa) on its null hardware compiles compute pipelines and says what
+//! they need, by `VK_KHR_pipeline_executable_properties`. `RADV_FORCE_FAMILY` names the GPU. The device
+//! has no memory, so that nothing can run.
+use crate::{Failure, manifest::Case};
+use ash::{khr::pipeline_executable_properties as properties, vk};
+use std::{ffi::CStr, path::Path, time::Duration};
+
+/// What a kernel needs on a GPU.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+pub struct Needs {
+    /// Vector registers of a lane.
+    pub vgprs: u64,
+    /// Vector registers kept in memory instead.
+    pub spilled: u64,
+    /// Workgroup memory [bytes].
+    pub lds: u64,
+    /// Waves that fit a SIMD.
+    pub waves: u64,
+    pub instructions: u64,
+    /// Machine code [bytes].
+    pub code: u64,
+    /// Time of the compiler on a core [s].
+    pub seconds: f64,
+}
+
+pub struct Compiler {
+    // Loaded as long as the device is used.
+    _loaded: (ash::Entry, ash::Instance),
+    device: ash::Device,
+    properties: properties::Device,
+    /// Of the GPU.
+    pub name: String,
+}
+
+impl Compiler {
+    pub fn new() -> Result<Self, Failure> {
+        let mut vulkan13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut vulkan11 = vk::PhysicalDeviceVulkan11Features::default();
+        let mut executable = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        // SAFETY: Vulkan is loaded once, what is passed outlives the calls, and what is made of it lives as
+        // long as the process.
+        unsafe {
+            let entry = ash::Entry::load()?;
+            let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
+            let info = vk::InstanceCreateInfo::default().application_info(&application);
+            let instance = entry.create_instance(&info, None)?;
+            let physical = *instance.enumerate_physical_devices()?.first().ok_or("no device")?;
+            let own = instance.get_physical_device_properties(physical);
+            let name = own.device_name_as_c_str()?.to_string_lossy().into_owned();
+            if !name.contains("RADV") {
+                return Err(format!("{name} is not RADV").into());
+            }
+            let mut asked = vk::PhysicalDeviceFeatures2::default()
+                .push_next(&mut vulkan13)
+                .push_next(&mut vulkan12)
+                .push_next(&mut vulkan11)
+                .push_next(&mut executable);
+            instance.get_physical_device_features2(physical, &mut asked);
+            let enabled = asked.features;
+            // Out of the first chain.
+            vulkan13.p_next = std::ptr::null_mut();
+            vulkan12.p_next = std::ptr::null_mut();
+            vulkan11.p_next = std::ptr::null_mut();
+            executable.p_next = std::ptr::null_mut();
+            executable.pipeline_executable_info = vk::TRUE;
+            vulkan12.buffer_device_address_capture_replay = vk::FALSE;
+            let queues = [vk::DeviceQueueCreateInfo::default().queue_priorities(&[1.0])];
+            let extensions = [properties::NAME.as_ptr()];
+            let mut features = vk::PhysicalDeviceFeatures2::default()
+                .features(enabled)
+                .push_next(&mut vulkan13)
+                .push_next(&mut vulkan12)
+                .push_next(&mut vulkan11)
+                .push_next(&mut executable);
+            let info = vk::DeviceCreateInfo::default()
+                .queue_create_infos(&queues)
+                .enabled_extension_names(&extensions)
+                .push_next(&mut features);
+            let device = instance.create_device(physical, &info, None)?;
+            let properties = properties::Device::new(&instance, &device);
+            Ok(Self { _loaded: (entry, instance), device, properties, name })
+        }
+    }
+
+    /// Compiles a kernel for subgroups of 32.
+    pub fn compile(&self, dir: &Path, case: &Case) -> Result<Needs, Failure> {
+        let file = dir.join(&case.file);
+        let bytes = std::fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        let words = ash::util::read_spv(&mut std::io::Cursor::new(bytes))?;
+        let declared: Vec<_> = case
+            .bindings
+            .iter()
+            .map(|&(number, kind)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(number)
+                    .descriptor_type(kind)
+                    .descriptor_count(1)
+                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            })
+            .collect();
+        // Each a VkBool32, side by side.
+        let place = |(i, &(id, _)): (usize, &(u32, bool))| vk::SpecializationMapEntry {
+            constant_id: id,
+            offset: 4 * i as u32,
+            size: 4,
+        };
+        let entries: Vec<_> = case.flags.iter().enumerate().map(place).collect();
+        let values: Vec<u8> =
+            case.flags.iter().flat_map(|&(_, is)| u32::from(is).to_le_bytes()).collect();
+        let flags = vk::SpecializationInfo::default().map_entries(&entries).data(&values);
+        let entry_point = std::ffi::CString::new(case.entry_point.as_str())?;
+        let mut subgroup = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default()
+            .required_subgroup_size(32);
+        let clock = cpu_time()?;
+        // SAFETY: the code was validated when it was exported, what is passed outlives the calls, and
+        // nothing is used after it was destroyed.
+        unsafe {
+            let device = &self.device;
+            let module = device
+                .create_shader_module(&vk::ShaderModuleCreateInfo::default().code(&words), None)?;
+            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&declared);
+            let sets = [device.create_descriptor_set_layout(&info, None)?];
+            let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+            let layout = device.create_pipeline_layout(&info, None)?;
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(module)
+                .name(&entry_point)
+                .specialization_info(&flags)
+                .push_next(&mut subgroup);
+            let info = [vk::ComputePipelineCreateInfo::default()
+                .flags(vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR)
+                .stage(stage)
+                .layout(layout)];
+            let made = device.create_compute_pipelines(vk::PipelineCache::null(), &info, None);
+            let pipeline = made.map_err(|(_, error)| error)?[0];
+            let seconds = (cpu_time()? - clock).as_secs_f64();
+            let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline);
+            let all = self.properties.get_pipeline_executable_statistics(&info)?;
+            device.destroy_pipeline(pipeline, None);
+            device.destroy_pipeline_layout(layout, None);
+            device.destroy_descriptor_set_layout(sets[0], None);
+            device.destroy_shader_module(module, None);
+            let named = |name: &CStr| {
+                let found = all.iter().find(|it| it.name_as_c_str() == Ok(name));
+                found.map(|it| it.value.u64).ok_or_else(|| format!("RADV does not say {name:?}"))
+            };
+            Ok(Needs {
+                vgprs: named(c"VGPRs")?,
+                spilled: named(c"Spilled VGPRs")?,
+                lds: named(c"LDS size")?,
+                waves: named(c"Subgroups per SIMD")?,
+                instructions: named(c"Instructions")?,
+                code: named(c"Code size")?,
+                seconds,
+            })
+        }
+    }
+}
+
+/// Time of this thread on a core: other processes do not count.
+fn cpu_time() -> Result<Duration, Failure> {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat")?;
+    Ok(Duration::from_nanos(stat.split(' ').next().unwrap_or_default().parse()?))
+}

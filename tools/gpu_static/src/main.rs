@@ -1,0 +1,146 @@
+//! What kernels need on GPUs that are not here: registers, spills, workgroup memory, waves, code. Compiles what
+//! `gobo export --target spirv` wrote with RADV's null hardware, prints a table and fails where a kernel
+//! exceeds `limits.toml`.
+//!
+//! `gpu-static DIR [--all] [--exceptions]`, or `make gpu-static` in the repository. `--all`: also kernels that no
+//! scene uses on a GPU. `--exceptions` prints the exceptions that the kernels need now.
+mod compiler;
+mod limits;
+mod manifest;
+
+use compiler::{Compiler, Needs};
+use limits::Limits;
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    process::{Child, Command, ExitCode, Stdio},
+};
+
+pub type Failure = Box<dyn std::error::Error>;
+
+/// Set in the processes that compile: RADV reads the GPU's name once.
+const GPU: &str = "RADV_FORCE_FAMILY";
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("gpu-static: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<bool, Failure> {
+    let (mut dir, mut all, mut exceptions) = (None, false, false);
+    for argument in std::env::args().skip(1) {
+        match argument.as_str() {
+            "--all" => all = true,
+            "--exceptions" => exceptions = true,
+            _ => dir = Some(PathBuf::from(argument)),
+        }
+    }
+    let dir = dir.ok_or("which folder? gpu-static DIR [--all] [--exceptions]")?;
+    let limits = Limits::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("limits.toml"))?;
+    if std::env::var_os(GPU).is_some() {
+        compile(&dir, &limits, all)?;
+        return Ok(true);
+    }
+    // A process and a core for each.
+    let children = limits.gpus.keys().map(|gpu| Ok((gpu, start(gpu)?)));
+    let children = children.collect::<Result<Vec<_>, Failure>>()?;
+    let (mut good, mut due) = (true, BTreeMap::<&str, Vec<String>>::new());
+    for (gpu, child) in children {
+        let needs = finish(gpu, child)?;
+        print_table(gpu, &needs);
+        for (kernel, needs) in &needs {
+            if let Some((reason, line)) = limits.exception(gpu, kernel, needs) {
+                due.entry(reason).or_default().push(line);
+            }
+            for complaint in limits.complaints(gpu, kernel, needs) {
+                good = false;
+                println!("{complaint}");
+            }
+        }
+        let (kernel, first) = needs.first_key_value().ok_or_else(|| format!("{gpu}: no kernel"))?;
+        sees_a_limit(&limits, gpu, kernel, first)?;
+        println!();
+    }
+    println!(
+        "gpu-static: {}",
+        if good { "all kernels are within limits" } else { "limits are exceeded" }
+    );
+    for (reason, lines) in due.iter().filter(|_| exceptions) {
+        println!("[[exceptions]]\nreason = \"{reason}\"\nkernels = [\n{}\n]\n", lines.join("\n"));
+    }
+    Ok(good)
+}
+
+/// Fails if a limit one below a kernel's need were not noticed.
+fn sees_a_limit(limits: &Limits, gpu: &str, kernel: &str, needs: &Needs) -> Result<(), Failure> {
+    let mut wrong = limits.clone();
+    let limit = wrong.gpus.get_mut(gpu).ok_or("no limits")?;
+    limit.vgprs = Some(needs.vgprs - 1);
+    wrong.smaller.clear();
+    wrong.exceptions.clear();
+    let said = wrong.complaints(gpu, kernel, needs);
+    let is_seen = said.iter().any(|it| it.contains("vgprs"));
+    is_seen.then_some(()).ok_or_else(|| "a wrong limit was not noticed".into())
+}
+
+/// Compiles all kernels in this process: a line for each.
+fn compile(dir: &Path, limits: &Limits, all: bool) -> Result<(), Failure> {
+    let cases = manifest::cases(dir, limits, all)?;
+    let compiler = Compiler::new()?;
+    eprintln!("gpu-static: {} kernels on {}", cases.len(), compiler.name);
+    for case in cases {
+        let needs =
+            compiler.compile(dir, &case).map_err(|error| format!("{}: {error}", case.id))?;
+        println!("{}", serde_json::to_string(&(case.id, needs))?);
+    }
+    Ok(())
+}
+
+/// Starts a process that compiles for a GPU.
+fn start(gpu: &str) -> Result<Child, Failure> {
+    let drivers = std::fs::read_dir("/usr/share/vulkan/icd.d").into_iter().flatten().flatten();
+    let is_radv = |path: &PathBuf| path.to_string_lossy().contains("radeon_icd");
+    let driver = drivers.map(|file| file.path()).find(is_radv);
+    let driver = driver.ok_or("RADV is missing: on Debian, mesa-vulkan-drivers has it")?;
+    let child = Command::new(std::env::current_exe()?)
+        .args(std::env::args_os().skip(1))
+        .env(GPU, gpu)
+        .env("VK_ICD_FILENAMES", &driver)
+        .env("VK_DRIVER_FILES", &driver)
+        .env("MESA_SHADER_CACHE_DISABLE", "true")
+        .stdout(Stdio::piped())
+        .spawn()?;
+    Ok(child)
+}
+
+fn finish(gpu: &str, child: Child) -> Result<BTreeMap<String, Needs>, Failure> {
+    let output = child.wait_with_output()?;
+    let lines = String::from_utf8(output.stdout)?;
+    let needs: BTreeMap<String, Needs> =
+        lines.lines().map(serde_json::from_str::<(String, Needs)>).collect::<Result<_, _>>()?;
+    if !output.status.success() {
+        let last = needs.len();
+        return Err(format!("{gpu}: {} after {last} kernels", output.status).into());
+    }
+    Ok(needs)
+}
+
+fn print_table(gpu: &str, needs: &BTreeMap<String, Needs>) {
+    let row = |cells: [&str; 8]| {
+        let [kernel, rest @ ..] = cells;
+        println!("{kernel:44}{}", rest.map(|cell| format!("{cell:>9}")).concat());
+    };
+    row([gpu, "VGPRs", "spilled", "LDS", "waves", "instr.", "bytes", "s"]);
+    for (kernel, it) in needs {
+        let whole = [it.vgprs, it.spilled, it.lds, it.waves, it.instructions, it.code]
+            .map(|n| n.to_string());
+        let [a, b, c, d, e, f] = whole.each_ref().map(String::as_str);
+        row([kernel, a, b, c, d, e, f, &format!("{:.2}", it.seconds)]);
+    }
+}
