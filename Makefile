@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test test-all test-swiftshader web-test web-kernels export-check ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test test-all test-swiftshader web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
 	bench results native tables quality man setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -84,6 +84,10 @@ bevy: setup
 # Every exported kernel through spirv-val and glslangValidator.
 export-check: program
 	sh tools/export_check.sh
+
+# What exported kernels need on GPUs (registers, spills, code), by a GPU's compiler without one: tools/gpu_static/limits.toml.
+gpu-static: program
+	sh tools/gpu_static.sh
 
 # Exported frames run by Vulkan alone, without wgpu: the same maps bit for bit.
 ash: program
