@@ -16,10 +16,10 @@ use std::{
 /// Kernels by device, source and constants. A clone shares them: several renderers on one device compile
 /// each kernel once.
 #[derive(Clone, Debug, Default)]
-pub struct KernelCache(Arc<Mutex<Shelf>>);
+pub struct KernelCache(Arc<Mutex<CacheState>>);
 
 #[derive(Debug, Default)]
-struct Shelf {
+struct CacheState {
     kernels: HashMap<Key, Kernel>,
     /// Kernels that are not compiled yet.
     pending: Vec<Kernel>,
@@ -74,7 +74,7 @@ impl KernelCache {
     ) -> Result<Kernel, KernelError> {
         let (linked, values) = desc.specialised(tier, choices, constants)?;
         let bits = values.iter().map(|&(name, value)| (name, value.to_bits())).collect();
-        let Shelf { kernels, pending, driver } = &mut *self.shelf();
+        let CacheState { kernels, pending, driver } = &mut *self.state();
         match kernels.entry((device.clone(), desc.entry, linked.wgsl.clone(), bits)) {
             Entry::Occupied(known) => Ok(known.get().clone()),
             Entry::Vacant(place) => {
@@ -88,9 +88,9 @@ impl KernelCache {
     /// Kernels that are not compiled yet. One that the device refused stays, so that each [`Self::finish`]
     /// reports it.
     pub(crate) fn pending(&self) -> Vec<KernelJob> {
-        let mut shelf = self.shelf();
-        shelf.pending.retain(|kernel| !kernel.is_made());
-        shelf.pending.iter().cloned().map(KernelJob).collect()
+        let mut state = self.state();
+        state.pending.retain(|kernel| !kernel.is_made());
+        state.pending.iter().cloned().map(KernelJob).collect()
     }
 
     /// Compiles all pending kernels on all cores, and waits for those that other threads compile.
@@ -100,15 +100,15 @@ impl KernelCache {
 
     /// Uses the driver's pipeline cache for kernels that are compiled later, and adds them to it.
     pub(crate) fn use_driver_cache(&self, cache: &wgpu::PipelineCache) {
-        self.shelf().driver = Some(cache.clone());
+        self.state().driver = Some(cache.clone());
     }
 
     /// Number of kernels.
     pub fn count(&self) -> usize {
-        self.shelf().kernels.len()
+        self.state().kernels.len()
     }
 
-    fn shelf(&self) -> MutexGuard<'_, Shelf> {
+    fn state(&self) -> MutexGuard<'_, CacheState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

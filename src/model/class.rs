@@ -39,6 +39,8 @@ impl Class {
     pub const BLOCKING: RangeInclusive<Self> = Self::Opaque..=Self::Dithered;
     /// Classes that filter light.
     pub const FILTERING: RangeInclusive<Self> = Self::Translucent..=Self::HiddenTranslucent;
+    /// Lists of a shadow view: blocking and filtering casters.
+    pub const LISTS: [RangeInclusive<Self>; 2] = [Self::BLOCKING, Self::FILTERING];
     /// Classes that the picture shows as opaque.
     pub const SOLID: RangeInclusive<Self> = Self::ShownOpaque..=Self::Opaque;
     /// Classes that the picture blends.

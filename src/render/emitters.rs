@@ -35,7 +35,7 @@ impl GpuEngine {
             return Ok(());
         }
         let slots: Vec<_> = scene.emissions.iter().map(EmittedSlots::of).collect();
-        let set = self.shadows.hold_emitted(&scene.casters(), &slots)?;
+        let set = self.shadows.upload_emitted(&scene.casters(), &slots)?;
         self.emitters.slots = slots;
         let loaded = &self.emitters.loaded;
         let is_loaded = self.emitters.set == Some(set)

@@ -25,7 +25,7 @@ pub struct Config {
     /// Nodes of a curve (K); 0: nearest-depth mode, without curves.
     pub nodes: u32,
     /// Whether the picture counts the cost of each pixel
-    /// ([`read_costs`](super::PreparedPicture::read_costs)).
+    /// ([`read_costs`](crate::shadows::PreparedPicture::read_costs)).
     pub count_cost: bool,
     /// Whether groups wholly behind an opaque surface are culled, which changes no bit.
     pub hide: bool,

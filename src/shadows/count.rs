@@ -1,11 +1,13 @@
 //! Pair counts of lists, taken before any walk.
 use super::{
     Pipeline,
-    context::{Context, view_uniform},
-    list::List,
+    batch::{
+        context::{Context, view_uniform},
+        list::List,
+        plan::Plan,
+        scratch::Scratch,
+    },
     pipeline::Request,
-    plan::Plan,
-    scratch::Scratch,
 };
 use crate::{
     error::Error,

@@ -1,37 +1,15 @@
 //! Particles of emitters, loaded beside the uploaded casters. The CPU learns of each 256 of them their box,
 //! number and least alpha, so that it lists and culls them like uploaded ones.
-use super::{HostInputs, Shadows, Simulation};
+use super::{EmittedSlots, HostInputs, Shadows, Simulation};
 use crate::{
     error::Error,
     frame::{Commands, Dispatch},
     gpu::{Allocator, Memory, Resources},
     model::{Bounds, Casters, emission::Emission},
     records::{EmissionParams, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
-    stage::{load::group_count, project::grid, simulate},
+    stage::{project::grid, simulate},
 };
 use wgpu::{Buffer, BufferUsages};
-
-/// Records that an emitter needs.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct EmittedSlots {
-    pub material: u32,
-    /// Groups of [`CHUNK_SIZE`](crate::stage::project::CHUNK_SIZE) records.
-    pub group_count: u32,
-    /// Least and largest radius [m].
-    pub radii: [f32; 2],
-}
-
-impl EmittedSlots {
-    pub(crate) fn of(emission: &Emission) -> Self {
-        let emitter = &*emission.emitter;
-        let radii = emitter.radius.iter().copied();
-        Self {
-            material: emitter.material,
-            group_count: group_count(emitter.forces.most_until(emitter.steps)),
-            radii: [radii.clone().fold(f32::INFINITY, f32::min), radii.fold(0.0, f32::max)],
-        }
-    }
-}
 
 /// Load of the particles of all emitters.
 #[derive(Debug)]
@@ -52,8 +30,8 @@ impl EmittedLoad {
     ) -> impl Iterator<Item = Bounds> + 'a {
         let mut found = found.iter();
         self.group_counts.iter().map(move |&group_count| {
-            let own = found.by_ref().take(group_count as usize).filter(|group| group.count > 0);
-            own.fold(Bounds::EMPTY, |all, group| {
+            let groups = found.by_ref().take(group_count as usize).filter(|group| group.count > 0);
+            groups.fold(Bounds::EMPTY, |all, group| {
                 all.with(&Bounds { min: group.low, max: group.high })
             })
         })
@@ -63,12 +41,12 @@ impl EmittedLoad {
 impl Shadows {
     /// Makes room for emitted particles beside `casters`. Returns the identity of the set: another one has
     /// not loaded them.
-    pub(crate) fn hold_emitted(
+    pub(crate) fn upload_emitted(
         &mut self,
         casters: &Casters<'_>,
         slots: &[EmittedSlots],
     ) -> Result<u64, Error> {
-        self.hold(casters, &HostInputs::new().emitted(slots))
+        self.upload(casters, &HostInputs::new().emitted(slots))
     }
 
     /// Binds the kernels that load the emitters for which there is room.
@@ -83,7 +61,7 @@ impl Shadows {
             let mut allocator = Allocator { device: &device, memory: &mut memory };
             let slots: Vec<_> =
                 emitted.iter().map(|(emission, _)| EmittedSlots::of(emission)).collect();
-            let total: u32 = slots.iter().map(|own| own.group_count).sum();
+            let total: u32 = slots.iter().map(|emitter| emitter.group_count).sum();
             let none = BufferUsages::empty();
             let groups = allocator.storage::<HostGroup>(
                 "emitted_groups",
@@ -96,13 +74,13 @@ impl Shadows {
             let mut dispatches = Vec::with_capacity(emitted.len());
             let mut first_group = 0;
             let runs = emitted.iter().zip(&slots).zip(set.emitted_records());
-            for (((emission, simulation), own), first_caster) in runs {
+            for (((emission, simulation), emitter), first_caster) in runs {
                 let mut materials = [[0; 4]; MAX_MATERIALS / 128];
-                let word = own.material as usize / 32;
-                materials[word / 4][word % 4] = 1 << (own.material % 32);
+                let word = emitter.material as usize / 32;
+                materials[word / 4][word % 4] = 1 << (emitter.material % 32);
                 let params = LoadParams {
                     capacity: emission.numbers().len() as u32,
-                    group_count: own.group_count,
+                    group_count: emitter.group_count,
                     first_group,
                     first_caster,
                     quad_reach: 1.0,
@@ -123,9 +101,9 @@ impl Shadows {
                     .with("host_counts", &no_counts)
                     .with("host_groups", &groups)
                     .with("host_counters", &counters);
-                let groups = grid(own.group_count);
+                let groups = grid(emitter.group_count);
                 dispatches.push(Dispatch::new(&device, kernel.clone(), &resources, groups)?);
-                first_group += own.group_count;
+                first_group += emitter.group_count;
             }
             let loaded = slots.iter().take(dispatches.len());
             let group_counts = loaded.map(|slots| slots.group_count).collect();

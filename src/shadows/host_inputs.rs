@@ -1,13 +1,8 @@
 //! Inputs that a host has on the device: casters and depth maps.
-use super::{Shadows, emitted::EmittedSlots};
-use crate::{
-    error::Error,
-    gpu::{HostText, Kernel},
-    model::Bounds,
-    stage::load,
-};
+use super::EmittedSlots;
+use crate::{error::Error, gpu::Kernel, model::Bounds};
 use glam::Mat4;
-use wgpu::{BindGroup, BindGroupLayout, Buffer, Texture};
+use wgpu::{BindGroup, Buffer, Texture};
 
 /// Inputs that a host has on the device, for [`Shadows::prepare_with`].
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,50 +43,6 @@ impl<'a> HostInputs<'a> {
 #[derive(Clone, Debug)]
 pub struct CasterLoader {
     pub(super) kernel: Kernel,
-}
-
-impl Shadows {
-    /// Makes a loader of `wgsl`, which declares its bindings in `@group(1)`, of `layout`, and
-    ///
-    /// ```wgsl
-    /// fn load_caster(index: u32) -> Caster
-    /// ```
-    ///
-    /// It is compiled together with a declaration of the library, whose fields are those of
-    /// [`Particle`](crate::Particle):
-    ///
-    /// ```wgsl
-    /// struct Caster {
-    ///     center: vec3<f32>, // world space [m]
-    ///     radius: f32,       // [m]
-    ///     color: vec4<f32>,  // linear rgba; multiplies the material's tint
-    ///     rotation: f32,     // of a quad about the ray from the light [radians]
-    ///     material: u32,     // index
-    ///     id: u32,           // decorrelates dither patterns
-    /// }
-    /// ```
-    ///
-    /// All other names of the library begin with `gobo_`. `label` names the text in errors.
-    ///
-    /// # Errors
-    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
-    pub fn caster_loader(
-        &self,
-        label: &str,
-        wgsl: &str,
-        layout: &BindGroupLayout,
-    ) -> Result<CasterLoader, Error> {
-        let host = HostText {
-            label,
-            wgsl,
-            layout,
-            choice: load::LOADER,
-            constants: &[],
-            shared: &["Caster"],
-        };
-        let (device, tier) = self.device();
-        Ok(CasterLoader { kernel: Kernel::with_host_text(device, &load::CASTERS, tier, &host)? })
-    }
 }
 
 /// Number of casters in a set.

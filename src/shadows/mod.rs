@@ -1,68 +1,63 @@
 //! Shadow maps from casters and views.
 //!
-//! The library is a guest in its host's renderer: [`Shadows::prepare`] uploads and allocates,
-//! [`Prepared::record`] only records into the host's encoder; nothing here submits or waits.
-mod batch;
-mod blur;
-mod cache;
+//! The library is a guest in its host's renderer: [`Shadows::prepare`] uploads and allocates, and makes the
+//! commands of a frame; [`Prepared::record`] only records them; nothing here submits or waits.
+//!
+//! `cull` and `casters` hold what casts, `views` what it is cast into. `batch` makes the commands from casters to
+//! maps, `smoothing` those behind all batches, `look_ups` and `masks` those that read the maps. `pipeline` puts a
+//! frame together, `shadows` and `prepared` are the host's handles.
+pub(crate) mod batch;
+mod caster_loader;
 mod casters;
 mod config;
-pub(crate) mod context;
-mod converted;
 mod count;
 pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
-mod filter_mips;
-mod groups;
-mod host;
-mod host_casters;
-mod host_depths;
 mod host_inputs;
-mod host_list;
-mod host_prepared;
-mod host_shader;
 pub(crate) mod kernels;
-pub(crate) mod levels;
-mod light_points;
-mod light_source;
-pub(crate) mod list;
-mod maps;
+mod look_ups;
 pub(crate) mod masks;
 mod pair_capacity;
-mod parts;
 mod pipeline;
-pub(crate) mod plan;
 mod prepared;
+mod prepared_maps;
 mod read_back;
-pub(crate) mod scratch;
+#[expect(clippy::module_inception, reason = "it declares `Shadows`")]
+mod shadows;
 mod simulation;
-mod small;
-mod soften;
+mod smoothing;
 mod statistics;
+mod views;
 mod warm_up;
 
-pub use casters::{CasterSet, Span};
+pub(crate) use batch::context;
+pub use batch::list::ListCounters;
+#[cfg(feature = "picture")]
+pub(crate) use batch::{list, plan, scratch};
+#[cfg(feature = "picture")]
+pub(crate) use casters::EmittedSlots;
+pub use casters::{
+    CasterSet, SMALL_SIDE, Span, TriangleExtent,
+    groups::{Extent, Group},
+};
 pub use config::Config;
-pub use converted::{ConvertedMaps, FilterFormat, MapLayout};
-#[cfg(feature = "picture")]
-pub(crate) use emitted::EmittedSlots;
-pub use groups::{Extent, Group};
-pub use host::Shadows;
-#[cfg(feature = "picture")]
-pub(crate) use host::check;
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
-pub use host_prepared::Prepared;
-pub use host_shader::{LightBindings, look_up_text};
-pub(crate) use levels::AreaLevels;
-pub use light_points::{LightPoints, PointBuffers};
 #[cfg(feature = "picture")]
-pub(crate) use light_source::light_texture;
-pub use list::ListCounters;
-pub use maps::Maps;
+pub(crate) use look_ups::light_source::light_texture;
+pub use look_ups::{
+    converted::{ConvertedMaps, FilterFormat, MapLayout},
+    host_shader::{LightBindings, look_up_text},
+    light_points::{LightPoints, PointBuffers},
+};
+pub(crate) use look_ups::{levels::AreaLevels, light_source};
 pub use masks::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 pub use pair_capacity::PairCapacity;
 pub use pipeline::Pipeline;
-pub use prepared::PreparedMaps;
+pub use prepared::Prepared;
+pub use prepared_maps::PreparedMaps;
+pub use shadows::Shadows;
+#[cfg(feature = "picture")]
+pub(crate) use shadows::check;
 pub use simulation::{EMITTED_WGSL, Simulation};
-pub use small::{SMALL_SIDE, TriangleExtent};
+pub use views::maps::Maps;

@@ -1,15 +1,17 @@
 //! Stages of one device, and the preparation of a frame.
 use super::{
     CasterSet, Config, Maps, PreparedMaps,
-    batch::Batch,
-    blur::Blur,
-    cache::{MapCache, Relocation},
-    context::Context,
-    filter_mips::filter_mips,
-    host_depths::DepthInput,
-    plan::{self, LISTS, PendingView, Plan},
-    scratch::Scratch,
-    soften::Soften,
+    batch::{
+        Batch,
+        context::Context,
+        plan::{self, PendingView, Plan},
+        scratch::Scratch,
+    },
+    smoothing::{blur::Blur, filter_mips::filter_mips, soften::Soften},
+    views::{
+        cache::{MapCache, Relocation},
+        host_depths::DepthInput,
+    },
 };
 #[cfg(feature = "picture")]
 use crate::model::Environment;
@@ -17,7 +19,7 @@ use crate::{
     error::Error,
     frame::{Commands, Kernels},
     gpu::{Allocator, FETCH_FEATURES, KernelCache, Memory, Tier},
-    model::View,
+    model::{Class, View},
 };
 use std::sync::Arc;
 
@@ -151,7 +153,7 @@ impl Pipeline {
             views,
             pairs,
             window: if self.config.soften { casters.dither_window } else { 0 },
-            gain: casters.span(LISTS[1].clone()).features.gain,
+            gain: casters.span(Class::LISTS[1].clone()).features.gain,
             colored: self.config.colored && casters.dither_window > 0,
             depths: &[],
         }
@@ -183,9 +185,9 @@ impl Pipeline {
         let maps = Maps { gain: request.gain, ..maps };
         let hides = self.config.hide.then_some(nodes);
         let cache = MapCache::after(reuse.cache, casters, views, hides, request.depths);
-        let relocation = reuse
-            .relocated
-            .and_then(|old| Relocation::new(old.maps, old.soften, cache.kept(), views, &maps));
+        let relocation = reuse.relocated.and_then(|old| {
+            Relocation::new(old.maps, old.soften.map(|it| it.raw), cache.kept(), views, &maps)
+        });
 
         let pending: Vec<_> = cache
             .pending
@@ -223,7 +225,7 @@ impl Pipeline {
         let host = casters.shared_host();
         let (mut commands, mut counting) = (Commands::new(), Commands::new());
         if let Some(relocation) = &relocation {
-            commands.append(relocation.commands(&maps, soften.as_ref()));
+            commands.append(relocation.commands(&maps, soften.as_ref().map(|soften| &soften.raw)));
         }
         if let Some(host) = host.as_ref().filter(|_| !plans.is_empty()) {
             commands.append(host.commands());
@@ -248,7 +250,7 @@ impl Pipeline {
         }
         let kernels = &self.kernels;
         if let Some(soften) = &soften {
-            let over = casters.span(LISTS[1].clone()).features.over;
+            let over = casters.span(Class::LISTS[1].clone()).features.over;
             let soft = soften.commands(&mut allocator, queue, kernels, &plans, &maps, over)?;
             commands.append(soft);
         }
@@ -314,7 +316,7 @@ impl Pipeline {
 
 /// Combinations (caster, pending view) that are in no list.
 fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
-    let all: usize = LISTS.map(|list| casters.count(list)).into_iter().sum();
+    let all: usize = Class::LISTS.map(|list| casters.count(list)).into_iter().sum();
     let listed: u64 = plans.iter().map(Plan::caster_count).sum();
     (all * view_count) as u64 - listed
 }
@@ -328,8 +330,8 @@ impl MapSet {
         let mut maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0, mips)?;
         let mut soften = None;
         if window > 0 {
-            let (soft, own) = Soften::new(&mut allocator, queue, maps, window)?;
-            (maps, soften) = (soft, Some(own));
+            let (soft, softening) = Soften::new(&mut allocator, queue, maps, window)?;
+            (maps, soften) = (soft, Some(softening));
         }
         let blur = (blur > 0).then(|| Blur::new(&mut allocator, queue, &maps, blur)).transpose()?;
         Ok(Self { maps, soften, blur, memory })

@@ -1,141 +1,128 @@
-//! Prepared maps of a frame.
+//! Maps of a frame in the host's hands.
 use super::{
-    ListCounters, Maps, blur::Blur, cache::MapCache, host_casters::HostSets, read_back::ReadBack,
-    scratch::Scratch, soften::Soften,
+    Maps, PreparedMaps,
+    kernels::Variant,
+    shadows::{Engine, lock},
 };
 use crate::{
     error::Error,
-    frame::Commands,
-    gpu::{Memory, Timeline},
-    records::LoadCounters,
+    frame::{Commands, Kernels},
+    gpu::{Kernel, Memory, Timeline},
+    model::{ShadowSettings, View},
+    stage::features::Features,
 };
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
-/// Counters of opaque lists, of translucent ones, and of the host's casters.
-pub(super) type AllCounters = ((ListCounters, ListCounters), LoadCounters);
-
-/// A scene's maps on the GPU, and the commands that fill them.
+/// Maps of a frame, ready to be recorded any number of times, until a later
+/// [`prepare`](crate::shadows::Shadows::prepare) takes them over.
 #[derive(Debug)]
-pub struct PreparedMaps {
-    pub maps: Maps,
-    /// From casters to the maps of all views that must be rendered.
-    pub commands: Commands,
-    /// From casters to the number of their pairs.
-    pub counting: Commands,
-    /// Counters of each batch.
-    pub(super) counters: Vec<[ReadBack<ListCounters>; 2]>,
-    pub(super) host: Option<Arc<HostSets>>,
-    pub(super) soften: Option<Soften>,
-    pub(super) blur: Option<Blur>,
-    pub(super) scratch: Arc<Scratch>,
-    pub(super) cache: MapCache,
-    pub(super) culled: u64,
-    pub(super) maps_memory: Memory,
-    pub(super) scratch_memory: Memory,
-    /// Bytes by buffer and texture.
-    pub memory: Memory,
+pub struct Prepared {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) kernels: Kernels,
+    pub(super) engine: Arc<Mutex<Engine>>,
+    pub(super) frame: u64,
+    pub(super) caster_count: u64,
+    /// Whether blending depends on the order of the casters.
+    pub(super) ordered: bool,
+    /// Whether some material filters light.
+    pub(super) tints: bool,
+    pub(super) views: Vec<View>,
+    pub(super) settings: ShadowSettings,
+    pub(super) maps: Maps,
+    pub(super) memory: Memory,
 }
 
-impl PreparedMaps {
-    pub(super) fn is_colored(&self) -> bool {
-        self.soften.as_ref().map_or(&self.maps, |soften| &soften.raw).colored.is_some()
+impl Prepared {
+    /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing.
+    ///
+    /// # Errors
+    /// [`Error::Superseded`] if a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over; then
+    /// nothing is recorded.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.record_timed(encoder, &mut Timeline::untimed())
     }
 
-    /// Pair capacity of a batch.
-    pub fn pair_capacity(&self) -> u32 {
-        self.scratch.pair_capacity
-    }
-
-    /// Views that [`Self::record`] renders; the others are kept.
-    pub fn rendered_count(&self) -> usize {
-        self.cache.pending.len()
-    }
-
-    pub fn view_count(&self) -> usize {
-        self.cache.view_count()
-    }
-
-    /// Combinations (caster, view) that are not projected: their groups are outside the view or wholly
-    /// behind an opaque surface.
-    pub fn culled_count(&self) -> u64 {
-        self.culled
-    }
-
-    /// Culled combinations that are behind an opaque surface.
-    pub fn hidden_count(&self) -> u64 {
-        self.cache.hidden_count()
-    }
-
-    /// Makes the next [`Pipeline::prepare_again`] render the same views again, for instance because pairs
-    /// did not fit.
-    pub fn forget(&mut self) {
-        self.cache.forget();
-    }
-
-    /// Records every stage of every view that must be rendered.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        self.commands.record(encoder, timeline);
-        self.cache.mark_recorded();
-    }
-
-    /// Counters of the last frame: of opaque lists and of translucent ones, each summed over the batches,
-    /// and of the host's casters. Blocks.
-    pub(super) fn read_all_counters(
+    /// Like [`Self::record`], with timestamps around each stage.
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_timed(
         &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<AllCounters, Error> {
-        let loaded = self.loaded().map(|counted| counted.read(device, queue)).transpose()?;
-        let lists = self.sum(|counted| counted.read(device, queue))?;
-        Ok((lists, loaded.unwrap_or_default()))
+        encoder: &mut wgpu::CommandEncoder,
+        timeline: &mut Timeline,
+    ) -> Result<(), Error> {
+        self.with_maps(|maps| {
+            maps.record(encoder, timeline);
+            timeline.end(encoder);
+            Ok(())
+        })
     }
 
-    /// Counters of the last frame, `(opaque, translucent)`, summed over the batches. Blocks.
-    pub fn read_counters(
+    /// Replaces the bindings of the host's casters of `set`, an index, by others of the same layout, from
+    /// the next [`Self::record`] on: for hosts that alternate between two buffers.
+    ///
+    /// # Errors
+    /// If there is no such set, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
+        let engine = lock(&self.engine);
+        let host = self.current(&engine)?.host.as_ref();
+        let problem = "there is none, or it has no caster";
+        let none = Error::Invalid { what: "set of host casters", index: set, problem };
+        host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
+    }
+
+    /// A kernel of this device, compiled if needed.
+    pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
+        let kernel = self.kernels.of(variant, features)?;
+        kernel.make()?;
+        Ok(kernel)
+    }
+
+    /// The commands of the frame: for its export.
+    ///
+    /// # Errors
+    /// If a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    #[doc(hidden)]
+    pub fn commands(&self) -> Result<Commands, Error> {
+        self.with_maps(|maps| Ok(maps.commands.clone()))
+    }
+
+    /// Device and queue of the maps.
+    pub(super) fn device(&self) -> (&wgpu::Device, &wgpu::Queue) {
+        (&self.device, &self.queue)
+    }
+
+    /// Records only the counting of pairs: if nothing of a scene is known, [`Self::counters`] then gives
+    /// the needed capacity at a fraction of a frame's time, so that no frame takes the slower scatter path.
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.with_maps(|maps| {
+            maps.counting.record(encoder, &mut Timeline::untimed());
+            Ok(())
+        })
+    }
+
+    pub(super) fn with_maps<T>(
         &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<(ListCounters, ListCounters), Error> {
-        self.sum(|counted| counted.read(device, queue))
+        act: impl FnOnce(&PreparedMaps) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        act(self.current(&lock(&self.engine))?)
     }
 
-    pub(super) fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.counted().flatten().for_each(|counted| counted.record(encoder));
-        if let Some(counted) = self.loaded() {
-            counted.record(encoder);
-        }
+    fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {
+        engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
     }
 
-    /// Whether [`Self::take_statistics`] has the recorded counters.
-    pub(super) fn has_statistics(&self) -> bool {
-        // Polls all, so that all start mapping.
-        let loaded = self.loaded().is_none_or(ReadBack::is_ready);
-        let lists = self.counted().flatten().filter(|counted| !counted.is_ready()).count() == 0;
-        loaded && lists
+    /// Textures and rectangles of the maps of all views.
+    pub fn maps(&self) -> &Maps {
+        &self.maps
     }
 
-    pub(super) fn take_statistics(&self) -> Result<AllCounters, Error> {
-        let loaded = self.loaded().map(ReadBack::take).transpose()?;
-        Ok((self.sum(ReadBack::take)?, loaded.unwrap_or_default()))
-    }
-
-    fn counted(&self) -> impl Iterator<Item = [&ReadBack<ListCounters>; 2]> {
-        self.counters.iter().map(<[_; 2]>::each_ref)
-    }
-
-    fn loaded(&self) -> Option<&ReadBack<LoadCounters>> {
-        self.host.as_ref().map(|host| &host.counters)
-    }
-
-    fn sum(
-        &self,
-        read: impl Fn(&ReadBack<ListCounters>) -> Result<ListCounters, Error>,
-    ) -> Result<(ListCounters, ListCounters), Error> {
-        let mut sums = (ListCounters::default(), ListCounters::default());
-        for [opaque, translucent] in self.counted() {
-            sums.0.add(&read(opaque)?);
-            sums.1.add(&read(translucent)?);
-        }
-        Ok(sums)
+    /// Bytes by buffer and texture.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
     }
 }

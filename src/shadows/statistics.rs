@@ -1,5 +1,5 @@
 //! Counters of a frame, read by blocking or as soon as the device has them.
-use super::{ListCounters, Prepared, PreparedMaps, prepared::AllCounters};
+use super::{ListCounters, Prepared, PreparedMaps, prepared_maps::AllCounters};
 use crate::{
     error::Error,
     model::{Counters, Skipped},
@@ -9,7 +9,7 @@ impl Prepared {
     /// Counters of the last recorded frame, once it was submitted. Blocks until the device is done.
     ///
     /// # Errors
-    /// If a later [`Shadows::prepare`](super::Shadows::prepare) has taken the maps over, or the device is
+    /// If a later [`Shadows::prepare`](crate::shadows::Shadows::prepare) has taken the maps over, or the device is
     /// lost.
     pub fn counters(&self) -> Result<Counters, Error> {
         let (device, queue) = self.device();

@@ -3,7 +3,7 @@
 //! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the pairs in
 //! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
 //! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
-//! binned again in parts of its tiles (`src/shadows/parts.rs`).
+//! binned again in parts of its tiles (`src/shadows/batch/parts.rs`).
 //! `dispatches` holds the workgroup counts that only the GPU knows.
 use super::sort::Shape;
 use crate::gpu::{KernelDesc, Tier};

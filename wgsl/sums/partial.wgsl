@@ -13,7 +13,7 @@ struct Partial {
     owner: u32,
 }
 
-const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/shadows/scratch.rs
+const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/shadows/batch/scratch.rs
 
 // A half holds the range of `gain`, but only 11 bits.
 fn pack_pair(v: vec2<f32>) -> u32 {

@@ -1,21 +1,32 @@
 //! A batch: as many views as share the scratch memory at once, from casters to maps.
+pub(crate) mod context;
+mod host_chunks;
+mod import;
+pub(crate) mod list;
+mod list_plan;
+mod parts;
+pub(crate) mod plan;
+pub(crate) mod scratch;
+mod small;
 mod walk;
 
-use super::{
-    context::{Context, view_uniform},
-    host_depths::imports,
-    list::{List, ListCounters},
-    maps::Maps,
-    plan::Plan,
+use crate::shadows::{
+    batch::{
+        context::{Context, view_uniform},
+        import::imports,
+        list::{List, ListCounters},
+        plan::Plan,
+        small::{copy_depths, small_triangles},
+    },
     read_back::ReadBack,
-    small::{copy_depths, small_triangles},
+    views::maps::Maps,
 };
 use crate::{error::Error, frame::Commands};
 use walk::Walk;
 
 /// The commands of a batch.
 #[derive(Debug)]
-pub(super) struct Batch {
+pub(in crate::shadows) struct Batch {
     /// From casters to maps.
     pub commands: Commands,
     /// From casters to the number of pairs of both lists.
@@ -25,7 +36,7 @@ pub(super) struct Batch {
 }
 
 impl Batch {
-    pub(super) fn new(
+    pub(in crate::shadows) fn new(
         context: &mut Context<'_, '_>,
         plan: &Plan,
         maps: &Maps,

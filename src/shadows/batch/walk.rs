@@ -1,13 +1,15 @@
 //! The kernels that walk a list of blocking or of filtering casters.
+use crate::shadows::{
+    batch::{
+        context::{ChunkBuffers, Context},
+        list::List,
+        list_plan::ListPlan,
+    },
+    views::maps::Maps,
+};
 use crate::{
     error::Error,
     frame::{Commands, Work},
-    shadows::{
-        context::{ChunkBuffers, Context},
-        list::List,
-        maps::Maps,
-        plan::ListPlan,
-    },
     stage::{accumulate, bin, colored, occlude},
 };
 use wgpu::Buffer;

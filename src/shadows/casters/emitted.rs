@@ -1,9 +1,9 @@
 //! Particles of emitters: a kernel writes their records behind those of the upload.
+use super::EmittedSlots;
 use super::{CasterSet, features::add_emitted_features};
 use crate::{
     model::{Class, Shape},
     records::{DIAGONAL, HostGroup},
-    shadows::emitted::EmittedSlots,
     stage::project::CHUNK_SIZE,
 };
 use std::ops::{Range, RangeInclusive};
@@ -29,9 +29,10 @@ impl Emitted {
 pub(super) fn placed(slots: &[EmittedSlots], first: u32) -> (Vec<Emitted>, u32) {
     let mut end = first;
     let place = |slots: &EmittedSlots| {
-        let own = Emitted { slots: slots.clone(), first_record: end, count: 0, least_alpha: 1.0 };
+        let emitter =
+            Emitted { slots: slots.clone(), first_record: end, count: 0, least_alpha: 1.0 };
         end = end.saturating_add(slots.group_count.saturating_mul(CHUNK_SIZE));
-        own
+        emitter
     };
     (slots.iter().map(place).collect(), end)
 }
@@ -39,20 +40,21 @@ pub(super) fn placed(slots: &[EmittedSlots], first: u32) -> (Vec<Emitted>, u32) 
 impl CasterSet {
     /// First record of each emitter.
     pub(in crate::shadows) fn emitted_records(&self) -> impl Iterator<Item = u32> + '_ {
-        self.emitted.iter().map(|own| own.first_record)
+        self.emitted.iter().map(|emitter| emitter.first_record)
     }
 
     /// Takes the particles that `load` has found, emitter by emitter.
     pub(in crate::shadows) fn place_emitted(&mut self, found: &[HostGroup]) {
         let mut rest = found;
         let mut radii = Vec::with_capacity(self.emitted.len());
-        for own in &mut self.emitted {
-            let (groups, others) = rest.split_at(own.slots.group_count as usize);
+        for emitter in &mut self.emitted {
+            let (groups, others) = rest.split_at(emitter.slots.group_count as usize);
             rest = others;
-            own.count = groups.iter().map(|group| group.count).sum();
-            own.least_alpha = groups.iter().map(|group| group.least_alpha).fold(1.0, f32::min);
-            let [least, largest] = own.slots.radii;
-            let is_quad = self.uploaded.materials[own.slots.material as usize].shape == Shape::Quad;
+            emitter.count = groups.iter().map(|group| group.count).sum();
+            emitter.least_alpha = groups.iter().map(|group| group.least_alpha).fold(1.0, f32::min);
+            let [least, largest] = emitter.slots.radii;
+            let is_quad =
+                self.uploaded.materials[emitter.slots.material as usize].shape == Shape::Quad;
             let more = if is_quad { largest * (DIAGONAL - 1.0) } else { 0.0 };
             radii.push(([least, largest], more));
         }
@@ -63,25 +65,25 @@ impl CasterSet {
     /// Adds the features of emitted particles to those of the uploaded casters.
     pub(super) fn add_emitted_features(&mut self) {
         let materials = &self.uploaded.materials;
-        for own in self.emitted.iter().filter(|own| own.count > 0) {
+        for emitter in self.emitted.iter().filter(|emitter| emitter.count > 0) {
             let features = &mut self.features;
-            add_emitted_features(features, materials, own.slots.material, own.least_alpha);
+            add_emitted_features(features, materials, emitter.slots.material, emitter.least_alpha);
         }
     }
 
     /// Number of emitted particles.
     pub(in crate::shadows) fn emitted_count(&self) -> u64 {
-        self.emitted.iter().map(|own| u64::from(own.count)).sum()
+        self.emitted.iter().map(|emitter| u64::from(emitter.count)).sum()
     }
 
     /// Number of casters of `classes`, without the host's.
     pub(in crate::shadows) fn count(&self, classes: RangeInclusive<Class>) -> usize {
-        let is_listed = |own: &&Emitted| {
-            let material = &self.uploaded.materials[own.slots.material as usize];
+        let is_listed = |emitter: &&Emitted| {
+            let material = &self.uploaded.materials[emitter.slots.material as usize];
             classes.contains(&Class::of(material))
         };
         let emitted: usize =
-            self.emitted.iter().filter(is_listed).map(|own| own.count as usize).sum();
+            self.emitted.iter().filter(is_listed).map(|emitter| emitter.count as usize).sum();
         self.span(classes.clone()).count() + emitted
     }
 }

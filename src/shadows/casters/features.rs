@@ -1,7 +1,7 @@
 //! Features of the casters of each class, to which kernels are specialised.
+use crate::shadows::host_inputs::HostCasters;
 use crate::{
     model::{CLASSES, Class, FAINTEST, Material, Particle, Receives, Shape, Transfer, Triangle},
-    shadows::host_inputs::HostCasters,
     stage::features::Features,
 };
 

@@ -2,15 +2,24 @@
 mod check;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
+mod extent;
 mod features;
+pub(crate) mod groups;
+pub(crate) mod host_casters;
+mod slots;
 mod update;
 mod upload;
 
-use super::{
-    groups::{Group, Groups, Members, next_generation, sort_by_place},
-    host_casters::{HostSets, record_count},
+pub use extent::{SMALL_SIDE, TriangleExtent};
+pub(crate) use slots::EmittedSlots;
+
+use crate::shadows::cull::Occluders;
+use crate::shadows::{
+    casters::{
+        groups::{Group, Groups, Members, next_generation, sort_by_place},
+        host_casters::{HostSets, record_count},
+    },
     host_inputs::{HostCasters, HostInputs},
-    plan::LISTS,
 };
 use crate::{
     error::Error,
@@ -20,7 +29,6 @@ use crate::{
         dither::window,
     },
     records::{CASTER_TEXELS, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks},
-    shadows::cull::Occluders,
     stage::features::Features,
 };
 use emitted::Emitted;
@@ -126,7 +134,7 @@ impl CasterSet {
         Self::reserving(device, queue, casters, &HostInputs::new())
     }
 
-    /// A set with records reserved for casters of the host, which [`Self::take_host`] fills in, and of
+    /// A set with records reserved for casters of the host, which [`Self::set_host_casters`] fills in, and of
     /// emitters, which [`Self::place_emitted`] does.
     pub(super) fn reserving(
         device: &wgpu::Device,
@@ -174,7 +182,7 @@ impl CasterSet {
         let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
         let by_class: Vec<_> = emitted
             .iter()
-            .map(|own| (classes[own.slots.material as usize], own.records()))
+            .map(|emitter| (classes[emitter.slots.material as usize], emitter.records()))
             .collect();
         let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges), &by_class);
         Ok(Self {
@@ -222,14 +230,14 @@ impl CasterSet {
         })
     }
 
-    /// Whether the reserved records suffice for [`Self::take_host`] with these sets.
+    /// Whether the reserved records suffice for [`Self::set_host_casters`] with these sets.
     pub(super) fn suffices(&self, inputs: &HostInputs<'_>) -> bool {
         record_count(inputs.casters) as usize <= self.host_records.len()
-            && self.emitted.iter().map(|own| &own.slots).eq(inputs.emitted)
+            && self.emitted.iter().map(|emitter| &emitter.slots).eq(inputs.emitted)
     }
 
     /// Replaces the host's sets. `materials`: those of the uploaded casters.
-    pub(super) fn take_host(
+    pub(super) fn set_host_casters(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -253,9 +261,9 @@ impl CasterSet {
         self.host.clone()
     }
 
-    /// Whether the list, an index of [`LISTS`], has a caster.
+    /// Whether the list, an index of [`Class::LISTS`], has a caster.
     pub(super) fn has(&self, list: usize) -> bool {
-        self.count(LISTS[list].clone()) > 0
+        self.count(Class::LISTS[list].clone()) > 0
             || self.host().is_some_and(|host| !host.spans[list].groups.is_empty())
     }
 

@@ -1,4 +1,5 @@
 //! Updates of the casters on the GPU from a changed scene.
+use super::groups::{Members, next_generation};
 use super::{
     CasterSet,
     features::{asks_for_owners, features_of},
@@ -10,7 +11,6 @@ use crate::{
         CLASSES, Casters, Class, Material, Particle, Texture, Triangle, absorptions, dither::window,
     },
     records::{CASTER_TEXELS, Caster, TRIANGLE_TEXELS, TriangleRecord},
-    shadows::groups::{Members, next_generation},
 };
 use std::ops::Range;
 

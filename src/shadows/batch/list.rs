@@ -1,11 +1,13 @@
 //! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
-use super::{
-    context::{ChunkBuffers, Context},
-    host_list::HostChunks,
-    parts::Parts,
-    plan::ListPlan,
+use crate::shadows::{
+    batch::{
+        context::{ChunkBuffers, Context},
+        host_chunks::HostChunks,
+        list_plan::ListPlan,
+        parts::Parts,
+        scratch::Scratch,
+    },
     read_back::ReadBack,
-    scratch::Scratch,
 };
 use crate::{
     error::Error,

@@ -1,69 +1,21 @@
-//! Host casters of a list: their number is known on the device only.
-use super::{
-    casters::CasterSet,
-    context::{ChunkBuffers, Context},
-    cull::PairBound,
-    host_casters::{HostSets, planes},
-    plan::ListPlan,
+//! Chunks of a list's host casters: their number is known on the device only.
+use crate::shadows::{
+    batch::{
+        context::{ChunkBuffers, Context},
+        list_plan::{HostList, ListPlan},
+    },
+    casters::host_casters::HostSets,
 };
 use crate::{
     error::Error,
     frame::{Commands, Dispatch},
     gpu::Resources,
-    model::tiles_of,
-    records::{CullParams, GpuView, Listed, MAX_VIEWS},
+    records::{CullParams, Listed, MAX_VIEWS},
     stage::{bin::BinParams, features::Features, load, project::ProjectParams},
 };
 use glam::Vec4;
-use std::{mem::offset_of, ops::Range};
+use std::mem::offset_of;
 use wgpu::{Buffer, BufferUsages};
-
-/// Host casters of a list.
-#[derive(Clone, Debug)]
-pub(crate) struct HostList {
-    pub groups: Range<u32>,
-    /// Six frustum planes of each view.
-    pub planes: Vec<Vec4>,
-    pub first_footprint: u32,
-    /// Most casters that a view may see.
-    pub capacity: u32,
-}
-
-impl ListPlan {
-    /// Expected number of footprints: a caster of the host is seldom visible in more than two views of a
-    /// batch.
-    pub(crate) fn likely_count(&self) -> u64 {
-        const VIEWS: u64 = 2;
-        self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
-            let most = u64::from(self.footprint_count - host.first_footprint);
-            u64::from(host.first_footprint) + most.min(VIEWS * u64::from(host.capacity))
-        })
-    }
-
-    /// Adds the host casters behind all uploaded ones.
-    pub(crate) fn add_host(&mut self, casters: &CasterSet, list: usize, views: &[GpuView]) {
-        let Some(sets) = casters.host().filter(|sets| !sets.spans[list].groups.is_empty()) else {
-            return;
-        };
-        let span = sets.spans[list].clone();
-        self.host = Some(HostList {
-            groups: span.groups,
-            planes: planes(views),
-            first_footprint: self.footprint_count,
-            capacity: span.capacity,
-        });
-        self.footprint_count += span.capacity * views.len() as u32;
-        // The casters may be anywhere, and of any size.
-        let tiles = |view: &GpuView| tiles_of(view.size.as_uvec2()).element_product();
-        let most = views.iter().map(tiles).max().unwrap_or(0);
-        let pairs = u64::from(span.capacity) * views.iter().map(tiles).map(u64::from).sum::<u64>();
-        self.bound = PairBound {
-            pairs: self.bound.pairs.saturating_add(pairs),
-            of_tile: self.bound.of_tile.saturating_add(span.capacity),
-            of_caster: self.bound.of_caster.max(most),
-        };
-    }
-}
 
 /// Chunks that `cull` writes for a list.
 #[derive(Debug)]
@@ -128,21 +80,5 @@ impl HostChunks {
             commands.copy_buffer(LABEL, (&self.listed, from as u64), (to, offset as u64), 4);
         }
         commands
-    }
-}
-
-impl HostList {
-    /// Number of (view, group) combinations.
-    pub(crate) fn entry_count(&self) -> u32 {
-        self.view_count() * self.groups.len() as u32
-    }
-
-    /// Hides all groups from the view.
-    pub(crate) fn hide(&mut self, view: usize) {
-        self.planes[6 * view] = Vec4::NEG_W;
-    }
-
-    fn view_count(&self) -> u32 {
-        (self.planes.len() / 6) as u32
     }
 }

@@ -1,5 +1,5 @@
 //! Conversion of filter maps to the layout that a host's receivers already read.
-use super::{Prepared, host_depths::HostCamera};
+use crate::shadows::{Prepared, views::host_depths::HostCamera};
 use crate::{
     error::Error,
     frame::{Commands, Dispatch},

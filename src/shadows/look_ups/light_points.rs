@@ -1,6 +1,6 @@
 //! Light at points of the host, such as particles, probes and splats: the share of each light that the
 //! shadow maps transmit.
-use super::Prepared;
+use crate::shadows::Prepared;
 use crate::{
     error::Error,
     frame::Commands,

@@ -1,12 +1,11 @@
 //! Groups of a set's casters: the unit of culling, listing and caching.
-use super::small::TriangleExtent;
+use super::TriangleExtent;
+use crate::shadows::cull::{
+    DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, TileLoadBound, order, typical_size,
+};
 use crate::{
     model::{Bounds, Class, Material, Shape, Transfer, Triangle},
     records::{Caster, DIAGONAL, GpuView, HostGroup},
-    shadows::cull::{
-        DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, TileLoadBound, order,
-        typical_size,
-    },
     stage::{bin::SEGMENT_LENGTH, project::CHUNK_SIZE},
 };
 use glam::Vec3;
@@ -20,7 +19,7 @@ const MOST_OBJECTS: usize = 1024;
 const SPREAD: u64 = 2 * DOUBLED;
 
 /// The next generation number, later than all before it in every set.
-pub(super) fn next_generation() -> u64 {
+pub(in crate::shadows) fn next_generation() -> u64 {
     static CLOCK: AtomicU64 = AtomicU64::new(1);
     CLOCK.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
 }
@@ -34,7 +33,7 @@ pub struct Group {
     /// Extent of its triangles; `None` for particles.
     pub triangles: Option<TriangleExtent>,
     /// Generation of its last change.
-    pub(super) changed_at: u64,
+    pub(in crate::shadows) changed_at: u64,
 }
 
 /// Extent of a group's casters.
@@ -50,7 +49,7 @@ pub struct Extent {
 
 impl Group {
     /// Adds the group to the casters that may touch the tiles of a view.
-    pub(super) fn count_in(&self, load: &mut TileLoadBound) {
+    pub(in crate::shadows) fn count_in(&self, load: &mut TileLoadBound) {
         let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };
         let around = if self.is_volume() { wherever } else { self.extent.bounds };
         load.add(&around, self.casters.len() as u32, self.extent.reach);
@@ -79,7 +78,7 @@ impl Extent {
     }
 
     /// Whether some particle may be at most 2x2 texels in the view: then its radius is below 1.5.
-    pub(super) fn may_be_tiny(&self, view: &GpuView) -> bool {
+    pub(in crate::shadows) fn may_be_tiny(&self, view: &GpuView) -> bool {
         let texels_per_metre = if view.perspective > 0.0 {
             let center = -view.view_from_world.transform_point3(self.bounds.center()).z;
             let farthest = (center + self.bounds.radius()).min(view.far);
@@ -93,7 +92,7 @@ impl Extent {
 
 /// Casters from which groups are formed.
 #[derive(Clone, Copy)]
-pub(super) struct Members<'a> {
+pub(in crate::shadows) struct Members<'a> {
     /// Particles in upload order.
     pub casters: &'a [Caster],
     pub triangles: &'a [Triangle],
@@ -126,7 +125,7 @@ impl Group {
     }
 
     /// Whether it may have plain opaque triangles that cast shadows.
-    pub(super) fn may_hide(&self) -> bool {
+    pub(in crate::shadows) fn may_hide(&self) -> bool {
         self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
     }
 
@@ -135,7 +134,7 @@ impl Group {
     }
 
     /// Refits the group after its casters have changed.
-    pub(super) fn refit(&mut self, members: Members<'_>, changed_at: u64) {
+    pub(in crate::shadows) fn refit(&mut self, members: Members<'_>, changed_at: u64) {
         *self = Self { changed_at, ..self.clone().fitted(members) };
     }
 
@@ -162,12 +161,12 @@ impl Group {
 
 /// All groups of a set: particles by class, then triangles by class.
 #[derive(Debug)]
-pub(super) struct Groups {
+pub(in crate::shadows) struct Groups {
     pub groups: Vec<Group>,
     tree: GroupTree,
     occluders: OccluderPolygons,
     /// Generation of the occluders' last change.
-    pub(super) occluders_at: u64,
+    pub(in crate::shadows) occluders_at: u64,
     /// [`Self::size`] when the groups were formed.
     built_size: u64,
     /// Groups of each emitter.
@@ -179,7 +178,7 @@ pub(super) struct Groups {
 impl Groups {
     /// Forms the groups; ranges are those of the classes in the upload. `emitted`: class and records of each
     /// emitter, whose groups are empty until [`Self::place_emitted`].
-    pub(super) fn new(
+    pub(in crate::shadows) fn new(
         members: Members<'_>,
         particle_ranges: &[(Class, Range<u32>)],
         triangle_ranges: &[(Class, Range<u32>)],
@@ -197,11 +196,11 @@ impl Groups {
             let group = |group| Group::of_particles(class, shift(group, start), members);
             groups.extend(cut.into_iter().map(group));
             let of_class = emitted.iter().zip(&mut of_emitters).filter(|((of, _), _)| *of == class);
-            for ((_, records), own) in of_class {
+            for ((_, records), groups_of_emitter) in of_class {
                 let first = groups.len();
                 let starts = records.clone().step_by(CHUNK_SIZE as usize);
                 groups.extend(starts.map(|start| Group::emitted(class, start)));
-                *own = first..groups.len();
+                *groups_of_emitter = first..groups.len();
             }
         }
         let few_objects = members.triangles.chunk_by(|a, b| a.id == b.id).count() <= MOST_OBJECTS;
@@ -230,7 +229,11 @@ impl Groups {
             occluders_at: changed_at,
             built_size: 0,
             emitted: of_emitters,
-            first_emitted: emitted.iter().map(|(_, own)| own.start).min().unwrap_or(u32::MAX),
+            first_emitted: emitted
+                .iter()
+                .map(|(_, records)| records.start)
+                .min()
+                .unwrap_or(u32::MAX),
         };
         all.built_size = all.size();
         all.find_occluders(members, changed_at);
@@ -238,7 +241,7 @@ impl Groups {
     }
 
     /// Finds the occluders again after opaque triangles have changed.
-    pub(super) fn find_occluders(&mut self, members: Members<'_>, changed_at: u64) {
+    pub(in crate::shadows) fn find_occluders(&mut self, members: Members<'_>, changed_at: u64) {
         let plain = |triangle: &Triangle| {
             let material = &members.materials[triangle.material as usize];
             // Textures do not matter for opaque triangles.
@@ -254,17 +257,22 @@ impl Groups {
     }
 
     /// Whether it is a group of emitted particles.
-    pub(super) fn is_emitted(&self, group: &Group) -> bool {
+    pub(in crate::shadows) fn is_emitted(&self, group: &Group) -> bool {
         !group.is_triangles() && group.casters.start >= self.first_emitted
     }
 
     /// Places the particles of all emitters, as `load` has found them, emitter by emitter. `radii`: least and
     /// largest of each emitter, and by how much its groups' boxes are to grow [m].
-    pub(super) fn place_emitted(&mut self, found: &[HostGroup], radii: &[([f32; 2], f32)]) {
+    pub(in crate::shadows) fn place_emitted(
+        &mut self,
+        found: &[HostGroup],
+        radii: &[([f32; 2], f32)],
+    ) {
         let changed_at = next_generation();
         let mut found = found.iter();
-        for (own, &([least, largest], more)) in self.emitted.iter().zip(radii) {
-            for (group, found) in self.groups[own.clone()].iter_mut().zip(&mut found) {
+        for (groups_of_emitter, &([least, largest], more)) in self.emitted.iter().zip(radii) {
+            for (group, found) in self.groups[groups_of_emitter.clone()].iter_mut().zip(&mut found)
+            {
                 let start = group.casters.start;
                 group.casters = start..start + found.count;
                 group.changed_at = changed_at;
@@ -278,14 +286,14 @@ impl Groups {
 
     /// Refits the tree after groups have changed. Returns false if the groups should be formed anew: their
     /// casters have drifted apart.
-    pub(super) fn refit(&mut self) -> bool {
+    pub(in crate::shadows) fn refit(&mut self) -> bool {
         self.tree.refit(&bounds(&self.groups));
         let count = self.uploaded_particles().count() as u64;
         self.size() <= self.built_size + count * SPREAD
     }
 
     /// The group that contains a triangle of the upload.
-    pub(super) fn of_triangle(&self, triangle: u32) -> &Group {
+    pub(in crate::shadows) fn of_triangle(&self, triangle: u32) -> &Group {
         let first = self.groups.partition_point(|group| !group.is_triangles());
         let groups = &self.groups[first..];
         &groups[groups.partition_point(|group| group.casters.end <= triangle)]
@@ -299,13 +307,13 @@ impl Groups {
         typical_size(self.uploaded_particles().map(|group| group.extent.bounds))
     }
 
-    pub(super) fn occluders(&self, view: &GpuView) -> Occluders {
+    pub(in crate::shadows) fn occluders(&self, view: &GpuView) -> Occluders {
         Occluders::new(&self.occluders, view)
     }
 
     /// Removes the groups that occluders of the same view hide; returns the number of their casters.
     /// `filters`: whether filtering groups may be hidden too.
-    pub(super) fn hide(
+    pub(in crate::shadows) fn hide(
         &self,
         visible: &mut Vec<u32>,
         view: &GpuView,
@@ -346,7 +354,7 @@ impl Groups {
     }
 
     /// Indices of the groups that a view may see, in order.
-    pub(super) fn visible(&self, view: &GpuView) -> Vec<u32> {
+    pub(in crate::shadows) fn visible(&self, view: &GpuView) -> Vec<u32> {
         let mut visible = Vec::new();
         self.tree.cull(&Frustum::new(view), &mut visible);
         // In upload order, so that equal depths sort the same whatever the tree is.
@@ -372,7 +380,7 @@ fn bounds(groups: &[Group]) -> Vec<Bounds> {
 }
 
 /// Sorts the particles of one class, given by index, so that neighbours are close in space.
-pub(super) fn sort_by_place(particles: &mut [u32], center: impl Fn(u32) -> Vec3) {
+pub(in crate::shadows) fn sort_by_place(particles: &mut [u32], center: impl Fn(u32) -> Vec3) {
     // Fewer particles make one or two groups in any order.
     const FEW: usize = 2 * LEAST as usize;
     if particles.len() > FEW {

@@ -1,9 +1,8 @@
 //! Casters in the host's buffers: their sets, and the conversion to records.
-use super::{
+use crate::shadows::{
     casters::CasterSet,
     cull::{Frustum, widened},
     host_inputs::HostCasters,
-    plan::LISTS,
     read_back::ReadBack,
 };
 use crate::{
@@ -27,7 +26,7 @@ pub(crate) struct HostSets {
     sets: Vec<HostSet>,
     /// Boxes of all groups, known on the device only.
     pub groups: Buffer,
-    pub(super) counters: ReadBack<LoadCounters>,
+    pub(in crate::shadows) counters: ReadBack<LoadCounters>,
     /// Record of the first group's first caster.
     pub first_caster: u32,
     /// Spans by list.
@@ -53,14 +52,14 @@ struct HostSet {
     version: Option<u64>,
 }
 
-/// Index of the list in [`LISTS`] that the set belongs to.
+/// Index of the list in [`Class::LISTS`] that the set belongs to.
 fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Result<usize, Error> {
     let invalid = |problem| Error::Invalid { what: "set of host casters", index, problem };
     let mut list = None;
     for &material in set.materials {
         let class = materials.get(material as usize).map(Class::of);
         let class = class.ok_or(invalid("a material of it is not among the materials"))?;
-        let of = (0..LISTS.len()).find(|&i| LISTS[i].contains(&class));
+        let of = (0..Class::LISTS.len()).find(|&i| Class::LISTS[i].contains(&class));
         let of = of.ok_or(invalid("a material of it casts nothing"))?;
         if *list.get_or_insert(of) != of {
             return Err(invalid(
@@ -72,7 +71,7 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
 }
 
 /// Number of records that sets need: whole groups.
-pub(super) fn record_count(sets: &[HostCasters<'_>]) -> u32 {
+pub(in crate::shadows) fn record_count(sets: &[HostCasters<'_>]) -> u32 {
     sets.iter()
         .map(|set| group_count(set.count.capacity()).saturating_mul(CHUNK_SIZE))
         .fold(0, u32::saturating_add)
@@ -81,7 +80,7 @@ pub(super) fn record_count(sets: &[HostCasters<'_>]) -> u32 {
 impl HostSets {
     /// Binds the sets. `first_caster`: first record reserved in `casters`, see [`record_count`]. `None` without
     /// sets.
-    pub(super) fn new(
+    pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         set: &CasterSet,
@@ -159,7 +158,7 @@ impl HostSets {
     }
 
     /// Identity and version of each set that a view may see.
-    pub(super) fn versions<'a>(
+    pub(in crate::shadows) fn versions<'a>(
         &'a self,
         view: &GpuView,
     ) -> impl Iterator<Item = (usize, Option<u64>)> + use<'a> {
@@ -172,7 +171,7 @@ impl HostSets {
     }
 
     /// The loading: records and boxes from the contents of the host's buffers at that time.
-    pub(super) fn commands(&self) -> Commands {
+    pub(in crate::shadows) fn commands(&self) -> Commands {
         let mut commands = Commands::new();
         commands.clear("gobo load", self.counters.buffer());
         commands.pass("gobo load", self.sets.iter().map(|set| set.load.clone()));
@@ -180,7 +179,7 @@ impl HostSets {
     }
 
     /// Replaces the host's bindings of one of its sets. Returns whether the set exists.
-    pub(super) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
+    pub(in crate::shadows) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
         let set = self.sets.iter().find(|set| set.index == index);
         if let Some(set) = set {
             set.host_bindings.replace(bindings);
@@ -190,6 +189,6 @@ impl HostSets {
 }
 
 /// Six frustum planes of each view, for [`crate::stage::load::GROUPS`].
-pub(super) fn planes(views: &[GpuView]) -> Vec<Vec4> {
+pub(in crate::shadows) fn planes(views: &[GpuView]) -> Vec<Vec4> {
     views.iter().flat_map(|view| Frustum::new(view).planes()).collect()
 }

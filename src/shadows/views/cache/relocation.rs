@@ -1,18 +1,13 @@
 //! Copies cached maps to their new rectangles, where the atlas was packed anew.
-use crate::{
-    frame::Commands,
-    gpu::Memory,
-    model::View,
-    shadows::{maps::Maps, soften::Soften},
-    view::atlas::MapPlace,
-};
+use crate::shadows::views::maps::Maps;
+use crate::{frame::Commands, gpu::Memory, model::View, view::atlas::MapPlace};
 use glam::UVec2;
 
 /// Cached maps in their old rectangles, and their moves.
 #[derive(Debug)]
 pub(in crate::shadows) struct Relocation {
     maps: Maps,
-    /// Maps before softening, as in [`Soften`].
+    /// Maps before softening.
     raw: Option<Maps>,
     moves: Vec<Move>,
 }
@@ -26,10 +21,10 @@ struct Move {
 }
 
 impl Relocation {
-    /// Moves the views `kept` of `old` to their rectangles in `maps`. `None` if no view is kept.
+    /// Moves the views `kept` of `old` and of `raw`, its maps before softening, to their rectangles in `maps`. `None` if no view is kept.
     pub(in crate::shadows) fn new(
         old: Maps,
-        old_soften: Option<Soften>,
+        raw: Option<Maps>,
         kept: impl Iterator<Item = usize>,
         views: &[View],
         maps: &Maps,
@@ -41,7 +36,6 @@ impl Relocation {
                 size: views[index].size,
             })
             .collect();
-        let raw = old_soften.map(|soften| soften.raw);
         (!moves.is_empty()).then_some(Self { maps: old, raw, moves })
     }
 
@@ -56,9 +50,9 @@ impl Relocation {
     }
 
     /// The copies, into `maps` and their maps before softening.
-    pub(in crate::shadows) fn commands(&self, maps: &Maps, soften: Option<&Soften>) -> Commands {
+    pub(in crate::shadows) fn commands(&self, maps: &Maps, raw: Option<&Maps>) -> Commands {
         let mut commands = Commands::new();
-        let raw = self.raw.as_ref().zip(soften.map(|soften| &soften.raw));
+        let raw = self.raw.as_ref().zip(raw);
         for (old, new) in [(&self.maps, maps)].into_iter().chain(raw) {
             for (old, new) in old.textures().into_iter().zip(new.textures()) {
                 for &Move { from, to, size } in &self.moves {

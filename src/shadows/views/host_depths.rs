@@ -1,12 +1,9 @@
-//! Import of the host's depth maps into the opaque depths.
-use super::{Maps, context::Context, host_inputs::HostDepth};
+//! Depth maps of the host, and their cameras.
+use crate::shadows::host_inputs::HostDepth;
 use crate::{
     error::Error,
-    frame::Dispatch,
-    gpu::Resources,
     model::{Projection, View},
-    records::{GpuView, ImportParams},
-    stage::{features::Features, import},
+    records::ImportParams,
 };
 use bytemuck::Zeroable as _;
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec2};
@@ -15,9 +12,9 @@ use wgpu::{TextureFormat, TextureUsages, TextureView};
 /// Depth map of the host for a view.
 #[derive(Clone, Debug)]
 pub(crate) struct DepthInput {
-    texture: TextureView,
+    pub texture: TextureView,
     /// Parameters, except for the position of our map.
-    params: ImportParams,
+    pub params: ImportParams,
     pub instead: bool,
     pub version: Option<u64>,
 }
@@ -26,7 +23,7 @@ pub(crate) struct DepthInput {
 const ASTRAY: f64 = 0.25;
 
 /// Depth inputs by view.
-pub(super) fn depth_inputs(
+pub(in crate::shadows) fn depth_inputs(
     views: &[View],
     given: &[HostDepth<'_>],
 ) -> Result<Vec<Option<DepthInput>>, Error> {
@@ -80,13 +77,16 @@ impl DepthInput {
 
 /// A host's camera whose rays coincide with those of a view. In `f64`, because far from the origin matrices
 /// cancel.
-pub(super) struct HostCamera<'a> {
+pub(in crate::shadows) struct HostCamera<'a> {
     view: &'a View,
     pub clip_from_view: DMat4,
 }
 
 impl<'a> HostCamera<'a> {
-    pub(super) fn new(clip_from_world: &Mat4, view: &'a View) -> Result<Self, &'static str> {
+    pub(in crate::shadows) fn new(
+        clip_from_world: &Mat4,
+        view: &'a View,
+    ) -> Result<Self, &'static str> {
         let world_from_view = view.view_from_world.as_dmat4().inverse();
         let clip_from_view = clip_from_world.as_dmat4() * world_from_view;
         if !clip_from_view.is_finite() {
@@ -137,12 +137,12 @@ impl<'a> HostCamera<'a> {
     }
 
     /// 1 for a perspective camera, 0 for an orthographic one.
-    pub(super) fn perspective(&self) -> f32 {
+    pub(in crate::shadows) fn perspective(&self) -> f32 {
         f32::from(u8::from(self.is_perspective()))
     }
 
     /// Its clear depth: 0 for reversed z, else 1.
-    pub(super) fn empty(&self) -> f32 {
+    pub(in crate::shadows) fn empty(&self) -> f32 {
         let [first, last] =
             [self.middle(), self.view.far.into()].map(|d| self.ndc(DVec2::ZERO, d).z);
         if last < first { 0.0 } else { 1.0 }
@@ -170,32 +170,4 @@ fn params(depth: &HostDepth<'_>, view: &View) -> Result<ImportParams, &'static s
         empty: camera.empty(),
         ..ImportParams::zeroed()
     })
-}
-
-/// The import of a batch's depth maps. `depths`: with indices into `views`. `is_rendered`: our own opaque
-/// casters render the batch's depths in each frame.
-pub(super) fn imports(
-    context: &mut Context<'_, '_>,
-    maps: &Maps,
-    views: &[GpuView],
-    depths: &[(usize, DepthInput)],
-    is_rendered: bool,
-) -> Result<Vec<Dispatch>, Error> {
-    let mut import = |(view, input): &(usize, DepthInput)| {
-        let view = &views[*view];
-        let values = ImportParams {
-            origin: view.origin,
-            layer: view.layer,
-            replaces: u32::from(input.instead || !is_rendered),
-            ..input.params
-        };
-        let params = context.uniform("import_params", &values);
-        let resources = Resources::new()
-            .with("import_params", &params)
-            .with("host_depths", &input.texture)
-            .with("opaques", &maps.opaques);
-        let groups = import::grid(view.size.as_uvec2());
-        Ok(context.kernels.dispatch(&import::DEPTHS, Features::NONE, &resources, groups)?)
-    };
-    depths.iter().map(&mut import).collect()
 }

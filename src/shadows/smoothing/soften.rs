@@ -1,8 +1,10 @@
 //! Softening of dithered maps: holes become a grey filter, after all batches.
-use super::{
-    context::{map_groups, view_uniform},
-    maps::Maps,
-    plan::Plan,
+use crate::shadows::{
+    batch::{
+        context::{map_groups, view_uniform},
+        plan::Plan,
+    },
+    views::maps::Maps,
 };
 use crate::{
     error::Error,
@@ -18,7 +20,7 @@ use wgpu::{TextureFormat::Rgba32Float, TextureUsages};
 
 /// Maps before softening, and intermediate textures.
 #[derive(Debug)]
-pub(super) struct Soften {
+pub(in crate::shadows) struct Soften {
     /// Maps before softening.
     pub raw: Maps,
     pub window: u32,
@@ -31,7 +33,7 @@ pub(super) struct Soften {
 impl Soften {
     /// Allocates the maps that are filled from `raw`; `window` as in
     /// [`crate::model::dither::window`].
-    pub(super) fn new(
+    pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         raw: Maps,
@@ -61,7 +63,7 @@ impl Soften {
     }
 
     /// The softening of the views of `plans`. `over`: hits may add light.
-    pub(super) fn commands(
+    pub(in crate::shadows) fn commands(
         &self,
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,

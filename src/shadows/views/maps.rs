@@ -38,7 +38,7 @@ pub struct Maps {
 }
 
 impl Maps {
-    pub(super) fn new(
+    pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         views: &[View],
@@ -91,13 +91,13 @@ impl Maps {
     }
 
     /// Fills the maps with their values without translucent casters.
-    pub(super) fn fill_clear(&self, queue: &wgpu::Queue) {
+    pub(in crate::shadows) fn fill_clear(&self, queue: &wgpu::Queue) {
         fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
         fill(queue, &self.nearests, 1.0_f32);
     }
 
     /// The textures of a view's map.
-    pub(super) fn textures(&self) -> [&wgpu::Texture; 3] {
+    pub(in crate::shadows) fn textures(&self) -> [&wgpu::Texture; 3] {
         let Self { filters, nearests, opaques, .. } = self;
         [filters, nearests, opaques]
     }
@@ -112,7 +112,10 @@ impl Maps {
     }
 
     /// New maps of the same size and rectangles.
-    pub(super) fn softened(&self, allocator: &mut Allocator<'_>) -> Result<Self, Error> {
+    pub(in crate::shadows) fn softened(
+        &self,
+        allocator: &mut Allocator<'_>,
+    ) -> Result<Self, Error> {
         let like = self.filters.size();
         let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
         let usage =

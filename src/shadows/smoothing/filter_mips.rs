@@ -1,5 +1,5 @@
 //! Mip levels of the filter map, made for all views after some of them changed.
-use super::{context::view_uniform, maps::Maps};
+use crate::shadows::{batch::context::view_uniform, views::maps::Maps};
 use crate::{
     error::Error,
     frame::{Commands, Kernels},
@@ -15,7 +15,7 @@ use glam::UVec2;
 use wgpu::{TextureView, TextureViewDescriptor};
 
 /// The largest level first. `is_new`: some view is rendered, or has another place in the atlas.
-pub(super) fn filter_mips(
+pub(in crate::shadows) fn filter_mips(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
     kernels: &Kernels,

@@ -1,9 +1,7 @@
 //! Scratch memory of lists and batches, and its size.
-use super::{
+use crate::shadows::{
     Config,
-    parts::PartBuffers,
-    plan::{ListPlan, Plan},
-    small::SmallDepths,
+    batch::{list_plan::ListPlan, plan::Plan},
 };
 use crate::{
     error::Error,
@@ -48,7 +46,7 @@ pub(crate) struct Scratch {
     pub nothing_scattered: Buffer,
     /// Transfers of segments to texels, if some list composes them one by one.
     pub composed: Option<Buffer>,
-    pub(super) small: SmallDepths,
+    pub small: SmallDepths,
     sizes: ScratchSizes,
 }
 
@@ -164,6 +162,48 @@ impl Sums {
                 SUMS.into_iter().zip(&**textures).fold(none, |all, (name, sum)| all.with(name, sum))
             }
         }
+    }
+}
+
+/// Buffers of the parts, which all lists use one after another.
+#[derive(Debug)]
+pub(crate) struct PartBuffers {
+    /// Pairs of each tile, then before each tile.
+    pub tile_pairs: Buffer,
+    /// Workgroup counts of `part_next`, which writes the others.
+    pub turn: Buffer,
+}
+
+impl PartBuffers {
+    fn new(allocator: &mut Allocator<'_>, tiles: u64) -> Result<Self, Error> {
+        let (cleared, indirect) = (BufferUsages::COPY_DST, BufferUsages::INDIRECT);
+        Ok(Self {
+            tile_pairs: allocator.storage::<u32>("tile_pairs", tiles + 1, cleared)?,
+            turn: allocator.storage::<[u32; 4]>("part_turn", 1, indirect)?,
+        })
+    }
+}
+
+/// Depths of a batch, one element per texel, and their initial values.
+#[derive(Debug)]
+pub(crate) struct SmallDepths {
+    pub depths: Buffer,
+    pub far: Option<Buffer>,
+}
+
+impl SmallDepths {
+    /// `texels`: 0 if no batch has small triangles.
+    fn new(allocator: &mut Allocator<'_>, queue: &wgpu::Queue, texels: u64) -> Result<Self, Error> {
+        let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let depths = allocator.storage::<u32>("small_depths", texels, usage)?;
+        let far = if texels > 0 {
+            let far = allocator.storage::<u32>("far_depths", texels, usage)?;
+            queue.write_buffer(&far, 0, bytemuck::cast_slice(&vec![1.0_f32; texels as usize]));
+            Some(far)
+        } else {
+            None
+        };
+        Ok(Self { depths, far })
     }
 }
 

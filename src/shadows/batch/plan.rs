@@ -1,24 +1,16 @@
 //! Plan of a frame, made on the CPU: its batches, and the casters that each of their lists projects.
-use super::{
+use crate::shadows::{
     Config,
-    casters::CasterSet,
+    batch::list_plan::ListPlan,
+    casters::{CasterSet, TriangleExtent, groups::Group},
     cull::{PairBound, TileLoadBound},
-    groups::Group,
-    host_depths::DepthInput,
-    host_list::HostList,
-    small::TriangleExtent,
+    views::host_depths::DepthInput,
 };
 use crate::{
     error::Error,
     model::{Class, View},
-    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
-    stage::{
-        bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
-        features::Features,
-        project::Chunk,
-        shade::ROUND_LENGTH,
-        sort::Shape,
-    },
+    records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
+    stage::{features::Features, project::Chunk},
     view::atlas::MapPlace,
 };
 use std::ops::RangeInclusive;
@@ -35,7 +27,7 @@ const DENSE: u32 = 16;
 pub(crate) struct Plan {
     pub views: Vec<GpuView>,
     pub tile_count: u32,
-    /// Lists as in [`LISTS`]; for the camera, opaque and blended casters.
+    /// Lists as in [`Class::LISTS`]; for the camera, opaque and blended casters.
     pub lists: [ListPlan; 2],
     /// Whether the maps have contents already.
     pub kept: bool,
@@ -48,87 +40,6 @@ pub(crate) struct Plan {
     /// Whether the views are the camera's: without sums, and a tile's pairs must fit.
     pub camera: bool,
 }
-
-/// The casters of one list of a batch, as they are projected.
-#[derive(Clone, Debug)]
-pub(crate) struct ListPlan {
-    /// Whether its casters filter light in shadow views.
-    pub filters: bool,
-    /// Whether it is a list of the camera.
-    pub camera: bool,
-    pub features: Features,
-    pub particle_chunks: Vec<Chunk>,
-    /// Those of `particle_chunks` that may have particles on the scatter path.
-    pub tiny_chunks: Vec<Chunk>,
-    pub triangle_chunks: Vec<Chunk>,
-    /// Host casters, whose number is known on the device only.
-    pub host: Option<HostList>,
-    /// Footprints of particles, then of triangles, then the capacity of the host's casters.
-    pub footprint_count: u32,
-    pub first_setup: u32,
-    /// Upper bound of its pairs.
-    pub bound: PairBound,
-}
-
-impl ListPlan {
-    /// Whether segments are composed one by one.
-    pub(crate) fn is_composed(&self) -> bool {
-        self.filters && self.features.is_composed()
-    }
-
-    /// Pairs that one workgroup walks at a time.
-    pub(crate) fn segment_length(&self) -> u32 {
-        match self.features {
-            _ if self.camera => ROUND_LENGTH,
-            Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            Features { plain: true, .. } => DISC_SEGMENT,
-            _ => SEGMENT_LENGTH,
-        }
-    }
-
-    /// Whether a tile may have more pairs than a segment.
-    pub(crate) fn has_segments(&self) -> bool {
-        self.bound.of_tile > self.segment_length()
-    }
-
-    /// Whether some footprints' pairs may not fit.
-    pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
-        let of_run = u64::from(bin::run_length(shape, self.footprint_count))
-            * u64::from(self.bound.of_caster);
-        self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
-    }
-
-    /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
-    /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
-    pub(crate) fn may_part(&self, shape: Shape, capacity: u32) -> bool {
-        self.filters && !self.camera && self.may_overflow(shape, capacity)
-    }
-
-    /// Least room for the pairs of a part: for those of any tile, and so many that parts are few.
-    pub(crate) fn part_room(&self) -> u64 {
-        const USUAL: u64 = 1 << 18;
-        u64::from(self.bound.of_tile.min(self.footprint_count)).max(USUAL.min(self.bound.pairs))
-    }
-
-    /// Parts of the tiles that are recorded, with room for so many pairs in each.
-    pub(crate) fn most_parts(&self, room: u32, tile_count: u32) -> u32 {
-        /// Each is recorded, needed or not. The pairs of the host's casters have no useful bound.
-        const MOST: u64 = 512;
-        const MOST_OF_HOST: u64 = 32;
-        let most = if self.host.is_some() { MOST_OF_HOST } else { MOST };
-        // Two parts that follow each other have more pairs than there is room for in one.
-        let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
-        enough.min(u64::from(tile_count) + 1).min(most) as u32
-    }
-
-    pub(crate) fn setup_count(&self) -> u32 {
-        let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
-        end - self.first_setup
-    }
-}
-
-/// Lists of a shadow view: blocking and filtering casters.
-pub(crate) const LISTS: [RangeInclusive<Class>; 2] = [Class::BLOCKING, Class::FILTERING];
 
 /// A view to be rendered.
 #[derive(Clone, Copy, Debug)]
@@ -164,7 +75,7 @@ pub(crate) fn batches(
         let PendingView { view, place, groups, .. } = *pending;
         let host =
             |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
-        let listed = [0, 1].map(|i| count(casters, groups, &LISTS[i]) + host(i));
+        let listed = [0, 1].map(|i| count(casters, groups, &Class::LISTS[i]) + host(i));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {
                 limit: "casters of one class in a view",
@@ -246,7 +157,7 @@ impl Plan {
         let perspective = views[0].perspective > 0.0;
         let has_opaque = casters.has(0) || !depths.is_empty();
         let [mut blocking, mut filtering] = [0, 1].map(|i| {
-            let (list, groups): (_, &Vec<_>) = (&LISTS[i], &by_list[i]);
+            let (list, groups): (_, &Vec<_>) = (&Class::LISTS[i], &by_list[i]);
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
             ListPlan::new(list, features, casters, groups)
         });
@@ -257,7 +168,7 @@ impl Plan {
         });
         blocking.features.small = !small_chunks.is_empty();
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
-        let [blocking_bound, filtering_bound] = LISTS.map(|list| {
+        let [blocking_bound, filtering_bound] = Class::LISTS.map(|list| {
             let is_listed = |group: &Group, view: &GpuView| {
                 let small = group.triangles.is_some_and(|extent| is_small(extent, view));
                 list.contains(&group.class) && !small
@@ -309,77 +220,5 @@ impl Plan {
             cleared: false,
             camera: true,
         }
-    }
-}
-
-impl ListPlan {
-    /// Lists the casters of `list` that each view may see.
-    fn new(
-        list: &RangeInclusive<Class>,
-        features: Features,
-        casters: &CasterSet,
-        visible: &[&[u32]],
-    ) -> Self {
-        let mut footprint_count = 0;
-        let mut chunks_of = |is_triangles| {
-            let mut chunks = Vec::new();
-            for (view, groups) in (0..).zip(visible) {
-                let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
-                for group in groups {
-                    if group.is_triangles() == is_triangles && list.contains(&group.class) {
-                        let count = group.casters.len() as u32;
-                        let (first_caster, first_footprint) =
-                            (group.casters.start, footprint_count);
-                        chunks.push(Chunk { view, first_caster, count, first_footprint });
-                        footprint_count += count;
-                    }
-                }
-            }
-            chunks
-        };
-        let particle_chunks = chunks_of(false);
-        let triangle_chunks = chunks_of(true);
-        let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
-        Self {
-            filters: *list == Class::FILTERING,
-            camera: false,
-            features,
-            particle_chunks,
-            tiny_chunks: Vec::new(),
-            triangle_chunks,
-            host: None,
-            footprint_count,
-            first_setup,
-            bound: PairBound::default(),
-        }
-    }
-
-    /// Those of the particles' chunks that may have tiny particles.
-    fn tiny(&self, casters: &CasterSet, visible: &[&[u32]], views: &[GpuView]) -> Vec<Chunk> {
-        let groups = casters.groups();
-        let extents = visible.iter().flat_map(|visible| {
-            let listed = visible.iter().map(|&group| &groups[group as usize]);
-            listed
-                .filter(|group| group.class == Class::Translucent && !group.is_triangles())
-                .map(|group| &group.extent)
-        });
-        let chunks = self.particle_chunks.iter().zip(extents);
-        chunks
-            .filter(|(chunk, extent)| extent.may_be_tiny(&views[chunk.view as usize]))
-            .map(|(chunk, _)| *chunk)
-            .collect()
-    }
-
-    /// Removes and returns the triangle chunks that satisfy `is_taken`.
-    fn take_triangles(&mut self, is_taken: impl FnMut(&Chunk) -> bool) -> Vec<Chunk> {
-        let (taken, mut rest): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);
-        self.footprint_count = self.first_setup;
-        for chunk in &mut rest {
-            chunk.first_footprint = self.footprint_count;
-            self.footprint_count += chunk.count;
-        }
-        self.triangle_chunks = rest;
-        taken
     }
 }

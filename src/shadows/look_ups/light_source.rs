@@ -1,6 +1,6 @@
 //! Inputs of every light look-up besides the maps: the lights, their views and biases, and the levels of
 //! area lights.
-use super::{AreaLevels, Maps, Prepared};
+use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
     gpu::{Allocator, Resources, write_records},
@@ -14,7 +14,7 @@ use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
 
 /// Some lights on the device.
 #[derive(Debug)]
-pub(super) struct LightSource {
+pub(in crate::shadows) struct LightSource {
     lights: Texture,
     params: Buffer,
     /// Levels of area lights, if there are any.
@@ -25,9 +25,12 @@ pub(super) struct LightSource {
 
 impl LightSource {
     /// All resources that `light_through` binds.
-    pub(super) fn resources<'a>(&'a self, maps: &'a Maps) -> Resources<'a> {
-        let own = of_maps(maps).with("lights", &self.lights).with("picture_params", &self.params);
-        self.levels.iter().fold(own, |own, levels| own.with("levels", &levels.texture))
+    pub(in crate::shadows) fn resources<'a>(&'a self, maps: &'a Maps) -> Resources<'a> {
+        let resources =
+            of_maps(maps).with("lights", &self.lights).with("picture_params", &self.params);
+        self.levels
+            .iter()
+            .fold(resources, |resources, levels| resources.with("levels", &levels.texture))
     }
 }
 
@@ -38,7 +41,7 @@ fn of_maps(maps: &Maps) -> Resources<'_> {
 impl Prepared {
     /// Uploads `chosen` of `lights`, which the views were made of; `with_areas`: whether area lights keep
     /// their size; `camera`: the view whose pixels the points are, if any.
-    pub(super) fn light_source(
+    pub(in crate::shadows) fn light_source(
         &self,
         allocator: &mut Allocator<'_>,
         lights: &[Light],

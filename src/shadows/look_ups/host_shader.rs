@@ -1,5 +1,5 @@
 //! Light look-up in the host's shaders: its WGSL and bindings.
-use super::{AreaLevels, Maps, Prepared};
+use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
     error::Error,
     gpu::{Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory, Timeline},
@@ -137,7 +137,7 @@ impl Prepared {
             _ => None,
         };
         let resources = source.resources(self.maps());
-        let resources = none.iter().fold(resources, |own, none| own.with("levels", none));
+        let resources = none.iter().fold(resources, |all, none| all.with("levels", none));
         let (layout, group) = part(choice)?.bind_host_part(device, "gobo lights", &resources)?;
         Ok(LightBindings { layout, group, memory, levels: source.levels })
     }

@@ -5,17 +5,17 @@
 //! suffice, all tiles are left to them, otherwise what did not fit is scattered. Each part is the next tiles
 //! whose pairs there is room for; the kernels that read a list then walk them as usual. Where all pairs fit,
 //! all of this is dispatched with no workgroup.
-use super::{context::Context, plan::ListPlan};
+use super::{context::Context, list_plan::ListPlan};
 use crate::{
     error::Error,
     frame::{Commands, Dispatch, Work},
-    gpu::{Allocator, Resources, filled},
+    gpu::{Resources, filled},
     stage::{
         bin::{self, PartParams},
         features::Features,
     },
 };
-use wgpu::{Buffer, BufferUsages};
+use wgpu::BufferUsages;
 
 /// The commands of the parts of a list.
 #[derive(Debug)]
@@ -26,25 +26,6 @@ pub(crate) struct Parts {
     pub plan: Commands,
     /// The pairs of the next part.
     pub next: [Dispatch; 2],
-}
-
-/// Buffers of the parts, which all lists use one after another.
-#[derive(Debug)]
-pub(crate) struct PartBuffers {
-    /// Pairs of each tile, then before each tile.
-    tile_pairs: Buffer,
-    /// Workgroup counts of `part_next`, which writes the others.
-    turn: Buffer,
-}
-
-impl PartBuffers {
-    pub(crate) fn new(allocator: &mut Allocator<'_>, tiles: u64) -> Result<Self, Error> {
-        let (cleared, indirect) = (BufferUsages::COPY_DST, BufferUsages::INDIRECT);
-        Ok(Self {
-            tile_pairs: allocator.storage::<u32>("tile_pairs", tiles + 1, cleared)?,
-            turn: allocator.storage::<[u32; 4]>("part_turn", 1, indirect)?,
-        })
-    }
 }
 
 impl Parts {

@@ -1,7 +1,7 @@
 //! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
     CasterSet, Config, HostInputs, PairCapacity, Pipeline, Prepared, PreparedMaps,
-    host_depths::depth_inputs,
+    views::host_depths::depth_inputs,
 };
 use crate::{
     error::Error,
@@ -36,7 +36,7 @@ pub(super) struct Engine {
 
 impl Engine {
     /// Updates the casters, or makes them anew.
-    fn hold(
+    fn upload(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         casters: &Casters<'_>,
@@ -180,7 +180,7 @@ impl Shadows {
         let Self { device, queue, capacity, .. } = self;
         capacity.budget = settings.pair_budget.min(pair_limit(device));
         let mut engine = lock(&self.engine);
-        engine.hold((device, queue), casters, inputs)?;
+        engine.upload((device, queue), casters, inputs)?;
         let Engine { pipeline, casters: set, maps, frame } = &mut *engine;
         pipeline.config = Config {
             pair_budget: capacity.budget,
@@ -192,7 +192,7 @@ impl Shadows {
             ..pipeline.config
         };
         let new = set.as_mut().ok_or(Error::Superseded)?;
-        new.take_host(device, queue, casters.materials, inputs.casters)?;
+        new.set_host_casters(device, queue, casters.materials, inputs.casters)?;
         let new = &*new;
         let (pairs, earlier) = (capacity.pairs, maps.take());
         let request = pipeline.request(device, queue, new, views, pairs);
@@ -208,7 +208,10 @@ impl Shadows {
             caster_count: (casters.particles.len() + casters.triangles.len()) as u64
                 + new.emitted_count(),
             ordered: new.is_ordered(),
-            tints: casters.materials.iter().any(|own| Class::FILTERING.contains(&Class::of(own))),
+            tints: casters
+                .materials
+                .iter()
+                .any(|material| Class::FILTERING.contains(&Class::of(material))),
             views: views.to_vec(),
             settings: *settings,
             maps: prepared.maps.clone(),
@@ -254,7 +257,7 @@ impl Shadows {
     }
 
     /// Uploads changes of `casters` before [`Self::prepare_with`] does, and returns the identity of the set.
-    pub(super) fn hold(
+    pub(super) fn upload(
         &mut self,
         casters: &Casters<'_>,
         inputs: &HostInputs<'_>,
@@ -262,7 +265,7 @@ impl Shadows {
         check_alive(&self.device)?;
         casters.check()?;
         let mut engine = lock(&self.engine);
-        engine.hold((&self.device, &self.queue), casters, inputs)?;
+        engine.upload((&self.device, &self.queue), casters, inputs)?;
         engine.casters.as_ref().map(CasterSet::id).ok_or(Error::Superseded)
     }
 

@@ -1,5 +1,9 @@
 //! Context of `prepare`, and the buffers that several of its parts need.
-use super::{Config, casters::CasterSet, plan::ListPlan, scratch::Scratch};
+use crate::shadows::{
+    Config,
+    batch::{list_plan::ListPlan, scratch::Scratch},
+    casters::CasterSet,
+};
 use crate::{
     error::Error,
     frame::Kernels,

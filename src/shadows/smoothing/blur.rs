@@ -1,9 +1,11 @@
 //! Blur of the filter maps and curves, in place, after all batches. Only rendered maps are blurred: maps
 //! that are kept already are.
-use super::{
-    context::{map_groups, view_uniform},
-    maps::Maps,
-    plan::Plan,
+use crate::shadows::{
+    batch::{
+        context::{map_groups, view_uniform},
+        plan::Plan,
+    },
+    views::maps::Maps,
 };
 use crate::{
     error::Error,
@@ -23,7 +25,7 @@ use wgpu::{
 
 /// Textures of the blur.
 #[derive(Debug)]
-pub(super) struct Blur {
+pub(in crate::shadows) struct Blur {
     /// Radius of the window [texels].
     pub radius: u32,
     rows: Texture,
@@ -34,7 +36,7 @@ pub(super) struct Blur {
 }
 
 impl Blur {
-    pub(super) fn new(
+    pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         maps: &Maps,
@@ -57,7 +59,7 @@ impl Blur {
     }
 
     /// The blur of the views of `plans`.
-    pub(super) fn commands(
+    pub(in crate::shadows) fn commands(
         &self,
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,

@@ -1,10 +1,11 @@
 //! Cache of maps from frame to frame: a view is rendered again if its inputs have changed.
 mod relocation;
 
-pub(super) use relocation::Relocation;
+pub(in crate::shadows) use relocation::Relocation;
 
-use super::{casters::CasterSet, host_depths::DepthInput};
-use crate::{model::View, shadows::cull::Occluders};
+use crate::model::View;
+use crate::shadows::cull::Occluders;
+use crate::shadows::{casters::CasterSet, views::host_depths::DepthInput};
 use std::sync::{
     Arc,
     atomic::{AtomicBool, Ordering},
@@ -12,7 +13,7 @@ use std::sync::{
 
 /// Inputs of each view's cached map.
 #[derive(Debug, Default)]
-pub(super) struct MapCache {
+pub(in crate::shadows) struct MapCache {
     views: Vec<CachedView>,
     /// [`CasterSet::id`] of the casters.
     set: u64,
@@ -53,7 +54,7 @@ impl MapCache {
     /// caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
     /// compared, not its camera: a camera's move that leaves the matrix unchanged keeps the map. `hides`:
     /// nodes of a curve, if groups behind opaque surfaces are culled.
-    pub(super) fn after(
+    pub(in crate::shadows) fn after(
         earlier: Self,
         casters: &CasterSet,
         views: &[View],
@@ -119,36 +120,36 @@ impl MapCache {
     }
 
     /// Whether maps of these views have the same sizes.
-    pub(super) fn fits(&self, views: &[View]) -> bool {
+    pub(in crate::shadows) fn fits(&self, views: &[View]) -> bool {
         self.views.iter().map(|cached| cached.view.size).eq(views.iter().map(|view| view.size))
     }
 
     /// Views whose maps are kept.
-    pub(super) fn kept(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(in crate::shadows) fn kept(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.views.len()).filter(|index| self.pending.binary_search(index).is_err())
     }
 
-    pub(super) fn view_count(&self) -> usize {
+    pub(in crate::shadows) fn view_count(&self) -> usize {
         self.views.len()
     }
 
     /// Indices of the groups that a view may see.
-    pub(super) fn groups(&self, view: usize) -> &[u32] {
+    pub(in crate::shadows) fn groups(&self, view: usize) -> &[u32] {
         &self.views[view].groups
     }
 
     /// Casters of the pending views that are hidden by opaque surfaces.
-    pub(super) fn hidden_count(&self) -> u64 {
+    pub(in crate::shadows) fn hidden_count(&self) -> u64 {
         self.pending.iter().map(|&view| self.views[view].hidden).sum()
     }
 
     /// Marks the pending views as recorded in the host's encoder.
-    pub(super) fn mark_recorded(&self) {
+    pub(in crate::shadows) fn mark_recorded(&self) {
         self.recorded.store(true, Ordering::Relaxed);
     }
 
     /// Marks the pending views to be rendered again.
-    pub(super) fn forget(&mut self) {
+    pub(in crate::shadows) fn forget(&mut self) {
         self.recorded = AtomicBool::new(false);
     }
 }

@@ -1,0 +1,235 @@
+//! The casters that a list of a batch projects.
+use crate::shadows::{
+    casters::{CasterSet, host_casters::planes},
+    cull::PairBound,
+};
+use crate::{
+    model::{Class, tiles_of},
+    records::{CURVE_SEGMENT, GpuView},
+    stage::{
+        bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
+        features::Features,
+        project::Chunk,
+        shade::ROUND_LENGTH,
+        sort::Shape,
+    },
+};
+use glam::Vec4;
+use std::ops::{Range, RangeInclusive};
+
+/// The casters of one list of a batch, as they are projected.
+#[derive(Clone, Debug)]
+pub(crate) struct ListPlan {
+    /// Whether its casters filter light in shadow views.
+    pub filters: bool,
+    /// Whether it is a list of the camera.
+    pub camera: bool,
+    pub features: Features,
+    pub particle_chunks: Vec<Chunk>,
+    /// Those of `particle_chunks` that may have particles on the scatter path.
+    pub tiny_chunks: Vec<Chunk>,
+    pub triangle_chunks: Vec<Chunk>,
+    /// Host casters, whose number is known on the device only.
+    pub host: Option<HostList>,
+    /// Footprints of particles, then of triangles, then the capacity of the host's casters.
+    pub footprint_count: u32,
+    pub first_setup: u32,
+    /// Upper bound of its pairs.
+    pub bound: PairBound,
+}
+
+impl ListPlan {
+    /// Lists the casters of `list` that each view may see.
+    pub(in crate::shadows) fn new(
+        list: &RangeInclusive<Class>,
+        features: Features,
+        casters: &CasterSet,
+        visible: &[&[u32]],
+    ) -> Self {
+        let mut footprint_count = 0;
+        let mut chunks_of = |is_triangles| {
+            let mut chunks = Vec::new();
+            for (view, groups) in (0..).zip(visible) {
+                let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
+                for group in groups {
+                    if group.is_triangles() == is_triangles && list.contains(&group.class) {
+                        let count = group.casters.len() as u32;
+                        let (first_caster, first_footprint) =
+                            (group.casters.start, footprint_count);
+                        chunks.push(Chunk { view, first_caster, count, first_footprint });
+                        footprint_count += count;
+                    }
+                }
+            }
+            chunks
+        };
+        let particle_chunks = chunks_of(false);
+        let triangle_chunks = chunks_of(true);
+        let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
+        Self {
+            filters: *list == Class::FILTERING,
+            camera: false,
+            features,
+            particle_chunks,
+            tiny_chunks: Vec::new(),
+            triangle_chunks,
+            host: None,
+            footprint_count,
+            first_setup,
+            bound: PairBound::default(),
+        }
+    }
+
+    /// Those of the particles' chunks that may have tiny particles.
+    pub(in crate::shadows) fn tiny(
+        &self,
+        casters: &CasterSet,
+        visible: &[&[u32]],
+        views: &[GpuView],
+    ) -> Vec<Chunk> {
+        let groups = casters.groups();
+        let extents = visible.iter().flat_map(|visible| {
+            let listed = visible.iter().map(|&group| &groups[group as usize]);
+            listed
+                .filter(|group| group.class == Class::Translucent && !group.is_triangles())
+                .map(|group| &group.extent)
+        });
+        let chunks = self.particle_chunks.iter().zip(extents);
+        chunks
+            .filter(|(chunk, extent)| extent.may_be_tiny(&views[chunk.view as usize]))
+            .map(|(chunk, _)| *chunk)
+            .collect()
+    }
+
+    /// Removes and returns the triangle chunks that satisfy `is_taken`.
+    pub(in crate::shadows) fn take_triangles(
+        &mut self,
+        is_taken: impl FnMut(&Chunk) -> bool,
+    ) -> Vec<Chunk> {
+        let (taken, mut rest): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);
+        self.footprint_count = self.first_setup;
+        for chunk in &mut rest {
+            chunk.first_footprint = self.footprint_count;
+            self.footprint_count += chunk.count;
+        }
+        self.triangle_chunks = rest;
+        taken
+    }
+
+    /// Whether segments are composed one by one.
+    pub(crate) fn is_composed(&self) -> bool {
+        self.filters && self.features.is_composed()
+    }
+
+    /// Pairs that one workgroup walks at a time.
+    pub(crate) fn segment_length(&self) -> u32 {
+        match self.features {
+            _ if self.camera => ROUND_LENGTH,
+            Features { nodes: 1.., .. } => CURVE_SEGMENT,
+            Features { plain: true, .. } => DISC_SEGMENT,
+            _ => SEGMENT_LENGTH,
+        }
+    }
+
+    /// Whether a tile may have more pairs than a segment.
+    pub(crate) fn has_segments(&self) -> bool {
+        self.bound.of_tile > self.segment_length()
+    }
+
+    /// Whether some footprints' pairs may not fit.
+    pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
+        let of_run = u64::from(bin::run_length(shape, self.footprint_count))
+            * u64::from(self.bound.of_caster);
+        self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
+    }
+
+    /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
+    /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
+    pub(crate) fn may_part(&self, shape: Shape, capacity: u32) -> bool {
+        self.filters && !self.camera && self.may_overflow(shape, capacity)
+    }
+
+    /// Least room for the pairs of a part: for those of any tile, and so many that parts are few.
+    pub(crate) fn part_room(&self) -> u64 {
+        const USUAL: u64 = 1 << 18;
+        u64::from(self.bound.of_tile.min(self.footprint_count)).max(USUAL.min(self.bound.pairs))
+    }
+
+    /// Parts of the tiles that are recorded, with room for so many pairs in each.
+    pub(crate) fn most_parts(&self, room: u32, tile_count: u32) -> u32 {
+        /// Each is recorded, needed or not. The pairs of the host's casters have no useful bound.
+        const MOST: u64 = 512;
+        const MOST_OF_HOST: u64 = 32;
+        let most = if self.host.is_some() { MOST_OF_HOST } else { MOST };
+        // Two parts that follow each other have more pairs than there is room for in one.
+        let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
+        enough.min(u64::from(tile_count) + 1).min(most) as u32
+    }
+
+    pub(crate) fn setup_count(&self) -> u32 {
+        let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
+        end - self.first_setup
+    }
+
+    /// Expected number of footprints: a caster of the host is seldom visible in more than two views of a
+    /// batch.
+    pub(crate) fn likely_count(&self) -> u64 {
+        const VIEWS: u64 = 2;
+        self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
+            let most = u64::from(self.footprint_count - host.first_footprint);
+            u64::from(host.first_footprint) + most.min(VIEWS * u64::from(host.capacity))
+        })
+    }
+
+    /// Adds the host casters behind all uploaded ones.
+    pub(crate) fn add_host(&mut self, casters: &CasterSet, list: usize, views: &[GpuView]) {
+        let Some(sets) = casters.host().filter(|sets| !sets.spans[list].groups.is_empty()) else {
+            return;
+        };
+        let span = sets.spans[list].clone();
+        self.host = Some(HostList {
+            groups: span.groups,
+            planes: planes(views),
+            first_footprint: self.footprint_count,
+            capacity: span.capacity,
+        });
+        self.footprint_count += span.capacity * views.len() as u32;
+        // The casters may be anywhere, and of any size.
+        let tiles = |view: &GpuView| tiles_of(view.size.as_uvec2()).element_product();
+        let most = views.iter().map(tiles).max().unwrap_or(0);
+        let pairs = u64::from(span.capacity) * views.iter().map(tiles).map(u64::from).sum::<u64>();
+        self.bound = PairBound {
+            pairs: self.bound.pairs.saturating_add(pairs),
+            of_tile: self.bound.of_tile.saturating_add(span.capacity),
+            of_caster: self.bound.of_caster.max(most),
+        };
+    }
+}
+
+/// Host casters of a list.
+#[derive(Clone, Debug)]
+pub(crate) struct HostList {
+    pub groups: Range<u32>,
+    /// Six frustum planes of each view.
+    pub planes: Vec<Vec4>,
+    pub first_footprint: u32,
+    /// Most casters that a view may see.
+    pub capacity: u32,
+}
+
+impl HostList {
+    /// Number of (view, group) combinations.
+    pub(crate) fn entry_count(&self) -> u32 {
+        self.view_count() * self.groups.len() as u32
+    }
+
+    /// Hides all groups from the view.
+    pub(crate) fn hide(&mut self, view: usize) {
+        self.planes[6 * view] = Vec4::NEG_W;
+    }
+
+    pub(crate) fn view_count(&self) -> u32 {
+        (self.planes.len() / 6) as u32
+    }
+}

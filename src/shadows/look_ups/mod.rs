@@ -1,0 +1,6 @@
+//! Readers of the maps: light at points, WGSL for shaders of the host, and other layouts.
+pub(super) mod converted;
+pub(super) mod host_shader;
+pub(super) mod levels;
+pub(super) mod light_points;
+pub(crate) mod light_source;
