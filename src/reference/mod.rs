@@ -26,7 +26,7 @@ pub mod texture;
 mod threads;
 pub mod tile;
 
-pub use area::{Fit, POINTS};
+pub use area::Fit;
 pub use light_points::light_points;
 pub use maps::render_maps;
 pub use mask::Masks;

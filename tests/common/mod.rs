@@ -3,6 +3,7 @@ pub(crate) mod brute_force;
 pub(crate) mod compare;
 pub(crate) mod files;
 pub(crate) mod scenes;
+pub(crate) mod windows;
 
 use gobo::{
     Shadows,

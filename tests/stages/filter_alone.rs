@@ -4,13 +4,13 @@ use super::maps_by_hand::{
     random_maps,
 };
 use crate::{
-    common::{TIERS, gpu},
+    common::{TIERS, gpu, windows},
     stages::by_hand::run_all,
 };
 use gobo::{
     gpu::Resources,
     records::ViewMaps,
-    reference::{curve::soften::soften_curves, filter::filter},
+    reference::curve::soften::soften_curves,
     stage::{
         features::Features,
         filter::{self as stage, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams},
@@ -21,11 +21,17 @@ use gobo::{
 /// Windows of the patterns [texels].
 const WINDOWS: [u32; 2] = [2, 8];
 
+/// Filters and depths in 64 bits, curves of the reference.
 fn softened(maps: &[ViewMaps; 2], window: u32) -> [ViewMaps; 2] {
-    maps.clone().map(|mut maps| {
-        soften_curves(&mut maps, window, false);
-        filter(&mut maps, window);
-        maps
+    maps.clone().map(|mut soft| {
+        let sharp = soft.clone();
+        soften_curves(&mut soft, window, false);
+        for at in 0..sharp.filter.len() {
+            let (light, nearest, opaque) = windows::softened(&sharp, at, window as i32 / 2);
+            soft.filter[at] = light.as_vec3().to_array();
+            (soft.nearest[at], soft.opaque[at]) = (nearest, opaque);
+        }
+        soft
     })
 }
 

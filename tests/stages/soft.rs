@@ -6,7 +6,8 @@ use crate::common::{
     scenes::{Chance, empty, light, material, triangle},
 };
 use gobo::{
-    Light, LightKind, MaskSettings, Material, Receiver, ReceiverPoint, Source, Transfer, Triangle,
+    Camera, Light, LightKind, MaskSettings, Material, Receiver, ReceiverPoint, Source, Transfer,
+    Triangle,
     glam::{UVec2, Vec3, Vec4},
     gpu::Tier,
     model::Air,
@@ -147,7 +148,7 @@ pub(super) fn mean_error(scene: &Scene, points: &[ReceiverPoint], found: &[Vec3]
 /// Mean errors of the look-up for [`sources`], as measured, and a fifth more.
 const ACCURACY: [f64; 7] = [0.0186, 0.0101, 0.0158, 0.0144, 0.0108, 0.006, 0.005];
 /// Of the reference: half that of its points along a straight edge, as most receivers are in no penumbra.
-const MEAN_OF_POINTS: f64 = 0.005;
+const MEAN_OF_POINTS: f64 = 0.007;
 
 fn assert_accurate(sources: impl Iterator<Item = (usize, (&'static str, Light))>) {
     let mut scene = crowd();
@@ -261,17 +262,22 @@ fn every_tier_is_as_many_points_of_all_lights() {
 #[test]
 fn pictures_are_the_mean_of_those_of_the_lights_points() {
     let mut scene = crowd();
-    scene.camera.size = UVec2::new(96, 72);
+    scene.camera = Camera {
+        eye: Vec3::new(1.4, 2.4, 2.6),
+        target: Vec3::Y * 0.2,
+        size: UVec2::new(80, 60),
+        ..scene.camera
+    };
     scene.shadow.receiver = Receiver::Curve;
-    scene.lights = sources().into_iter().step_by(3).map(|(_, light)| light).collect();
-    for light in &mut scene.lights {
-        let is_sun = matches!(light.kind, LightKind::Directional { .. });
-        (light.size, light.intensity) = (Some(256), if is_sun { 1.0 } else { 6.0 });
-    }
+    let lit = [(1, 8.0), (2, 8.0), (6, 1.0)];
+    scene.lights = lit
+        .map(|(i, intensity)| Light { size: Some(192), intensity, ..sources()[i].1.clone() })
+        .to_vec();
     let mask = MaskSettings { half: false, ..MaskSettings::default() };
     let scattering = Vec3::splat(0.05);
     let air = Air { scattering, extinction: scattering, ambient: 0.0, anisotropy: 0.0, steps: 12 };
     for (mask, air) in [(None, None), (Some(mask), None), (None, Some(air))] {
+        let mut scene = scene.clone();
         (scene.mask, scene.air) = (mask, air);
         let expected = reference_picture(&scene);
         let found = render(TIERS[0], &scene).picture;
@@ -280,6 +286,10 @@ fn pictures_are_the_mean_of_those_of_the_lights_points() {
         let mean = steps.iter().map(|&v| f64::from(v)).sum::<f64>() / steps.len() as f64;
         let far = steps.iter().filter(|&&v| v > 24).count() as f64 / steps.len() as f64;
         println!("{mean:.2} of 255, {far:.4} far");
-        assert!(mean < 2.5 && far < 0.01, "{mean} {far}");
+        assert!(mean < 1.0 && far < 0.004, "{mean} {far}");
+        scene.lights.iter_mut().for_each(|light| light.source = None);
+        let hard = render(TIERS[0], &scene).picture;
+        let changed = hard.rgb.iter().zip(&expected.rgb).filter_map(apart).filter(|&v| v > 24);
+        assert!(changed.count() > 100, "nothing is soft");
     }
 }

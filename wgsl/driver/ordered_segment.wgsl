@@ -1,6 +1,6 @@
 // Driver: one segment of a long tile with order-dependent blending. Like wgsl/driver/segment.wgsl, but a
 // segment takes the hits behind its front from the last pairs of the previous segment, and leaves its own
-// behind the next one's front to that. CPU twin: src/reference/accumulate.rs, `ordered_segment`.
+// behind the next one's front to that. CPU reference: src/reference/accumulate.rs, which sorts all hits of a ray.
 
 import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};

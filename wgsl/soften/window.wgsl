@@ -1,4 +1,4 @@
-// Summary of the dithered surfaces in a run of texels. CPU twin: src/reference/filter.rs, `Run`.
+// Summary of the dithered surfaces in a run of texels. CPU reference: src/reference/filter.rs.
 
 struct FilterParams {
     radius: i32, // half the window [texels]
