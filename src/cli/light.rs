@@ -100,15 +100,15 @@ mod tests {
 
     #[test]
     fn rows_are_points() {
-        let points = |bytes: &[u8]| super::points(bytes, bytes.len() as u64);
+        let parsed = |bytes: &[u8]| points(bytes, bytes.len() as u64);
         let bytes = npy::encode(&[1, 6], [1.0, 2.0, 3.0, 0.0, -2.0, 0.0].into_iter());
-        let read = points(&bytes).unwrap();
+        let read = parsed(&bytes).unwrap();
         let expected = ReceiverPoint { position: Vec3::new(1.0, 2.0, 3.0), normal: Vec3::NEG_Y };
         assert_eq!(read, [expected]);
         let bytes = npy::encode(&[2, 3], [0.5; 6].into_iter());
         let plain = ReceiverPoint { position: Vec3::splat(0.5), normal: Vec3::ZERO };
-        assert_eq!(points(&bytes).unwrap(), [plain; 2]);
-        assert_eq!(points(&npy::encode(&[0, 3], [].into_iter())).unwrap(), []);
+        assert_eq!(parsed(&bytes).unwrap(), [plain; 2]);
+        assert_eq!(parsed(&npy::encode(&[0, 3], [].into_iter())).unwrap(), []);
     }
 
     #[test]

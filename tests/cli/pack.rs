@@ -85,6 +85,21 @@ fn an_unpacked_scene_renders_to_the_same_bytes() {
     }
 }
 
+/// Shards of one job unpack the scene each in its own folder.
+#[test]
+fn a_scene_is_the_same_wherever_it_is() {
+    let folder = folder("pack-places");
+    let job = ["--backend", "cpu", "--frames", "0..4", "--skip-existing", "-o", "o", "--shard"];
+    folder.run(&["pack", "in/scenes/own.toml", "-o", "own.zip"]);
+    for shard in 0..2 {
+        let place = format!("place{shard}");
+        unpack(&folder.0.join("own.zip"), &folder.0.join(&place));
+        let (scene, shard) = (format!("{place}/scenes/own.toml"), format!("{shard}/2"));
+        folder.run(&[&["render", &scene][..], &job, &[&shard]].concat());
+    }
+    assert_eq!(folder.run(&["verify", "o"]), "4 frames are whole\n");
+}
+
 #[test]
 fn what_cannot_travel_is_refused() {
     let folder = folder("pack-refused");
