@@ -24,6 +24,14 @@ pub(crate) enum Command {
         /// A .toml, .glb, .gltf or .ply file
         scene: PathBuf,
     },
+    /// Write a scene with all files that it names as one archive, for other machines
+    Pack {
+        /// A .toml, .glb, .gltf, .ply or .csv file
+        scene: PathBuf,
+        /// The archive to write
+        #[arg(short, value_name = "SCENE.zip")]
+        out: PathBuf,
+    },
     /// Look up the share of each light that reaches each of some points
     Light(LightArguments),
     /// Tell which frames of a folder are missing or damaged, by what --skip-existing wrote

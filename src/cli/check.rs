@@ -3,7 +3,7 @@ use super::{failure::Failure, files};
 use std::path::Path;
 
 pub(crate) fn run(path: &Path) -> Result<(), Failure> {
-    let scene = gobo::scene::load(path)?;
+    let scene = gobo::scene::check(path)?;
     if let Some(warning) = scene.rounding_warning() {
         tracing::warn!("{warning}");
     }

@@ -15,6 +15,9 @@ pub(crate) enum Failure {
     File { path: PathBuf, source: std::io::Error },
     #[error("{0}")]
     Usage(String),
+    /// A file that is not what an option wants.
+    #[error("{}: {message}", .path.display())]
+    Refused { path: PathBuf, message: String, help: &'static str },
     /// A benchmark whose maps are wrong.
     #[error("{0}")]
     Wrong(String),
@@ -34,6 +37,10 @@ pub(crate) enum Failure {
 impl Failure {
     pub(crate) fn file(path: &Path, source: std::io::Error) -> Self {
         Self::File { path: path.to_owned(), source }
+    }
+
+    pub(crate) fn refused(path: &Path, message: impl Into<String>, help: &'static str) -> Self {
+        Self::Refused { path: path.to_owned(), message: message.into(), help }
     }
 
     /// Prints the error to stderr; for a scene file with the line and the remedy. Errors of stderr itself
@@ -82,6 +89,7 @@ impl Failure {
             Self::Memory(_) => {
                 Some("--set shadow.size=512 takes less, as do fewer lights and pixels")
             }
+            Self::Refused { help, .. } => Some(help),
             Self::Points { .. } => Some("look fewer points up at a time"),
             Self::Stopped { .. } => Some(
                 "the same command with --skip-existing goes on, where it was given from the start",
@@ -95,7 +103,7 @@ impl Failure {
         use gobo::error::Error;
         match self {
             Self::Scene(SceneError::Memory { .. }) => 1,
-            Self::Scene(_) | Self::Usage(_) => 2,
+            Self::Scene(_) | Self::Usage(_) | Self::Refused { .. } => 2,
             Self::Gpu(
                 Error::Adapter { .. }
                 | Error::Unusable(_)

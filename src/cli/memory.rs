@@ -42,9 +42,9 @@ impl Needs {
         Ok(())
     }
 
-    /// Points as read and as records, twice, and their answers, as returned and as a file.
+    /// Points in the world and in the scene, their order, and their answers.
     fn of_points(&self, scene: &Scene) -> u64 {
-        self.points.saturating_mul(72 + 24 * scene.lights.len() as u64)
+        self.points.saturating_mul(64 + 12 * scene.lights.len() as u64)
     }
 
     /// Estimate [bytes].

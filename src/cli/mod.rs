@@ -17,6 +17,7 @@ mod manual;
 mod maps;
 mod memory;
 mod npy;
+mod pack;
 mod preview;
 mod render;
 mod sidecar;
@@ -38,6 +39,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check { scene } => check::run(&scene),
+        Command::Pack { scene, out } => pack::run(&scene, &out),
         Command::Light(arguments) => light::run(&arguments),
         Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),

@@ -1,8 +1,24 @@
-//! `NumPy`'s array file, format 1.0: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+//! `NumPy`'s array file, formats 1.0 to 3.0: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+use std::io::{self, Read, Write};
+
+/// The problem and the remedy.
+pub(crate) type Fault = (String, &'static str);
+
+/// Longest header that is read [bytes]; `NumPy` itself reads 10,000.
+const MAX_HEADER: usize = 1 << 16;
+const WRITE_AGAIN: &str = "write it again with numpy.save";
 
 /// Encodes little-endian `f32`s in C order.
 pub(crate) fn encode(shape: &[usize], values: impl ExactSizeIterator<Item = f32>) -> Vec<u8> {
     debug_assert_eq!(shape.iter().product::<usize>(), values.len());
+    let mut bytes = header(shape);
+    bytes.reserve(values.len() * 4);
+    bytes.extend(values.flat_map(f32::to_le_bytes));
+    bytes
+}
+
+/// Magic and header of an array; its values follow.
+fn header(shape: &[usize]) -> Vec<u8> {
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let shape = if shape.len() == 1 { lengths.trim_end() } else { lengths.trim_end_matches(", ") };
     let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
@@ -11,62 +27,130 @@ pub(crate) fn encode(shape: &[usize], values: impl ExactSizeIterator<Item = f32>
     header.extend(std::iter::repeat_n(' ', padding));
     header.push('\n');
 
-    let mut bytes = Vec::with_capacity(10 + header.len() + values.len() * 4);
-    bytes.extend_from_slice(b"\x93NUMPY\x01\x00");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
     bytes.extend_from_slice(header.as_bytes());
-    bytes.extend(values.flat_map(f32::to_le_bytes));
     bytes
 }
 
-/// Decodes shape and values of an array of little-endian `f32`s in C order.
-pub(crate) fn decode(bytes: &[u8]) -> Result<(Vec<usize>, Vec<f32>), String> {
-    let cut = || "it ends too early: write it again".to_owned();
-    let rest =
-        bytes.strip_prefix(b"\x93NUMPY").ok_or("it is no NumPy array: write it with numpy.save")?;
-    let (version, rest) = rest.split_at_checked(2).ok_or_else(cut)?;
-    // The header's length has two bytes in version 1.0, four in later ones.
-    let wide = if version[0] == 1 { 2 } else { 4 };
-    let (length, rest) = rest.split_at_checked(wide).ok_or_else(cut)?;
-    let length = length.iter().rev().fold(0, |sum, &byte| sum * 256 + usize::from(byte));
-    let (header, data) = rest.split_at_checked(length).ok_or_else(cut)?;
-    let header = str::from_utf8(header).map_err(|_| "its header is no text".to_owned())?;
+/// Writes an array value by value.
+pub(crate) fn write(
+    out: impl Write,
+    shape: &[usize],
+    values: impl Iterator<Item = f32>,
+) -> io::Result<()> {
+    let mut out = io::BufWriter::new(out);
+    out.write_all(&header(shape))?;
+    for value in values {
+        out.write_all(&value.to_le_bytes())?;
+    }
+    out.flush()
+}
+
+/// An array of little-endian `f32`s in C order, read value by value.
+#[derive(Debug)]
+pub(crate) struct Reader<R> {
+    pub(crate) shape: Vec<usize>,
+    values: R,
+}
+
+impl<R: Read> Reader<R> {
+    /// `length`: that of the whole file [bytes].
+    pub(crate) fn new(mut file: R, length: u64) -> Result<Self, Fault> {
+        let mut head = [0; 8];
+        let is_array = file.read_exact(&mut head).is_ok() && head.starts_with(b"\x93NUMPY");
+        if !is_array {
+            return Err(("it is no NumPy array".to_owned(), "write it with numpy.save"));
+        }
+        // The header's length has two bytes in version 1.0, four in later ones.
+        let wide = match head[6] {
+            1 => 2,
+            2 | 3 => 4,
+            version => {
+                let message = format!("its format is {version}.{}", head[7]);
+                return Err((message, "write it as format 1.0: numpy.lib.format.write_array"));
+            }
+        };
+        let cut = |_| ("it ends too early".to_owned(), WRITE_AGAIN);
+        let mut header_length = [0; 4];
+        file.read_exact(&mut header_length[..wide]).map_err(cut)?;
+        let header_length = u32::from_le_bytes(header_length) as usize;
+        if header_length > MAX_HEADER {
+            return Err((format!("its header has {header_length} bytes"), WRITE_AGAIN));
+        }
+        let mut header = vec![0; header_length];
+        file.read_exact(&mut header).map_err(cut)?;
+        let shape = shape(&header)?;
+        let data = length.saturating_sub((8 + wide + header_length) as u64);
+        let count = shape.iter().try_fold(4_usize, |product, &length| product.checked_mul(length));
+        if count.and_then(|count| u64::try_from(count).ok()) != Some(data) {
+            return Err((format!("its shape {shape:?} is not that of {data} bytes"), WRITE_AGAIN));
+        }
+        Ok(Self { shape, values: file })
+    }
+
+    /// The next values.
+    pub(crate) fn next<const N: usize>(&mut self) -> Result<[f32; N], Fault> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            let mut bytes = [0; 4];
+            let failed = |error: io::Error| (error.to_string(), WRITE_AGAIN);
+            self.values.read_exact(&mut bytes).map_err(failed)?;
+            *value = f32::from_le_bytes(bytes);
+        }
+        Ok(values)
+    }
+}
+
+/// Shape of an array of little-endian `f32`s in C order.
+fn shape(header: &[u8]) -> Result<Vec<usize>, Fault> {
+    let wrong = |message: &str| (message.to_owned(), WRITE_AGAIN);
+    let header = str::from_utf8(header).map_err(|_| wrong("its header is no text"))?;
     let value = |key: &str| {
         let rest = header.split_once(&format!("'{key}':"))?.1.trim_start();
         let end = if rest.starts_with('(') { rest.find(')')? + 1 } else { rest.find([',', '}'])? };
         Some(rest[..end].trim())
     };
-    let value = |key| value(key).ok_or_else(|| format!("its header has no {key}"));
+    let value = |key| value(key).ok_or_else(|| wrong(&format!("its header has no {key}")));
     let kind = value("descr")?.trim_matches('\'');
     if kind != "<f4" {
-        return Err(format!("its numbers are {kind}, not 32-bit floats: use .astype('<f4')"));
+        let message = format!("its numbers are {kind}, not 32-bit floats");
+        return Err((message, "use .astype('<f4')"));
     }
     if value("fortran_order")? != "False" {
-        return Err("its columns come first: use numpy.ascontiguousarray".to_owned());
+        return Err(("its columns come first".to_owned(), "use numpy.ascontiguousarray"));
     }
     let shape = value("shape")?.trim_matches(['(', ')']).split(',').map(str::trim);
-    let shape: Vec<usize> = shape
+    shape
         .filter(|length| !length.is_empty())
-        .map(|length| length.parse().map_err(|_| format!("{length:?} is no length of a shape")))
-        .collect::<Result<_, _>>()?;
-    let count = shape.iter().try_fold(4_usize, |product, &length| product.checked_mul(length));
-    if count != Some(data.len()) {
-        return Err(format!("its shape {shape:?} is not that of {} bytes", data.len()));
-    }
-    let values =
-        data.chunks_exact(4).map(|word| f32::from_le_bytes([word[0], word[1], word[2], word[3]]));
-    Ok((shape, values.collect()))
+        .map(|length| {
+            let message = format!("{length:?} is no length of a shape");
+            length.parse().map_err(|_| (message, WRITE_AGAIN))
+        })
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{decode, encode};
+    use super::{Reader, encode, write};
+
+    /// Shape and values, or the problem with its remedy.
+    fn decode(bytes: &[u8]) -> Result<(Vec<usize>, Vec<f32>), String> {
+        let told = |(message, help): (String, &str)| format!("{message}: {help}");
+        let mut reader = Reader::new(bytes, bytes.len() as u64).map_err(told)?;
+        let count: usize = reader.shape.iter().product();
+        let values: Result<Vec<f32>, _> = (0..count).map(|_| Ok(reader.next::<1>()?[0])).collect();
+        Ok((reader.shape, values.map_err(told)?))
+    }
 
     #[test]
     fn arrays_come_back() {
         for shape in [&[2, 3][..], &[6], &[1, 1, 6]] {
             let values: Vec<f32> = (0..6_u8).map(|i| f32::from(i) - 2.5).collect();
             let bytes = encode(shape, values.iter().copied());
+            let mut written = Vec::new();
+            write(&mut written, shape, values.iter().copied()).unwrap();
+            assert_eq!(written, bytes);
             assert_eq!(decode(&bytes), Ok((shape.to_vec(), values)));
         }
         let empty = encode(&[0, 3], [].into_iter());
@@ -77,6 +161,11 @@ mod tests {
         long.resize(12 + 0x46, b' ');
         long.extend([0; 12]);
         assert_eq!(decode(&long), Ok((vec![1, 3], vec![0.0; 3])));
+        for (byte, version) in [(6, 9), (6, 0), (11, 1)] {
+            let mut wrong = long.clone();
+            wrong[byte] = version;
+            assert!(decode(&wrong).is_err(), "byte {byte} is {version}");
+        }
     }
 
     #[test]

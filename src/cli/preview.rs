@@ -45,22 +45,20 @@ impl Preview {
         frames: usize,
         fps: f64,
     ) -> Result<Self, Failure> {
-        let format = format(path).map_err(|reason| refused(path, &reason))?;
-        check_name(path, out).map_err(|reason| refused(path, reason))?;
+        let format = format(path)?;
+        check_name(path, out)?;
         if format == Format::Png && frames > MOST {
-            let message = format!(
-                "{frames} frames, but an animated PNG has at most {MOST}: name an .mp4, or fewer frames"
-            );
-            return Err(refused(path, &message));
+            let message = format!("{frames} frames, but an animated PNG has at most {MOST}");
+            return Err(Failure::refused(path, message, "name an .mp4, or fewer frames"));
         }
         if !is_free(path, format).map_err(|source| Failure::file(path, source))? {
-            let reason = "exists, and is no preview of gobo: remove it, or name another file";
-            return Err(refused(path, reason));
+            let help = "remove it, or name another file";
+            return Err(Failure::refused(path, "exists, and is no preview of gobo", help));
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let Some(claim) = Claim::attempt(folder(path), &name)? else {
-            let reason = "another process is writing it: wait for that, or name another file";
-            return Err(refused(path, reason));
+            let help = "wait for that, or name another file";
+            return Err(Failure::refused(path, "another process is writing it", help));
         };
         claim.sweep(temporaries(folder(path), &format!("{name}.")));
         let file = Pending::new(path)?;
@@ -90,10 +88,11 @@ impl Preview {
 
     /// Adds a frame that exists already.
     pub(super) fn add_file(&mut self, file: &Path) -> Result<(), Failure> {
-        let unlike = |message: &str| refused(file, message);
-        let image = image::open(file).map_err(|error| unlike(&error.to_string()))?.into_rgb8();
+        let unlike =
+            |message: String| Failure::refused(file, message, "remove it, to render it again");
+        let image = image::open(file).map_err(|error| unlike(error.to_string()))?.into_rgb8();
         if UVec2::from(image.dimensions()) != self.size {
-            return Err(unlike("has another size than the scene's pictures"));
+            return Err(unlike("has another size than the scene's pictures".to_owned()));
         }
         self.add_rgb(image.as_raw())
     }
@@ -133,14 +132,12 @@ impl Ffmpeg {
         command.args(["-vf", filter, "-pix_fmt", "yuv420p", "-colorspace", "bt709"]);
         command.args(["-metadata", &format!("comment={MARK}"), "-f", "mp4"]).arg(temporary);
         command.stdin(Stdio::piped()).stdout(Stdio::null());
-        command.spawn().map(Self).map_err(|error| {
-            let name = path.display();
-            match error.kind() {
-                io::ErrorKind::NotFound => Failure::Usage(format!(
-                    "{name}: ffmpeg writes videos, and is not installed: install it, or name a .png"
-                )),
-                _ => Failure::Wrong(format!("{name}: ffmpeg does not start: {error}")),
+        command.spawn().map(Self).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => {
+                let message = "ffmpeg writes videos, and is not installed";
+                Failure::refused(path, message, "install it, or name a .png")
             }
+            _ => Failure::Wrong(format!("{}: ffmpeg does not start: {error}", path.display())),
         })
     }
 
@@ -171,24 +168,27 @@ impl Drop for Ffmpeg {
     }
 }
 
-fn format(path: &Path) -> Result<Format, String> {
+fn format(path: &Path) -> Result<Format, Failure> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     match extension.as_str() {
         "png" | "apng" => Ok(Format::Png),
         "mp4" => Ok(Format::Mp4),
-        _ => Err(format!("no kind of preview: {extension:?}; name a .png or an .mp4")),
+        _ => {
+            let message = format!("no kind of preview: {extension:?}");
+            Err(Failure::refused(path, message, "name a .png or an .mp4"))
+        }
     }
 }
 
 /// Refuses the names of frames and what is beside them.
-fn check_name(path: &Path, out: &Path) -> Result<(), &'static str> {
-    let name = path.file_name().ok_or("is no name of a file")?.to_string_lossy();
+fn check_name(path: &Path, out: &Path) -> Result<(), Failure> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     let is_beside = match (folder(path).canonicalize(), out.canonicalize()) {
         (Ok(of_preview), Ok(of_frames)) => of_preview == of_frames,
         _ => false,
     };
     if is_beside && name.to_ascii_lowercase().starts_with("frame_") {
-        return Err("is the name of a frame: name the preview otherwise");
+        return Err(Failure::refused(path, "is the name of a frame", "name the preview otherwise"));
     }
     Ok(())
 }
@@ -215,10 +215,6 @@ fn is_free(path: &Path, format: Format) -> io::Result<bool> {
         Format::Mp4 => file.read_to_end(&mut bytes)?,
     };
     Ok(is_format && bytes.windows(MARK.len()).any(|window| window == MARK.as_bytes()))
-}
-
-fn refused(path: &Path, reason: &str) -> Failure {
-    Failure::Usage(format!("{}: {reason}", path.display()))
 }
 
 fn failed(path: &Path, error: png::EncodingError) -> Failure {

@@ -64,6 +64,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         .check(&scene)?;
     let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     leave_to_device(&mut scene, &renderer, arguments.simulation);
+    let inputs = arguments.skip_existing.then(|| sidecar::inputs(&mut scene, arguments));
     let debug = arguments.debug();
     let options = RenderOptions {
         maps: arguments.maps,
@@ -76,7 +77,6 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     tracing::info!("rendering with {}", renderer.device());
     let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
-    let inputs = arguments.skip_existing.then(|| sidecar::inputs(&scene, arguments));
     stop::listen()?;
     let frames = arguments.frames();
     let preview = match &arguments.preview {

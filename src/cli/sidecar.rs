@@ -8,6 +8,7 @@ use std::{
     collections::BTreeMap,
     fmt, fs,
     io::{self, Read as _},
+    mem::take,
     ops::Range,
     path::{Path, PathBuf},
 };
@@ -196,16 +197,23 @@ impl Contents {
 }
 
 /// Hash of everything that decides what frames look like, except the device, whose rounding may move a last
-/// bit.
-pub(super) fn inputs(scene: &Scene, arguments: &RenderArguments) -> String {
+/// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit together. The scene is as before.
+pub(super) fn inputs(scene: &mut Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
     let RenderArguments { maps, exr, fps, .. } = arguments;
     let debug = arguments.debug();
+    // They name files.
+    let notes = take(&mut scene.notes);
+    let names: Vec<String> = scene.textures.iter_mut().map(|it| take(&mut it.name)).collect();
     // Hashes every field of the scene, each number to its last bit.
     let written = fmt::write(
         &mut hash,
         format_args!("{} {maps} {exr} {fps} {debug:?} {scene:?}", env!("CARGO_PKG_VERSION")),
     );
+    scene.notes = notes;
+    for (texture, name) in scene.textures.iter_mut().zip(names) {
+        texture.name = name;
+    }
     written.expect("a hash takes all text");
     hex(hash.0.finalize())
 }

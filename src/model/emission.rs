@@ -46,30 +46,39 @@ impl Emitter {
         (step, (steps - f64::from(step)) as f32)
     }
 
-    /// Adds the live particles, if they are at most `farthest` from the origin along each axis [m].
+    /// Adds the live particles, if they are at most `farthest` from the origin along each axis [m]. Returns the number
+    /// of those that are farther.
     pub fn send(
         &self,
         flock: &mut Flock,
         seconds: f64,
         farthest: f32,
         particles: &mut Vec<Particle>,
-    ) {
+    ) -> u64 {
         let (step, part) = self.moment(seconds);
         match &self.fluid {
             Some(fluid) => flock.advance_fluid_to(&self.forces, fluid, step, self.steps),
             None => flock.advance_to(&self.forces, step, self.steps),
         }
-        let seen = |emitted| self.particle(emitted, part, farthest);
-        particles.extend(flock.emitted().iter().filter_map(seen));
+        let mut left_out = 0;
+        for particle in flock.emitted().iter().filter_map(|emitted| self.particle(emitted, part)) {
+            if is_within(&particle, farthest) {
+                particles.push(particle);
+            } else {
+                left_out += 1;
+            }
+        }
+        left_out
     }
 
     /// A few of the live particles, evenly chosen, as if they were not a fluid: enough to see how far they
-    /// reach, in little time.
-    pub fn sample(&self, seconds: f64, farthest: f32) -> Vec<Particle> {
+    /// reach. `most_steps`: of all of them together.
+    pub fn sample(&self, seconds: f64, farthest: f32, most_steps: usize) -> Vec<Particle> {
         const MOST: usize = 1000;
+        let most = MOST.min(most_steps / self.forces.longest() as usize);
         let (step, part) = self.moment(seconds);
         let numbers = self.numbers(step);
-        let every = numbers.len().div_ceil(MOST).max(1);
+        let every = numbers.len().div_ceil(most.max(1)).max(1);
         let flown = |number| {
             let mut emitted = self.forces.start(number);
             for step in self.forces.starts_in(number)..step {
@@ -78,9 +87,9 @@ impl Emitter {
                 }
                 self.forces.advance(&mut emitted, step);
             }
-            self.particle(&emitted, part, farthest)
+            self.particle(&emitted, part).filter(|particle| is_within(particle, farthest))
         };
-        numbers.step_by(every).filter_map(flown).collect()
+        numbers.step_by(every).take(most).filter_map(flown).collect()
     }
 
     /// Numbers of the particles that may be alive at a step.
@@ -90,12 +99,12 @@ impl Emitter {
     }
 
     /// The particle `part` of a step after its last whole one, if it is seen.
-    fn particle(&self, emitted: &EmittedParticle, part: f32, farthest: f32) -> Option<Particle> {
+    fn particle(&self, emitted: &EmittedParticle, part: f32) -> Option<Particle> {
         let share = ((emitted.age as f32 + part) / emitted.life as f32).min(1.0);
         let alpha = mixed(&self.alpha, share, |a, b, t| a + (b - a) * t);
         let center = emitted.position + emitted.velocity * (part * STEP);
         let turn = (pcg(emitted.number ^ self.forces.seed) >> 8) as f32 / (1 << 24) as f32;
-        (alpha > 0.0 && center.abs().max_element() <= farthest).then(|| Particle {
+        (alpha > 0.0).then(|| Particle {
             center,
             radius: mixed(&self.radius, share, |a, b, t| a + (b - a) * t),
             color: mixed(&self.color, share, Vec3::lerp).extend(alpha),
@@ -104,6 +113,11 @@ impl Emitter {
             id: self.first_id.wrapping_add(emitted.number),
         })
     }
+}
+
+/// Whether its position is finite, and at most so far from the origin along each axis [m].
+fn is_within(particle: &Particle, farthest: f32) -> bool {
+    particle.center.is_finite() && particle.center.abs().max_element() <= farthest
 }
 
 /// Linear interpolation between evenly spaced values.

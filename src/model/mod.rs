@@ -40,6 +40,7 @@ pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHAD
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
+pub(crate) use scene::{FARTHEST, moved};
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
     Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,

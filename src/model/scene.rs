@@ -83,6 +83,18 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     }
 }
 
+/// Farthest coordinate of a scene [m]: past it neighbouring `f32` are a metre apart.
+pub(crate) const FARTHEST: f32 = 1e7;
+
+/// Reasons in [`Scene::skipped`] of what motions leave out at the present time.
+pub(crate) mod moved {
+    pub(crate) const PARTICLE: &str = "particle moved too far";
+    pub(crate) const TRIANGLE: &str = "triangle moved too far";
+    /// Of a light or the camera.
+    pub(crate) const NODE: &str = "light or camera moved too far";
+    pub(super) const ALL: [&str; 3] = [PARTICLE, TRIANGLE, NODE];
+}
+
 impl Scene {
     /// Sample offsets from the pixel's centre [pixels]: the R2 sequence (Roberts 2018), with its mean at
     /// the centre.
@@ -131,11 +143,37 @@ impl Scene {
 
     /// Sets the animated parts to their state at a time [s].
     pub fn set_time(&mut self, seconds: f64) {
+        for reason in moved::ALL {
+            self.skipped.remove(reason);
+        }
         let motions = std::mem::take(&mut self.motions);
         for motion in &motions {
             motion.apply(self, seconds);
         }
+        if !motions.is_empty() {
+            let count = self.leave_out_far_triangles();
+            if count > 0 {
+                self.skipped.insert(moved::TRIANGLE, count);
+            }
+        }
         self.motions = motions;
+    }
+
+    /// Triangles that reach too far become points of another one, so that they change neither a texel nor the bounds.
+    /// Returns their number.
+    pub(crate) fn leave_out_far_triangles(&mut self) -> u64 {
+        let is_near = |triangle: &Triangle| {
+            let mut corners = triangle.positions.into_iter();
+            corners.all(|p| p.is_finite() && p.abs().max_element() <= FARTHEST)
+        };
+        let far: Vec<usize> =
+            (0..self.triangles.len()).filter(|&i| !is_near(&self.triangles[i])).collect();
+        let near = self.triangles.iter().find(|triangle| is_near(triangle));
+        let point = near.map_or(Vec3::ZERO, |triangle| triangle.positions[0]);
+        for &i in &far {
+            self.triangles[i].positions = [point; 3];
+        }
+        far.len() as u64
     }
 
     /// Leaves emitters to the device that renders, from the next [`Self::set_time`] on. `most`: particles that

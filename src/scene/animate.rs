@@ -185,6 +185,8 @@ pub(super) fn animate(
     for moving in placed.into_iter().filter_map(|placed| placed.moving) {
         if moving.placement.moves() || moving.rig.moves() {
             scene.motions.push(Arc::new(moving));
+        } else if moving.far > 0 {
+            *scene.skipped.entry("triangle not finite").or_default() += moving.far;
         }
     }
     scene.set_time(0.0);

@@ -161,7 +161,12 @@ impl Skin {
                     return Err(damaged("its matrices are too few or of another type"));
                 }
                 let matrices = items(file, &accessor)?;
-                (0..nodes.len()).map(|i| Mat4::from_cols_array(&matrices.floats(i))).collect()
+                let matrix = |i: usize| {
+                    let matrix = Mat4::from_cols_array(&matrices.floats(i));
+                    let wrong = || damaged(&format!("the matrix of joint {i} is not finite"));
+                    matrix.is_finite().then_some(matrix).ok_or_else(wrong)
+                };
+                (0..nodes.len()).map(matrix).collect::<Result<_, _>>()?
             }
         };
         let bound = |vertex: usize| {

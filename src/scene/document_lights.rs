@@ -51,9 +51,10 @@ pub(super) struct LightTable {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum FilterTable {
-    None,
-    Bilinear,
-    Spline,
+    // Braces, because keys of units are not checked.
+    None {},
+    Bilinear {},
+    Spline {},
     /// Bilinear taps per side.
     Pcf {
         #[serde(default = "usual_edge")]

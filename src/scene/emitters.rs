@@ -13,6 +13,7 @@ use crate::{
         emission::{Emission, Emitter, MOST_STOPS},
         emitter::{EmittedParticle, Flock, Forces, MAX_BOXES, STEPS_PER_SECOND},
         fluid::Fluid,
+        moved,
     },
     records::EmitterParams,
 };
@@ -24,8 +25,11 @@ use std::{
 };
 use toml::Spanned;
 
-/// Most particle steps for one frame on its own: some minutes on two cores.
+/// Most particle steps of all emitters for one frame on its own: some minutes on two cores.
 const MOST_FLOWN: u64 = 1 << 32;
+
+/// Most particle steps of samples of all emitters: a second or two.
+const MOST_SAMPLED: usize = 1 << 24;
 
 /// All emitters of a scene; their particles come after all others.
 #[derive(Clone)]
@@ -56,6 +60,7 @@ impl Motion for Emitters {
         scene.particles.truncate(self.first_particle);
         scene.emissions.clear();
         let mut flocks = self.flocks.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut left_out = 0;
         flocks.resize(self.emitters.len(), Flock::default());
         for ((emitter, flock), on_device) in
             self.emitters.iter().zip(flocks.iter_mut()).zip(&self.on_device)
@@ -63,8 +68,11 @@ impl Motion for Emitters {
             if *on_device {
                 scene.emissions.push(Emission::at(emitter, seconds));
             } else {
-                emitter.send(flock, seconds, FARTHEST, &mut scene.particles);
+                left_out += emitter.send(flock, seconds, FARTHEST, &mut scene.particles);
             }
+        }
+        if left_out > 0 {
+            *scene.skipped.entry(moved::PARTICLE).or_default() += left_out;
         }
     }
 
@@ -107,6 +115,16 @@ impl Motion for Emitters {
     }
 }
 
+/// Particle steps for a frame on its own, at time 0 or, without a fluid, at any time.
+fn flown(emitter: &Emitter) -> u64 {
+    let (most, longest) = (emitter.forces.most(), emitter.forces.longest());
+    let Some(fluid) = &emitter.fluid else { return u64::from(most) * u64::from(longest) };
+    // A fluid is simulated from its first step on. Of a particle's neighbours, twice as many as at rest, twice.
+    let past = (-emitter.start * STEPS_PER_SECOND).max(0.0);
+    let pairs = 4.0 * f64::from(fluid.reach / fluid.spacing).powi(3);
+    (f64::from(most) * past.max(f64::from(longest)) * pairs.max(1.0)) as u64
+}
+
 impl Loader<'_> {
     /// Loads the emitters, whose particles come after all others.
     pub(super) fn emitters(&mut self, tables: &[Spanned<EmitterTable>]) -> Result<(), SceneError> {
@@ -114,16 +132,18 @@ impl Loader<'_> {
             return Ok(());
         }
         let first_particle = self.scene.particles.len();
-        let mut have = first_particle;
+        let (mut have, mut all_flown) = (first_particle, 0_u64);
         let mut emitters = Vec::with_capacity(tables.len());
         for table in tables {
             let emitter = self.emitter(table)?;
             let most = emitter.forces.most();
             self.check_limit(Limit::Particles, have, most as usize, (&table.span(), "rate"))?;
-            let flown = u64::from(most) * u64::from(emitter.forces.longest());
-            if flown > MOST_FLOWN {
-                let message = format!("{flown} steps of particles for one frame");
-                let help = format!("at most {MOST_FLOWN}: use a lower rate or shorter lives");
+            all_flown = all_flown.saturating_add(flown(&emitter));
+            if all_flown > MOST_FLOWN {
+                let message = format!("{all_flown} steps of particles for one frame");
+                let help = format!(
+                    "at most {MOST_FLOWN} of all emitters: use a lower rate, shorter lives or a later start"
+                );
                 return Err(self.error(&table.span(), "lifetime", &message, &help));
             }
             if emitter.fluid.is_some() && most > Fluid::MOST {
@@ -142,7 +162,8 @@ impl Loader<'_> {
             emitters.apply(&mut self.scene, 0.0);
             self.scene.motions.push(Arc::new(emitters));
         } else {
-            let sample = emitters.iter().flat_map(|emitter| emitter.sample(0.0, FARTHEST));
+            let steps = MOST_SAMPLED / emitters.len();
+            let sample = emitters.iter().flat_map(|emitter| emitter.sample(0.0, FARTHEST, steps));
             self.scene.particles.extend(sample);
             self.resting = Some(Arc::new(Emitters::new(first_particle, emitters, on_device)));
         }

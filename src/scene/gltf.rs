@@ -99,6 +99,10 @@ pub(super) fn load(
             return Err(file.invalid(message, "export the file again"));
         }
         let own = Mat4::from_cols_array_2d(&node.transform().matrix());
+        if !own.is_finite() {
+            let message = format!("the transform of node {} is not finite", node.index());
+            return Err(file.invalid(message, "export the file again"));
+        }
         let world = parent_world * own;
         let number = rig.nodes.len();
         let NodeTracks { place, weights } = tracks.remove(&node.index()).unwrap_or_default();
@@ -211,9 +215,11 @@ pub(super) fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>,
         let turn = rotation.map_or(Quat::IDENTITY, |r| Quat::from_array(r.floats(i)));
         let scale = scale.map_or(Vec3::ONE, |s| Vec3::from_array(s.floats(i)));
         let turn = if turn.length_squared() > 0.0 { turn.normalize() } else { Quat::IDENTITY };
-        Mat4::from_scale_rotation_translation(scale, turn, translation)
+        let place = Mat4::from_scale_rotation_translation(scale, turn, translation);
+        let wrong = || damaged(&format!("number {i} is not finite"));
+        place.is_finite().then_some(place).ok_or_else(wrong)
     };
-    Ok((0..count).map(place).collect())
+    (0..count).map(place).collect()
 }
 
 /// Root nodes of the default scene, else of the first, else of the whole document.

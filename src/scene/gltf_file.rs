@@ -118,29 +118,44 @@ impl File {
 
     /// Bytes of a data URI, or of a file in the document's folder or below.
     pub(super) fn read_uri(&self, uri: &str) -> Result<Vec<u8>, SceneError> {
-        let scheme = uri.split(':').next().unwrap_or_default();
-        if scheme.len() < uri.len() && scheme.eq_ignore_ascii_case("data") {
-            return self.decode(&uri[scheme.len() + 1..]);
+        if let Some(data) = data_of(uri) {
+            return self.decode(data);
         }
-        let beside = |message: String| {
-            let help = "put the file into the folder of this one and name it relative to it";
-            self.invalid(message, help)
-        };
-        if uri.contains(':') {
-            return Err(beside(format!("cannot open {}", quoted(uri))));
-        }
-        let name = percent_decode(uri);
-        if leaves_folder(Path::new(&name)) || name.contains('\\') {
-            return Err(beside(format!("{} leaves the folder of the file", quoted(uri))));
-        }
-        read::bytes(&self.path.with_file_name("").join(name)).map_err(|error| match error {
-            SceneError::Read { source, .. } => beside(format!("{}: {source}", quoted(uri))),
+        read::bytes(&self.path_of(uri)?).map_err(|error| match error {
+            SceneError::Read { source, .. } => self.beside(format!("{}: {source}", quoted(uri))),
             SceneError::Invalid { message, help, .. } => {
                 let message = format!("{} {message}", quoted(uri));
                 self.invalid(message, help.as_deref().unwrap_or_default())
             }
             other => other,
         })
+    }
+
+    /// Files of its buffers and images.
+    pub(super) fn named(&self) -> Result<Vec<PathBuf>, SceneError> {
+        let json = self.document.as_json();
+        // Buffers that stand in for compressed ones are not read.
+        let is_read = |index: &usize| !self.buffers[*index].is_empty();
+        let buffers = (0..json.buffers.len()).filter(is_read);
+        let uris = buffers.filter_map(|index| json.buffers[index].uri.as_ref());
+        let uris = uris.chain(json.images.iter().filter_map(|image| image.uri.as_ref()));
+        uris.filter(|uri| data_of(uri).is_none()).map(|uri| self.path_of(uri)).collect()
+    }
+
+    /// Path of a file in the document's folder or below.
+    fn path_of(&self, uri: &str) -> Result<PathBuf, SceneError> {
+        if uri.contains(':') {
+            return Err(self.beside(format!("cannot open {}", quoted(uri))));
+        }
+        let name = percent_decode(uri);
+        if leaves_folder(Path::new(&name)) || name.contains('\\') {
+            return Err(self.beside(format!("{} leaves the folder of the file", quoted(uri))));
+        }
+        Ok(self.path.with_file_name("").join(name))
+    }
+
+    fn beside(&self, message: String) -> SceneError {
+        self.invalid(message, "put the file into the folder of this one and name it relative to it")
     }
 
     /// Decodes a data URI behind `data:`.
@@ -323,6 +338,12 @@ fn check_json(json: &json::Root) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// What a data URI has behind `data:`.
+fn data_of(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_once(':')?;
+    scheme.eq_ignore_ascii_case("data").then_some(data)
 }
 
 /// Whether a path is absolute, or climbs above its start.

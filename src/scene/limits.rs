@@ -9,6 +9,8 @@ use std::path::Path;
 pub enum Limit {
     /// Lights of files and tables together.
     Lights,
+    /// Lights with a source, that is area lights, that cast shadows.
+    Sources,
     /// Materials, which are in a uniform array on every device.
     Materials,
     /// Textures, which are layers of a texture array of WebGPU.
@@ -32,8 +34,9 @@ pub enum Limit {
 
 impl Limit {
     /// All limits.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Lights,
+        Self::Sources,
         Self::Materials,
         Self::Textures,
         Self::Texels,
@@ -49,6 +52,7 @@ impl Limit {
     pub const fn most(self) -> u64 {
         match self {
             Self::Lights => crate::records::MAX_LIGHTS as u64,
+            Self::Sources => crate::records::MAX_AREAS as u64,
             Self::Materials => crate::records::MAX_MATERIALS as u64,
             Self::Textures => 256,
             Self::Texels => 1 << 28,
@@ -65,6 +69,7 @@ impl Limit {
     pub const fn noun(self) -> &'static str {
         match self {
             Self::Lights => "lights",
+            Self::Sources => "lights with a source",
             Self::Materials => "materials",
             Self::Textures => "textures",
             Self::Texels => "texels of textures",
@@ -80,6 +85,9 @@ impl Limit {
     const fn remedy(self) -> &'static str {
         match self {
             Self::Lights => "remove lights, or put those that are close together into one",
+            Self::Sources => {
+                "remove the source of some lights, or put those that are close together into one"
+            }
             Self::Materials => "share materials that are alike",
             Self::Textures => "share textures, or paint several into one",
             Self::Texels => "make the textures smaller",

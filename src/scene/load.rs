@@ -31,11 +31,13 @@ pub struct LoadOptions {
     /// unless the scene file leaves the camera to be placed by what it sees: for a scene that is rendered at
     /// another time, or whose particles a device simulates.
     pub emitters: bool,
+    /// Whether nothing is simulated, not even to place the camera.
+    only_checks: bool,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { set: Vec::new(), ground: true, emitters: true }
+        Self { set: Vec::new(), ground: true, emitters: true, only_checks: false }
     }
 }
 
@@ -47,6 +49,12 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 /// Like [`load`]; `set` as in [`LoadOptions`].
 pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions { set: set.to_vec(), ..LoadOptions::default() })
+}
+
+/// Like [`load`], for a scene that is not rendered: emitters send nothing out, and a camera that is placed by what it
+/// sees is placed without their particles.
+pub fn check(path: &Path) -> Result<Scene, SceneError> {
+    load_as(path, &LoadOptions { emitters: false, only_checks: true, ..LoadOptions::default() })
 }
 
 /// Like [`load`], with options.
@@ -72,7 +80,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let document = source.document()?;
     let mut loader = Loader::new(&source, path);
-    loader.sends_out = options.emitters || !is_placed(&document);
+    loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
     loader.document(&document)?;
     match extension.as_str() {
         "glb" | "gltf" => {
@@ -150,7 +158,7 @@ fn usual_sky() -> Arc<Environment> {
     SKY.get_or_init(|| Arc::new(Environment::of_sky(&Sky::default(), 1.0))).clone()
 }
 
-fn scene_text(path: &Path) -> Result<String, SceneError> {
+pub(super) fn scene_text(path: &Path) -> Result<String, SceneError> {
     let length = read::length(path)?;
     Limit::Text
         .grown(0, length)

@@ -148,6 +148,7 @@ impl<'a> Loader<'a> {
 
     fn lights(&mut self, document: &Document) -> Result<(), SceneError> {
         let mut names = HashSet::new();
+        let mut sources = 0;
         for (index, table) in document.light.iter().enumerate() {
             self.check_limit(Limit::Lights, index, 1, (&table.span(), "kind"))?;
             let light = light_tables::light(self.source, table, index)?;
@@ -155,6 +156,10 @@ impl<'a> Loader<'a> {
                 let message = format!("a second light named {}", quoted(&light.name));
                 let help = "give each light its own name";
                 return Err(self.error(&table.span(), "name", &message, help));
+            }
+            if light.area().is_some() {
+                self.check_limit(Limit::Sources, sources, 1, (&table.span(), "source"))?;
+                sources += 1;
             }
             self.scene.lights.push(light);
         }
@@ -293,6 +298,7 @@ impl<'a> Loader<'a> {
             lights: Vec::new(),
             camera: None,
             origin: Vec3::ZERO,
+            far: 0,
         });
         self.scene.triangles.extend(triangles);
         self.place("shape", &table.span(), name.as_ref(), moving)

@@ -54,6 +54,14 @@ impl Loader<'_> {
             let help = "lengths are finite, up to 1e7 and above 0";
             return Err(self.error(table, "generate", &message, help));
         }
+        if generate.count() == 0 {
+            return Err(self.error(
+                table,
+                "generate",
+                "count is 0",
+                "1 or more, or remove the table",
+            ));
+        }
         let (have, count) = (self.scene.particles.len(), generate.count() as usize);
         self.check_limit(Limit::Particles, have, count, (table, "generate"))?;
         limits::reserve(&mut self.scene.particles, count, "particles", self.source.path())?;
@@ -129,7 +137,7 @@ impl Loader<'_> {
         self.model_camera = self.model_camera.take().or(model.camera);
         add_skipped(&mut self.scene.skipped, &model.skipped);
         self.scene.notes.extend(model.notes);
-        let moving = model.rig.map(|rig| Moving {
+        let mut moving = model.rig.map(|rig| Moving {
             lights: rig.lights.iter().map(|&(light, node)| (first_light + light, node)).collect(),
             camera: rig.camera.filter(|_| is_camera),
             rig: Arc::new(rig),
@@ -137,10 +145,12 @@ impl Loader<'_> {
             local: Arc::new(self.scene.triangles[first_triangle..].to_vec()),
             first_triangle,
             origin: Vec3::ZERO,
+            far: 0,
         });
         // The scene's triangles are in the spaces of their nodes until posed.
-        if let Some(moving) = &moving {
+        if let Some(moving) = &mut moving {
             moving.apply(&mut self.scene, 0.0);
+            moving.far = self.scene.leave_out_far_triangles();
         }
         Ok(moving)
     }

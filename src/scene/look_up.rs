@@ -23,9 +23,9 @@ pub(super) fn filter(
         Err(check.fault("taps", format!("taps is {taps}"), &format!("{least} to {most} taps")))
     };
     Ok(Some(match *table.get_ref() {
-        FilterTable::None => ShadowFilter::None,
-        FilterTable::Bilinear => ShadowFilter::Bilinear,
-        FilterTable::Spline => ShadowFilter::Spline,
+        FilterTable::None {} => ShadowFilter::None,
+        FilterTable::Bilinear {} => ShadowFilter::Bilinear,
+        FilterTable::Spline {} => ShadowFilter::Spline,
         FilterTable::Pcf { taps: side } => {
             ShadowFilter::Pcf { taps: taps(side, 2, ShadowFilter::MAX_PCF)? }
         }
@@ -45,9 +45,7 @@ pub(super) fn of_light(
     check: &Table<'_, LightTable>,
 ) -> Result<LookUp, SceneError> {
     let light = check.table.get_ref();
-    let bias = |key, value: Option<f32>| {
-        value.map(|v| check.number(key, v, |v| v >= 0.0, "0 or more")).transpose()
-    };
+    let bias = |key, value: Option<f32>| value.map(|v| check.bias(key, v)).transpose();
     Ok(LookUp {
         filter: filter(source, light.filter.as_ref())?,
         bias: bias("bias", light.bias)?,

@@ -31,6 +31,7 @@ mod load;
 mod loader;
 mod loader_files;
 mod look_up;
+mod named;
 #[doc(hidden)]
 pub mod noise;
 mod painted;
@@ -51,7 +52,8 @@ pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
 pub use limits::Limit;
-pub use load::{LoadOptions, load, load_as, load_with};
+pub use load::{LoadOptions, check, load, load_as, load_with};
+pub use named::files;
 pub use particles::ParticleFile;
 pub use summary::Summary;
 

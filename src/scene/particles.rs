@@ -5,6 +5,7 @@ use super::{
     limits::{self, Limit},
     ply, read,
 };
+pub(super) use crate::model::FARTHEST;
 use crate::model::{Material, Particle, Skipped};
 use glam::{DVec3, Vec3, Vec4};
 use std::path::Path;
@@ -46,9 +47,6 @@ pub(super) enum Storage {
     /// 0..=255; colours are sRGB.
     Byte,
 }
-
-/// Farthest coordinate [m]: past it neighbouring f32 are a metre apart.
-pub(super) const FARTHEST: f32 = 1e7;
 
 /// Longest head of a file that is read ahead [bytes].
 const LONGEST_HEAD: u64 = 1 << 16;

@@ -106,7 +106,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
     }
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
-    let mut names = HashSet::new();
+    let (mut element_names, mut names) = (HashSet::new(), HashSet::new());
     loop {
         let Some(line) = lines.next() else {
             return Err(("the PLY header has no `end_header`".to_owned(), WRITE_AGAIN));
@@ -136,7 +136,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
                     let problem = format!("{} is no number of rows", quoted(count));
                     return fault(problem, "write `element NAME COUNT`");
                 };
-                if elements.iter().any(|known| known.name == name) {
+                if !element_names.insert(name) {
                     let problem = format!("a second element named {}", quoted(name));
                     return fault(problem, "rename or remove one of them");
                 }

@@ -1,7 +1,7 @@
 //! Moving shapes and meshes: as a whole by keys of the scene file, their nodes by the model's own
 //! animation.
 use super::{Scene, deform::Deform, track::Channel, track::Track};
-use crate::model::{LightKind, Motion, Triangle, volume};
+use crate::model::{FARTHEST, LightKind, Motion, Triangle, moved, volume};
 use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
 use std::{ops::Range, sync::Arc};
 
@@ -154,6 +154,8 @@ pub(super) struct Moving {
     pub(super) camera: Option<usize>,
     /// World position of the scene's origin [m].
     pub(super) origin: Vec3,
+    /// Triangles that were left out at the start.
+    pub(super) far: u64,
 }
 
 impl Motion for Moving {
@@ -163,10 +165,17 @@ impl Motion for Moving {
         let own = &mut triangles[self.first_triangle..][..self.local.len()];
         let is_volume = |material: u32| materials[material as usize].is_volume();
         let worlds = self.rig.pose(&self.local, own, whole, seconds, is_volume);
+        let mut left_out = 0;
+        let mut place = |node: usize| {
+            let at = worlds[node].w_axis.truncate();
+            left_out += u64::from(!(at.is_finite() && at.abs().max_element() <= FARTHEST));
+            // From so far, nothing is lit and nothing is seen.
+            let limit = Vec3::splat(FARTHEST);
+            Vec3::select(at.is_nan_mask(), limit, at).clamp(-limit, limit)
+        };
         for &(light, node) in &self.lights {
-            let world = worlds[node];
-            let toward = world.transform_vector3(Vec3::NEG_Z).try_normalize();
-            let at = world.w_axis.truncate();
+            let toward = worlds[node].transform_vector3(Vec3::NEG_Z).try_normalize();
+            let at = place(node);
             match &mut lights[light].kind {
                 LightKind::Directional { direction } => *direction = toward.unwrap_or(*direction),
                 LightKind::Spot { position, direction, .. } => {
@@ -178,10 +187,13 @@ impl Motion for Moving {
         if let Some(node) = self.camera {
             let toward = |axis: Vec3| worlds[node].transform_vector3(axis).try_normalize();
             if let (Some(forward), Some(up)) = (toward(Vec3::NEG_Z), toward(Vec3::Y)) {
-                scene.camera.eye = worlds[node].w_axis.truncate();
+                scene.camera.eye = place(node);
                 scene.camera.target = scene.camera.eye + forward;
                 scene.camera.up = up;
             }
+        }
+        if left_out > 0 {
+            *scene.skipped.entry(moved::NODE).or_default() += left_out;
         }
     }
 

@@ -48,6 +48,11 @@ impl<T> Table<'_, T> {
         self.number(key, value, |v| (0.0..=1.0).contains(&v), "from 0 to 1")
     }
 
+    /// A bias [m] or [texels]: no scene is larger.
+    pub(super) fn bias(&self, key: &str, value: f32) -> Result<f32, SceneError> {
+        self.number(key, value, |v| (0.0..=1e7).contains(&v), "0 to 1e7")
+    }
+
     pub(super) fn vector(&self, key: &str, value: [f32; 3]) -> Result<Vec3, SceneError> {
         for v in value {
             self.number(key, v, |v| v.abs() <= 1e7, "finite and within 1e7")?;
@@ -98,7 +103,6 @@ pub(super) fn shadow(
         blur,
     } = table.get_ref();
     let usual = ShadowSettings::default();
-    let not_negative = |key, value| check.number(key, value, |v| v >= 0.0, "0 or more");
     let nodes = nodes.unwrap_or(usual.nodes);
     if ![4, 8, 16].contains(&nodes) {
         return Err(check.fault(
@@ -125,9 +129,9 @@ pub(super) fn shadow(
         receiver: receiver.unwrap_or(usual.receiver),
         nodes,
         filter: look_up::filter(source, filter.as_ref())?.unwrap_or(usual.filter),
-        bias: not_negative("bias", bias.unwrap_or(usual.bias))?,
-        slope_bias: not_negative("slope_bias", slope_bias.unwrap_or(usual.slope_bias))?,
-        normal_bias: not_negative("normal_bias", normal_bias.unwrap_or(usual.normal_bias))?,
+        bias: check.bias("bias", bias.unwrap_or(usual.bias))?,
+        slope_bias: check.bias("slope_bias", slope_bias.unwrap_or(usual.slope_bias))?,
+        normal_bias: check.bias("normal_bias", normal_bias.unwrap_or(usual.normal_bias))?,
         pair_budget,
         texel_budget,
         soften: soften.unwrap_or(usual.soften),

@@ -92,11 +92,14 @@ fn points_that_are_none_are_refused() {
             fs::write(path, bytes).unwrap();
         }
         let error = folder.fail(&["light", "scene.toml", "--points", "p.npy", "-o", "l.npy"], 2);
-        assert!(error.contains("p.npy: "), "{error}");
+        assert!(error.contains("p.npy: ") && error.contains("help: "), "{error}");
         assert!(!folder.0.join("l.npy").exists());
         error
     };
     assert!(refused(None).contains("No such file"));
+    let mut later = array("<f4", 3, &floats(&[0.0; 6]));
+    later[6] = 9;
+    assert!(refused(Some(later)).contains("its format is 9.0"));
     assert!(refused(Some(b"x y z\n".to_vec())).contains("numpy.save"));
     assert!(refused(Some(array("<f8", 3, &[0; 24]))).contains("astype"));
     assert!(refused(Some(array("<f4", 2, &floats(&[0.0; 4])))).contains("N x 3"));
@@ -108,4 +111,21 @@ fn points_that_are_none_are_refused() {
     fs::write(folder.0.join("p.npy"), array("<f4", 3, &[])).unwrap();
     folder.run(&["light", "scene.toml", "--points", "p.npy", "-o", "l.npy"]);
     assert_eq!(npy(&folder.0.join("l.npy")).unwrap(), (vec![0, 2, 3], vec![]));
+}
+
+#[test]
+fn points_without_a_normal_under_an_area_light_are_warned_of() {
+    let folder = Folder::new("light-normals");
+    let light = ["light", "scene.toml", "--points", "p.npy", "-o", "l.npy", "--backend", "cpu"];
+    let soft = ["--set", "light.lamp.source={ kind = \"sphere\", radius = 0.1 }"];
+    let told = |columns: usize, more: &[&str]| {
+        fs::write(folder.0.join("p.npy"), array("<f4", columns, &floats(&POINTS))).unwrap();
+        let output = folder.gobo(&[&light[..], more].concat());
+        assert_eq!(output.status.code(), Some(0));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(told(3, &soft).contains("10 points have no normal"));
+    // One of five has a normal.
+    assert!(told(6, &soft).contains("4 points have no normal"));
+    assert!(!told(3, &[]).contains("normal"));
 }

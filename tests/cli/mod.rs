@@ -6,8 +6,11 @@ mod hostile;
 mod light;
 mod manual;
 mod moving;
+mod pack;
 mod preview;
 mod results;
 mod sequence;
 mod shared;
+#[cfg(target_os = "linux")]
+mod synced;
 mod verify;

@@ -24,7 +24,7 @@ fn only_previews_are_overwritten() {
     fs::write(folder.0.join("text.png"), "made by gobo --preview").unwrap();
     for name in ["scene.toml", "photo.png", "folder.png", "text.png", "p.gif", "p", ".."] {
         let error = folder.fail(&[&JOB[..], &[name]].concat(), 2);
-        assert!(error.contains(name) && error.contains(": "), "{error}");
+        assert!(error.contains(name) && error.contains("help: "), "{error}");
     }
     assert_eq!(fs::read(folder.0.join("scene.toml")).unwrap(), scene);
     assert_eq!(fs::read(folder.0.join("photo.png")).unwrap(), photo);
@@ -68,7 +68,7 @@ fn a_video_without_ffmpeg_is_refused() {
     let (status, told) = video(&folder, &folder.0.join("nowhere"));
     assert_eq!(status, Some(2), "{told}");
     assert!(
-        told.contains("p.mp4: ffmpeg") && told.contains("install it, or name a .png"),
+        told.contains("p.mp4: ffmpeg") && told.contains("help: install it, or name a .png"),
         "{told}"
     );
     assert_eq!(files(&folder.0), ["scene.toml"]);

@@ -3,6 +3,7 @@ use crate::common::files::Folder;
 use gobo::{
     glam::{EulerRot, Mat4, Quat, Vec3},
     model::LightKind,
+    render::{RenderOptions, Renderer},
     scene::{self, Scene},
 };
 
@@ -226,4 +227,68 @@ fn skins_and_targets_move_corners_against_each_other() {
         let error = scene::load(&folder.write("bent.gltf", text)).unwrap_err().to_string();
         assert!(error.contains("bent.gltf"), "{error}");
     }
+}
+
+/// A number that is not finite is refused by name; one that is only too large moves a triangle too far, which is left out
+/// as long as it is there.
+#[test]
+fn damaged_rigs_are_refused_or_left_out() {
+    let folder = Folder::new();
+    let with = |from: f32, to: f32| {
+        let text = bent("");
+        let (head, rest) = text.split_once("base64,").unwrap();
+        let (data, tail) = rest.split_once('"').unwrap();
+        let mut bytes = decoded(data);
+        // Only the second joint's matrix has this number.
+        let at = bytes.chunks(4).position(|word| word == from.to_le_bytes()).unwrap();
+        bytes[4 * at..][..4].copy_from_slice(&to.to_le_bytes());
+        folder.write("bent.gltf", format!("{head}base64,{}\"{tail}", base64(&bytes)))
+    };
+    for wrong in [f32::NAN, f32::INFINITY] {
+        let error = scene::check(&with(-1.0, wrong)).unwrap_err().to_string();
+        assert!(error.contains("skin 0: the matrix of joint 1 is not finite"), "{error}");
+    }
+    let far = "triangle moved too far";
+    let path = with(-1.0, 1e30);
+    let floor = "[[material]]\nname = 'm'\n[[shape]]\nkind = 'box'\nmaterial = 'm'\n[[light]]\n\
+                 kind = 'directional'\ndirection = [0, -1, 0]\n[camera]\nsize = [8, 4]\n[shadow]\nsize = 16\n";
+    let text = format!("{floor}[[mesh]]\nfile = 'bent.gltf'\n");
+    let mut scene = scene::load(&folder.write("scene.toml", text)).unwrap();
+    assert!(path.exists());
+    assert_eq!(scene.skipped.get(far), Some(&1));
+    assert!(scene.bounds().max.abs().max_element() <= 0.5, "{:?}", scene.bounds());
+    let frame = Renderer::on_cpu().render(&scene, &RenderOptions::default()).unwrap();
+    assert_eq!(frame.counters.skipped.get(far), Some(&1));
+    // Only where it is too far.
+    folder.write("bent.gltf", bent(""));
+    let text = format!(
+        "{floor}[[mesh]]\nname = 'bent'\nfile = 'bent.gltf'\n[[animate]]\ntarget = 'mesh.bent.scale'\n\
+         times = [0, 1, 2]\nvalues = [[1, 1, 1], [1e7, 1e7, 1e7], [1, 1, 1]]\n"
+    );
+    scene = scene::load(&folder.write("scene.toml", text)).unwrap();
+    for (seconds, count) in [(0.0, None), (1.0, Some(&1)), (1.0, Some(&1)), (2.0, None)] {
+        scene.set_time(seconds);
+        assert_eq!(scene.skipped.get(far), count, "{seconds} s");
+    }
+}
+
+fn decoded(text: &str) -> Vec<u8> {
+    use base64::{Engine as _, engine::general_purpose::STANDARD};
+    STANDARD.decode(text).unwrap()
+}
+
+/// A light that moves too far lights nothing, and is counted.
+#[test]
+fn a_light_too_far_away_is_counted() {
+    let folder = Folder::new();
+    let keys = [Quat::IDENTITY.to_array(); 2];
+    folder.write("mill.gltf", windmill("LINEAR", &keys));
+    let toml = "[[mesh]]\nname = 'mill'\nfile = 'mill.gltf'\n[[animate]]\ntarget = 'mesh.mill.scale'\n\
+                times = [0, 1]\nvalues = [[1, 1, 1], [1e7, 1e7, 1e7]]\n";
+    let mut scene = scene::load(&folder.write("scene.toml", toml)).unwrap();
+    assert!(scene.skipped.is_empty(), "{:?}", scene.skipped);
+    scene.set_time(1.0);
+    assert_eq!(scene.skipped.get("light or camera moved too far"), Some(&1));
+    let LightKind::Point { position } = scene.lights[0].kind else { panic!() };
+    assert!(position.is_finite() && position.abs().max_element() <= 1e7, "{position}");
 }

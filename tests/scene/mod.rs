@@ -1,6 +1,7 @@
 //! Scene files, particle files, models, and generated contents.
 mod alone;
 mod animate;
+mod bounded;
 mod defaults;
 mod displace;
 mod document;

@@ -3,7 +3,8 @@
 python3 hyperqueue_job.py GOBO SCENE OUT FRAMES SHARDS [gobo's options]...
 
 Asks the server of `hq server start` that HQ_SERVER_DIR names, whose workers are started by
-`hq worker start` or from Slurm and PBS; without it, two workers on this machine.
+`hq worker start` or from Slurm and PBS; without it, two workers on this machine. Shards that fail are submitted
+again, twice at most: frames that are whole are left.
 """
 
 import os
@@ -15,6 +16,8 @@ from pathlib import Path
 
 from hyperqueue import Client, Job, LocalCluster
 from hyperqueue.cluster import WorkerConfig
+
+ATTEMPTS = 3
 
 
 def main(gobo, scene, out, frames, shards, *options):
@@ -29,16 +32,18 @@ def main(gobo, scene, out, frames, shards, *options):
             for _ in range(2):
                 cluster.start_worker(WorkerConfig(cores=1))
             client = cluster.client()
-        job = Job()
-        for shard in range(int(shards)):
-            job.program(
-                [gobo, "render", scene, "-o", out, "--frames", frames]
-                + ["--shard", f"{shard}/{shards}", "--skip-existing", *options],
-                cwd=str(Path.cwd()),
-                stdout=f"{out}.{shard}.log",
-                stderr=f"{out}.{shard}.log",
-            )
-        client.wait_for_jobs([client.submit(job)])
+        for _ in range(ATTEMPTS):
+            job = Job(max_fails=None)
+            for shard in range(int(shards)):
+                job.program(
+                    [gobo, "render", scene, "-o", out, "--frames", frames]
+                    + ["--shard", f"{shard}/{shards}", "--skip-existing", *options],
+                    cwd=str(Path.cwd()),
+                    stdout=f"{out}.{shard}.log",
+                    stderr=f"{out}.{shard}.log",
+                )
+            if client.wait_for_jobs([client.submit(job)], raise_on_error=False):
+                break
     return subprocess.run([gobo, "verify", out], check=False).returncode
 
 

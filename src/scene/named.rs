@@ -1,0 +1,78 @@
+//! Files that a scene names, by which it can be copied whole.
+use super::{
+    SceneError,
+    document::{Document, TextureSource},
+    gltf_file::File,
+    load::scene_text,
+    read,
+    source::SceneText,
+};
+use std::{
+    ops::Range,
+    path::{Component, Path, PathBuf},
+};
+
+/// The file of a scene, and all files that it and its models name, each once. Names are relative to the scene's
+/// folder; a scene that names others is refused.
+pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
+    read::check(path)?;
+    let mut files = vec![path.to_owned()];
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if extension == "glb" || extension == "gltf" {
+        files.extend(File::open(path)?.named()?);
+    }
+    if extension == "toml" {
+        let text = scene_text(path)?;
+        let source = SceneText::parse(path, &text, text.len(), &[])?;
+        let document = source.document()?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for (table, key, name) in names(&document) {
+            if !is_portable(name) {
+                let message = format!("{} is not relative to the scene", name.display());
+                let help =
+                    "name it by a path from the scene's folder, with `..` at most at its start";
+                return Err(source.error_at(&table, key, message, help));
+            }
+            let file = folder.join(name);
+            let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
+            if key == "file" && (extension == "glb" || extension == "gltf") {
+                files.extend(File::open(&file)?.named()?);
+            }
+            files.push(file);
+        }
+    }
+    files[1..].sort();
+    files.dedup();
+    Ok(files)
+}
+
+/// Table, key and name of each file that a scene names.
+fn names(document: &Document) -> Vec<(Range<usize>, &'static str, &Path)> {
+    let mut names: Vec<(_, _, &Path)> = Vec::new();
+    if let Some(table) = &document.environment
+        && let Some(file) = &table.get_ref().file
+    {
+        names.push((table.span(), "file", file));
+    }
+    for table in &document.material {
+        if let Some(TextureSource::File(file)) = &table.get_ref().texture {
+            names.push((table.span(), "texture", file));
+        }
+    }
+    for table in &document.particles {
+        if let Some(file) = &table.get_ref().file {
+            names.push((table.span(), "file", file));
+        }
+    }
+    names.extend(document.mesh.iter().map(|table| {
+        let file: &Path = &table.get_ref().file;
+        (table.span(), "file", file)
+    }));
+    names
+}
+
+/// Whether a name leads to the same file wherever the folders around the scene are copied to.
+fn is_portable(name: &Path) -> bool {
+    let mut rest = name.components().skip_while(|part| *part == Component::ParentDir);
+    rest.all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+}
