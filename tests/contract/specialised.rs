@@ -31,33 +31,41 @@ fn values(desc: &KernelDesc, tier: Tier, chance: Option<&mut Chance>) -> Vec<Con
 }
 
 /// The module with `values` in place of its overrides.
-fn resolved(wgsl: &str, desc: &KernelDesc, values: &[Constant]) -> Module {
-    let fails = |error: String| -> ! { panic!("{} with {values:?}: {error}\n{wgsl}", desc.name) };
-    let module =
-        naga::front::wgsl::parse_str(wgsl).unwrap_or_else(|e| fails(e.emit_to_string(wgsl)));
+fn with_values(module: &Module, entry: &str, values: &[Constant]) -> Module {
     let info = Validator::new(ValidationFlags::all(), Capabilities::all())
         .subgroup_stages(ShaderStages::COMPUTE)
         .subgroup_operations(SubgroupOperationSet::all())
-        .validate(&module)
-        .unwrap_or_else(|e| fails(format!("{:?}", e.into_inner())));
+        .validate(module)
+        .unwrap_or_else(|e| panic!("{entry} with {values:?}: {:?}", e.into_inner()));
     let known =
         |name: &str| module.overrides.iter().any(|(_, it)| it.name.as_deref() == Some(name));
     let values = values.iter().filter(|(name, _)| known(name));
     let values = values.map(|&(name, value)| (name.to_owned(), value)).collect();
-    let entry = Some((ShaderStage::Compute, desc.entry));
-    let resolved = process_overrides(&module, &info, entry, &values);
-    resolved.unwrap_or_else(|e| fails(e.to_string())).0.into_owned()
+    let entry = Some((ShaderStage::Compute, entry));
+    let resolved = process_overrides(module, &info, entry, &values);
+    resolved.unwrap_or_else(|error| panic!("{entry:?} with {values:?}: {error}")).0.into_owned()
 }
 
-/// Whether branches are those of `&&` or `||`, which store its value.
-fn is_operand(accept: &Block, reject: &Block) -> bool {
-    let stores = |block: &Block| {
-        block.iter().all(|statement| match statement {
-            Statement::If { accept, reject, .. } => is_operand(accept, reject),
-            other => matches!(other, Statement::Emit(_) | Statement::Store { .. }),
-        })
-    };
-    stores(accept) && stores(reject)
+fn resolved(wgsl: &str, desc: &KernelDesc, values: &[Constant]) -> Module {
+    let module = naga::front::wgsl::parse_str(wgsl);
+    let module = module.unwrap_or_else(|error| panic!("{}", error.emit_to_string(wgsl)));
+    with_values(&module, desc.entry, values)
+}
+
+/// Whether branches are those of `&&` or `||`, which store its value in a nameless variable.
+fn is_operand(accept: &Block, reject: &Block, function: &Function) -> bool {
+    [accept, reject].into_iter().all(|block| match block.last() {
+        Some(Statement::Store { pointer, .. }) => match function.expressions[*pointer] {
+            Expression::LocalVariable(it) => function.local_variables[it].name.is_none(),
+            _ => false,
+        },
+        _ => false,
+    })
+}
+
+/// Whether a condition is a constant, or the value of one: `HAS_X` is the former, `!HAS_X` the latter.
+fn is_known(condition: &Expression) -> bool {
+    matches!(condition, Expression::Constant(_) | Expression::Literal(Literal::Bool(_)))
 }
 
 /// Branches of a block whose conditions are known.
@@ -66,9 +74,8 @@ fn known_branches(block: &Block, function: &Function) -> usize {
     let of = |statement: &Statement| match statement {
         Statement::Block(block) => inner(block),
         Statement::If { condition, accept, reject } => {
-            let condition = &function.expressions[*condition];
-            let is_known = matches!(condition, Expression::Literal(Literal::Bool(_)));
-            let counts = is_known && !is_operand(accept, reject);
+            let is_known = is_known(&function.expressions[*condition]);
+            let counts = is_known && !is_operand(accept, reject, function);
             usize::from(counts) + inner(accept) + inner(reject)
         }
         Statement::Loop { body, continuing, .. } => inner(body) + inner(continuing),
@@ -84,6 +91,22 @@ fn branches(module: &Module) -> Vec<&str> {
     let entries = module.entry_points.iter().map(|entry| &entry.function);
     let has_known = functions.chain(entries).filter(|it| known_branches(&it.body, it) > 0);
     has_known.map(|it| it.name.as_deref().unwrap_or("the entry point")).collect()
+}
+
+/// The check can fail: conditions of every form are counted, and operands of `&&` are not.
+#[test]
+fn known_conditions_are_noticed() {
+    for (condition, count) in
+        [("HAS_X", 1), ("!HAS_X", 1), ("MANY > 2u", 1), ("lit > 0u", 0), ("HAS_X && is_lit()", 0)]
+    {
+        let wgsl = format!(
+            "override HAS_X: bool = true;\noverride MANY: u32 = 3u;\nvar<private> lit: u32;\n\
+             fn is_lit() -> bool {{ return lit > 0u; }}\n\
+             @compute @workgroup_size(1) fn main() {{ if {condition} {{ lit += 1u; }} }}"
+        );
+        let module = naga::front::wgsl::parse_str(&wgsl).unwrap();
+        assert_eq!(branches(&with_values(&module, "main", &[])).len(), count, "{condition}");
+    }
 }
 
 #[test]
