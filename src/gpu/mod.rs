@@ -24,7 +24,7 @@ pub use allocate::{Allocator, Memory, array_view, view, write_records};
 pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
-pub use desc::{Choice, Constant, KernelDesc, Tier};
+pub use desc::{Choice, Constant, KernelDesc, Specialised, Tier};
 pub use kernel::{HostText, Kernel, KernelError};
 pub use link::{Item, Library, LinkError, Linked, SAMPLED, words};
 #[cfg(feature = "device")]

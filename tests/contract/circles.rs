@@ -75,8 +75,7 @@ fn files() -> Files {
             continue;
         }
         let name = path.strip_prefix(root).unwrap().with_extension("");
-        let mut name: Vec<_> =
-            name.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
+        let mut name: Vec<_> = name.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
         if ["lib", "mod"].contains(&name.last().unwrap().as_str()) {
             name.pop();
         }
@@ -106,9 +105,7 @@ fn target<'a>(files: &'a Files, file: &[String], path: &[String]) -> Option<&'a 
         } else {
             let exported = &files.get(&at)?.exported;
             return match exported.iter().find(|known| known.last() == Some(name)) {
-                Some(known) if at != file => {
-                    target(files, &at, &[known, &path[i + 1..]].concat())
-                }
+                Some(known) if at != file => target(files, &at, &[known, &path[i + 1..]].concat()),
                 _ => files.get_key_value(&at).map(|(at, _)| at),
             };
         }
@@ -121,7 +118,8 @@ fn circles(files: &Files) -> Vec<Vec<&Vec<String>>> {
     let targets = |file, names: &Names| -> BTreeSet<&Vec<String>> {
         names.used.iter().filter_map(|path| target(files, file, path)).collect()
     };
-    let arrows: BTreeMap<_, _> = files.iter().map(|(file, names)| (file, targets(file, names))).collect();
+    let arrows: BTreeMap<_, _> =
+        files.iter().map(|(file, names)| (file, targets(file, names))).collect();
     let reached = |from| {
         let (mut reached, mut pending) = (BTreeSet::new(), vec![from]);
         while let Some(file) = pending.pop() {
@@ -163,7 +161,8 @@ fn circles_of_files_are_small() {
 /// The check can fail: three files, the second of which hands on what the third declares.
 #[test]
 fn a_circle_is_found() {
-    let name = |path: &str| path.split('/').filter(|it| !it.is_empty()).map(str::to_owned).collect();
+    let name =
+        |path: &str| path.split('/').filter(|it| !it.is_empty()).map(str::to_owned).collect();
     let circle = |last: &str| {
         let sources = [
             ("", "mod a;"),
@@ -175,7 +174,8 @@ fn a_circle_is_found() {
         circles(&files.collect()).into_iter().map(|circle| circle.len()).collect::<Vec<_>>()
     };
     assert_eq!(circle("pub struct Of; pub struct Other;"), [0; 0]);
-    for back in ["use super::b::f;", "fn g() { super::b::f(); }", "fn g(_: crate::a::b::T<u32>) {}"] {
+    for back in ["use super::b::f;", "fn g() { super::b::f(); }", "fn g(_: crate::a::b::T<u32>) {}"]
+    {
         assert_eq!(circle(&format!("pub struct Of; pub struct Other; {back}")), [2], "{back}");
     }
     assert_eq!(circle("#[cfg(test)] mod tests { use super::super::b::f; }"), [0; 0]);
