@@ -1,7 +1,10 @@
 //! Kernel cache of a device: each kernel is compiled once.
 use super::{
-    desc::{Choice, Constant, KernelDesc, Tier},
-    kernel::{Kernel, KernelError},
+    desc::{Choice, KernelDesc},
+    kernel::Kernel,
+    kernel_error::KernelError,
+    link::Constant,
+    tier::Tier,
 };
 use std::{
     collections::{HashMap, hash_map::Entry},

@@ -1,8 +1,9 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
-    kernel::KernelError,
-    link::{Library, Linked, SAMPLED},
+    kernel_error::KernelError,
+    link::{Constant, Library, Linked, SAMPLED},
     resource::Binding,
+    tier::Tier,
 };
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use naga::Module;
@@ -19,9 +20,6 @@ pub(super) fn shader_source(module: &Module) -> wgpu::ShaderSource<'static> {
     #[cfg(not(target_arch = "wasm32"))]
     wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone()))
 }
-
-/// A WGSL `override` and its value.
-pub type Constant = (&'static str, f64);
 
 /// Description of a kernel. Tests read it without a GPU.
 #[derive(Debug)]
@@ -55,30 +53,6 @@ impl Choice {
 
     pub const fn by_tier(name: &'static str, core: &'static str, native: &'static str) -> Self {
         Self { name, files: [core, native] }
-    }
-}
-
-/// Set of device features that kernels use.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Tier {
-    /// WebGPU's own limits and features.
-    #[default]
-    Core,
-    /// `SUBGROUP` and `TEXTURE_ATOMIC`; kernels for software adapters also
-    /// [`FETCH_FEATURES`](super::FETCH_FEATURES).
-    Native,
-}
-
-impl Tier {
-    pub const ALL: &'static [Self] = &[Self::Core, Self::Native];
-}
-
-impl std::fmt::Display for Tier {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Core => "core",
-            Self::Native => "native",
-        })
     }
 }
 

@@ -1,8 +1,8 @@
 //! Parts of `wgsl/` for shaders of the host: their source and bindings.
 use super::{
-    desc::Constant,
-    kernel::{KernelError, bind},
-    link::{Item, Linked, words},
+    kernel::bind,
+    kernel_error::KernelError,
+    link::{Constant, Item, Linked, words},
     resource::Resources,
 };
 use std::collections::HashSet;

@@ -19,7 +19,6 @@ mod pruned;
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use pruned::prune;
 
-use super::Constant;
 use std::{collections::HashMap, sync::LazyLock};
 
 /// Path in `wgsl/` and text.
@@ -27,6 +26,9 @@ type SourceFile = (&'static str, &'static str);
 
 static LIBRARY: LazyLock<Result<Library, LinkError>> =
     LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
+
+/// A WGSL `override` and its value.
+pub type Constant = (&'static str, f64);
 
 /// Choice whose file declares sampled textures as storage textures.
 pub const SAMPLED: &str = "sampled";

@@ -1,7 +1,7 @@
 //! Resources of kernels, bound by name as declared in `wgsl/bind/`.
 use super::{
     adapter::STORAGE_FORMATS,
-    kernel::KernelError,
+    kernel_error::KernelError,
     link::{Item, LinkError, Linked, words},
 };
 use std::collections::HashMap;
