@@ -1,5 +1,5 @@
 //! Seeded particles, identical on every machine.
-use super::{Bounds, document::array};
+use super::{Bounds, numbers::array};
 use crate::model::Particle;
 use glam::{Vec3, Vec4};
 
@@ -90,6 +90,11 @@ impl Chance {
 
     pub fn within(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
+    }
+
+    /// A random number below `end`, which is not 0.
+    pub fn below(&mut self, end: usize) -> usize {
+        (self.bits() % end as u64) as usize
     }
 
     /// A normally distributed number of deviation 1 (Box and Muller 1958).

@@ -34,6 +34,7 @@ mod look_up;
 mod named;
 #[doc(hidden)]
 pub mod noise;
+mod numbers;
 mod painted;
 mod particles;
 mod plain;

@@ -1,6 +1,6 @@
 //! Single wrong pixels on surfaces that are seen or lit at grazing angles.
 use crate::common::{
-    reference_picture, render,
+    Tier, reference_picture, render,
     scenes::{empty, light, material, triangle},
     tiers,
 };
@@ -14,7 +14,7 @@ use std::f32::consts::PI;
 
 fn pictures(scene: &Scene) -> Vec<Picture> {
     let twin = reference_picture(scene);
-    tiers().into_iter().map(|tier| render(tier, scene).picture).chain([twin]).collect()
+    tiers(Tier::Native).into_iter().map(|tier| render(tier, scene).picture).chain([twin]).collect()
 }
 
 fn middle(picture: &Picture) -> Vec3 {

@@ -293,7 +293,7 @@ fn scattered(kind: PointKind, cosine: f32) -> f32 {
 }
 
 /// Reflectance of glass at normal incidence.
-const HEAD_ON: f32 = 0.04;
+pub const HEAD_ON: f32 = 0.04;
 
 /// Schlick 1994: from 0 head-on to 1 at 90 degrees.
 fn rising(cosine: f32) -> f32 {

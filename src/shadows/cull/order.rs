@@ -33,20 +33,23 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
         .zip(points)
         .map(|(value, &point)| {
             // A NaN becomes 0.
-            let cell = ((point - least) * per_metre).as_uvec3().min(UVec3::splat((1 << BITS) - 1));
-            let key = spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2;
-            Keyed { key, value }
+            Keyed { key: morton_code(((point - least) * per_metre).as_uvec3()), value }
         })
         .collect();
     radix_sort(keyed).into_iter().map(|item| item.value).collect()
 }
 
-/// Inserts two zero bits before each of ten.
-fn spread(v: u32) -> u32 {
-    let v = (v | v << 16) & 0x0300_00ff;
-    let v = (v | v << 8) & 0x0300_f00f;
-    let v = (v | v << 4) & 0x030c_30c3;
-    (v | v << 2) & 0x0924_9249
+/// Place of a cell along a Z-order curve (Morton 1966): the bits of its coordinates by turns. Cells past
+/// the last are taken for it.
+pub fn morton_code(cell: UVec3) -> u32 {
+    let spread = |v: u32| {
+        let v = (v | v << 16) & 0x0300_00ff;
+        let v = (v | v << 8) & 0x0300_f00f;
+        let v = (v | v << 4) & 0x030c_30c3;
+        (v | v << 2) & 0x0924_9249
+    };
+    let [x, y, z] = cell.min(UVec3::splat((1 << BITS) - 1)).to_array().map(spread);
+    x | y << 1 | z << 2
 }
 
 /// Cuts a sequence of `count` boxes into groups of at most `most`. A box that starts an object starts a
