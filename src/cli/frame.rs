@@ -131,7 +131,7 @@ impl Recording<'_> {
                 })
             })
             .collect();
-        let structs = structs(self.kernels.iter().map(|(kernel, _, _)| kernel))?;
+        let structs = structs(self.kernels.iter().map(|(kernel, _, _)| kernel));
         let kernels: Vec<_> = self.kernels.into_iter().map(|(_, _, entry)| entry).collect();
         Ok(json!({
             "resources": self.resources,
@@ -222,8 +222,9 @@ impl Recording<'_> {
         }
         let id = self.unique(kernel.name());
         let wrong = |reason: String| Failure::Wrong(format!("{id}: {reason}"));
-        let (entry, wgsl, constants) = kernel.source();
-        let source = translate::Kernel::new(entry, wgsl.to_owned(), constants, self.target);
+        let module = kernel.module().ok_or_else(|| wrong("it calls the host".to_owned()))?;
+        let wgsl = translate::printed(module).map_err(wrong)?;
+        let source = translate::Kernel::new(kernel.entry(), wgsl, &[], self.target);
         let source = source.map_err(wrong)?;
         let translated = translate(&source).map_err(wrong)?;
         let file = self.file(&format!("{id}.{}", self.target.extension()), &translated.source)?;

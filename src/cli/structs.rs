@@ -1,5 +1,4 @@
 //! Layouts of the structs that kernels bind, for `frame.json`.
-use super::failure::Failure;
 use gobo::{
     gpu::Kernel,
     records::{Caster, Field, GpuLayout, TriangleRecord},
@@ -9,19 +8,12 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
 /// Layouts of all structs of the kernels, and of the records that the host writes.
-pub(super) fn structs<'a>(
-    kernels: impl Iterator<Item = &'a Kernel>,
-) -> Result<Map<String, Value>, Failure> {
+pub(super) fn structs<'a>(kernels: impl Iterator<Item = &'a Kernel>) -> Map<String, Value> {
     let mut found = BTreeMap::new();
-    for kernel in kernels {
-        let (_, wgsl, _) = kernel.source();
-        let module = naga::front::wgsl::parse_str(wgsl)
-            .map_err(|error| Failure::Wrong(format!("{}: {error}", kernel.name())))?;
-        add_structs(&module, &mut found);
-    }
+    kernels.filter_map(Kernel::module).for_each(|module| add_structs(module, &mut found));
     found.insert(Caster::NAME.to_owned(), host_struct::<Caster>());
     found.insert(TriangleRecord::NAME.to_owned(), host_struct::<TriangleRecord>());
-    Ok(found.into_iter().collect())
+    found.into_iter().collect()
 }
 
 fn host_struct<T: GpuLayout>() -> Value {

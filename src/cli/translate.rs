@@ -187,6 +187,13 @@ pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
     Ok(Translation { source, entry_point, workgroup_size, features, sizes, slots })
 }
 
+/// The WGSL of a module.
+pub(crate) fn printed(module: &Module) -> Result<String, String> {
+    let info = validate(module, Capabilities::all())?;
+    let flags = back::wgsl::WriterFlags::empty();
+    back::wgsl::write_string(module, &info, flags).map_err(|error| error.to_string())
+}
+
 fn parse(wgsl: &str) -> Result<Module, String> {
     naga::front::wgsl::parse_str(wgsl).map_err(|error| error.emit_to_string(wgsl))
 }

@@ -53,7 +53,8 @@ fn assert_ordered(scene: &Scene, tolerance: Tolerance) {
 
 /// Of the kernels, and of the reference's curves; its filters sort all hits of a ray.
 fn all_counters(scene: &Scene) -> Vec<Counters> {
-    let kernels = tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, scene).counters);
+    let kernels =
+        tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, scene).counters);
     let reference = scene.shadow.receiver == Receiver::Curve;
     kernels.chain(reference.then(|| render_maps(scene, &shadow_views(scene)).1)).collect()
 }

@@ -64,7 +64,9 @@ fn middles(scene: &Scene) -> Vec<[u8; 3]> {
     let views = shadow_views(scene);
     let (maps, _) = render_maps(scene, &views);
     let mut all = vec![render_picture(scene, &views, &maps, &shadow_views)];
-    all.extend(tiers(Tier::Native).into_iter().map(|tier| crate::common::render(tier, scene).picture));
+    all.extend(
+        tiers(Tier::Native).into_iter().map(|tier| crate::common::render(tier, scene).picture),
+    );
     all.iter().map(|picture| picture.rgb[8 * 16 + 8]).collect()
 }
 

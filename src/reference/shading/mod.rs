@@ -1,7 +1,7 @@
 //! Twin of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
 //! its reflection to the camera.
-mod receive;
-mod taps;
+pub mod receive;
+pub mod taps;
 mod tone;
 
 pub use tone::{shown, to_screen, to_srgb};
