@@ -1,5 +1,4 @@
 //! Groups: spatially coherent runs of casters along a Morton curve.
-use super::radix::{Keyed, radix_sort};
 use crate::model::Bounds;
 use glam::{UVec3, Vec3};
 use std::ops::Range;
@@ -29,14 +28,12 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
     }
     // Cubic cells, so that a group is as deep as it is wide.
     let per_metre = (1 << BITS) as f32 / edge.max_element();
-    let keyed = (0..)
-        .zip(points)
-        .map(|(value, &point)| {
-            // A NaN becomes 0.
-            Keyed { key: morton_code(((point - least) * per_metre).as_uvec3()), value }
-        })
-        .collect();
-    radix_sort(keyed).into_iter().map(|item| item.value).collect()
+    // A NaN becomes 0. The index below the code keeps equal ones in order.
+    let code = |point: Vec3| u64::from(morton_code(((point - least) * per_metre).as_uvec3()));
+    let mut keys: Vec<u64> =
+        (0..).zip(points).map(|(index, &point)| code(point) << 32 | index).collect();
+    keys.sort_unstable();
+    keys.into_iter().map(|key| key as u32).collect()
 }
 
 /// Place of a cell along a Z-order curve (Morton 1966): the bits of its coordinates by turns. Cells past
