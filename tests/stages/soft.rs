@@ -222,8 +222,10 @@ fn without_a_size_the_bits_are_those_of_a_point() {
     }
 }
 
-/// All sources at once, with cascades, at points on the ground and in the air: tiers differ by rounding, and each light
-/// from the reference by no more than on the ground.
+/// Largest mean difference between look-up and reference in maps of 128 texels a side; 0.0221 was measured.
+const IN_THE_AIR: f32 = 0.0265;
+
+/// All sources at once, with cascades, at points on the ground and in the air: tiers differ by rounding.
 #[test]
 fn every_tier_is_as_many_points_of_all_lights() {
     let mut chance = Chance::new(9);
@@ -251,7 +253,7 @@ fn every_tier_is_as_many_points_of_all_lights() {
             let errors = of_light().map(|i| (core[i] - expected[i]).abs().element_sum() / 3.0);
             let mean = errors.sum::<f32>() / points.len() as f32;
             println!("{receiver:?}, light {light}: {mean:.4}");
-            assert!(mean < 0.03, "{receiver:?}, light {light}: {mean}");
+            assert!(mean < IN_THE_AIR, "{receiver:?}, light {light}: {mean}");
             let grey = of_light().filter(|&i| expected[i].y > 0.05 && expected[i].y < 0.95);
             assert!(grey.count() > 100, "{receiver:?}, light {light}");
         }
@@ -281,15 +283,16 @@ fn pictures_are_the_mean_of_those_of_the_lights_points() {
         (scene.mask, scene.air) = (mask, air);
         let expected = reference_picture(&scene);
         let found = render(TIERS[0], &scene).picture;
-        let apart = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).map(|c| a[c].abs_diff(b[c])).max();
-        let steps: Vec<_> = found.rgb.iter().zip(&expected.rgb).filter_map(apart).collect();
-        let mean = steps.iter().map(|&v| f64::from(v)).sum::<f64>() / steps.len() as f64;
-        let far = steps.iter().filter(|&&v| v > 24).count() as f64 / steps.len() as f64;
-        println!("{mean:.2} of 255, {far:.4} far");
-        assert!(mean < 1.0 && far < 0.004, "{mean} {far}");
+        let mean_apart = |found: &[[u8; 3]]| {
+            let apart = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).map(|c| a[c].abs_diff(b[c])).max();
+            let steps = found.iter().zip(&expected.rgb).filter_map(apart);
+            steps.map(f64::from).sum::<f64>() / found.len() as f64
+        };
         scene.lights.iter_mut().for_each(|light| light.source = None);
-        let hard = render(TIERS[0], &scene).picture;
-        let changed = hard.rgb.iter().zip(&expected.rgb).filter_map(apart).filter(|&v| v > 24);
-        assert!(changed.count() > 100, "nothing is soft");
+        let hard = mean_apart(&render(TIERS[0], &scene).picture.rgb);
+        let mean = mean_apart(&found.rgb);
+        println!("{mean:.2} of 255, of points {hard:.2}");
+        assert!(mean < 0.9, "{mean}");
+        assert!(hard > 0.9, "lights without a size would pass: {hard}");
     }
 }
