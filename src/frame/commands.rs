@@ -108,11 +108,11 @@ impl Commands {
 
     /// Compiles the kernels of all dispatches, on this thread.
     pub fn compile(&self) -> Result<(), KernelError> {
-        let dispatches = self.0.iter().flat_map(|command| match command {
+        let mut dispatches = self.0.iter().flat_map(|command| match command {
             Command::Pass { dispatches, .. } => &dispatches[..],
             _ => &[],
         });
-        dispatches.map(|dispatch| dispatch.kernel.make()).collect()
+        dispatches.try_for_each(|dispatch| dispatch.kernel.make())
     }
 
     /// Records all commands. Makes nothing on the device.

@@ -52,7 +52,7 @@ impl GpuEngine {
         let all: Vec<_> = scene.emissions.iter().zip(flying).collect();
         let load = self.shadows.bind_emitted(&all)?;
         submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
-            load.commands.record(encoder, timeline)
+            load.commands.record(encoder, timeline);
         });
         let found: Vec<HostGroup> = self.gpu.try_read(&load.groups)?;
         let found = &found[..self.emitters.slots.iter().map(|own| own.group_count as usize).sum()];

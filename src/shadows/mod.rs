@@ -35,7 +35,6 @@ pub(crate) use batch::context;
 pub use batch::list::ListCounters;
 #[cfg(feature = "picture")]
 pub(crate) use batch::{list, plan, scratch};
-#[cfg(feature = "picture")]
 pub(crate) use casters::EmittedSlots;
 pub use casters::{
     CasterSet, SMALL_SIDE, Span, TriangleExtent,

@@ -278,6 +278,7 @@ impl Shadows {
     }
 
     /// The pipeline and the casters of the last frame.
+    #[cfg(feature = "picture")]
     pub(crate) fn with_casters<T>(
         &mut self,
         act: impl FnOnce(&mut Pipeline, &CasterSet) -> Result<T, Error>,

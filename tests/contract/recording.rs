@@ -148,6 +148,20 @@ fn a_frame_makes_nothing_on_the_device() {
     }
 }
 
+#[test]
+fn the_commands_of_a_frame_are_readable() {
+    let (gpu, mut pipeline, _alone) = open(Tier::Core);
+    let scene = &cases()[0].scene;
+    let (casters, views) = (casters(&gpu, scene), shadow_views(scene));
+    let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
+    let text = format!("{:?}", prepared.commands);
+    let lines: Vec<_> = text.lines().collect();
+    let labels: Vec<_> = lines.iter().filter(|line| line.starts_with("gobo ")).collect();
+    assert!(labels.contains(&&"gobo project") && labels.contains(&&"gobo resolve"), "{text}");
+    let wanted = |line: &&&str| line.starts_with("  bin_scan [1, 1, 1]: bin_params, ");
+    assert_eq!(lines.iter().filter(wanted).count(), 2, "of both lists: {text}");
+}
+
 /// No allocation even inside wgpu at a submission.
 #[test]
 fn frames_after_the_first_leave_the_device_as_it_is() {
