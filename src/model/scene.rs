@@ -71,6 +71,11 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         0
     }
 
+    /// Index of its first particle in the scene, if it sends any out.
+    fn first_particle(&self) -> Option<usize> {
+        None
+    }
+
     /// The motion with its particles left to a device, if it has emitters, and for each emitter that stays on
     /// the CPU the reason. `most`: particles that a buffer of the device holds.
     fn on_device(&self, _most: u64) -> Option<(Arc<dyn Motion>, Vec<String>)> {

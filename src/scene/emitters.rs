@@ -88,6 +88,10 @@ impl Motion for Emitters {
         true
     }
 
+    fn first_particle(&self) -> Option<usize> {
+        Some(self.first_particle)
+    }
+
     fn most_particles(&self) -> u64 {
         let most = |emitter: &Arc<Emitter>| u64::from(emitter.forces.most_until(emitter.steps));
         self.emitters.iter().map(most).sum()

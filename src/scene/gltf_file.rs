@@ -20,6 +20,9 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
+/// Zeros that any file may have without bytes for them [items].
+const FEW_ZEROS: usize = 1 << 16;
+
 #[derive(Debug)]
 pub(super) struct File {
     pub(super) path: PathBuf,
@@ -241,7 +244,7 @@ impl File {
             return accessor.view().map(|_| ()).ok_or_else(|| bad("has no data"));
         };
         // Without a base, items are zero, and only the file's size bounds their number.
-        if accessor.view().is_none() && accessor.count() > self.byte_count() {
+        if accessor.view().is_none() && accessor.count() > self.byte_count().max(FEW_ZEROS) {
             return Err(bad("promises more items than the file justifies"));
         }
         let (indices, values) = (sparse.indices(), sparse.values());

@@ -1,7 +1,7 @@
 //! The JSON of a glTF file, adapted to the `gltf` crate, which refuses some valid files and ignores some
 //! relevant parts.
 use super::{error::quoted, limits};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
 /// Extensions that are supported here or by the crate.
@@ -46,6 +46,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
         }
     }
     pick_sources(&mut root);
+    add_zeros(&mut root);
     keep_channels_of_nodes(&mut root);
     Ok((root, ignored))
 }
@@ -58,6 +59,38 @@ fn parsed_size(text: &[u8]) -> u64 {
         _ => 1,
     };
     text.iter().map(size).sum()
+}
+
+/// Gives accessors without any data, whose items are zeros, a sparse item of zeros: the crate refuses them.
+fn add_zeros(root: &mut Value) {
+    let Some(accessors) = list(root, "accessors") else { return };
+    let has_data =
+        |accessor: &Value| accessor.get("bufferView").is_some() || accessor.get("sparse").is_some();
+    if accessors.iter().all(has_data) {
+        return;
+    }
+    // As long as the largest item.
+    let zeros = format!("data:application/octet-stream;base64,{}==", "A".repeat(86));
+    let mut push = |key: &str, item: Value| {
+        let items = root.as_object_mut()?.entry(key).or_insert_with(|| json!([]));
+        let items = items.as_array_mut()?;
+        items.push(item);
+        Some(items.len() - 1)
+    };
+    let buffer = push("buffers", json!({ "byteLength": 64, "uri": zeros }));
+    let view = push("bufferViews", json!({ "buffer": buffer, "byteLength": 64 }));
+    let sparse = json!({
+        "count": 1,
+        "indices": { "bufferView": view, "componentType": 5121 },
+        "values": { "bufferView": view },
+    });
+    for accessor in list(root, "accessors").into_iter().flatten() {
+        if let Some(accessor) = accessor.as_object_mut()
+            && !accessor.contains_key("bufferView")
+        {
+            accessor.entry("sparse").or_insert_with(|| sparse.clone());
+        }
+    }
 }
 
 /// Keeps the animation channels of nodes. Channels without a node, or of properties that no node has

@@ -6,8 +6,10 @@ use std::fmt;
 /// Counts of a scene.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Summary {
-    /// Particles.
+    /// Particles without those of emitters.
     pub particles: usize,
+    /// Most particles of emitters at a time.
+    pub emitted: u64,
     /// Triangles.
     pub triangles: usize,
     /// Materials.
@@ -28,8 +30,10 @@ impl Scene {
     /// Summary of the scene's contents.
     pub fn summary(&self) -> Summary {
         let bounds = self.bounds();
+        let first_emitted = self.motions.iter().find_map(|motion| motion.first_particle());
         Summary {
-            particles: self.particles.len(),
+            particles: first_emitted.unwrap_or(self.particles.len()),
+            emitted: self.motions.iter().map(|motion| motion.most_particles()).sum(),
             triangles: self.triangles.len(),
             materials: self.materials.len(),
             textures: self.textures.len(),
@@ -44,8 +48,11 @@ impl Scene {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { particles, triangles, materials, textures, lights, views, .. } = self;
+        let Self { particles, emitted, triangles, materials, textures, lights, views, .. } = self;
         writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
+        if *emitted > 0 {
+            writeln!(f, "emitters   at most {emitted} particles at a time")?;
+        }
         writeln!(f, "materials  {materials}, with {textures} textures")?;
         writeln!(f, "lights     {lights}, with {views} shadow views")?;
         match &self.bounds {

@@ -184,7 +184,16 @@ fn help_and_version_are_results() {
 
 #[test]
 fn check_prints_a_summary() {
-    assert_ne!(Folder::new("check").run(&["check", "scene.toml"]).trim(), "");
+    let folder = Folder::new("check");
+    assert!(folder.run(&["check", "scene.toml"]).contains("casters    0 particles, 4 triangles\n"));
+    // Emitters send nothing out, and their most is known: 100 a second for 600 s, and two more.
+    let emitter = "[[emitter]]\nmaterial = \"glass\"\nrate = 100\nlifetime = 600\nstart = -600\n";
+    fs::write(folder.0.join("scene.toml"), format!("{SCENE}{emitter}")).unwrap();
+    let told = folder.run(&["check", "scene.toml"]);
+    assert!(
+        told.contains("casters    0 particles") && told.contains("at most 60003 particles"),
+        "{told}"
+    );
 }
 
 #[test]

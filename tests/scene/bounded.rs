@@ -127,3 +127,20 @@ fn instances_are_numbers() {
         assert!(error.contains("instances of node 0: number 0 is not finite"), "{error}");
     }
 }
+
+/// Accessors without data are zeros: three corners at one point.
+#[test]
+fn accessors_may_lack_bytes() {
+    let folder = Folder::new();
+    let load = |count: usize| {
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "accessors":[{{"componentType":5126,"count":{count},"type":"VEC3","min":[0,0,0],"max":[0,0,0]}}]}}"#
+        );
+        load_model(&folder.write("zeros.gltf", text), Mat4::IDENTITY)
+    };
+    let model = load(3).unwrap();
+    assert_eq!(model.skipped.get("triangle without area"), Some(&1));
+    assert!(load(1 << 24).unwrap_err().to_string().contains("more items"));
+}
