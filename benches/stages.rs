@@ -6,21 +6,23 @@ mod common;
 use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
-    frame::{Commands, Kernels, Sort, SortCount},
     glam::{UVec2, Vec3},
-    gpu::{Gpu, KernelCache},
+    internals::{
+        frame::{Commands, Kernels, Sort, SortCount},
+        gpu::{Gpu, KernelCache},
+        records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+        reference::{self, Pair, project::ProjectParams},
+        shadows::{
+            CasterSet, Config, Pipeline,
+            cull::{Frustum, GroupTree, order, widened},
+        },
+        stage::{
+            profile::Profile,
+            sort::{PAIR_FORMAT, pair_texture_size},
+        },
+        view::light_views,
+    },
     model::{Bounds, Casters, Light, LightKind, Material, Particle},
-    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
-    reference::{self, Pair, project::ProjectParams},
-    shadows::{
-        CasterSet, Config, Pipeline,
-        cull::{Frustum, GroupTree, order, widened},
-    },
-    stage::{
-        profile::Profile,
-        sort::{PAIR_FORMAT, pair_texture_size},
-    },
-    view::light_views,
 };
 use std::{hint::black_box, time::Duration};
 

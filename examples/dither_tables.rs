@@ -4,9 +4,11 @@ mod measure;
 
 use gobo::{
     glam::{Mat4, UVec2},
-    gpu::{Gpu, Timeline},
+    internals::{
+        gpu::{Gpu, Timeline},
+        shadows::{CasterSet, Config, Pipeline},
+    },
     model::{Casters, Material, Part, Pattern, Projection, Transfer, View},
-    shadows::{CasterSet, Config, Pipeline},
     wgpu,
 };
 use std::{

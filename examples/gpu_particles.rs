@@ -4,9 +4,10 @@
 //!
 //! `cargo run --example gpu_particles`
 use gobo::{
-    Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Material, Particle, PointBuffers,
-    Prepared, Receiver, ShadowSettings, Shadows, Support, Tier, View,
+    Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Material, Particle, Prepared,
+    Receiver, ShadowSettings, Shadows, Support, Tier, View,
     glam::{Vec3, Vec4},
+    host::PointBuffers,
     wgpu::{self, BufferUsages, util::DeviceExt as _},
 };
 use std::{error::Error, time::Instant};

@@ -3,12 +3,14 @@
 //!
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
-    gpu::{Gpu, Timeline},
+    internals::{
+        gpu::{Gpu, Timeline},
+        picture::{PictureCapacity, PictureRequest, PreparedPicture},
+        shadows::{CasterSet, Config, Pipeline},
+        view::shadow_views,
+    },
     model::View,
-    picture::{PictureCapacity, PictureRequest, PreparedPicture},
     scene::load_with,
-    shadows::{CasterSet, Config, Pipeline},
-    view::shadow_views,
 };
 use std::{path::Path, time::Instant};
 
@@ -82,7 +84,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Times of the stages `cluster` and `shade`, and of the frame [ms].
-fn frame(gpu: &Gpu, picture: &PreparedPicture) -> Result<[f64; 3], gobo::error::Error> {
+fn frame(gpu: &Gpu, picture: &PreparedPicture) -> Result<[f64; 3], gobo::Error> {
     // A software adapter stamps when it records, not when the work is done.
     let mut timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
         Timeline::stepped(&gpu.device, &gpu.queue)

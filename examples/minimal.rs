@@ -2,7 +2,8 @@
 //!
 //! `cargo run --example minimal`
 use gobo::{
-    Bounds, Casters, Light, Material, Particle, PointBuffers, ShadowSettings, Shadows, Tier,
+    Bounds, Casters, Light, Material, Particle, ShadowSettings, Shadows, Tier,
+    host::PointBuffers,
     wgpu::{self, util::DeviceExt as _},
 };
 

@@ -1,7 +1,7 @@
 //! Kernels that a host's threads compile before a frame needs them, and the time of each.
 use gobo::{
     Bounds, Casters, Gpu, HostInputs, Light, Material, Particle, Receiver, ShadowSettings, Shadows,
-    Transfer, View, glam::Vec3, gpu::Selection, light_views, wgpu,
+    Transfer, View, glam::Vec3, host::Selection, light_views, wgpu,
 };
 use std::{error::Error, sync::Mutex, thread, time::Instant};
 

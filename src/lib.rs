@@ -47,54 +47,85 @@
 //! - `picture`: the lit picture of a `Scene` (`Renderer`).
 //! - `device`: opens adapters by itself (`Gpu`).
 //! - `cli`: the program `gobo`; with the others, on by default.
+//! - `internals`: the inside, for this repository's tests and program; without a promise.
 #![warn(missing_docs)]
+#![cfg_attr(
+    not(feature = "internals"),
+    allow(dead_code, unreachable_pub, reason = "some of the inside is for tests and the program")
+)]
 // A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
-#[doc(hidden)]
-pub mod frame;
-#[doc(hidden)]
-pub mod gpu;
+mod frame;
+mod gpu;
 pub mod model;
 #[cfg(feature = "picture")]
-#[doc(hidden)]
-pub mod picture;
-#[doc(hidden)]
-pub mod records;
-#[doc(hidden)]
-pub mod reference;
+mod picture;
+mod records;
+mod reference;
 #[cfg(feature = "picture")]
 pub mod render;
 #[cfg(feature = "scene")]
 pub mod scene;
+mod shadows;
+mod stage;
+mod view;
+
+/// What tests, benches and the program `gobo` use of the inside. Any version may change it.
+#[cfg(feature = "internals")]
 #[doc(hidden)]
-pub mod shadows;
-#[doc(hidden)]
-pub mod stage;
-#[doc(hidden)]
-pub mod view;
+#[allow(missing_docs)]
+pub mod internals {
+    #[cfg(feature = "picture")]
+    pub mod picture {
+        pub use crate::picture::*;
+    }
+    pub mod frame {
+        pub use crate::frame::*;
+    }
+    pub mod gpu {
+        pub use crate::gpu::*;
+    }
+    pub mod records {
+        pub use crate::records::*;
+    }
+    pub mod reference {
+        pub use crate::reference::*;
+    }
+    pub mod shadows {
+        pub use crate::shadows::*;
+    }
+    pub mod stage {
+        pub use crate::stage::*;
+    }
+    pub mod view {
+        pub use crate::view::*;
+    }
+}
+
+/// What hosts need beyond the root: devices, receivers in shaders of their own, masks, simulations.
+pub mod host {
+    pub use crate::{
+        gpu::{Backend, Missing, Need, Profiler, Requirement, Selection},
+        shadows::{
+            ConvertedMaps, EMITTED_WGSL, FilterFormat, LightBindings, LightMasks, LightPoints,
+            MapLayout, MaskSlot, MaskView, PointBuffers, ShadowFunction, Simulation,
+        },
+    };
+}
+
+use gpu::error;
 
 pub use glam;
-#[doc(hidden)]
-pub use gpu::error;
-pub use gpu::{
-    Backend, Gpu, KernelJob, Memory, Missing, Need, Profiler, Requirement, Support, Tier, Timeline,
-    error::Error,
-};
+pub use gpu::{Gpu, KernelError, KernelJob, Memory, Support, Tier, Timeline, error::Error};
 pub use model::{
-    Bounds, Camera, Cascades, Casters, Counters, InvalidCamera, InvalidLight, Light, LightKind,
-    LookUp, MaskSettings, Material, Part, Particle, Pattern, Profile, Projection, Receiver,
-    ReceiverPoint, Receives, Scene, Shadow, ShadowFilter, ShadowSettings, Shape, Source, Texture,
-    Transfer, Triangle, View,
+    Bounds, Camera, Casters, Counters, Light, LightKind, Material, Particle, Receiver, Scene,
+    ShadowSettings, Shape, Texture, Transfer, Triangle, View,
 };
 #[cfg(feature = "picture")]
-pub use records::{CurveMap, Picture, ViewMaps};
-#[cfg(feature = "picture")]
-pub use render::{Frame, RenderOptions, Renderer};
+pub use render::{RenderOptions, Renderer};
 pub use shadows::{
-    CasterCount, CasterLoader, ConvertedMaps, EMITTED_WGSL, FilterFormat, HostCasters, HostDepth,
-    HostInputs, LightBindings, LightMasks, LightPoints, MapLayout, Maps, MaskSlot, MaskView,
-    PointBuffers, Prepared, ShadowFunction, Shadows, Simulation,
+    CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs, Maps, Prepared, Shadows,
 };
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

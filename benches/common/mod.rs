@@ -1,9 +1,11 @@
 //! Scene and timing that the benchmarks share.
 use gobo::{
     glam::{Mat4, UVec2, Vec3, Vec4},
-    gpu::{Gpu, Timeline},
+    internals::{
+        gpu::{Gpu, Timeline},
+        reference::Pair,
+    },
     model::{Part, Particle, Projection, View},
-    reference::Pair,
     wgpu,
 };
 use std::time::Duration;

@@ -5,7 +5,10 @@
 //! Unlike it, it visits only those rows and halves of rows that a disc's box touches, and has no early
 //! termination: at opacity 0.02 no texel is saturated before its list ends.
 use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
-use gobo::{model::TILE_SIZE, records::Footprint, reference::accumulate::VISIBLE_OPACITY};
+use gobo::{
+    internals::{records::Footprint, reference::accumulate::VISIBLE_OPACITY},
+    model::TILE_SIZE,
+};
 use std::sync::Mutex;
 
 const TILE: usize = TILE_SIZE as usize;

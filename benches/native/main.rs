@@ -12,17 +12,19 @@ use accumulate::{Lists, Texel};
 use common::{SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
-    frame::{Commands, Kernels, Sort, SortCount},
     glam::UVec2,
-    gpu::{Gpu, KernelCache, Timeline},
-    model::{Casters, Material},
-    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
-    reference::{self, Pair, project::ProjectParams},
-    shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},
-    stage::{
-        profile::Profile,
-        sort::{PAIR_FORMAT, pair_texture_size},
+    internals::{
+        frame::{Commands, Kernels, Sort, SortCount},
+        gpu::{Gpu, KernelCache, Timeline},
+        records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+        reference::{self, Pair, project::ProjectParams},
+        shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},
+        stage::{
+            profile::Profile,
+            sort::{PAIR_FORMAT, pair_texture_size},
+        },
     },
+    model::{Casters, Material},
     wgpu,
 };
 use half::f16;

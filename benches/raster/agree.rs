@@ -1,8 +1,8 @@
 //! Comparison of two renderers' maps: no time is printed if they differ.
 use gobo::{
     glam::Vec2,
+    internals::records::MIN_RADIUS,
     model::{Particle, View},
-    records::MIN_RADIUS,
 };
 
 /// One view's maps, row by row.

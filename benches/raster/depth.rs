@@ -1,7 +1,7 @@
 //! The baseline of `occlude`: a depth-only pass over opaque triangles, without a fragment stage.
 use gobo::{
-    error::Error,
-    gpu::Gpu,
+    Error,
+    internals::gpu::Gpu,
     model::{Triangle, View},
     wgpu,
 };

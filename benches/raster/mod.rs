@@ -15,11 +15,10 @@ pub(crate) mod depth;
 use agree::Map;
 use bytemuck::{Pod, Zeroable};
 use gobo::{
-    error::Error,
+    Error,
     glam::{Mat4, Vec2, Vec3},
-    gpu::Gpu,
+    internals::{gpu::Gpu, records::MIN_RADIUS},
     model::{Particle, View},
-    records::MIN_RADIUS,
     wgpu,
 };
 use half::f16;

@@ -8,9 +8,8 @@ mod page;
 mod preview;
 
 use gobo::{
-    gpu::Backend,
-    picture::debug::DebugMode,
-    render::{Frame, RenderOptions, Renderer},
+    host::Backend,
+    render::{DebugMode, Frame, RenderOptions, Renderer},
     scene::load_with,
 };
 use image::RgbImage;
@@ -119,7 +118,7 @@ fn check(plates: &[Plate]) -> Fallible<()> {
             Ok(picture) if is_flat(&picture) => faults.push(format!("{name}: the picture is flat")),
             Ok(_) => {}
         }
-        let casts = |maps: &gobo::records::ViewMaps| {
+        let casts = |maps: &gobo::render::ViewMaps| {
             maps.filter.iter().any(|filter| filter.iter().any(|&light| light < 0.9))
         };
         // What masks show are solid casters.

@@ -8,9 +8,10 @@ mod raster;
 
 use gobo::{
     Bounds, CasterCount, CasterLoader, Casters, HostCasters, HostDepth, HostInputs, Light,
-    LightBindings, Material, Particle, Prepared, Receiver, ShadowSettings, Shadows, Tier, Transfer,
-    Triangle, View,
+    Material, Particle, Prepared, Receiver, ShadowSettings, Shadows, Tier, Transfer, Triangle,
+    View,
     glam::{Mat4, Vec2, Vec3, Vec4},
+    host::LightBindings,
     wgpu::{self, BufferUsages},
 };
 use output::{read, read_picture, save};

@@ -2,7 +2,7 @@
 use crate::rivals::{Fourier, Hit, Moments, exact, nearest};
 use gobo::{
     glam::Vec3,
-    reference::curve::{Streaming, light_at},
+    internals::reference::curve::{Streaming, light_at},
     scene::generate::Chance,
 };
 
@@ -217,7 +217,7 @@ fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
 
 /// Like the twin `tile`, where every pair hits the texel.
 fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
-    use gobo::reference::curve::tile::{SLAB_PAIRS, max_exact_hits, slab_count};
+    use gobo::internals::reference::curve::tile::{SLAB_PAIRS, max_exact_hits, slab_count};
     let mut curve = Streaming::new(nodes, false);
     let few = hits.len() <= max_exact_hits(nodes) as usize;
     let reach = (hits[hits.len() - 1].0 - hits[0].0) / slab_count(nodes) as f32;

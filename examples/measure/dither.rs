@@ -1,13 +1,15 @@
 //! Figures of the patterns: those in `docs/dither.md`, checked by the tests.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
-    model::{Material, Part, Particle, Pattern, Profile, Projection, Scene, Transfer, View},
-    records::ViewMaps,
-    reference::{
-        MapTexel,
-        dither::{Place, threshold},
-        light_by_channel, receive, render_maps,
+    internals::{
+        records::ViewMaps,
+        reference::{
+            MapTexel,
+            dither::{Place, threshold},
+            light_by_channel, receive, render_maps,
+        },
     },
+    model::{Material, Part, Particle, Pattern, Profile, Projection, Scene, Transfer, View},
 };
 
 /// Edge of the maps that are measured [texels]; a texel is a metre wide.

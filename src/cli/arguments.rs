@@ -2,7 +2,10 @@
 use super::bench::BenchArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use gobo::{gpu::Backend, picture::debug::DebugMode, scene::Scene};
+use gobo::{
+    internals::{gpu::Backend, picture::debug::DebugMode},
+    scene::Scene,
+};
 use std::{ops::Range, path::PathBuf, str::FromStr};
 
 /// Coloured translucent shadows by compute shaders alone

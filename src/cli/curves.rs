@@ -1,5 +1,5 @@
 //! Curves as `NumPy` arrays and preview images.
-use gobo::{glam::Vec3, records::CurveMap};
+use gobo::{glam::Vec3, internals::records::CurveMap};
 
 /// Numbers of a node: start, end, red, green, blue.
 pub(super) const FIELDS: usize = 5;

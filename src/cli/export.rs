@@ -8,9 +8,11 @@ use super::{
     writers::BufferSizes,
 };
 use gobo::{
-    error::Error,
-    gpu::{Access, Binding, BindingKind, Constant, KernelDesc, Tier},
-    stage::variants,
+    Error,
+    internals::{
+        gpu::{Access, Binding, BindingKind, Constant, KernelDesc, Tier},
+        stage::variants,
+    },
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use serde::Serialize;

@@ -3,7 +3,7 @@ use super::failure::Failure;
 use exr::prelude::{
     Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage as _, f16,
 };
-use gobo::records::Picture;
+use gobo::internals::records::Picture;
 use std::{io::Cursor, path::Path};
 
 /// Encodes a picture's light as a whole file; `path` is for errors.

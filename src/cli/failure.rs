@@ -10,7 +10,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Gpu(#[from] gobo::error::Error),
+    Gpu(#[from] gobo::Error),
     #[error("{}: {source}", .path.display())]
     File { path: PathBuf, source: std::io::Error },
     #[error("{0}")]
@@ -68,7 +68,7 @@ impl Failure {
 
     /// Remedy on the command line.
     fn remedy(&self) -> Option<&'static str> {
-        use gobo::error::Error;
+        use gobo::Error;
         match self {
             Self::Gpu(Error::Adapter { found, .. }) if !found.is_empty() => {
                 Some("`gobo info` lists the adapters; --backend cpu renders without one")
@@ -100,7 +100,7 @@ impl Failure {
 
     /// Exit status: 2 for bad usage or input, 3 without a usable adapter or device, 1 for anything else.
     pub(crate) fn status(&self) -> u8 {
-        use gobo::error::Error;
+        use gobo::Error;
         match self {
             Self::Scene(SceneError::Memory { .. }) => 1,
             Self::Scene(_) | Self::Usage(_) | Self::Refused { .. } => 2,

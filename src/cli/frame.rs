@@ -10,13 +10,14 @@ use super::{
     translate::{self, translate},
 };
 use gobo::{
-    Gpu, Prepared, Shadows,
-    error::Error,
-    frame::{Command, Commands, Dispatch, Work},
-    gpu::{Kernel, OwnedResource, Selection, Tier},
+    Error, Gpu, Prepared, Shadows,
+    internals::{
+        frame::{Command, Commands, Dispatch, Work},
+        gpu::{Kernel, OwnedResource, Selection, Tier},
+        view::shadow_views,
+    },
     model::Scene,
     scene,
-    view::shadow_views,
     wgpu::{Buffer, Extent3d, TexelCopyTextureInfoBase, Texture},
 };
 use serde_json::{Map, Value, json};

@@ -1,8 +1,8 @@
 //! `gobo info`: adapters, limits, tiers and their reasons.
 use super::{failure::Failure, files};
 use gobo::{
-    error::Error,
-    gpu::{Selection, Tier, TierChoice, all_adapters, shortcoming, unusable_adapter},
+    Error,
+    internals::gpu::{Selection, Tier, TierChoice, all_adapters, shortcoming, unusable_adapter},
     wgpu,
 };
 use serde::Serialize;

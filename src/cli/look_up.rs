@@ -6,7 +6,7 @@ use super::{
     files,
     translate::{Kernel, translate},
 };
-use gobo::shadows::look_up_text;
+use gobo::internals::shadows::look_up_text;
 use serde::Serialize;
 use std::path::Path;
 

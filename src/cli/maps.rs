@@ -2,8 +2,8 @@
 use super::{curves, failure::Failure, files, npy};
 use gobo::{
     glam::{DMat4, Mat4, Vec3},
+    internals::records::ViewMaps,
     model::{Light, LightKind, View},
-    records::ViewMaps,
 };
 use image::{DynamicImage, GrayImage, ImageFormat, RgbImage};
 use serde::Serialize;
@@ -179,8 +179,8 @@ pub(crate) fn png(image: &DynamicImage) -> Vec<u8> {
 mod tests {
     use super::*;
     use gobo::{
+        internals::view::light_views,
         model::{Bounds, Shadow},
-        view::light_views,
     };
 
     fn named(name: &str) -> Light {

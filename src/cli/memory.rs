@@ -2,12 +2,14 @@
 //! without a remedy.
 use super::failure::Failure;
 use gobo::{
-    gpu::Backend,
+    internals::{
+        gpu::Backend,
+        records::{FormerSlots, MaskSlots, air_columns},
+        reference::mask::SeenSurface,
+        view::{atlas::AtlasLimits, fitted_views},
+    },
     model::View,
-    records::{FormerSlots, MaskSlots, air_columns},
-    reference::mask::SeenSurface,
     scene::Scene,
-    view::{atlas::AtlasLimits, fitted_views},
 };
 
 /// What a command needs of a scene besides its casters.

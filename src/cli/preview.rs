@@ -4,7 +4,7 @@ use super::{
     failure::Failure,
     files::{Pending, folder, temporaries},
 };
-use gobo::{glam::UVec2, records::Picture};
+use gobo::{glam::UVec2, internals::records::Picture};
 use std::{
     fs::File,
     io::{self, Read as _, Write as _},

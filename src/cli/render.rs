@@ -11,9 +11,8 @@ use super::{
     stop,
 };
 use gobo::{
-    gpu::Backend,
+    internals::{gpu::Backend, records::Picture},
     model::{Counters, Skipped},
-    records::Picture,
     render::{Frame, RenderOptions, Renderer},
     scene,
 };

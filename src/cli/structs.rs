@@ -1,5 +1,5 @@
 //! Layouts of the structs that kernels bind, for `frame.json`.
-use gobo::{
+use gobo::internals::{
     gpu::Kernel,
     records::{Caster, Field, GpuLayout, TriangleRecord},
 };

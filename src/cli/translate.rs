@@ -5,7 +5,7 @@ use super::{
     specialise,
     writers::{BufferSizes, glsl, hlsl, msl, slots, spirv},
 };
-use gobo::gpu::Constant;
+use gobo::internals::gpu::Constant;
 use naga::{
     Module, back,
     valid::{

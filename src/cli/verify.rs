@@ -6,7 +6,7 @@ use super::{
     sidecar::{Fault, Sidecar, frame_of, maps, stem},
 };
 use clap::ValueEnum as _;
-use gobo::picture::debug::DebugMode;
+use gobo::internals::picture::debug::DebugMode;
 use std::{
     collections::{BTreeMap, HashMap, HashSet},
     path::Path,

@@ -10,13 +10,17 @@ use crate::{
     error::Error,
     gpu::{Gpu, KernelJob},
     model::{Counters, ReceiverPoint, Scene, View},
-    picture::debug::DebugMode,
-    records::{GpuEmitted, Picture, ViewMaps},
+    records::GpuEmitted,
     reference,
     shadows::{Config, check as check_views},
     view::{atlas::AtlasLimits, fitted_views, shadow_views, views_around},
 };
 use engine::GpuEngine;
+
+pub use crate::{
+    picture::debug::DebugMode,
+    records::{CurveMap, Picture, ViewMaps},
+};
 
 /// Results of one frame, and their costs.
 #[derive(Clone, Debug)]

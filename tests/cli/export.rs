@@ -1,6 +1,6 @@
 //! Exported kernels for engines without wgpu: every one is written, and well formed.
 use super::commands::{Folder, files};
-use gobo::gpu::{KernelDesc, Tier};
+use gobo::internals::gpu::{KernelDesc, Tier};
 use serde_json::{Map, Value};
 use std::{fs, path::Path};
 
@@ -23,7 +23,7 @@ fn export_writes_every_kernel_in_other_languages() {
 
 fn assert_exported(targets: &[&str]) {
     let folder = Folder::new(&format!("export-{}", targets[0]));
-    let variants: Vec<_> = gobo::stage::variants()
+    let variants: Vec<_> = gobo::internals::stage::variants()
         .map(|(desc, tier)| {
             let linked = desc.link(tier).unwrap();
             (desc, tier, linked.bindings().unwrap().len(), linked.overrides().count())

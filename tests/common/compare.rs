@@ -1,5 +1,5 @@
 //! Comparison of two renderers' maps of a view.
-use gobo::records::ViewMaps;
+use gobo::internals::records::ViewMaps;
 
 /// Expected maps of a texel.
 #[derive(Clone, Debug)]

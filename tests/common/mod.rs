@@ -5,14 +5,16 @@ pub(crate) mod files;
 pub(crate) mod scenes;
 pub(crate) mod windows;
 
-pub(crate) use gobo::gpu::Tier;
+pub(crate) use gobo::internals::gpu::Tier;
 use gobo::{
     Shadows,
-    gpu::{Gpu, KernelDesc, Selection},
-    records::Picture,
+    internals::{
+        gpu::{Gpu, KernelDesc, Selection},
+        records::Picture,
+        shadows::{Config, Pipeline},
+    },
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
-    shadows::{Config, Pipeline},
 };
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
@@ -52,7 +54,7 @@ pub(crate) fn counted_gpu(tier: Tier) -> (Gpu, MutexGuard<'static, ()>) {
 /// Two devices of one instance, each of which detects resources of the other. (Handles of two instances
 /// look alike.)
 pub(crate) fn two_devices() -> [Gpu; 2] {
-    let adapters = gobo::gpu::adapters(&Selection::default());
+    let adapters = gobo::internals::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
     let core = Selection { tier: Some(Tier::Core), ..Selection::default() };
     [(); 2].map(|()| Gpu::open(adapter, &core).unwrap_or_else(|error| panic!("{error}")))

@@ -1,8 +1,8 @@
 //! Devices: tiers, read-back, and errors that are values.
 use crate::common::{gpu, own_gpu};
 use gobo::{
-    error::Error,
-    gpu::{Backend, Gpu, NATIVE_FEATURES, Selection, Tier},
+    Error,
+    internals::gpu::{Backend, Gpu, NATIVE_FEATURES, Selection, Tier},
     wgpu,
 };
 

@@ -4,15 +4,14 @@ use crate::common::{
     scenes::{material, particle, random_discs},
 };
 use gobo::{
-    Bounds, Camera, Casters, Gpu, Light, Material, Particle, Prepared, ShadowSettings, Shadows,
-    Texture, Transfer, Triangle, View,
-    error::Error,
+    Bounds, Camera, Casters, Error, Gpu, Light, Material, Particle, Prepared, ShadowSettings,
+    Shadows, Texture, Transfer, Triangle, View,
     glam::{Mat4, UVec2, Vec3, Vec4},
-    gpu::{NATIVE_FEATURES, Selection},
+    internals::gpu::{NATIVE_FEATURES, Selection},
     light_views, wgpu,
 };
 
-fn open(tier: gobo::gpu::Tier) -> (Gpu, Shadows) {
+fn open(tier: gobo::internals::gpu::Tier) -> (Gpu, Shadows) {
     let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() });
     let gpu = gpu.unwrap_or_else(|error| panic!("{error}"));
     let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter).unwrap();
@@ -146,7 +145,7 @@ fn what_cannot_be_used_is_named() {
 /// exceed.
 #[test]
 fn a_device_of_usual_limits_is_enough() {
-    let adapters = gobo::gpu::adapters(&Selection::default());
+    let adapters = gobo::internals::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
     let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         required_features: NATIVE_FEATURES,

@@ -7,12 +7,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    gpu::{Gpu, Tier, Timeline},
+    internals::{
+        gpu::{Gpu, Tier, Timeline},
+        picture::{PictureCapacity, PictureRequest},
+        shadows::{CasterSet, Config, Pipeline, PreparedMaps},
+        view::shadow_views,
+    },
     model::{Environment, LightKind, Material, Pattern, Sky, Transfer, View},
-    picture::{PictureCapacity, PictureRequest},
     scene::Scene,
-    shadows::{CasterSet, Config, Pipeline, PreparedMaps},
-    view::shadow_views,
     wgpu,
 };
 use std::sync::{Arc, MutexGuard};

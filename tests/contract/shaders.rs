@@ -2,16 +2,18 @@
 //! kernel, and every file imports its foreign names.
 use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
-    gpu::{
-        Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library,
-        NATIVE_STORAGE_TEXTURES, Resources, Tier, words,
-    },
-    stage::{
-        KERNELS, bin, curve,
-        levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
-        llvmpipe::LOADED,
-        sort::SERIAL_SCATTER,
-        variants,
+    internals::{
+        gpu::{
+            Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library,
+            NATIVE_STORAGE_TEXTURES, Resources, Tier, words,
+        },
+        stage::{
+            KERNELS, bin, curve,
+            levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
+            llvmpipe::LOADED,
+            sort::SERIAL_SCATTER,
+            variants,
+        },
     },
     wgpu::{self, BufferUsages},
 };

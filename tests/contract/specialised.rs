@@ -1,6 +1,6 @@
 //! Kernels with values for their overrides are valid, and hold nothing that these values leave unreached.
 use crate::common::scenes::Chance;
-use gobo::{
+use gobo::internals::{
     gpu::{Constant, KernelDesc, Tier},
     stage::variants,
 };

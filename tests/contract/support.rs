@@ -5,20 +5,24 @@ use crate::common::{
     two_devices,
 };
 use gobo::{
-    Bounds, Casters, Error, InvalidLight, Light, LightKind, Missing, Need, Receiver, Requirement,
-    ShadowSettings, Shadows, Support, Tier, Transfer,
+    Bounds, Casters, Error, Light, LightKind, Receiver, ShadowSettings, Shadows, Support, Tier,
+    Transfer,
     glam::{Vec3, Vec4},
-    gpu::{Kernel, KernelError, NATIVE_FEATURES, Resources, Selection},
+    host::{Missing, Need, Requirement},
+    internals::{
+        gpu::{Kernel, KernelError, NATIVE_FEATURES, Resources, Selection},
+        shadows::Config,
+        stage::bin,
+    },
     light_views,
+    model::InvalidLight,
     render::{RenderOptions, Renderer},
     scene::Scene,
-    shadows::Config,
-    stage::bin,
     wgpu::{self, AdapterInfo, Device, Features, Limits, Queue},
 };
 
 fn open(features: Features, limits: Limits) -> (Device, Queue, AdapterInfo) {
-    let adapters = gobo::gpu::adapters(&Selection::default());
+    let adapters = gobo::internals::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
     let request = adapter.request_device(&wgpu::DeviceDescriptor {
         required_features: features,
@@ -138,7 +142,8 @@ fn a_direction_of_any_length_works_and_none_is_refused() {
         // A further shadow counts too.
         let mut lamp = Light::point(Vec3::Y);
         let size = Some(64);
-        lamp.shadows = vec![gobo::Shadow { kind, near: None, far: None, size, cascades: None }];
+        lamp.shadows =
+            vec![gobo::model::Shadow { kind, near: None, far: None, size, cascades: None }];
         assert!(light_views(7, &lamp, 64, None, &BOX).is_err());
     }
 }

@@ -1,5 +1,5 @@
 //! docs/stages.md has a section for each stage, with all of its kernels.
-use gobo::stage::KERNELS;
+use gobo::internals::stage::KERNELS;
 use std::{collections::BTreeSet, fs, path::Path};
 
 const PARTS: [&str; 4] = ["**Principle.**", "**Formula.**", "**Kernels.**", "**Cost.**"];

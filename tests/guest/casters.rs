@@ -4,7 +4,7 @@ use super::{
     particles, shadows, submit, uploaded, views,
 };
 use crate::common::{TIERS, counted_gpu, gpu, tiers};
-use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver, gpu::Tier};
+use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver, internals::gpu::Tier};
 
 const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
 

@@ -10,13 +10,16 @@ use crate::common::{
     tiers,
 };
 use gobo::{
-    Bounds, Casters, Error, HostDepth, HostInputs, Light, Particle, Projection, Triangle, View,
+    Bounds, Casters, Error, HostDepth, HostInputs, Light, Particle, Triangle, View,
     glam::{DVec3, Mat4, UVec2, Vec2, Vec4},
-    gpu::{Gpu, Kernel, Resources},
+    internals::{
+        gpu::{Gpu, Kernel, Resources},
+        records::ImportParams,
+        reference::import::ClipRay,
+        stage::import,
+    },
     light_views,
-    records::ImportParams,
-    reference::import::ClipRay,
-    stage::import,
+    model::Projection,
     wgpu::{self, TextureFormat, TextureUsages},
 };
 

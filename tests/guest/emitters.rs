@@ -3,10 +3,12 @@ use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, up
 use crate::common::{TIERS, Tier, gpu, tiers};
 use gobo::{
     CasterCount, HostCasters,
-    gpu::Gpu,
+    internals::{
+        gpu::Gpu,
+        records::GpuEmitted,
+        shadows::{EMITTED_WGSL, Simulation},
+    },
     model::emitter::{EmittedParticle, EmitterShape, Flock, Forces},
-    records::GpuEmitted,
-    shadows::{EMITTED_WGSL, Simulation},
     wgpu,
 };
 

@@ -4,18 +4,20 @@ use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
     Bounds, Light,
     glam::{UVec2, Vec4},
-    gpu::{Gpu, Kernel, Resources},
+    internals::{
+        gpu::{Gpu, Kernel, Resources},
+        records::{
+            Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, Listed, LoadCounters,
+            LoadParams, MAX_MATERIALS, MAX_VIEWS, ROW,
+        },
+        shadows::cull::{Frustum, widened},
+        stage::{
+            load,
+            project::{CHUNK_SIZE, Chunk},
+        },
+    },
     light_views,
     model::Particle,
-    records::{
-        Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, Listed, LoadCounters,
-        LoadParams, MAX_MATERIALS, MAX_VIEWS, ROW,
-    },
-    shadows::cull::{Frustum, widened},
-    stage::{
-        load,
-        project::{CHUNK_SIZE, Chunk},
-    },
     wgpu::{BufferUsages, TextureFormat},
 };
 

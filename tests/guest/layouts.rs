@@ -6,7 +6,10 @@ use super::{
 };
 use crate::common::{TIERS, gpu};
 use gobo::{
-    Casters, ConvertedMaps, FilterFormat, MapLayout, Prepared, View, glam::DVec4, gpu::Gpu,
+    Casters, Prepared, View,
+    glam::DVec4,
+    host::{ConvertedMaps, FilterFormat, MapLayout},
+    internals::gpu::Gpu,
 };
 use half::f16;
 

@@ -1,8 +1,9 @@
 //! Depth maps as a host's rasterizer writes them, in several conventions and formats.
 use gobo::{
-    Projection, View,
+    View,
     glam::{DMat4, DVec4},
-    gpu::Gpu,
+    internals::gpu::Gpu,
+    model::Projection,
     wgpu::{self, TextureFormat, TextureUsages},
 };
 

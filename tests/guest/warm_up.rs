@@ -1,7 +1,7 @@
 //! Kernels that the host's threads compile before a frame needs them.
 use super::{materials, particles, shadows, submit, views};
 use crate::common::{TIERS, own_gpu};
-use gobo::{Casters, HostInputs, KernelJob, Receiver, ShadowSettings, gpu::Gpu};
+use gobo::{Casters, HostInputs, KernelJob, Receiver, ShadowSettings, internals::gpu::Gpu};
 
 fn pipelines(gpu: &Gpu) -> isize {
     gpu.device.get_internal_counters().hal.compute_pipelines.read()

@@ -6,15 +6,17 @@ use crate::common::{
 };
 use gobo::{
     glam::{Mat4, Vec3, Vec4},
-    gpu::{Tier, Timeline},
+    internals::{
+        gpu::{Tier, Timeline},
+        records::ViewMaps,
+        shadows::{CasterSet, Pipeline, PreparedMaps},
+        view::light_views,
+    },
     model::{
         Casters, Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View,
     },
-    records::ViewMaps,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
-    shadows::{CasterSet, Pipeline, PreparedMaps},
-    view::light_views,
 };
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 

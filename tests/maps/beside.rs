@@ -10,11 +10,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{Light, LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 const LAMP: Vec3 = Vec3::Y;

@@ -7,11 +7,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{Counters, LightKind, Material, Profile, Shape, Texture, Transfer},
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-3, depth: 1e-5, undecided: 0.0 };

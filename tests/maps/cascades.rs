@@ -9,9 +9,11 @@ use crate::{
 };
 use gobo::{
     glam::{IVec2, Vec3, Vec4},
+    internals::{
+        records::ViewMaps,
+        view::{shadow_views, splits},
+    },
     model::{Cascades, Material, Part, Profile, Transfer, View},
-    records::ViewMaps,
-    view::{shadow_views, splits},
 };
 
 #[test]

@@ -6,13 +6,10 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    gpu::Tier,
+    internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views},
     model::{LightKind, Material, Particle, Pattern, Profile, Receiver, Shape, Transfer},
-    records::ViewMaps,
-    reference,
     render::Frame,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Share of texels that rounding may decide, where a ray grazes an edge or an opacity equals a threshold; a

@@ -9,15 +9,17 @@ use crate::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    gpu::Tier,
-    model::{LightKind, Material, Profile, Receiver, ShadowSettings, Shape, Transfer, Triangle},
-    records::ViewMaps,
-    reference::{
-        self,
-        curve::{MAX_NODES, Streaming, light_at},
+    internals::{
+        gpu::Tier,
+        records::ViewMaps,
+        reference::{
+            self,
+            curve::{MAX_NODES, Streaming, light_at},
+        },
+        view::shadow_views,
     },
+    model::{LightKind, Material, Profile, Receiver, ShadowSettings, Shape, Transfer, Triangle},
     scene::{self, Scene},
-    view::shadow_views,
 };
 use std::path::Path;
 

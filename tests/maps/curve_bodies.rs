@@ -12,9 +12,8 @@ use crate::{
 };
 use gobo::{
     glam::{DVec3, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::curve::bodies::LEAST_BEND},
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
-    records::ViewMaps,
-    reference::curve::bodies::LEAST_BEND,
     scene::Scene,
 };
 

@@ -10,9 +10,8 @@ use crate::{
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
-    gpu::Tier,
+    internals::{gpu::Tier, reference::shading::to_screen},
     model::{LightKind, Material, Particle, Profile, Transfer, Triangle, View},
-    reference::shading::to_screen,
     scene::{self, Scene},
 };
 

@@ -6,11 +6,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Mat4, Vec3, Vec4},
+    internals::{records::ViewMaps, reference, view::shadow_views},
     model::{LightKind, Material, Pattern, Profile, Shape, Texture, Transfer, View},
-    records::ViewMaps,
-    reference,
     scene::Scene,
-    view::shadow_views,
 };
 
 fn dithered(pattern: Pattern, scale: u32) -> Material {

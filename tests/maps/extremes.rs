@@ -9,9 +9,9 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
+    internals::view::shadow_views,
     model::{LightKind, View},
     scene::{Scene, load},
-    view::shadow_views,
 };
 
 const BASE: &str = r#"[camera]

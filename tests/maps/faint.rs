@@ -6,11 +6,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Largest change by permuting casters: 2^-10.

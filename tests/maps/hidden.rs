@@ -6,12 +6,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Mat4, UVec2, Vec3, Vec4},
+    internals::{
+        records::GpuView,
+        shadows::cull::{OccluderPolygons, Occluders},
+        view::light_views,
+    },
     model::{Bounds, Light, LightKind, Material, Particle, Receiver, Transfer, Triangle},
-    records::GpuView,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
-    shadows::cull::{OccluderPolygons, Occluders},
-    view::light_views,
 };
 
 /// A quad of two triangles.

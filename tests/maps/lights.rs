@@ -8,16 +8,18 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
+    internals::{
+        records::{Picture, ViewMaps},
+        reference::{
+            render_maps,
+            shading::{Lighting, Receiver},
+        },
+        view::{atlas::AtlasLimits, fitted_views, shadow_views},
+    },
     model::{
         Camera, Cascades, Light, LightKind, Material, Profile, Shadow, Transfer, Triangle, View,
     },
-    records::{Picture, ViewMaps},
-    reference::{
-        render_maps,
-        shading::{Lighting, Receiver},
-    },
     scene::Scene,
-    view::{atlas::AtlasLimits, fitted_views, shadow_views},
 };
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Y };

@@ -10,12 +10,11 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{reference::render_maps, view::shadow_views},
     model::{
         Counters, Light, LightKind, Material, Particle, Profile, Receiver, Transfer, Triangle,
     },
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 const EDGED: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.25 };

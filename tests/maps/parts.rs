@@ -7,8 +7,8 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::records::ViewMaps,
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
-    records::ViewMaps,
     scene::Scene,
 };
 

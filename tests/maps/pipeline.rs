@@ -6,14 +6,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    gpu::Tier,
+    internals::{
+        gpu::Tier, records::ViewMaps, reference, stage::bin::tile_grid, view::shadow_views,
+    },
     model::{LightKind, Material, Profile, Receiver, Shape, Transfer},
-    records::ViewMaps,
-    reference,
     render::{RenderOptions, Renderer},
     scene::Scene,
-    stage::bin::tile_grid,
-    view::shadow_views,
 };
 
 /// `F` is stored in 16 bits; twin and kernel may round to neighbours, and sums in fixed point add

@@ -6,11 +6,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{LightKind, Material, Profile, Shape, Transfer},
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Largest change of `F` when the casters are permuted.

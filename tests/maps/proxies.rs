@@ -6,12 +6,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{
+        records::{Picture, ViewMaps},
+        reference::{render_maps, render_picture},
+        view::shadow_views,
+    },
     model::{LightKind, Material, Particle, Shape, Transfer},
-    records::{Picture, ViewMaps},
-    reference::{render_maps, render_picture},
     render::Frame,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// A pane and a disc of each material over a large floor, whose bounds are those of the scene.

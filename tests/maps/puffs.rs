@@ -8,11 +8,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{LightKind, Material, Shape, Transfer},
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Rounding of the filter's storage, and of 16-bit opacities and colours.

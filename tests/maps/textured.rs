@@ -7,13 +7,12 @@ use crate::common::{
     tiers,
 };
 use gobo::{
-    error::Error,
+    Error,
     glam::{DVec2, Vec2, Vec3, Vec4},
+    internals::{reference, view::shadow_views},
     model::{LightKind, Material, Texture, Transfer},
-    reference,
     render::{RenderOptions, Renderer},
     scene::{self, Scene},
-    view::shadow_views,
 };
 
 /// 16 bits of light up to 4, and a texture whose edges are a map's texel wide.

@@ -6,11 +6,13 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
+    internals::{
+        records::{NO_OWNER, owner_tag},
+        reference::{render_maps, render_picture},
+        view::shadow_views,
+    },
     model::{Camera, LightKind, Material, Particle, Profile, Receives, Transfer, Triangle},
-    records::{NO_OWNER, owner_tag},
-    reference::{render_maps, render_picture},
     scene::Scene,
-    view::shadow_views,
 };
 
 const UPPER: u32 = 7;

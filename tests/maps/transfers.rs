@@ -6,11 +6,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{Counters, LightKind, Material, Particle, Profile, Shape, Texture, Transfer},
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Rounding of the filter's storage, 11 bits, and of 16-bit opacities and colours; relative above 1.

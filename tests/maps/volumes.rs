@@ -7,13 +7,11 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Mat3, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{
         Counters, LightKind, Material, Projection, Transfer, Triangle, is_closed, turn_outwards,
     },
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Rounding of the filter's storage.

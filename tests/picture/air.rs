@@ -8,15 +8,17 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
-    model::{Air, LightKind, Material, Transfer, View},
-    records::{AirParams, Picture},
-    reference::{
-        self,
-        air::{AirVolume, phase},
-        shading::Lighting,
+    internals::{
+        records::{AirParams, Picture},
+        reference::{
+            self,
+            air::{AirVolume, phase},
+            shading::Lighting,
+        },
+        view::shadow_views,
     },
+    model::{Air, LightKind, Material, Transfer, View},
     scene::{self, Scene},
-    view::shadow_views,
 };
 
 /// Red is scattered without extinction, blue has more extinction than scattering.

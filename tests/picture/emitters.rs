@@ -2,7 +2,7 @@
 //! and in a sequence.
 use crate::common::{TIERS, files::read, gpu, own_gpu, tiers};
 use gobo::{
-    gpu::Tier,
+    internals::gpu::Tier,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };

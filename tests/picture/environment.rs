@@ -8,9 +8,8 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, UVec2, Vec3, Vec4},
+    internals::{records::Picture, reference::shading::Lighting},
     model::{Environment, LightKind, Material, Sky, SunDisc, Transfer, irradiance_at},
-    records::Picture,
-    reference::shading::Lighting,
     scene::{self, Scene},
 };
 use std::sync::Arc;

@@ -3,14 +3,17 @@
 use super::masks::{OFF, room};
 use crate::common::{TIERS, gpu, pipeline};
 use gobo::{
-    Error, Light, LightMasks, MaskSettings, MaskSlot, MaskView, Prepared, ShadowFunction, Shadows,
-    View,
+    Error, Light, Prepared, Shadows, View,
     glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec3},
-    gpu::{Gpu, Timeline},
-    picture::{PictureCapacity, PictureRequest},
+    host::{LightMasks, MaskSlot, MaskView, ShadowFunction},
+    internals::{
+        gpu::{Gpu, Timeline},
+        picture::{PictureCapacity, PictureRequest},
+        shadows::CasterSet,
+        view::shadow_views,
+    },
+    model::MaskSettings,
     scene::Scene,
-    shadows::CasterSet,
-    view::shadow_views,
     wgpu::{self, TextureFormat},
 };
 

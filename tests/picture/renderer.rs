@@ -4,8 +4,9 @@ use crate::common::{
     scenes::{empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    KernelJob, LightKind, RenderOptions, Renderer, Scene, Transfer, ViewMaps,
+    KernelJob, LightKind, RenderOptions, Renderer, Scene, Transfer,
     glam::{UVec2, Vec3},
+    render::ViewMaps,
 };
 
 /// Discs above a floor, under a sun and a lamp.

@@ -6,12 +6,11 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
-    gpu::Tier,
+    internals::{gpu::Tier, records::Picture},
     model::{
         Light, LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Texture,
         Transfer, Triangle,
     },
-    records::Picture,
     scene::Scene,
 };
 

@@ -6,8 +6,8 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
+    internals::records::Picture,
     model::{Light, LightKind, Material, Receiver, Source, Transfer, Triangle},
-    records::Picture,
     scene::Scene,
 };
 use std::f32::consts::PI;

@@ -2,10 +2,10 @@
 use crate::common::files::Folder;
 use gobo::{
     glam::{Mat4, Vec3},
+    internals::view,
     model::{LightKind, View},
     render::{RenderOptions, Renderer},
     scene::{self, LoadOptions, Scene},
-    view,
 };
 
 /// A column of particles, 1 m wide and 4 m high.

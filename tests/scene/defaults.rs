@@ -2,8 +2,8 @@
 use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::UVec2,
+    internals::view,
     scene::{self, Scene},
-    view,
 };
 
 #[test]

@@ -2,9 +2,9 @@
 use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
+    internals::view,
     model::{Bounds, ClusterSettings, LightKind, Profile, Receiver, Shape, Transfer},
     scene::{self, generate::uniform_discs},
-    view,
 };
 use std::{fs, path::Path};
 

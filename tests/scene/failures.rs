@@ -1,11 +1,10 @@
 //! Rows of data/gallery/failures.toml against the chords of two spheres.
 use gobo::{
-    ReceiverPoint, View,
+    View,
     glam::{DVec2, UVec2, Vec3},
-    records::ViewMaps,
-    reference,
+    internals::{records::ViewMaps, reference, view::shadow_views},
+    model::ReceiverPoint,
     scene::{self, Scene},
-    view::shadow_views,
 };
 use std::path::Path;
 

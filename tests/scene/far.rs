@@ -5,10 +5,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{reference, view::shadow_views},
     model::{LightKind, Transfer},
-    reference,
     scene::{self, Scene},
-    view::shadow_views,
 };
 
 fn smoke_at(away: f32, radius: f32) -> Scene {

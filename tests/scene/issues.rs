@@ -1,8 +1,8 @@
 //! Wishes of other projects' users as scenes of data/issues: each against a closed form, and each check
 //! against a wrong scene. docs/compare.md lists them all.
 use gobo::{
-    ReceiverPoint,
     glam::Vec3,
+    model::ReceiverPoint,
     render::{RenderOptions, Renderer},
     scene::{self, Scene},
 };

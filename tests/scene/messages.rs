@@ -140,7 +140,7 @@ fn values_that_would_break_numbers_are_refused() {
         assert_eq!(line, 1 + head.lines().count(), "{key}: {message}");
         assert!(message.contains(key) && !help.is_empty(), "{message}; {help}");
         let scene = read(&format!("{head}{key} = {right}\n")).unwrap();
-        for view in gobo::view::shadow_views(&scene) {
+        for view in gobo::internals::view::shadow_views(&scene) {
             let clip = view.clip_from_world().to_cols_array();
             let numbers = clip.iter().chain([&view.near, &view.far]);
             assert!(numbers.copied().all(f32::is_finite), "{key} = {right}: {view:?}");

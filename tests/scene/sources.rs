@@ -1,8 +1,8 @@
 //! `source` and `filter` of a light: valid values, and errors.
 use crate::common::files::read;
 use gobo::{
-    LookUp, MaskSettings, ShadowFilter, Source,
     glam::Vec3,
+    model::{LookUp, MaskSettings, ShadowFilter, Source},
     scene::{Scene, SceneError},
 };
 

@@ -10,14 +10,16 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
-    gpu::{Gpu, KernelDesc, Resources, Tier},
-    model::{Profile, Shape, Transfer},
-    records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TileRect},
-    stage::{
-        accumulate,
-        bin::Segment,
-        project::{Chunk, ProjectParams},
+    internals::{
+        gpu::{Gpu, KernelDesc, Resources, Tier},
+        records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TileRect},
+        stage::{
+            accumulate,
+            bin::Segment,
+            project::{Chunk, ProjectParams},
+        },
     },
+    model::{Profile, Shape, Transfer},
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
 use std::ops::Range;

@@ -2,15 +2,17 @@
 use crate::common::{gpu, scenes::flat_view};
 use gobo::{
     glam::UVec2,
-    gpu::{Gpu, Resources, Tier},
-    records::{GpuView, MAX_VIEWS, TileRect},
-    reference::{
-        Pair,
-        bin::{TilePair, bin},
-    },
-    stage::{
-        bin::{self, BatchCounters, BinParams},
-        sort::{PAIR_FORMAT, Shape, pair_texture_size},
+    internals::{
+        gpu::{Gpu, Resources, Tier},
+        records::{GpuView, MAX_VIEWS, TileRect},
+        reference::{
+            Pair,
+            bin::{TilePair, bin},
+        },
+        stage::{
+            bin::{self, BatchCounters, BinParams},
+            sort::{PAIR_FORMAT, Shape, pair_texture_size},
+        },
     },
     wgpu::{self, BufferUsages},
 };

@@ -6,14 +6,16 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, UVec2, Vec3, Vec4},
-    gpu::{Gpu, Timeline},
+    internals::{
+        gpu::{Gpu, Timeline},
+        records::ViewMaps,
+        reference::render_maps,
+        shadows::{CasterSet, Maps},
+        view::shadow_views,
+    },
     model::{LightKind, Material, Profile, Receiver, Transfer},
-    records::ViewMaps,
-    reference::render_maps,
     render::RenderOptions,
     scene::Scene,
-    shadows::{CasterSet, Maps},
-    view::shadow_views,
     wgpu,
 };
 use half::f16;

@@ -9,14 +9,16 @@ use super::{
 use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
     glam::{UVec2, Vec3},
-    gpu::Resources,
-    model::BLUR_DEVIATIONS,
-    records::ViewMaps,
-    reference::{blur::blur, curve::Streaming},
-    stage::{
-        blur::{self as stage, BlurParams},
-        features::Features,
+    internals::{
+        gpu::Resources,
+        records::ViewMaps,
+        reference::{blur::blur, curve::Streaming},
+        stage::{
+            blur::{self as stage, BlurParams},
+            features::Features,
+        },
     },
+    model::BLUR_DEVIATIONS,
     wgpu::{BufferUsages, TextureFormat as Format},
 };
 use half::f16;

@@ -3,10 +3,12 @@ use super::cull::{PARAMS, materials, particle, reach, views};
 use crate::common::scenes::{Chance, triangle};
 use gobo::{
     glam::Vec3,
+    internals::{
+        records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+        reference::project::{ProjectParams, project_particle, project_triangle},
+        shadows::cull::{PairBound, TileLoadBound},
+    },
     model::{Bounds, Particle, Triangle},
-    records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
-    reference::project::{ProjectParams, project_particle, project_triangle},
-    shadows::cull::{PairBound, TileLoadBound},
 };
 use std::collections::HashMap;
 

@@ -2,9 +2,11 @@
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
     glam::{UVec2, Vec2},
+    internals::{
+        records::{BLUE_SIZE, blue_ranks},
+        reference::dither::{self, Place, threshold},
+    },
     model::Pattern,
-    records::{BLUE_SIZE, blue_ranks},
-    reference::dither::{self, Place, threshold},
 };
 
 /// Edge of the area that is counted [cells]: a multiple of every pattern's period.

@@ -5,11 +5,13 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{
+        records::ViewMaps,
+        reference::{MapTexel, receive, render_maps},
+        view::shadow_views,
+    },
     model::{LightKind, Material, Pattern, Profile, Transfer, dither::window},
-    records::ViewMaps,
-    reference::{MapTexel, receive, render_maps},
     scene::Scene,
-    view::shadow_views,
 };
 
 const PLAIN: Vec4 = Vec4::new(0.0, 0.0, 0.0, 0.37);

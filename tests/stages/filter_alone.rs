@@ -8,12 +8,14 @@ use crate::{
     stages::by_hand::run_all,
 };
 use gobo::{
-    gpu::Resources,
-    records::ViewMaps,
-    reference::curve::soften::soften_curves,
-    stage::{
-        features::Features,
-        filter::{self as stage, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams},
+    internals::{
+        gpu::Resources,
+        records::ViewMaps,
+        reference::curve::soften::soften_curves,
+        stage::{
+            features::Features,
+            filter::{self as stage, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams},
+        },
     },
     wgpu::{BufferUsages, TextureFormat as Format},
 };

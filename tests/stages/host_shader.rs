@@ -1,7 +1,7 @@
 //! Light look-up in a shader of the host.
 use super::light_points::{BLUE, RED, prepared, through};
 use crate::common::{TIERS, gpu};
-use gobo::{Error, PointBuffers, Receiver, glam::Vec3, wgpu};
+use gobo::{Error, Receiver, glam::Vec3, host::PointBuffers, wgpu};
 use wgpu::BufferUsages;
 
 /// A host shader with names that the library has, too.

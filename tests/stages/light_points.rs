@@ -5,15 +5,15 @@ use crate::common::{
     two_devices,
 };
 use gobo::{
-    Bounds, Casters, Error, Light, LightKind, Material, PointBuffers, Prepared, Profile, Receiver,
-    ReceiverPoint, ShadowSettings, Transfer,
+    Bounds, Casters, Error, Light, LightKind, Material, Prepared, Receiver, ShadowSettings,
+    Transfer,
     glam::{Vec3, Vec4},
-    gpu::Gpu,
+    host::PointBuffers,
+    internals::{gpu::Gpu, reference::light_points, view::shadow_views},
     light_views,
-    reference::light_points,
+    model::{Profile, ReceiverPoint},
     render::Renderer,
     scene::Scene,
-    view::shadow_views,
     wgpu::BufferUsages,
 };
 
@@ -147,7 +147,7 @@ fn crowd(receiver: Receiver) -> Scene {
     ]
     .map(light)
     .to_vec();
-    scene.lights[0].cascades = Some(gobo::Cascades::default());
+    scene.lights[0].cascades = Some(gobo::model::Cascades::default());
     scene
 }
 

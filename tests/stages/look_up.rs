@@ -4,11 +4,12 @@ use crate::common::{
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    Error, Light, LightKind, LookUp, Material, Receiver, ReceiverPoint, ShadowFilter, Transfer,
+    Error, Light, LightKind, Material, Receiver, Transfer,
     glam::{Vec2, Vec3, Vec4},
+    internals::view::shadow_views,
+    model::{LookUp, ReceiverPoint, ShadowFilter},
     render::{RenderOptions, Renderer},
     scene::Scene,
-    view::shadow_views,
 };
 use std::f64::consts::PI;
 
@@ -151,7 +152,7 @@ fn crowd(receiver: Receiver) -> Scene {
         Light { look_up, ..light(kinds[i % 3]) }
     };
     scene.lights = FILTERS.into_iter().enumerate().map(of).collect();
-    scene.lights[3].cascades = Some(gobo::Cascades::default());
+    scene.lights[3].cascades = Some(gobo::model::Cascades::default());
     scene.lights[1].look_up.slope_bias = Some(1.0);
     scene.lights[4].look_up.bias = Some(0.05);
     scene

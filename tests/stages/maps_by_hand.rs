@@ -3,10 +3,12 @@ use super::by_hand::{ATLAS, POISON, TILE, upload_views, views};
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
     glam::{UVec2, Vec3},
-    gpu::Gpu,
+    internals::{
+        gpu::Gpu,
+        records::{CurveMap, GpuView, ViewMaps},
+        reference::curve::Streaming,
+    },
     model::View,
-    records::{CurveMap, GpuView, ViewMaps},
-    reference::curve::Streaming,
     wgpu::{self, TextureFormat as Format},
 };
 use half::f16;

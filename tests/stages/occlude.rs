@@ -5,12 +5,9 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
-    gpu::Tier,
+    internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views},
     model::{LightKind, Transfer, Triangle},
-    records::ViewMaps,
-    reference,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Light depths are `f32`; a few operations separate twin and kernel.

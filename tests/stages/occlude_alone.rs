@@ -13,16 +13,18 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
-    gpu::{Gpu, KernelDesc, Resources, Tier},
-    model::{Material, Profile, Shape, Transfer},
-    records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
-    reference::project::{self, depth_key, project_triangle},
-    stage::{
-        bin::Segment,
-        features::Features,
-        occlude,
-        project::{Chunk, ProjectParams},
+    internals::{
+        gpu::{Gpu, KernelDesc, Resources, Tier},
+        records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
+        reference::project::{self, depth_key, project_triangle},
+        stage::{
+            bin::Segment,
+            features::Features,
+            occlude,
+            project::{Chunk, ProjectParams},
+        },
     },
+    model::{Material, Profile, Shape, Transfer},
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
 

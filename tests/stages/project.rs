@@ -5,21 +5,24 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
-    gpu::{Gpu, KernelDesc, Resources, Tier},
+    internals::{
+        gpu::{Gpu, KernelDesc, Resources, Tier},
+        records::{
+            CASTER_TEXELS, Caster, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView,
+            MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord,
+            TriangleSetup,
+        },
+        reference::{
+            Pair,
+            project::{self as twin, Projected, project_particle, project_triangle},
+        },
+        stage::{
+            project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
+            sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size},
+        },
+        view::shadow_views,
+    },
     model::{LightKind, Material, Scene, Shape, Transfer},
-    records::{
-        CASTER_TEXELS, Caster, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView, MAX_MATERIALS,
-        MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord, TriangleSetup,
-    },
-    reference::{
-        Pair,
-        project::{self as twin, Projected, project_particle, project_triangle},
-    },
-    stage::{
-        project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
-        sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size},
-    },
-    view::shadow_views,
     wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
 };
 

@@ -7,8 +7,10 @@ use super::by_hand::{
 use crate::common::{TIERS, gpu};
 use gobo::{
     glam::DVec3,
-    gpu::{Gpu, Resources, Tier},
-    stage::{bin::SEGMENT_LENGTH, resolve},
+    internals::{
+        gpu::{Gpu, Resources, Tier},
+        stage::{bin::SEGMENT_LENGTH, resolve},
+    },
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
 

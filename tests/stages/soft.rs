@@ -6,11 +6,10 @@ use crate::common::{
     scenes::{Chance, empty, light, material, triangle},
 };
 use gobo::{
-    Camera, Light, LightKind, MaskSettings, Material, Receiver, ReceiverPoint, Source, Transfer,
-    Triangle,
+    Camera, Light, LightKind, Material, Receiver, Transfer, Triangle,
     glam::{UVec2, Vec3, Vec4},
-    gpu::Tier,
-    model::Air,
+    internals::gpu::Tier,
+    model::{Air, MaskSettings, ReceiverPoint, Source},
     render::Renderer,
     scene::Scene,
 };
@@ -241,7 +240,7 @@ fn every_tier_is_as_many_points_of_all_lights() {
         scene.shadow.receiver = receiver;
         let small = |(_, light)| Light { size: Some(128), ..light };
         scene.lights = sources().into_iter().map(small).collect();
-        scene.lights[5].cascades = Some(gobo::Cascades::default());
+        scene.lights[5].cascades = Some(gobo::model::Cascades::default());
         let expected = on_cpu(&scene, &points);
         let [core, native] = TIERS.map(|tier| on_tier(tier, &scene, &points));
         assert_eq!(core, on_gpu(&scene, &points));

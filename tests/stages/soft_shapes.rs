@@ -2,8 +2,9 @@
 use super::soft::{GREEN, GROUND, RED, grid, ground, mean_error, on_gpu, sheet, sources, spot};
 use crate::common::{area_truth, area_truth::degrees, scenes::light};
 use gobo::{
-    Light, LightKind, Receiver, ReceiverPoint, Source,
+    Light, LightKind, Receiver,
     glam::{DVec3, Vec3},
+    model::{ReceiverPoint, Source},
     scene::{Scene, load},
 };
 use std::path::Path;

@@ -5,11 +5,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{LightKind, Material, Pattern, Profile, Receiver, Shape, Transfer, dither::window},
-    records::ViewMaps,
-    reference::render_maps,
     scene::Scene,
-    view::shadow_views,
 };
 
 /// Rounding of a light and its merges: three roundings of a channel.

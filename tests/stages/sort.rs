@@ -1,13 +1,15 @@
 use crate::common::gpu;
 use gobo::{
-    frame::{Commands, Kernels, Sort, SortCount},
-    gpu::{Gpu, Tier, Timeline},
-    model::MAX_PAIRS,
-    reference::{self, Pair},
-    stage::{
-        profile::Profile,
-        sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
+    internals::{
+        frame::{Commands, Kernels, Sort, SortCount},
+        gpu::{Gpu, Tier, Timeline},
+        reference::{self, Pair},
+        stage::{
+            profile::Profile,
+            sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
+        },
     },
+    model::MAX_PAIRS,
     wgpu,
 };
 use std::ops::Range;

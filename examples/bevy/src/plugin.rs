@@ -16,10 +16,7 @@ use bevy::{
         view::{ExtractedView, ViewTarget},
     },
 };
-use gobo::{
-    Bounds, Casters, HostInputs, Light, LightBindings, Material, Prepared, Receiver,
-    ShadowSettings, Shadows, Support, Tier, Transfer, Triangle,
-};
+use gobo::{Bounds, Casters, HostInputs, Light, Material, Prepared, Receiver, ShadowSettings, Shadows, Support, Tier, Transfer, Triangle, host::LightBindings};
 use std::sync::Arc;
 
 /// What casts and receives, world space [m].

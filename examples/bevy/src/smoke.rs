@@ -1,8 +1,5 @@
 //! A particle effect, as bevy_hanabi makes them: spawned, moved and read on the device alone.
-use gobo::{
-    CasterCount, CasterLoader, Error, HostCasters, Shadows,
-    wgpu::{self, BufferUsages},
-};
+use gobo::{CasterCount, CasterLoader, Error, HostCasters, Shadows, wgpu::{self, BufferUsages}};
 
 /// Particles that fly at a time.
 pub const CAPACITY: u32 = 12_000;

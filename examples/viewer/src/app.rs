@@ -7,7 +7,7 @@ use crate::{
     worker::{Facts, Look, News, Shown, Wish, Worker},
 };
 use eframe::egui::{self, Color32, ColorImage, PointerButton, TextureHandle, TextureOptions};
-use gobo::{Backend, Counters, glam::UVec2};
+use gobo::{Counters, glam::UVec2, host::Backend};
 use std::{
     path::PathBuf,
     sync::mpsc::Sender,

@@ -1,6 +1,6 @@
 //! Shadow maps as small pictures.
 use eframe::egui::{Color32, ColorImage};
-use gobo::{ViewMaps, glam::Vec3};
+use gobo::{glam::Vec3, render::ViewMaps};
 
 /// Longest edge of a picture [pixels].
 const EDGE: usize = 160;

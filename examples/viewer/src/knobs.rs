@@ -4,10 +4,7 @@ use crate::{
     worker::{Facts, Look},
 };
 use eframe::egui::{ComboBox, DragValue, Slider, Ui};
-use gobo::{
-    Light, LightKind, Receiver, ShadowFilter, ShadowSettings,
-    glam::{UVec2, Vec3},
-};
+use gobo::{Light, LightKind, Receiver, ShadowSettings, glam::{UVec2, Vec3}, model::ShadowFilter};
 use std::collections::BTreeMap;
 
 /// State of the sliders, and of the camera.

@@ -56,7 +56,7 @@ enum Backend {
     Cpu,
 }
 
-impl From<Backend> for gobo::Backend {
+impl From<Backend> for gobo::host::Backend {
     fn from(backend: Backend) -> Self {
         match backend {
             Backend::Auto => Self::Auto,

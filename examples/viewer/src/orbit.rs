@@ -1,8 +1,5 @@
 //! Orbit camera, with y up.
-use gobo::{
-    Camera,
-    glam::{UVec2, Vec3},
-};
+use gobo::{Camera, glam::{UVec2, Vec3}};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Largest elevation: at the poles the direction is undefined [radians].

@@ -1,10 +1,7 @@
 //! The renderer, with its own thread and device, so that the window never waits for it.
 use crate::inset::Inset;
 use eframe::egui::{self, ColorImage};
-use gobo::{
-    Backend, Bounds, Camera, Counters, KernelJob, Light, RenderOptions, Renderer, Scene,
-    ShadowSettings, scene,
-};
+use gobo::{Bounds, Camera, Counters, KernelJob, Light, RenderOptions, Renderer, Scene, ShadowSettings, host::Backend, scene};
 use std::{
     collections::BTreeMap,
     path::PathBuf,
@@ -170,7 +167,7 @@ struct Bench {
     /// Reading and time to which the animation is set.
     posed: Option<(u64, f64)>,
     /// Reading, nodes and filter for which kernels were compiled.
-    made_for: Option<(u64, u32, gobo::ShadowFilter)>,
+    made_for: Option<(u64, u32, gobo::model::ShadowFilter)>,
 }
 
 impl Bench {

@@ -1,11 +1,5 @@
 //! A host with its own device, shader and pass, around gobo's maps.
-use gobo::{
-    Bounds, Casters, Error, Light, LightBindings, Material, Particle, Receiver, ShadowSettings,
-    Shadows, Shape,
-    glam::{Vec3, Vec4},
-    light_views,
-    wgpu::{self, util::DeviceExt as _},
-};
+use gobo::{Bounds, Casters, Error, Light, Material, Particle, Receiver, ShadowSettings, Shadows, Shape, glam::{Vec3, Vec4}, host::LightBindings, light_views, wgpu::{self, util::DeviceExt as _}};
 
 /// Puffs of the ring.
 const COUNT: usize = 9;

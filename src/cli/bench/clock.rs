@@ -1,6 +1,6 @@
 //! Time of one frame [ms]: by GPU timestamps, or by the wall clock where these mean nothing.
 use crate::cli::failure::Failure;
-use gobo::{error::Error, gpu::Gpu, wgpu};
+use gobo::{Error, internals::gpu::Gpu, wgpu};
 use std::time::Instant;
 
 pub(super) struct Clock {

@@ -2,9 +2,10 @@
 use super::{arguments::BenchArguments, measure::Times};
 use crate::cli::{failure::Failure, files};
 use gobo::{
-    Camera, Light, LightKind, MaskSettings, Material, RenderOptions, Renderer, ShadowFilter,
-    ShadowSettings, Transfer, Triangle,
+    Camera, Light, LightKind, Material, RenderOptions, Renderer, ShadowSettings, Transfer,
+    Triangle,
     glam::{UVec2, Vec2, Vec3},
+    model::{MaskSettings, ShadowFilter},
     scene::Scene,
 };
 use serde::Serialize;

@@ -10,9 +10,11 @@ use super::{
 };
 use crate::cli::{failure::Failure, render::as_map};
 use gobo::{
-    gpu::{Gpu, Timeline},
+    internals::{
+        gpu::{Gpu, Timeline},
+        shadows::{CasterSet, Config, ListCounters, PairCapacity, Pipeline, PreparedMaps},
+    },
     model::{Casters, Particle, View},
-    shadows::{CasterSet, Config, ListCounters, PairCapacity, Pipeline, PreparedMaps},
     wgpu,
 };
 use half::f16;

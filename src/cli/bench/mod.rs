@@ -16,7 +16,7 @@ pub(crate) use arguments::BenchArguments;
 
 use super::{failure::Failure, files};
 use arguments::ReceiverName;
-use gobo::gpu::{Backend, Gpu, Selection};
+use gobo::internals::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
 use report::Report;
 

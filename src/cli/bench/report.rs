@@ -3,7 +3,7 @@ use super::{
     case::Case,
     measure::{Bench, Row},
 };
-use gobo::gpu::Tier;
+use gobo::internals::gpu::Tier;
 use serde::Serialize;
 use std::fmt;
 

@@ -2,8 +2,9 @@
 use super::{OFF, apart, masks_of, room, sheet};
 use crate::common::scenes::light;
 use gobo::{
-    Light, LightKind, MaskSettings, View,
+    Light, LightKind, View,
     glam::{DVec2, DVec3, Vec3},
+    model::MaskSettings,
     scene::Scene,
 };
 

@@ -7,12 +7,11 @@ use crate::common::{
     scenes::{empty, light, material, triangle},
 };
 use gobo::{
-    Camera, Light, LightKind, MaskSettings, Material, RenderOptions, Renderer, Transfer, Triangle,
+    Camera, Light, LightKind, Material, RenderOptions, Renderer, Transfer, Triangle,
     glam::{UVec2, Vec3, Vec4},
-    picture::debug::DebugMode,
-    reference,
+    internals::{picture::debug::DebugMode, reference, view::shadow_views},
+    model::MaskSettings,
     scene::Scene,
-    view::shadow_views,
 };
 
 pub(super) const OFF: MaskSettings = MaskSettings {

@@ -5,9 +5,10 @@ use crate::common::{
     scenes::{Chance, light},
 };
 use gobo::{
-    Light, LightKind, MaskSettings, RenderOptions, Renderer, View,
+    Light, LightKind, RenderOptions, Renderer, View,
     glam::Vec3,
-    records::{COLORED_BIT, FormerSlots, MaskSlots, SLOTS},
+    internals::records::{COLORED_BIT, FormerSlots, MaskSlots, SLOTS},
+    model::MaskSettings,
     scene::Scene,
 };
 

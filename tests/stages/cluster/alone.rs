@@ -5,10 +5,12 @@ use crate::{
     stages::by_hand::{POISON, records, run_all},
 };
 use gobo::{
-    gpu::Resources,
-    records::{ALL_LIGHTS, ClusterCounters},
+    internals::{
+        gpu::Resources,
+        records::{ALL_LIGHTS, ClusterCounters},
+        stage::{cluster, features::Features},
+    },
     scene::Scene,
-    stage::{cluster, features::Features},
     wgpu::{BufferUsages, TextureFormat as Format},
 };
 

@@ -7,16 +7,18 @@ use crate::common::{
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    error::Error,
+    Error,
     glam::{UVec2, Vec2, Vec3, Vec4},
-    gpu::{Gpu, Tier, Timeline},
+    internals::{
+        gpu::{Gpu, Tier, Timeline},
+        picture::{PictureCapacity, PictureRequest, PreparedPicture},
+        records::{ClusterCounters, Grid, Picture, Reach},
+        reference::cluster::{Clusters, assign},
+        shadows::{CasterSet, Pipeline},
+        view::shadow_views,
+    },
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
-    picture::{PictureCapacity, PictureRequest, PreparedPicture},
-    records::{ClusterCounters, Grid, Picture, Reach},
-    reference::cluster::{Clusters, assign},
     scene::Scene,
-    shadows::{CasterSet, Pipeline},
-    view::shadow_views,
 };
 use std::sync::{Mutex, OnceLock, PoisonError};
 

@@ -3,9 +3,8 @@ use super::{camera, grid, reaches, stage};
 use crate::common::scenes::Chance;
 use gobo::{
     glam::{DVec3, Vec2, Vec3},
+    internals::{records::Reach, reference::cluster::assign},
     model::{Light, LightKind},
-    records::Reach,
-    reference::cluster::assign,
     scene::Scene,
 };
 
