@@ -99,10 +99,12 @@ fn draw(seed: u32, number: u32, index: u32) -> f32 {
     (pcg(number ^ pcg(index ^ pcg(seed))) >> 8) as f32 / (1 << 24) as f32
 }
 
+/// Points in a cube, one of which is taken for the ball inside.
+pub const TRIES: u32 = 8;
+
 /// A random point in the unit ball, or in its section where `axes` has zeros: the first of several points
 /// in the cube that is inside.
 fn in_ball(seed: u32, number: u32, index: u32, axes: Vec3) -> Vec3 {
-    const TRIES: u32 = 8;
     for i in 0..TRIES {
         let axis = |k: u32| draw(seed, number, index + 3 * i + k) * 2.0 - 1.0;
         let place = Vec3::new(axis(0), axis(1), axis(2)) * axes;

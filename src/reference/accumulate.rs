@@ -25,7 +25,7 @@ pub const MAX_TAU: f32 = 7.0;
 /// [`MAX_TAU`] in fixed point.
 pub const SATURATED: i32 = 7 << 16;
 /// Largest transmittance of one addend: two `gain` casters at their brightest.
-pub(super) const MAX_LIGHT: f32 = 256.0;
+pub const MAX_LIGHT: f32 = 256.0;
 /// Least opacity of a hit that sets the nearest depth.
 pub const VISIBLE_OPACITY: f32 = 1.0 / 255.0;
 

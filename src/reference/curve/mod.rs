@@ -37,7 +37,7 @@ pub const DARK: u16 = 64;
 /// Steps of a stored channel, and of the square root of a ramp's length.
 pub const LEVELS: f32 = 4095.0;
 /// Range of a curve with `gain`: octaves from its darkest to its brightest value, and the darkest.
-const OCTAVES: f32 = 20.0;
+pub const OCTAVES: f32 = 20.0;
 pub const DARKEST_LOG: f32 = -10.0;
 
 /// Node of a curve in registers, while hits are inserted.

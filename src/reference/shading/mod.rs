@@ -4,10 +4,10 @@ pub mod level_light;
 mod levels;
 pub mod nearest_lit;
 mod outline;
-mod receive;
+pub mod receive;
 pub mod soft;
 pub mod spot;
-mod taps;
+pub mod taps;
 mod tone;
 
 pub use tone::{shown, to_screen, to_srgb};
@@ -294,7 +294,7 @@ fn scattered(kind: PointKind, cosine: f32) -> f32 {
 }
 
 /// Reflectance of glass at normal incidence.
-const HEAD_ON: f32 = 0.04;
+pub const HEAD_ON: f32 = 0.04;
 
 /// Schlick 1994: from 0 head-on to 1 at 90 degrees.
 fn rising(cosine: f32) -> f32 {

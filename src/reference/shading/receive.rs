@@ -26,7 +26,7 @@ struct Slant {
 }
 
 /// Least cosine of a slope: 86 degrees.
-const LEAST_COSINE: f32 = 0.0625;
+pub const LEAST_COSINE: f32 = 0.0625;
 
 /// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
@@ -36,9 +36,9 @@ pub(super) struct Plane {
 }
 
 /// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
-const TOUCH: f32 = 1.0 / 16.0;
+pub const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
-const EDGE_ON: f32 = 0.02;
+pub const EDGE_ON: f32 = 0.02;
 
 impl Plane {
     pub(super) fn new(view: &GpuView, surface: Surface) -> Self {

@@ -20,7 +20,7 @@ pub const LONGEST: f32 = 2.33;
 pub const FADE: f32 = 0.125;
 
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
-const EDGE_ON: f32 = 0.02;
+pub const EDGE_ON_PLANE: f32 = 0.02;
 
 /// Depth of the receiver's plane along the ray through a texel: `1 / d` in a perspective view, `d` in a
 /// parallel one, is linear in the texel.
@@ -182,7 +182,7 @@ fn plane_depth(view: &GpuView, p: Vec3, normal: Vec3, perspective: bool) -> Plan
     let by_slope = Vec2::new(normal.x, -normal.y) / view.scale;
     // Slope of the plane through `p`; zero where the plane is edge-on or there is no surface.
     let (meets, length) = if perspective { (normal.dot(p), p.length()) } else { (normal.z, 1.0) };
-    if meets.abs() < EDGE_ON * length || normal == Vec3::ZERO {
+    if meets.abs() < EDGE_ON_PLANE * length || normal == Vec3::ZERO {
         let distance = if perspective { 1.0 / (-p.z).max(1e-6) } else { -p.z };
         return PlaneDepth { middle: distance, by_texel: Vec2::ZERO };
     }

@@ -7,7 +7,7 @@ use glam::{UVec2, Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// Rotation from each texel of a disc to the next (Vogel 1979): cosine and sine of the golden angle.
-const GOLDEN: Vec2 = Vec2::new(-0.737_368_9, 0.675_490_3);
+pub const GOLDEN: Vec2 = Vec2::new(-0.737_368_9, 0.675_490_3);
 
 /// Direction to a disc's first texel, unit: rotated evenly by the pixel (Roberts 2018, the R2 sequence),
 /// alike in every frame.

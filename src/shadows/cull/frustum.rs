@@ -4,11 +4,11 @@ use glam::{DVec3, Vec3, Vec4};
 
 /// Rounding error of the transform of a point in `project`, as a share of its largest coordinate: some ten
 /// operations of 2^-24 each, and a root of their sum where a sphere almost contains the eye.
-pub(super) const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
+pub const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
 /// Tolerance of a view's axes for being unit and orthogonal; and the enlargement of boxes for it, as a
 /// share of their size.
 const SKEW: f64 = 1e-5;
-const SKEWED: f32 = 2e-5;
+pub const SKEWED: f32 = 2e-5;
 
 /// Four planes as structure of arrays; inside is where `x n.x + y n.y + z n.z + d >= 0`.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@
 //! Culling is conservative: planes and boxes are widened by the enlargement and the rounding of `project`.
 //! The range of a spot or point light is its far *plane*, not a sphere: light depth is measured along the
 //! view's axis, so the corners of a view reach farther than `far`.
-mod frustum;
+pub mod frustum;
 mod occluders;
 pub mod order;
 mod radix;
