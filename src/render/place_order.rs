@@ -1,5 +1,6 @@
 //! Order of points by their place. Invocations of a subgroup then read the same texels, and their loops end
 //! together.
+use crate::shadows::cull::order::morton_code;
 use glam::Vec3;
 
 /// Cells along the longest edge of the points' bounds, less one: ten bits a key and axis.
@@ -12,21 +13,12 @@ pub(super) fn place_order(places: impl Iterator<Item = Vec3> + Clone) -> Vec<u32
         places.clone().fold(none, |(low, high), place| (low.min(place), high.max(place)));
     let per_metre = LAST_CELL / (high - low).max_element().max(f32::MIN_POSITIVE);
     let key = |place: Vec3| {
-        let [x, y, z] = ((place - low) * per_metre).to_array().map(|cell| spread(cell as u32));
-        x | y << 1 | z << 2
+        // A NaN becomes 0.
+        morton_code(((place - low) * per_metre).as_uvec3())
     };
     let mut keys: Vec<_> = places.map(key).zip(0..).collect();
     keys.sort_unstable();
     keys.into_iter().map(|(_, index)| index).collect()
-}
-
-/// Bits 0 to 9, two zeros before each.
-fn spread(cell: u32) -> u32 {
-    let bits = cell & 0x3ff;
-    let bits = (bits | bits << 16) & 0x0300_00ff;
-    let bits = (bits | bits << 8) & 0x0300_f00f;
-    let bits = (bits | bits << 4) & 0x030c_30c3;
-    (bits | bits << 2) & 0x0924_9249
 }
 
 #[cfg(test)]

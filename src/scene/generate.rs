@@ -92,6 +92,11 @@ impl Chance {
         low + (high - low) * self.unit()
     }
 
+    /// A random number below `end`, which is not 0.
+    pub fn below(&mut self, end: usize) -> usize {
+        (self.bits() % end as u64) as usize
+    }
+
     /// A normally distributed number of deviation 1 (Box and Muller 1958).
     pub fn normal(&mut self) -> f32 {
         let r = (-2.0 * self.unit().max(1e-7).ln()).sqrt();

@@ -3,6 +3,7 @@ use super::arguments::{BenchArguments, Layout, OneCase};
 use gobo::{
     glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{Material, Part, Particle, Projection, TILE_SIZE, Triangle, View},
+    scene::generate::Chance,
 };
 
 /// A case: one row of the results.
@@ -45,35 +46,6 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
         }
     }
     cases
-}
-
-/// Seeded random numbers (Steele et al. 2014, `SplitMix64`).
-pub(super) struct Chance(u64);
-
-impl Chance {
-    pub(super) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
-    }
-
-    /// A random number in 0..1.
-    pub(super) fn unit(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1 << 24) as f32
-    }
-
-    pub(super) fn within(&mut self, low: f32, high: f32) -> f32 {
-        low + (high - low) * self.unit()
-    }
-
-    pub(super) fn below(&mut self, end: usize) -> usize {
-        (self.bits() % end as u64) as usize
-    }
 }
 
 impl Case {

@@ -1,8 +1,9 @@
 //! Compares a sample of texels with all casters in 64-bit arithmetic, before a time is printed.
-use super::{case::Chance, raster::agree::Map};
+use super::raster::agree::Map;
 use gobo::{
     glam::DVec2,
     model::{Particle, View},
+    scene::generate::Chance,
 };
 
 /// Samples of each kind: texels anywhere in the map, and under a caster's centre.

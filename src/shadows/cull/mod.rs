@@ -14,7 +14,6 @@
 pub mod frustum;
 mod occluders;
 pub mod order;
-mod radix;
 mod tile_load;
 mod tree;
 

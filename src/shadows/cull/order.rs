@@ -1,5 +1,4 @@
 //! Groups: spatially coherent runs of casters along a Morton curve.
-use super::radix::{Keyed, radix_sort};
 use crate::model::Bounds;
 use glam::{UVec3, Vec3};
 use std::ops::Range;
@@ -29,24 +28,25 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
     }
     // Cubic cells, so that a group is as deep as it is wide.
     let per_metre = (1 << BITS) as f32 / edge.max_element();
-    let keyed = (0..)
-        .zip(points)
-        .map(|(value, &point)| {
-            // A NaN becomes 0.
-            let cell = ((point - least) * per_metre).as_uvec3().min(UVec3::splat((1 << BITS) - 1));
-            let key = spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2;
-            Keyed { key, value }
-        })
-        .collect();
-    radix_sort(keyed).into_iter().map(|item| item.value).collect()
+    // A NaN becomes 0. The index below the code keeps equal ones in order.
+    let code = |point: Vec3| u64::from(morton_code(((point - least) * per_metre).as_uvec3()));
+    let mut keys: Vec<u64> =
+        (0..).zip(points).map(|(index, &point)| code(point) << 32 | index).collect();
+    keys.sort_unstable();
+    keys.into_iter().map(|key| key as u32).collect()
 }
 
-/// Inserts two zero bits before each of ten.
-fn spread(v: u32) -> u32 {
-    let v = (v | v << 16) & 0x0300_00ff;
-    let v = (v | v << 8) & 0x0300_f00f;
-    let v = (v | v << 4) & 0x030c_30c3;
-    (v | v << 2) & 0x0924_9249
+/// Place of a cell along a Z-order curve (Morton 1966): the bits of its coordinates by turns. Cells past
+/// the last are taken for it.
+pub fn morton_code(cell: UVec3) -> u32 {
+    let spread = |v: u32| {
+        let v = (v | v << 16) & 0x0300_00ff;
+        let v = (v | v << 8) & 0x0300_f00f;
+        let v = (v | v << 4) & 0x030c_30c3;
+        (v | v << 2) & 0x0924_9249
+    };
+    let [x, y, z] = cell.min(UVec3::splat((1 << BITS) - 1)).to_array().map(spread);
+    x | y << 1 | z << 2
 }
 
 /// Cuts a sequence of `count` boxes into groups of at most `most`. A box that starts an object starts a
