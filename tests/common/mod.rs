@@ -4,29 +4,24 @@ pub(crate) mod compare;
 pub(crate) mod files;
 pub(crate) mod scenes;
 
+pub(crate) use gobo::gpu::Tier;
 use gobo::{
     Shadows,
-    gpu::{Gpu, KernelDesc, Selection, Tier},
+    gpu::{Gpu, KernelDesc, Selection},
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
     shadows::{Config, Pipeline},
 };
-use std::{
-    panic::Location,
-    sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError},
-};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
-/// Tiers of tests about a property: one, by the length of the file's name, so that half of the tests wait for each
-/// device; with `GOBO_TEST_TIERS=all`, as in `make test-all`, both. Kernels of the tiers differ by walks and sums,
-/// which the comparisons with the twin ask on [`TIERS`].
-#[track_caller]
-pub(crate) fn tiers() -> Vec<Tier> {
-    if std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all") {
-        return TIERS.to_vec();
-    }
-    vec![TIERS[Location::caller().file().len() % 2]]
+/// Tiers of a test about a property: its usual one, so that half of the tests wait for each device; with
+/// `GOBO_TEST_TIERS=all`, as in `make test-all`, both. Kernels of the tiers differ by walks and sums, which
+/// the comparisons with the twin ask on [`TIERS`].
+pub(crate) fn tiers(usual: Tier) -> Vec<Tier> {
+    let is_all = std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all");
+    if is_all { TIERS.to_vec() } else { vec![usual] }
 }
 
 /// The device of a tier and its kernels, which all tests share. Tests that count what a device makes take

@@ -125,7 +125,7 @@ fn prepare(
 
 #[test]
 fn a_frame_makes_nothing_on_the_device() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let (gpu, mut pipeline, _alone) = open(tier);
         let usual = pipeline.config;
         for Case { name, scene, set } in cases() {

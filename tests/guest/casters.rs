@@ -11,7 +11,7 @@ const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
 /// Fixed and indirect counts: none, few, a group and one more, and many.
 #[test]
 fn maps_equal_those_of_uploads() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let gpu = gpu(tier);
         let mut shadows = shadows(&gpu);
         for count in [0, 1, 255, 257, 5000] {
@@ -81,7 +81,7 @@ fn bits_are_those_of_uploads(tier: Tier, cases: &[Case<'_>]) {
 /// Some uploaded and some in two sets of the host, one of them opaque: the same as all uploaded.
 #[test]
 fn uploads_and_sets_are_one_frame() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let gpu = gpu(tier);
         let mut shadows = shadows(&gpu);
         let (first, second) = (particles(300, 1), particles(520, 2));
@@ -135,7 +135,7 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
         Particle { center: Vec3::splat(1e7), ..good },
         Particle { color: Vec4::new(0.0, -0.0, 1.0, 1.0), ..good },
     ];
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let gpu = gpu(tier);
         let mut shadows = shadows(&gpu);
         let mut usable = particles(400, 6);
@@ -161,7 +161,7 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
 /// Several frames from one `prepare`: casters move, come and go, and nothing is allocated.
 #[test]
 fn frames_follow_the_buffers_and_make_nothing() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let (gpu, _alone) = counted_gpu(tier);
         let mut shadows = shadows(&gpu);
         let frames: Vec<_> =

@@ -5,7 +5,7 @@ use super::{
     shadows, submit,
 };
 use crate::common::{
-    TIERS, gpu,
+    TIERS, Tier, gpu,
     scenes::{Chance, flat_view, pane, particle},
     tiers,
 };
@@ -48,7 +48,7 @@ fn opaque_depths(
 #[test]
 fn a_plane_is_where_paper_says_in_each_format_and_convention() {
     use TextureFormat::{Depth24Plus, Depth32Float, R32Float};
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let gpu = gpu(tier);
         for (view, convention) in
             views().iter().flat_map(|view| CONVENTIONS.map(|convention| (view.clone(), convention)))
@@ -112,7 +112,7 @@ fn maps_of_any_size_cover_the_view() {
 /// With the view's own matrix: besides opaque triangles the nearer depth wins; instead of them, the map's.
 #[test]
 fn maps_lower_what_triangles_left_or_replace_it() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let gpu = gpu(tier);
         let view = flat_view(64, 32.0);
         let materials = materials();

@@ -1,6 +1,6 @@
 //! Emitters on the device: particles match the twin's, and cast shadows without a read-back.
 use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, uploaded};
-use crate::common::{TIERS, gpu, tiers};
+use crate::common::{TIERS, Tier, gpu, tiers};
 use gobo::{
     CasterCount, HostCasters,
     gpu::Gpu,
@@ -87,7 +87,7 @@ fn share_off(found: &[EmittedParticle], expected: &[EmittedParticle], near: f32)
 
 #[test]
 fn the_kernel_flies_as_the_twin() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let gpu = gpu(tier);
         let shadows = shadows(&gpu);
         // Turbulence amplifies rounding, and which face of a box is nearest may change.
@@ -219,7 +219,7 @@ fn load_caster(index: u32) -> Caster {
 
 #[test]
 fn smoke_on_the_device_casts_the_shadow_of_an_upload() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let gpu = gpu(tier);
         let mut shadows = shadows(&gpu);
         let mut simulation = shadows.simulation(&wild()).unwrap();

@@ -102,7 +102,7 @@ fn pictures_match_the_twin() {
         let expected = reference::render_picture(&scene, &views, &twin(&scene)).rgb;
         let mut grey = scene.clone();
         grey.shadow.colored = false;
-        for tier in tiers() {
+        for tier in tiers(Tier::Native) {
             let apart = |scene: &Scene| {
                 let actual = render(tier, scene).picture.rgb;
                 let channels = expected.iter().flatten().zip(actual.iter().flatten());

@@ -1,7 +1,7 @@
 //! Curves of puffs and volumes, which absorb along the ray, and of `over`, which adds light.
 use crate::{
     common::{
-        TIERS, map_frame,
+        TIERS, Tier, map_frame,
         scenes::{Chance, empty, light, material, particle, triangle},
         tiers,
     },
@@ -141,7 +141,7 @@ fn the_filter_is_that_of_nearest_depth() {
     nearest.shadow.receiver = Receiver::Nearest;
     let expected = twin(&nearest);
     let mut changes = 0;
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let frame = map_frame(tier, &scene);
         for (map, expected) in frame.maps.iter().zip(&expected) {
             let pairs = map.filter.iter().zip(&expected.filter);
@@ -152,8 +152,8 @@ fn the_filter_is_that_of_nearest_depth() {
         }
     }
     assert!(changes > 1000, "{changes}");
-    holds(gobo::gpu::Tier::Native, &scene, "bodies and over");
-    holds(gobo::gpu::Tier::Core, &scene, "bodies and over");
+    holds(Tier::Native, &scene, "bodies and over");
+    holds(Tier::Core, &scene, "bodies and over");
 }
 
 /// A puff absorbs along its chord; two overlapping ones each absorb their own share.
@@ -316,7 +316,7 @@ fn segments_follow_each_other() {
     scene.triangles.extend(cuboid(Vec3::new(-30.0, low, -30.0), Vec3::new(30.0, high, 30.0), 1));
     let opacity = f64::from(half::f16::from_f32(1e-4).to_f32());
     let scene = curved(scene, 8);
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let frame = map_frame(tier, &scene);
         assert!(frame.counters.segments > 2, "{:?}", frame.counters);
         let map = &frame.maps[0];
@@ -336,9 +336,9 @@ fn segments_follow_each_other() {
             before = here;
         }
     }
-    holds(gobo::gpu::Tier::Native, &scene, "segments");
+    holds(Tier::Native, &scene, "segments");
     let plain = Scene { triangles: Vec::new(), ..scene };
-    holds(gobo::gpu::Tier::Core, &plain, "segments of over");
+    holds(Tier::Core, &plain, "segments of over");
 }
 
 /// The tests above distinguish the modes.

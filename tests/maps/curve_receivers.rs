@@ -78,7 +78,7 @@ fn through(y: f32) -> (Vec3, bool) {
 #[test]
 fn a_particle_gets_the_panes_before_it_and_no_others() {
     let scene = stairs(false);
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let bare = render(tier, &stairs(true)).picture;
         let frame = render(tier, &scene);
         let (map, curve) = (&frame.maps[0], frame.maps[0].curve.as_ref().unwrap());
@@ -132,7 +132,7 @@ fn crossing_triangles_are_in_order_in_every_texel() {
         scene.triangles.push(triangle(corners, i));
     }
     let scene = curved(scene, 8);
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let frame = map_frame(tier, &scene);
         let map = &frame.maps[0];
         let (view, curve) = (&map.view, map.curve.as_ref().unwrap());
@@ -194,7 +194,7 @@ fn a_hundred_thousand_casters_on_one_tile() {
     scene.particles = (0..COUNT).map(disc).collect();
     let opacity = half::f16::from_f32(2e-5).to_f32();
     let scene = curved(scene, 8);
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let frame = map_frame(tier, &scene);
         let map = &frame.maps[0];
         let curve = map.curve.as_ref().unwrap();

@@ -1,6 +1,6 @@
 //! Dithered maps and pictures: kernels against the twin, and properties of both.
 use crate::common::{
-    TIERS, map_frame, render,
+    TIERS, Tier, map_frame, render,
     scenes::{Chance, empty, flat_view, light, material, pane, particle, random_discs, triangle},
     tiers,
 };
@@ -179,7 +179,7 @@ fn the_picture_blends_dithered_glass() {
         scene
     };
     let (dithered, filtering) = (with(Transfer::Dither), with(Transfer::Filter));
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let picture = render(tier, &dithered).picture;
         assert!(picture.rgb == render(tier, &filtering).picture.rgb);
         assert!(picture.rgb != render(tier, &empty(Vec::new())).picture.rgb);
@@ -214,7 +214,7 @@ fn every_path_draws_the_same() {
     Chance::new(8).shuffle(&mut shuffled.particles);
     let mut overflowing = scene.clone();
     overflowing.shadow.pair_budget = 300;
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let whole = opaques(&map_frame(tier, &scene).maps);
         assert!(opaques(&map_frame(tier, &shuffled).maps) == whole, "{tier:?}");
         let frame = map_frame(tier, &overflowing);
@@ -269,7 +269,7 @@ fn stack(pattern: Pattern, a: f32, ids: &[u32]) -> Scene {
 #[test]
 fn two_layers_in_the_map_let_a_quarter_through() {
     for pattern in Pattern::ALL {
-        for tier in tiers() {
+        for tier in tiers(Tier::Native) {
             // A view's map is slightly larger than the panes.
             let all = |scene: &Scene| share_through(&opaques(&map_frame(tier, scene).maps));
             let margin = all(&stack(pattern, 1.0, &[0]));

@@ -1,5 +1,6 @@
 //! Many casters of almost no opacity. Truth: the closed form of their product.
 use crate::common::{
+    Tier,
     scenes::{Chance, empty, hold_view, light, material, particle},
     tiers,
 };
@@ -58,7 +59,9 @@ fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
         let mut scene = scene.clone();
         scene.shadow.pair_budget = pair_budget;
         let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];
-        all.extend(tiers().into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps));
+        all.extend(
+            tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps),
+        );
         for (maps, who) in all.iter().zip(["twin", "core", "native"]) {
             for (found, expected) in middle(&maps[0]).into_iter().zip(expected) {
                 let apart = (found - expected).abs();
@@ -134,7 +137,9 @@ fn assert_curves_pass(look: &Material, profile: f64) {
         let mut scene = veils(look.clone(), count, alpha);
         scene.shadow.receiver = Receiver::Curve;
         let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];
-        all.extend(tiers().into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps));
+        all.extend(
+            tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps),
+        );
         for (maps, who) in all.iter().zip(["twin", "core", "native"]) {
             let (curve, view) = (maps[0].curve.as_ref().unwrap(), &maps[0].view);
             let size = view.size.x as usize;

@@ -1,6 +1,6 @@
 //! Occlusion culling: culled groups are hidden, and no bit of a map changes.
 use crate::common::{
-    renderer,
+    Tier, renderer,
     scenes::{Chance, empty, light, material, particle, triangle},
     tiers,
 };
@@ -204,7 +204,7 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
 }
 
 fn renderers() -> impl Iterator<Item = Renderer> {
-    tiers().into_iter().map(renderer)
+    tiers(Tier::Core).into_iter().map(renderer)
 }
 
 fn rendered(renderer: &mut Renderer, scene: &Scene, hide: bool) -> Frame {

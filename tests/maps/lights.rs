@@ -1,6 +1,6 @@
 //! Composite shadows and the atlas: the shadow of a light does not depend on the maps that hold it.
 use crate::common::{
-    TIERS,
+    TIERS, Tier,
     files::read,
     render,
     scenes::{Chance, empty, light, material, particle, triangle},
@@ -178,7 +178,7 @@ fn no_filter_crosses_a_border_of_the_atlas() {
     let scene = crowd();
     let expected = maps(&scene);
     let picture = twin(&scene);
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let frame = render(tier, &scene);
         assert_eq!(frame.counters.shrunk, 0);
         for (ours, theirs) in frame.maps.iter().zip(&expected) {

@@ -2,6 +2,7 @@
 //! which sorts the hits of every texel.
 use super::brute_force::assert_agrees;
 use crate::common::{
+    Tier,
     brute_force::render,
     compare::{Tolerance, compare_maps},
     scenes::{Chance, empty, light, material, particle, triangle},
@@ -52,7 +53,9 @@ fn assert_ordered(scene: &Scene, tolerance: Tolerance) {
 
 fn all_counters(scene: &Scene) -> Vec<Counters> {
     let mut all = vec![render_maps(scene, &shadow_views(scene)).1];
-    all.extend(tiers().into_iter().map(|tier| crate::common::map_frame(tier, scene).counters));
+    all.extend(
+        tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, scene).counters),
+    );
     all
 }
 

@@ -1,7 +1,7 @@
 //! Maps past the pair budget, whose tiles are walked a part at a time: the same bits as with room for all.
 use super::{curve, volumes};
 use crate::common::{
-    map_frame,
+    Tier, map_frame,
     scenes::{Chance, empty, hold_view, light, material, particle, random_discs, triangle},
     tiers,
 };
@@ -86,7 +86,7 @@ fn assert_same(found: &[ViewMaps], expected: &[ViewMaps], what: &str) {
 
 /// Same maps with room for all pairs, for a tenth of them, and for almost none.
 fn assert_budget_does_not_matter(name: &str, scene: &Scene) {
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let whole = map_frame(tier, scene);
         let (pairs, disordered) = (whole.counters.pairs, whole.counters.disordered);
         assert_eq!(whole.counters.overflowed, 0, "{name}");

@@ -227,7 +227,7 @@ fn order_of_the_casters_hardly_matters() {
     let scene = mixture(1000);
     let mut shuffled = scene.clone();
     Chance::new(1).shuffle(&mut shuffled.particles);
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let apart = largest_apart(&map_frame(tier, &scene).maps, &map_frame(tier, &shuffled).maps);
         assert!(apart <= 1.0 / 1024.0, "{tier:?} {apart}");
     }
@@ -239,7 +239,7 @@ fn overflow_costs_no_light() {
     let whole = map_frame(Tier::Native, &scene);
     assert_eq!(whole.counters.overflowed, 0);
     scene.shadow.pair_budget = 500;
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let scattered = map_frame(tier, &scene);
         assert!(scattered.counters.overflowed > 0);
         let apart = largest_apart(&whole.maps, &scattered.maps);
@@ -302,7 +302,7 @@ fn tiny_particles_give_one_map_on_both_paths() {
     for particle in &mut scene.particles {
         particle.radius *= 0.02;
     }
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let scattered = map_frame_tiny(tier, &scene, true);
         let tiled = map_frame_tiny(tier, &scene, false);
         assert!(scattered.counters.scattered > 1000, "{:?}", scattered.counters);

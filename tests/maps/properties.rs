@@ -1,5 +1,9 @@
-//! Properties of every scene.
-use crate::common::scenes::{Chance, empty, light, material, random_discs, triangle};
+//! Properties of every scene, of the twin's maps and of the kernels'.
+use crate::common::{
+    Tier, map_frame,
+    scenes::{Chance, empty, light, material, random_discs, triangle},
+    tiers,
+};
 use gobo::{
     glam::{Vec3, Vec4},
     model::{LightKind, Material, Profile, Shape, Transfer},
@@ -45,8 +49,15 @@ fn random_scene(seed: u64) -> Scene {
     scene
 }
 
-fn maps_of(scene: &Scene) -> Vec<ViewMaps> {
-    render_maps(scene, &shadow_views(scene)).0
+/// Maps of the twin, and of the kernels of a tier.
+fn maps_of(scene: &Scene) -> Vec<Vec<ViewMaps>> {
+    let kernels = tiers(Tier::Native).into_iter().map(|tier| map_frame(tier, scene).maps);
+    [render_maps(scene, &shadow_views(scene)).0].into_iter().chain(kernels).collect()
+}
+
+/// Differences of the maps of each.
+fn all_apart(a: &[Vec<ViewMaps>], b: &[Vec<ViewMaps>]) -> Vec<f32> {
+    a.iter().zip(b).map(|(a, b)| apart(a, b)).collect()
 }
 
 /// Largest difference of `F`; infinite if depths differ at all.
@@ -71,18 +82,20 @@ fn the_order_of_casters_does_not_matter() {
         let mut chance = Chance::new(seed);
         chance.shuffle(&mut permuted.particles);
         chance.shuffle(&mut permuted.triangles);
-        assert!(apart(&maps, &maps_of(&permuted)) <= PERMUTED);
+        let by_order = all_apart(&maps, &maps_of(&permuted));
+        assert!(by_order.iter().all(|apart| *apart <= PERMUTED), "{by_order:?}");
         let large = |p: &gobo::model::Particle| p.material == 0 && p.radius > 0.2;
         permuted.particles.retain(|p| !large(p));
         assert!(permuted.particles.len() < scene.particles.len());
-        assert!(apart(&maps, &maps_of(&permuted)) > PERMUTED, "what is left out is noticed");
+        let by_loss = all_apart(&maps, &maps_of(&permuted));
+        assert!(by_loss.iter().all(|apart| *apart > PERMUTED), "what is left out is noticed");
     }
 }
 
 #[test]
 fn light_stays_between_none_and_all() {
     for seed in 10..14 {
-        for maps in maps_of(&random_scene(seed)) {
+        for maps in maps_of(&random_scene(seed)).into_iter().flatten() {
             let unit = 0.0..=1.0;
             assert!(maps.filter.iter().flatten().all(|light| unit.contains(light)));
             assert!(maps.nearest.iter().chain(&maps.opaque).all(|depth| unit.contains(depth)));
@@ -105,6 +118,10 @@ fn casters_past_the_pair_budget_cost_no_light() {
         assert!(tight_counters.pairs <= u64::from(pair_budget) * maps.len() as u64);
         assert_eq!(tight_counters.visible, counters.visible);
         assert!(apart(&maps, &tight_maps) <= PERMUTED);
+        for tier in tiers(Tier::Native) {
+            let by_budget = apart(&map_frame(tier, &scene).maps, &map_frame(tier, &tight).maps);
+            assert!(by_budget <= PERMUTED, "{tier}: {by_budget}");
+        }
     }
 }
 
@@ -130,7 +147,7 @@ fn extremes_make_no_nan() {
     for positions in [[Vec3::ZERO; 3], [Vec3::ZERO, Vec3::splat(1e7), Vec3::splat(-1e7)]] {
         scene.triangles.push(triangle(positions, 0));
     }
-    for maps in maps_of(&scene) {
+    for maps in maps_of(&scene).iter().flatten() {
         assert!(maps.filter.iter().flatten().all(|light| (0.0..=1.0).contains(light)));
         assert!(maps.nearest.iter().chain(&maps.opaque).all(|depth| (0.0..=1.0).contains(depth)));
     }
@@ -145,7 +162,9 @@ fn only_gain_brightens() {
         particle.material = 6;
         particle.color = Vec4::new(16.0, 2.0, 1.0, 1.0);
     }
-    let maps = maps_of(&scene);
-    assert!(maps.iter().flat_map(|maps| &maps.filter).any(|light| light[0] > 1.0));
-    assert!(maps.iter().flat_map(|maps| &maps.filter).flatten().all(|light| light.is_finite()));
+    for maps in maps_of(&scene) {
+        let lights = || maps.iter().flat_map(|maps| &maps.filter);
+        assert!(lights().any(|light| light[0] > 1.0));
+        assert!(lights().flatten().all(|light| light.is_finite()));
+    }
 }

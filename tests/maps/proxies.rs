@@ -1,5 +1,6 @@
 //! Casters that are not visible, and visible casters without shadows.
 use crate::common::{
+    Tier,
     scenes::{empty, light, material, particle, triangle},
     tiers,
 };
@@ -95,7 +96,7 @@ fn proxies_of_the_twin() {
 
 #[test]
 fn proxies_of_the_kernels() {
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         check(&kinds(), &|scene| {
             let Frame { maps, picture, .. } = crate::common::render(tier, scene);
             (maps, picture)

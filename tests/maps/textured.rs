@@ -1,6 +1,6 @@
 //! Textured shadows: a projector's slide and caustics under water, against closed forms.
 use crate::common::{
-    TIERS, brute_force,
+    TIERS, Tier, brute_force,
     compare::{Tolerance, assert_maps_agree, compare_maps},
     gpu, map_frame,
     scenes::{empty, light, material, pane},
@@ -100,7 +100,7 @@ fn a_projector_throws_its_slide() {
     (scene.lights[0].near, scene.lights[0].far) = (Some(0.1), Some(5.0));
     let views = shadow_views(&scene);
     let size = views[0].size.as_dvec2();
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let maps = map_frame(tier, &scene).maps.remove(0);
         for (i, color) in colors.iter().enumerate() {
             // Middle of the check on the pane [m] to the map.
@@ -119,7 +119,7 @@ fn caustics_move_light_and_keep_it() {
     let mut scene = small("caustics");
     let water = scene.materials.iter().position(|m| m.transfer == Transfer::Gain).expect("water");
     scene.materials[water].tint = Vec4::new(4.0, 4.0, 4.0, 0.25);
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let maps = map_frame(tier, &scene).maps.remove(0);
         let under: Vec<f32> = (0..maps.filter.len())
             .filter(|&i| maps.nearest[i] < 1.0)

@@ -1,6 +1,6 @@
 //! Which casters tint a receiver: those in front of it, none, or all except its own object's.
 use crate::common::{
-    TIERS,
+    TIERS, Tier,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
@@ -64,7 +64,9 @@ fn middles(scene: &Scene) -> Vec<[u8; 3]> {
     let views = shadow_views(scene);
     let (maps, _) = render_maps(scene, &views);
     let mut all = vec![render_picture(scene, &views, &maps)];
-    all.extend(tiers().into_iter().map(|tier| crate::common::render(tier, scene).picture));
+    all.extend(
+        tiers(Tier::Native).into_iter().map(|tier| crate::common::render(tier, scene).picture),
+    );
     all.iter().map(|picture| picture.rgb[8 * 16 + 8]).collect()
 }
 
@@ -133,7 +135,7 @@ fn maps_say_whose_the_nearest_depth_is() {
             assert_eq!(*tag == NO_OWNER, *depth == 1.0);
             assert!(*tag == NO_OWNER || tags.contains(tag));
         }
-        for tier in tiers() {
+        for tier in tiers(Tier::Native) {
             let frame = crate::common::map_frame(tier, &scene);
             let maps = &frame.maps[0];
             let other = maps.owner.iter().zip(&twin.owner).filter(|(a, b)| a != b).count();

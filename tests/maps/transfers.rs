@@ -1,6 +1,6 @@
 //! Transfer functions of every form of caster, textured or not: twin and both tiers.
 use crate::common::{
-    map_frame_scattered,
+    Tier, map_frame_scattered,
     scenes::{Chance, empty, hold_view, light, material, particle, triangle},
     tiers,
 };
@@ -37,7 +37,7 @@ fn stage(materials: Vec<Material>) -> Scene {
 fn all_maps(scene: &Scene) -> Vec<(ViewMaps, Counters)> {
     let (mut maps, counters) = render_maps(scene, &shadow_views(scene));
     let mut all = vec![(maps.remove(0), counters)];
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let mut frame = crate::common::map_frame(tier, scene);
         all.push((frame.maps.remove(0), frame.counters));
     }
@@ -290,7 +290,7 @@ fn what_is_scattered_is_counted_as_unordered() {
     scene.shadow.pair_budget = 2500;
     // The rest is applied last, each as if light behind it were white.
     let product = |look: &(Transfer, Vec4)| chain([*look]);
-    for mut frame in tiers().into_iter().map(|tier| map_frame_scattered(tier, &scene)) {
+    for mut frame in tiers(Tier::Native).into_iter().map(|tier| map_frame_scattered(tier, &scene)) {
         let (maps, counters) = (frame.maps.remove(0), frame.counters);
         assert!(
             counters.unordered > 0 && counters.unordered == counters.overflowed,

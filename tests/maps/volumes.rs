@@ -1,5 +1,6 @@
 //! Absorbing closed meshes: closed forms, and rays in 64 bits, against the twin and both tiers.
 use crate::common::{
+    Tier,
     files::read,
     scenes::{empty, hold_view, light, material, triangle},
     tiers,
@@ -82,7 +83,7 @@ pub(crate) fn floor(z: f32, material: u32) -> [Triangle; 2] {
 /// Maps and counters of twin and tiers.
 pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
     let mut all = vec![render_maps(scene, &shadow_views(scene))];
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let frame = crate::common::map_frame(tier, scene);
         all.push((frame.maps, frame.counters));
     }

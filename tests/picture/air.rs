@@ -1,6 +1,6 @@
 //! Light that the air scatters: closed forms, and kernels against the twin.
 use crate::common::{
-    TIERS,
+    TIERS, Tier,
     files::read,
     render,
     scenes::{empty, light, pane},
@@ -260,7 +260,7 @@ fn pictures_match_the_twin() {
     let expected = twin(&scene);
     let mut clear = scene.clone();
     clear.air = None;
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let picture = render(tier, &scene).picture;
         let apart = share_apart(&picture, &expected);
         assert!(apart <= GRAZED, "{tier:?}: {apart}");

@@ -208,7 +208,7 @@ fn assert_same(a: &Frame, b: &Frame, what: &str) {
 #[test]
 fn the_device_draws_what_the_cpu_does() {
     const MOST: f64 = 0.001;
-    for tier in tiers() {
+    for tier in tiers(Tier::Native) {
         let mut renderer = new_renderer(tier);
         let (mut on_cpu, mut on_device) = (staged(tier, CALM), left_to_device(tier, CALM));
         let wrong = |from: &str, to: &str| {

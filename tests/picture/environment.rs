@@ -1,6 +1,6 @@
 //! Environments: light and reflections against closed forms, kernels against the twin.
 use crate::common::{
-    TIERS,
+    TIERS, Tier,
     files::{Folder, read},
     render,
     scenes::{empty, light, pane, particle},
@@ -214,7 +214,7 @@ fn pictures_match_the_twin() {
     let mut dull = plain.clone();
     dull.materials.iter_mut().for_each(|material| material.metallic = 0.0);
     let expected_plain = twin(&plain);
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let picture = render(tier, &plain).picture;
         assert!(share_apart(&picture, &expected_plain) <= GRAZED, "{tier:?}");
         assert!(share_apart(&render(tier, &dull).picture, &expected_plain) > GRAZED);

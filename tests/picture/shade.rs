@@ -187,7 +187,7 @@ fn assert_same_beside_unseen_discs(scene: &Scene, center: Vec3) {
     crowded.particles.extend(unseen_discs(center, 0.1));
     let expected = twin(scene);
     let mut pictures = vec![("twin".to_owned(), twin(&crowded), twin(scene))];
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         let [crowded, plain] = [&crowded, scene].map(|scene| render(tier, scene).picture);
         pictures.push((format!("{tier:?}"), crowded, plain));
     }
@@ -238,7 +238,7 @@ fn a_pane_waits_across_segments() {
 fn nothing_is_lost_past_the_pair_budget() {
     let mut scene = stage();
     scene.lights.iter_mut().for_each(|light| light.casts = false);
-    for tier in tiers() {
+    for tier in tiers(Tier::Core) {
         scene.shadow.pair_budget = ShadowSettings::default().pair_budget;
         let whole = render(tier, &scene);
         assert_eq!(whole.counters.overflowed, 0, "{tier:?}");
@@ -257,7 +257,7 @@ fn no_shadow_is_lost_past_the_pair_budget() {
     let mut scene = stage();
     for receiver in [Receiver::Curve, Receiver::Nearest] {
         scene.shadow.receiver = receiver;
-        for tier in tiers() {
+        for tier in tiers(Tier::Core) {
             scene.shadow.pair_budget = ShadowSettings::default().pair_budget;
             let whole = render(tier, &scene);
             for budget in [200, 7] {

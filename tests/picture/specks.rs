@@ -1,6 +1,6 @@
 //! Single wrong pixels on surfaces that are seen or lit at grazing angles.
 use crate::common::{
-    render,
+    Tier, render,
     scenes::{empty, light, material, triangle},
     tiers,
 };
@@ -18,7 +18,7 @@ fn pictures(scene: &Scene) -> Vec<Picture> {
     let views = shadow_views(scene);
     let (maps, _) = reference::render_maps(scene, &views);
     let twin = reference::render_picture(scene, &views, &maps);
-    tiers().into_iter().map(|tier| render(tier, scene).picture).chain([twin]).collect()
+    tiers(Tier::Native).into_iter().map(|tier| render(tier, scene).picture).chain([twin]).collect()
 }
 
 fn middle(picture: &Picture) -> Vec3 {
