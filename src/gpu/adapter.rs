@@ -1,5 +1,5 @@
 //! Choice of the adapter and the tier.
-use super::desc::Tier;
+use super::tier::Tier;
 use crate::error::Error;
 use wgpu::{DeviceType, Features, Limits, TextureFormat, TextureUsages};
 

@@ -1,7 +1,10 @@
 //! Kernel cache of a device: each kernel is compiled once.
 use super::{
-    desc::{Choice, Constant, KernelDesc, Tier},
-    kernel::{Kernel, KernelError},
+    desc::{Choice, KernelDesc},
+    kernel::Kernel,
+    kernel_error::KernelError,
+    link::Constant,
+    tier::Tier,
 };
 use std::{
     collections::{HashMap, hash_map::Entry},
@@ -13,7 +16,7 @@ use std::{
     thread,
 };
 
-/// Kernels by device, source and constants. A clone shares them: several renderers on one device compile
+/// Kernels by device and source. A clone shares them: several renderers on one device compile
 /// each kernel once.
 #[derive(Clone, Debug, Default)]
 pub struct KernelCache(Arc<Mutex<Shelf>>);
@@ -26,8 +29,8 @@ struct Shelf {
     driver: Option<wgpu::PipelineCache>,
 }
 
-/// Device, entry point, the whole source, and its overrides with the bits of their values.
-type Key = (wgpu::Device, &'static str, String, Vec<(&'static str, u64)>);
+/// Device, entry point and fingerprint of the source.
+type Key = (wgpu::Device, &'static str, u64);
 
 /// Compilation of a kernel that a frame needs. Any thread may run it.
 #[derive(Clone, Debug)]
@@ -72,13 +75,12 @@ impl KernelCache {
         choices: &[Choice],
         constants: &[Constant],
     ) -> Result<Kernel, KernelError> {
-        let (linked, values) = desc.specialised(tier, choices, constants)?;
-        let bits = values.iter().map(|&(name, value)| (name, value.to_bits())).collect();
+        let source = desc.specialised(tier, choices, constants)?;
         let Shelf { kernels, pending, driver } = &mut *self.shelf();
-        match kernels.entry((device.clone(), desc.entry, linked.wgsl.clone(), bits)) {
+        match kernels.entry((device.clone(), desc.entry, source.fingerprint())) {
             Entry::Occupied(known) => Ok(known.get().clone()),
             Entry::Vacant(place) => {
-                let kernel = Kernel::planned(device, desc, linked, values, driver.clone())?;
+                let kernel = Kernel::planned(device, desc, source, driver.clone());
                 pending.push(kernel.clone());
                 Ok(place.insert(kernel).clone())
             }

@@ -1,5 +1,5 @@
 //! A device with its kernels and properties.
-use super::{cache::KernelCache, desc::Tier};
+use super::{cache::KernelCache, tier::Tier};
 use crate::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -1,11 +1,25 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
-    kernel::KernelError,
-    link::{Library, Linked, SAMPLED},
+    kernel_error::KernelError,
+    link::{Constant, Library, Linked, SAMPLED},
+    resource::Binding,
+    tier::Tier,
 };
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) use naga::Module;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// A WGSL `override` and its value.
-pub type Constant = (&'static str, f64);
+/// Browsers have no parser for kernels.
+#[cfg(target_arch = "wasm32")]
+pub(super) type Module = std::convert::Infallible;
+
+/// A module as wgpu takes it.
+pub(super) fn shader_source(module: &Module) -> wgpu::ShaderSource<'static> {
+    #[cfg(target_arch = "wasm32")]
+    match *module {}
+    #[cfg(not(target_arch = "wasm32"))]
+    wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone()))
+}
 
 /// Description of a kernel. Tests read it without a GPU.
 #[derive(Debug)]
@@ -42,30 +56,6 @@ impl Choice {
     }
 }
 
-/// Set of device features that kernels use.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Tier {
-    /// WebGPU's own limits and features.
-    #[default]
-    Core,
-    /// `SUBGROUP` and `TEXTURE_ATOMIC`; kernels for software adapters also
-    /// [`FETCH_FEATURES`](super::FETCH_FEATURES).
-    Native,
-}
-
-impl Tier {
-    pub const ALL: &'static [Self] = &[Self::Core, Self::Native];
-}
-
-impl std::fmt::Display for Tier {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Core => "core",
-            Self::Native => "native",
-        })
-    }
-}
-
 impl KernelDesc {
     /// The whole source on a tier. A kernel of a single tier has the same source on both.
     pub fn link(&self, tier: Tier) -> Result<Linked, KernelError> {
@@ -79,28 +69,65 @@ impl KernelDesc {
             .chain(self.with)
             .map(|choice| (choice.name, choice.files[tier as usize]))
             .collect();
-        let library = Library::embedded()?;
-        let linked = library.link(self.root, self.entry, &choices)?;
-        Ok(match choices.iter().find(|(name, _)| *name == SAMPLED) {
-            Some((_, file)) => library.loaded(linked, file),
-            None => linked,
-        })
+        Ok(Library::embedded()?.link(self.root, self.entry, &choices)?)
     }
 
-    /// The source without what these values of its overrides leave unreached, and the values of those that
-    /// are left: of `constants`, or else of the description.
+    /// The kernel with these values of its overrides, or else those of the description.
     pub fn specialised(
         &self,
         tier: Tier,
         others: &[Choice],
         constants: &[Constant],
-    ) -> Result<(Linked, Vec<Constant>), KernelError> {
-        let constants = [constants, self.constants].concat();
-        let given = |name| constants.iter().find(|(known, _)| *known == name).copied();
+    ) -> Result<Specialised, KernelError> {
         let linked = self.link_with(tier, others)?;
-        let values: Vec<_> = linked.overrides().filter_map(given).collect();
-        let linked = linked.pruned(self.entry, &values);
-        let values = linked.overrides().filter_map(given).collect();
-        Ok((linked, values))
+        let wgsl = linked.with_values(&[constants, self.constants].concat());
+        let sampled = others.iter().find(|choice| choice.name == SAMPLED);
+        Specialised::new(linked, wgsl, sampled.map(|choice| choice.files[tier as usize]))
+    }
+}
+
+/// A kernel with values of its overrides.
+#[derive(Debug)]
+pub struct Specialised {
+    pub linked: Linked,
+    /// Source with constants in place of overrides, and the lines of `linked`.
+    pub wgsl: String,
+    /// `wgsl` without what the constants leave unreached. `None` in browsers, and if it is no WGSL, which a
+    /// device reports.
+    pub module: Option<Module>,
+    pub bindings: Vec<Binding>,
+}
+
+impl Specialised {
+    /// `sampled`: file whose storage textures replace sampled ones.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn new(linked: Linked, wgsl: String, sampled: Option<&str>) -> Result<Self, KernelError> {
+        let mut bindings = linked.bindings()?;
+        let mut module = naga::front::wgsl::parse_str(&wgsl).ok();
+        if let Some(module) = &mut module {
+            super::link::prune(module);
+            let variables = || module.global_variables.iter().map(|(_, it)| it.name.as_deref());
+            bindings.retain(|binding| variables().any(|name| name == Some(binding.name)));
+            if let Some(file) = sampled {
+                Library::embedded()?.load_sampled(module, &mut bindings, file);
+            }
+        }
+        Ok(Self { linked, wgsl, module, bindings })
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn new(linked: Linked, wgsl: String, _: Option<&str>) -> Result<Self, KernelError> {
+        let bindings = linked.bindings()?;
+        Ok(Self { linked, wgsl, module: None, bindings })
+    }
+
+    /// A number that kernels of the same code share, and others do not.
+    pub(super) fn fingerprint(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        match &self.module {
+            Some(module) => format!("{module:?}").hash(&mut hasher),
+            None => self.wgsl.hash(&mut hasher),
+        }
+        hasher.finish()
     }
 }

@@ -1,8 +1,8 @@
 //! Parts of `wgsl/` for shaders of the host: their source and bindings.
 use super::{
-    desc::Constant,
-    kernel::{KernelError, bind},
-    link::{Item, Linked, words},
+    kernel::bind,
+    kernel_error::KernelError,
+    link::{Constant, Item, Linked, words},
     resource::Resources,
 };
 use std::collections::HashSet;
@@ -29,7 +29,7 @@ impl Linked {
         let names: HashSet<_> = names.filter(|name| !shared.contains(name)).collect();
         let mut part = String::new();
         for item in &self.items {
-            match constant(item, constants) {
+            match item.constant(constants) {
                 Some((comment, constant)) => part += &format!("{comment}const {prefix}{constant}"),
                 None => {
                     let own = prefixed(item, &names, prefix);
@@ -58,21 +58,6 @@ impl Linked {
         let group = bind(device, label, &bindings, &layout, resources)?;
         Ok((layout, group))
     }
-}
-
-/// The comment before an override, and its declaration as a constant: `NAME: u32 = 8u;`.
-fn constant(item: &Item, constants: &[Constant]) -> Option<(&'static str, String)> {
-    let declared = format!("override {}", item.name);
-    let at = item.text.find(&declared).filter(|_| item.keyword == "override")?;
-    let (comment, code) = item.text.split_at(at);
-    let (kind, usual) = code.split_once(':')?.1.split(';').next()?.split_once('=')?;
-    let (name, kind) = (item.name, kind.trim());
-    let value = constants.iter().find(|(known, _)| *known == name).map(|&(_, value)| match kind {
-        "bool" => (value != 0.0).to_string(),
-        "u32" => format!("{value}u"),
-        _ => format!("{value:?}"),
-    });
-    Some((comment, format!("{name}: {kind} = {};", value.as_deref().unwrap_or(usual.trim()))))
 }
 
 fn prefixed(item: &Item, names: &HashSet<&str>, prefix: &str) -> String {

@@ -11,11 +11,14 @@
 //! (The spelling is WESL's, in which `choice` were a package of its own.) Names stay unchanged and
 //! declarations may come in any order, so that a kernel is the declarations it needs, one after another,
 //! each once. Unused declarations are left out: a resource that is not used is not bound.
+#[cfg(not(target_arch = "wasm32"))]
 mod loaded;
+#[cfg(not(target_arch = "wasm32"))]
 mod pruned;
-mod value;
 
-pub use loaded::SAMPLED;
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) use pruned::prune;
+
 use std::{collections::HashMap, sync::LazyLock};
 
 /// Path in `wgsl/` and text.
@@ -23,6 +26,12 @@ type SourceFile = (&'static str, &'static str);
 
 static LIBRARY: LazyLock<Result<Library, LinkError>> =
     LazyLock::new(|| Library::new(include!(concat!(env!("OUT_DIR"), "/wgsl.rs"))));
+
+/// A WGSL `override` and its value.
+pub type Constant = (&'static str, f64);
+
+/// Choice whose file declares sampled textures as storage textures.
+pub const SAMPLED: &str = "sampled";
 
 /// Module name of imports that a text of the host declares.
 pub(super) const HOST_TEXT: &str = "";
@@ -204,23 +213,47 @@ impl File {
     }
 }
 
+impl Item {
+    /// The comment before an override, and its declaration as a constant: `NAME: u32 = 8u;`. None if it has
+    /// no value.
+    pub(super) fn constant(&self, constants: &[Constant]) -> Option<(&'static str, String)> {
+        let name = self.name;
+        let at = self.text.find(&format!("override {name}:"));
+        let (comment, code) = self.text.split_at(at.filter(|_| self.keyword == "override")?);
+        let mut sides = code.split_once(':')?.1.split(';').next()?.split('=').map(str::trim);
+        let (kind, default) = (sides.next()?, sides.next());
+        let given =
+            constants.iter().find(|(known, _)| *known == name).map(|&(_, value)| match kind {
+                "bool" => (value != 0.0).to_string(),
+                "u32" => format!("{value}u"),
+                _ => format!("{value:?}"),
+            });
+        Some((comment, format!("{name}: {kind} = {};", given.as_deref().or(default)?)))
+    }
+}
+
 impl Linked {
     fn new(items: Vec<Item>) -> Self {
-        Self::of(items.into_iter().map(|item| (item.clone(), item.text)))
+        let (mut wgsl, mut lines, mut line) = (String::new(), Vec::new(), 1);
+        for item in &items {
+            lines.push(line);
+            wgsl += item.text;
+            wgsl += "\n\n";
+            line += item.text.matches('\n').count() + 2;
+        }
+        Self { wgsl, items, lines }
     }
 
-    /// Declarations with their texts, which have the lines of the declarations.
-    fn of<'a>(items: impl Iterator<Item = (Item, &'a str)>) -> Self {
-        let mut linked = Self { wgsl: String::new(), items: Vec::new(), lines: Vec::new() };
-        let mut line = 1;
-        for (item, text) in items {
-            linked.items.push(item);
-            linked.lines.push(line);
-            linked.wgsl += text;
-            linked.wgsl += "\n\n";
-            line += text.matches('\n').count() + 2;
-        }
-        linked
+    /// The source with constants in place of overrides: the values of `constants`, or else their defaults.
+    /// Lines keep their positions.
+    pub(super) fn with_values(&self, constants: &[Constant]) -> String {
+        self.items.iter().fold(String::new(), |mut wgsl, item| {
+            match item.constant(constants) {
+                Some((comment, constant)) => wgsl.extend([comment, "const ", &constant]),
+                None => wgsl += item.text,
+            }
+            wgsl + "\n\n"
+        })
     }
 
     /// Names of the overrides.

@@ -7,11 +7,13 @@ mod desc;
 pub mod error;
 mod host_part;
 mod kernel;
+mod kernel_error;
 mod link;
 #[cfg(feature = "device")]
 mod open;
 mod resource;
 mod support;
+mod tier;
 mod timing;
 mod transfer;
 
@@ -24,13 +26,15 @@ pub use allocate::{Allocator, Memory, array_view, view, write_records};
 pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
-pub use desc::{Choice, Constant, KernelDesc, Tier};
-pub use kernel::{HostText, Kernel, KernelError};
-pub use link::{Item, Library, LinkError, Linked, SAMPLED, words};
+pub use desc::{Choice, KernelDesc, Specialised};
+pub use kernel::{HostText, Kernel};
+pub use kernel_error::KernelError;
+pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
+pub use tier::Tier;
 pub use timing::{Profiler, Timeline};
 pub(crate) use transfer::filled;

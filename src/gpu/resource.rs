@@ -1,7 +1,8 @@
 //! Resources of kernels, bound by name as declared in `wgsl/bind/`.
 use super::{
-    kernel::KernelError,
-    link::{Item, LinkError, Linked},
+    adapter::STORAGE_FORMATS,
+    kernel_error::KernelError,
+    link::{Item, LinkError, Linked, words},
 };
 use std::collections::HashMap;
 use wgpu::{TextureFormat, TextureSampleType, TextureViewDimension};
@@ -66,17 +67,31 @@ impl Linked {
 }
 
 impl Binding {
-    /// Parses `@group(0) @binding(3) var<storage, read> chunks: array<Chunk>;`.
-    fn declared(item: &Item) -> Option<Self> {
-        let (_, rest) = item.text.split_once("@group(0) @binding(")?;
-        let (number, rest) = rest.split_once(") var")?;
-        let (space, rest) = rest.split_once(item.name)?;
-        let ty = rest.trim_start_matches(':').split(';').next()?.trim();
-        let kind = match space.trim() {
-            "<uniform>" => BindingKind::Uniform,
-            "<storage, read>" => BindingKind::Storage { access: Access::Read },
-            "<storage, read_write>" => BindingKind::Storage { access: Access::ReadWrite },
-            _ => texture(ty)?,
+    /// Reads `@group(0) @binding(3) var<storage, read> chunks: array<Chunk>;`. By words, because browsers
+    /// have no reflection.
+    pub(super) fn declared(item: &Item) -> Option<Self> {
+        let words: Vec<_> = words(item.text).map(|(_, word)| word).collect();
+        let ["group", "0", "binding", number, "var", declared @ ..] = words.as_slice() else {
+            return None;
+        };
+        let kind = match *declared {
+            ["uniform", ..] => BindingKind::Uniform,
+            ["storage", allowed, ..] => BindingKind::Storage { access: access(allowed)? },
+            [_, texture, format, allowed] => BindingKind::StorageTexture {
+                access: access(allowed)?,
+                format: self::format(format)?,
+                dimension: dimension(texture)?,
+            },
+            [_, texture, sample] => BindingKind::Texture {
+                sample: match sample {
+                    "f32" => TextureSampleType::Float { filterable: false },
+                    "u32" => TextureSampleType::Uint,
+                    "i32" => TextureSampleType::Sint,
+                    _ => return None,
+                },
+                dimension: dimension(texture)?,
+            },
+            _ => return None,
         };
         Some(Self { name: item.name, number: number.parse().ok()?, kind })
     }
@@ -91,41 +106,28 @@ impl Binding {
     }
 }
 
-/// Parses `texture_2d<u32>`, `texture_storage_2d_array<r32float, write>`.
-fn texture(ty: &str) -> Option<BindingKind> {
-    let (constructor, arguments) = ty.strip_suffix('>')?.split_once('<')?;
-    let dimension = match constructor {
-        "texture_2d" | "texture_storage_2d" => TextureViewDimension::D2,
-        "texture_2d_array" | "texture_storage_2d_array" => TextureViewDimension::D2Array,
-        _ => return None,
-    };
-    let Some((format, access)) = arguments.split_once(", ") else {
-        let sample = match arguments {
-            "f32" => TextureSampleType::Float { filterable: false },
-            "u32" => TextureSampleType::Uint,
-            "i32" => TextureSampleType::Sint,
-            _ => return None,
-        };
-        return Some(BindingKind::Texture { sample, dimension });
-    };
-    let format = match format {
-        "r32uint" => TextureFormat::R32Uint,
-        "rg32uint" => TextureFormat::Rg32Uint,
-        "rgba32uint" => TextureFormat::Rgba32Uint,
-        "r32float" => TextureFormat::R32Float,
-        "rgba32float" => TextureFormat::Rgba32Float,
-        "rgba16float" => TextureFormat::Rgba16Float,
-        "rgba8unorm" => TextureFormat::Rgba8Unorm,
-        _ => return None,
-    };
-    let access = match access {
+fn access(word: &str) -> Option<Access> {
+    Some(match word {
         "read" => Access::Read,
         "write" => Access::Write,
         "read_write" => Access::ReadWrite,
         "atomic" => Access::Atomic,
         _ => return None,
-    };
-    Some(BindingKind::StorageTexture { access, format, dimension })
+    })
+}
+
+fn dimension(texture: &str) -> Option<TextureViewDimension> {
+    Some(match texture {
+        "texture_2d" | "texture_storage_2d" => TextureViewDimension::D2,
+        "texture_2d_array" | "texture_storage_2d_array" => TextureViewDimension::D2Array,
+        _ => return None,
+    })
+}
+
+/// Format of a name of WGSL, which is that of Rust in lower case.
+fn format(word: &str) -> Option<TextureFormat> {
+    let is_named = |format: &TextureFormat| format!("{format:?}").eq_ignore_ascii_case(word);
+    STORAGE_FORMATS.into_iter().find(is_named)
 }
 
 impl BindingKind {

@@ -3,8 +3,8 @@
 use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     gpu::{
-        Choice, Kernel, KernelDesc, KernelError, Library, Linked, NATIVE_STORAGE_TEXTURES,
-        Resources, Tier, words,
+        Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library,
+        NATIVE_STORAGE_TEXTURES, Resources, Tier, words,
     },
     stage::{
         KERNELS, bin, curve,
@@ -58,20 +58,23 @@ fn kernels_are_valid_on_their_tier() {
 /// Software adapters read sampled textures as storage textures, as far as the tier has those.
 #[test]
 fn kernels_of_software_adapters_are_valid() {
-    let stored = |linked: &Linked| linked.wgsl.matches(": texture_storage_").count();
+    let stored = |bindings: &[Binding]| {
+        let is_stored = |it: &&Binding| matches!(it.kind, BindingKind::StorageTexture { .. });
+        bindings.iter().filter(is_stored).count()
+    };
     let mut more = HashSet::new();
     for (desc, tier) in
         KERNELS.iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)))
     {
-        let (own, loaded) = (desc.link(tier).unwrap(), desc.link_with(tier, &[LOADED]).unwrap());
-        let module = naga::front::wgsl::parse_str(&loaded.wgsl)
-            .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&loaded.wgsl, desc.name)));
-        is_valid(&module, NATIVE).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
-        assert_eq!(own.bindings().unwrap().len(), loaded.bindings().unwrap().len());
+        let [own, loaded] =
+            [&[][..], &[LOADED]].map(|choices| desc.specialised(tier, choices, &[]).unwrap());
+        let module = loaded.module.as_ref().unwrap();
+        is_valid(module, NATIVE).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
+        assert_eq!(own.bindings.len(), loaded.bindings.len());
         if tier == Tier::Core {
-            assert_eq!(own.wgsl, loaded.wgsl, "{}", desc.name);
-        } else if stored(&loaded) > stored(&own) {
-            assert!(stored(&loaded) <= NATIVE_STORAGE_TEXTURES as usize, "{}", desc.name);
+            assert_eq!(own.bindings, loaded.bindings, "{}", desc.name);
+        } else if stored(&loaded.bindings) > stored(&own.bindings) {
+            assert!(stored(&loaded.bindings) <= NATIVE_STORAGE_TEXTURES as usize, "{}", desc.name);
             more.insert(desc.name);
         }
     }
@@ -93,16 +96,18 @@ const ENUMS: &[&str] =
 #[test]
 fn every_declaration_is_some_kernels() {
     let mut linked: Vec<_> = variants().map(|(desc, tier)| desc.link(tier).unwrap()).collect();
-    // Kernels of software adapters.
-    linked.extend(KERNELS.iter().map(|desc| desc.link_with(Tier::Native, &[LOADED]).unwrap()));
     // Code that hosts link into shaders of their own.
     let library = Library::embedded().unwrap();
     for source in [OF_POINT, OF_AREA] {
         let choices = [source, BLOCKS].map(|choice| (choice.name, choice.files[0]));
         linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
-    let used: HashSet<_> =
-        linked.iter().flat_map(|linked| &linked.items).map(|item| (item.file, item.name)).collect();
+    let items = linked.iter().flat_map(|linked| &linked.items);
+    let mut used: HashSet<_> = items.map(|item| (item.file, item.name)).collect();
+    // Kernels of software adapters replace one by the other.
+    let [sampled, loaded] = LOADED.files;
+    let names: Vec<_> = used.iter().filter(|(file, _)| *file == sampled).copied().collect();
+    used.extend(names.into_iter().map(|(_, name)| (loaded, name)));
     let items = Library::embedded().unwrap().items();
     let orphans: Vec<_> = items
         .filter(|item| !used.contains(&(item.file, item.name)))

@@ -5,11 +5,13 @@ use gobo::{
     stage::variants,
 };
 use naga::{
-    Block, Expression, Function, Literal, Module, ShaderStage, Statement,
-    back::pipeline_constants::process_overrides,
-    valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator},
+    Block, Expression, Function, Literal, Module, Statement,
+    front::wgsl::parse_str,
+    valid::{
+        Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
+    },
 };
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// Values for the overrides: the description's, or also random ones.
 fn values(desc: &KernelDesc, tier: Tier, chance: Option<&mut Chance>) -> Vec<Constant> {
@@ -30,34 +32,35 @@ fn values(desc: &KernelDesc, tier: Tier, chance: Option<&mut Chance>) -> Vec<Con
     values
 }
 
-/// The module with `values` in place of its overrides.
-fn resolved(wgsl: &str, desc: &KernelDesc, values: &[Constant]) -> Module {
-    let fails = |error: String| -> ! { panic!("{} with {values:?}: {error}\n{wgsl}", desc.name) };
-    let module =
-        naga::front::wgsl::parse_str(wgsl).unwrap_or_else(|e| fails(e.emit_to_string(wgsl)));
-    let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+fn validate(module: &Module) -> Result<ModuleInfo, String> {
+    Validator::new(ValidationFlags::all(), Capabilities::all())
         .subgroup_stages(ShaderStages::COMPUTE)
         .subgroup_operations(SubgroupOperationSet::all())
-        .validate(&module)
-        .unwrap_or_else(|e| fails(format!("{:?}", e.into_inner())));
-    let known =
-        |name: &str| module.overrides.iter().any(|(_, it)| it.name.as_deref() == Some(name));
-    let values = values.iter().filter(|(name, _)| known(name));
-    let values = values.map(|&(name, value)| (name.to_owned(), value)).collect();
-    let entry = Some((ShaderStage::Compute, desc.entry));
-    let resolved = process_overrides(&module, &info, entry, &values);
-    resolved.unwrap_or_else(|e| fails(e.to_string())).0.into_owned()
+        .validate(module)
+        .map_err(|error| format!("{:?}", error.into_inner()))
 }
 
-/// Whether branches are those of `&&` or `||`, which store its value.
-fn is_operand(accept: &Block, reject: &Block) -> bool {
-    let stores = |block: &Block| {
-        block.iter().all(|statement| match statement {
-            Statement::If { accept, reject, .. } => is_operand(accept, reject),
-            other => matches!(other, Statement::Emit(_) | Statement::Store { .. }),
-        })
-    };
-    stores(accept) && stores(reject)
+/// Number of expressions of all functions.
+fn expressions(module: &Module) -> usize {
+    let entries = module.entry_points.iter().map(|entry| &entry.function);
+    let functions = module.functions.iter().map(|(_, function)| function);
+    functions.chain(entries).map(|function| function.expressions.len()).sum()
+}
+
+/// Whether branches are those of `&&` or `||`, which store its value in a nameless variable.
+fn is_operand(accept: &Block, reject: &Block, function: &Function) -> bool {
+    [accept, reject].into_iter().all(|block| match block.last() {
+        Some(Statement::Store { pointer, .. }) => match function.expressions[*pointer] {
+            Expression::LocalVariable(it) => function.local_variables[it].name.is_none(),
+            _ => false,
+        },
+        _ => false,
+    })
+}
+
+/// Whether a condition is a constant, or the value of one: `HAS_X` is the former, `!HAS_X` the latter.
+fn is_known(condition: &Expression) -> bool {
+    matches!(condition, Expression::Constant(_) | Expression::Literal(Literal::Bool(_)))
 }
 
 /// Branches of a block whose conditions are known.
@@ -66,9 +69,8 @@ fn known_branches(block: &Block, function: &Function) -> usize {
     let of = |statement: &Statement| match statement {
         Statement::Block(block) => inner(block),
         Statement::If { condition, accept, reject } => {
-            let condition = &function.expressions[*condition];
-            let is_known = matches!(condition, Expression::Literal(Literal::Bool(_)));
-            let counts = is_known && !is_operand(accept, reject);
+            let is_known = is_known(&function.expressions[*condition]);
+            let counts = is_known && !is_operand(accept, reject, function);
             usize::from(counts) + inner(accept) + inner(reject)
         }
         Statement::Loop { body, continuing, .. } => inner(body) + inner(continuing),
@@ -86,6 +88,27 @@ fn branches(module: &Module) -> Vec<&str> {
     has_known.map(|it| it.name.as_deref().unwrap_or("the entry point")).collect()
 }
 
+/// The check can fail: conditions of every form are counted, and operands of `&&` are not.
+#[test]
+fn known_conditions_are_noticed() {
+    for (condition, count) in
+        [("HAS_X", 1), ("!HAS_X", 1), ("MANY > 2u", 1), ("lit > 0u", 0), ("HAS_X && is_lit()", 0)]
+    {
+        let wgsl = format!(
+            "const HAS_X: bool = true;\nconst MANY: u32 = 3u;\nvar<private> lit: u32;\n\
+             fn is_lit() -> bool {{ return lit > 0u; }}\n\
+             @compute @workgroup_size(1) fn main() {{ if {condition} {{ lit += 1u; }} }}"
+        );
+        assert_eq!(branches(&parse_str(&wgsl).unwrap()).len(), count, "{condition}");
+    }
+}
+
+/// Names of what a module binds.
+fn bound(module: &Module) -> BTreeSet<&str> {
+    let variables = module.global_variables.iter().filter(|(_, it)| it.binding.is_some());
+    variables.map(|(_, it)| it.name.as_deref().unwrap()).collect()
+}
+
 #[test]
 fn no_branch_is_left_that_is_never_taken() {
     let mut chance = Chance::new(77);
@@ -93,27 +116,18 @@ fn no_branch_is_left_that_is_never_taken() {
     for (desc, tier) in variants() {
         for round in 0..3 {
             let values = values(desc, tier, (round > 0).then_some(&mut chance));
-            let linked = desc.link(tier).unwrap();
-            let (pruned, left) = desc.specialised(tier, &[], &values).unwrap();
-            let names: Vec<_> = pruned.overrides().collect();
-            let module = resolved(&pruned.wgsl, desc, &left);
-            assert_eq!(
-                branches(&module),
-                [""; 0],
-                "{} with {values:?}:\n{}",
-                desc.name,
-                pruned.wgsl
-            );
+            let kernel = desc.specialised(tier, &[], &values).unwrap();
+            let fails = || format!("{} with {values:?}:\n{}", desc.name, kernel.wgsl);
+            let pruned = kernel.module.as_ref().unwrap_or_else(|| panic!("{}", fails()));
+            assert_eq!(branches(pruned), [""; 0], "{}", fails());
+            assert!(pruned.overrides.is_empty(), "{}", fails());
+            validate(pruned).unwrap_or_else(|error| panic!("{error}\n{}", fails()));
             // Whatever is asked for can be bound.
-            let bound: HashSet<_> = pruned.bindings().unwrap().iter().map(|it| it.name).collect();
-            for (_, asked) in module.global_variables.iter().filter(|(_, it)| it.binding.is_some())
-            {
-                let name = asked.name.as_deref().unwrap();
-                assert!(bound.contains(name), "{}: {name}", desc.name);
-            }
-            assert!(left.iter().all(|(name, _)| names.contains(name)), "{}: {left:?}", desc.name);
-            shorter += usize::from(pruned.wgsl.len() < linked.wgsl.len() * 3 / 4);
-            dropped += branches(&resolved(&linked.wgsl, desc, &values)).len();
+            let names: BTreeSet<_> = kernel.bindings.iter().map(|it| it.name).collect();
+            assert_eq!(bound(pruned), names, "{}", desc.name);
+            let whole = parse_str(&kernel.wgsl).unwrap();
+            shorter += usize::from(expressions(pruned) < expressions(&whole) * 3 / 4);
+            dropped += branches(&whole).len();
         }
     }
     // The check can fail: many functions have such branches before.

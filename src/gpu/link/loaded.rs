@@ -1,89 +1,89 @@
 //! Kernels that read sampled textures as storage textures.
-use super::{Item, Library, Linked};
-use crate::gpu::NATIVE_STORAGE_TEXTURES;
-
-/// Choice whose file declares sampled textures as storage textures.
-pub const SAMPLED: &str = "sampled";
+use super::Library;
+use crate::gpu::{Binding, BindingKind, NATIVE_STORAGE_TEXTURES};
+use naga::{Expression, Function, GlobalVariable, Handle, Module, Span, front::wgsl::parse_str};
 
 impl Library {
-    /// The kernel with sampled textures declared as in `file` where it declares them, as storage textures:
-    /// at most as many as the native tier has.
-    pub(in crate::gpu) fn loaded(&self, linked: Linked, file: &'static str) -> Linked {
-        let is_stored = |item: &&Item| item.text.contains("texture_storage_");
-        let stored = linked.items.iter().filter(is_stored).count();
-        let sampled =
-            |item: &Item| item.text.contains("@binding(") && item.text.contains(": texture_2d");
-        let (mut items, mut names) = (linked.items, Vec::new());
-        for item in items.iter_mut().filter(|item| sampled(item)) {
-            let found = self.item(file, item.name, (file, 1)).ok().filter(is_stored);
-            if let Some(found) = found
-                && stored + names.len() < NATIVE_STORAGE_TEXTURES as usize
+    /// Declares sampled textures of a kernel as `file` does, where it declares them as storage textures: at
+    /// most as many as the native tier has.
+    pub(in crate::gpu) fn load_sampled(
+        &self,
+        module: &mut Module,
+        bindings: &mut [Binding],
+        file: &str,
+    ) {
+        let declared = self.0.get(file).map_or(&[][..], |file| &file.items);
+        let text = declared.iter().map(|item| item.text).collect::<Vec<_>>().join("\n");
+        let Ok(source) = parse_str(&text) else { return };
+        let is_stored = |it: &Binding| matches!(it.kind, BindingKind::StorageTexture { .. });
+        let stored = bindings.iter().filter(|it| is_stored(it)).count();
+        let mut textures = Vec::new();
+        for storage in declared.iter().filter_map(Binding::declared).filter(is_stored) {
+            let sampled = bindings.iter_mut().find(|it| it.name == storage.name && !is_stored(it));
+            let places = [&source, module].map(|it| variable(it, storage.name));
+            if let (Some(binding), [Some(from), Some(to)]) = (sampled, places)
+                && stored + textures.len() < NATIVE_STORAGE_TEXTURES as usize
             {
-                *item = found.clone();
-                names.push(found.name);
+                let ty = source.types[source.global_variables[from].ty].clone();
+                module.global_variables[to].ty = module.types.insert(ty, Span::UNDEFINED);
+                *binding = storage;
+                textures.push(to);
             }
         }
-        let mut linked = Linked::new(items);
-        for name in names {
-            linked.wgsl = without_level(&linked.wgsl, name);
-        }
-        linked
+        let entry_points = module.entry_points.iter_mut().map(|it| &mut it.function);
+        let functions = module.functions.iter_mut().map(|(_, it)| it).chain(entry_points);
+        functions.for_each(|function| load_without_level(function, &textures));
     }
 }
 
-/// A source whose loads from `texture` name no mip level, as of storage textures.
-fn without_level(wgsl: &str, texture: &str) -> String {
-    let load = format!("textureLoad({texture}, ");
-    let mut calls = wgsl.split(&load);
-    let mut text = calls.next().unwrap_or_default().to_owned();
-    for call in calls {
-        let mut depth = 1;
-        let end = call.find(|c| {
-            depth += i32::from(c == '(') - i32::from(c == ')');
-            depth == 0
-        });
-        let (arguments, rest) = call.split_at(end.unwrap_or_default());
-        let arguments = arguments.strip_suffix(", 0").unwrap_or(arguments);
-        text.extend([load.as_str(), arguments, rest]);
+fn variable(module: &Module, name: &str) -> Option<Handle<GlobalVariable>> {
+    let mut variables = module.global_variables.iter();
+    variables.find(|(_, it)| it.name.as_deref() == Some(name)).map(|(variable, _)| variable)
+}
+
+/// Storage textures have no mip levels.
+fn load_without_level(function: &mut Function, textures: &[Handle<GlobalVariable>]) {
+    let is_one = |expression: &Expression| matches!(expression, Expression::GlobalVariable(texture) if textures.contains(texture));
+    let images: Vec<_> =
+        function.expressions.iter().filter(|(_, it)| is_one(it)).map(|(image, _)| image).collect();
+    for (_, expression) in function.expressions.iter_mut() {
+        if let Expression::ImageLoad { image, level, .. } = expression
+            && images.contains(image)
+        {
+            *level = None;
+        }
     }
-    text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::link::SourceFile;
+    use crate::gpu::link::prune;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
 
     #[test]
     fn sampled_textures_become_storage_textures() {
-        const KERNEL: SourceFile = (
-            "k.wgsl",
-            "import package::bind::sampled::{many, one};\nfn k() -> u32 {\n    \
-             return textureLoad(one, at(vec2(1u, 0u)), 0).r + textureLoad(many, at(vec2(0u)), 0).r;\n}\n\
-             fn at(place: vec2<u32>) -> vec2<u32> { return place; }\n",
-        );
-        const SAMPLED: SourceFile = (
-            "bind/sampled.wgsl",
-            "@group(0) @binding(1) var one: texture_2d<u32>;\n\
-             @group(0) @binding(2) var many: texture_2d<u32>;\n",
-        );
-        const LOADED: SourceFile = (
-            "bind/loaded.wgsl",
-            "@group(0) @binding(1) var one: texture_storage_2d<r32uint, read>;\n",
-        );
-        let library = Library::new(&[KERNEL, SAMPLED, LOADED]).unwrap();
-        let own = library.link(KERNEL.0, "k", &[]).unwrap();
-        let lines = own.wgsl.lines().count();
-        let loaded = library.loaded(own, LOADED.0);
-        for part in [
-            "var one: texture_storage_2d<r32uint, read>;",
-            "textureLoad(one, at(vec2(1u, 0u))).r",
-            "var many: texture_2d<u32>;",
-            "textureLoad(many, at(vec2(0u)), 0).r",
-        ] {
-            assert!(loaded.wgsl.contains(part), "{part}: {}", loaded.wgsl);
-        }
-        assert!(!loaded.wgsl.contains("var one: texture_2d"), "{}", loaded.wgsl);
-        assert_eq!(loaded.wgsl.lines().count(), lines);
+        const KERNEL: &str = "import package::bind::sampled::{many, one};
+            @compute @workgroup_size(1) fn k() {
+                held = textureLoad(one, vec2(1u, 0u), 0).r + textureLoad(many, vec2(0u), 0).r;
+            }
+            var<private> held: u32;";
+        const SAMPLED: &str = "@group(0) @binding(1) var one: texture_2d<u32>;
+            @group(0) @binding(2) var many: texture_2d<u32>;";
+        const LOADED: &str = "// Read.
+            @group(0) @binding(1) var one: texture_storage_2d<r32uint, read>; // one
+            @group(0) @binding(3) var other: texture_storage_2d<r32uint, read>;";
+        let files = [("k.wgsl", KERNEL), ("bind/sampled.wgsl", SAMPLED), ("loaded.wgsl", LOADED)];
+        let library = Library::new(&files).unwrap();
+        let linked = library.link("k.wgsl", "k", &[]).unwrap();
+        let mut bindings = linked.bindings().unwrap();
+        let mut module = parse_str(&linked.wgsl).unwrap();
+        prune(&mut module);
+        library.load_sampled(&mut module, &mut bindings, "loaded.wgsl");
+        let validator = &mut Validator::new(ValidationFlags::all(), Capabilities::all());
+        validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}"));
+        let is_stored = |it: &Binding| matches!(it.kind, BindingKind::StorageTexture { .. });
+        let stored = bindings.iter().map(|it| (it.name, is_stored(it))).collect::<Vec<_>>();
+        assert_eq!(stored, [("one", true), ("many", false)]);
     }
 }

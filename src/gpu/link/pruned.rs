@@ -1,187 +1,221 @@
-//! Kernels without what the values of their overrides leave unreached.
-use super::{
-    Linked, code,
-    value::{Known, Value},
-    words,
+//! Modules without what is never reached. Compilers inline all of it before they see that nothing asks for
+//! it, which takes lavapipe half of the time for its own passes.
+use naga::{
+    Arena, Block, Expression, Function, Handle, Literal, LocalVariable, Module, Statement,
+    UnaryOperator,
+    compact::{KeepUnused, compact},
 };
-use crate::gpu::Constant;
-use std::collections::{BTreeSet, HashMap};
+use std::{collections::HashMap, mem};
 
-impl Linked {
-    /// What the entry point reaches with these values of the overrides: no branch whose condition is false,
-    /// and no declaration that only such branches use. Compilers inline all of it before they see that
-    /// nothing asks for it, which takes lavapipe half of the time for its own passes.
-    pub(in crate::gpu) fn pruned(self, entry: &str, values: &[Constant]) -> Self {
-        let known = Known::new(&self.items, values);
-        let texts: Vec<_> = self.texts().map(|text| without_dead(text, &known)).collect();
-        let places: HashMap<_, _> = self.items.iter().map(|item| item.name).zip(0..).collect();
-        let mut reached: BTreeSet<usize> = places.get(entry).copied().into_iter().collect();
-        let mut pending: Vec<_> = reached.iter().copied().collect();
-        while let Some(at) = pending.pop() {
-            let named = words(&texts[at]).filter_map(|(_, word)| places.get(word).copied());
-            pending.extend(named.filter(|&place| reached.insert(place)));
-        }
-        Self::of(reached.into_iter().map(|at| (self.items[at].clone(), texts[at].as_str())))
-    }
+/// Functions without arguments that always return the same.
+type Answers = HashMap<Handle<Function>, bool>;
 
-    /// The parts of the source that belong to the items.
-    fn texts(&self) -> impl Iterator<Item = &str> {
-        let counts = self.lines.windows(2).map(|lines| lines[1] - lines[0]).chain([usize::MAX]);
-        let mut lines = self.wgsl.split_inclusive('\n');
-        let mut rest = self.wgsl.as_str();
-        counts.map(move |count| {
-            let end = lines.by_ref().take(count).map(str::len).sum();
-            let (text, after) = rest.split_at(end);
-            rest = after;
-            text.trim_end()
-        })
-    }
-}
-
-/// A declaration without the branches that are never taken. Lines stay where they are.
-fn without_dead(text: &str, known: &Known<'_>) -> String {
-    let mut kept = String::with_capacity(text.len());
-    let mut start = 0;
-    while let Some(Branch { at, is_loop, condition, block }) = Branch::next(text, start) {
-        let end = block_end(text, block);
-        let other = after_else(text, end);
-        kept += &text[start..at];
-        match known.value(condition) {
-            Value::Bool(true) if !is_loop => {
-                start = other.map_or(end, |other| branches_end(text, other));
-                kept += &blank(&text[at..block]);
-                kept += &without_dead(&text[block..end], known);
-                kept += &blank(&text[end..start]);
-            }
-            Value::Bool(false) => {
-                start = other.unwrap_or(end);
-                // A block stands behind the `else` before, if there is one.
-                kept += if other.is_some() { "" } else { "{}" };
-                kept += &blank(&text[at..start]);
-            }
-            _ => {
-                start = block + 1;
-                kept += &text[at..start];
-            }
+/// Leaves out branches whose conditions are known to be false, and all declarations that only these use.
+pub(in crate::gpu) fn prune(module: &mut Module) {
+    let mut answers = Answers::new();
+    let mut functions = module.functions.take();
+    // A function stands behind those that it calls.
+    for (handle, function) in functions.iter_mut() {
+        if let Some(answer) = prune_function(function, module, &answers) {
+            answers.insert(handle, answer);
         }
     }
-    kept + &text[start..]
+    module.functions = functions;
+    let mut entry_points = mem::take(&mut module.entry_points);
+    for entry_point in &mut entry_points {
+        prune_function(&mut entry_point.function, module, &answers);
+    }
+    module.entry_points = entry_points;
+    // `compact` keeps whatever has a name.
+    module.constants.iter_mut().for_each(|(_, constant)| constant.name = None);
+    compact(module, KeepUnused::No);
 }
 
-/// An `if`, or a `for` whose body may be left out.
-struct Branch<'a> {
-    /// Start of the keyword.
-    at: usize,
-    is_loop: bool,
-    condition: &'a str,
-    /// Start of the block behind it.
-    block: usize,
-}
-
-impl<'a> Branch<'a> {
-    /// The next one from `start` on.
-    fn next(text: &'a str, start: usize) -> Option<Self> {
-        let (at, keyword) = words(&text[start..]).find(|(_, word)| ["if", "for"].contains(word))?;
-        let at = start + at;
-        let mut depth = 0_i32;
-        let (block, _) = code(text, at).find(|&(_, c)| {
-            depth += i32::from(c == '(') - i32::from(c == ')');
-            depth == 0 && c == '{'
-        })?;
-        let head = &text[at + keyword.len()..block];
-        let is_loop = keyword == "for";
-        let condition = if is_loop { head.split(';').nth(1).unwrap_or_default() } else { head };
-        Some(Self { at, is_loop, condition, block })
+/// Prunes a function, and returns its answer if it has one.
+fn prune_function(function: &mut Function, module: &Module, answers: &Answers) -> Option<bool> {
+    function.named_expressions.clear();
+    let mut walk = Walk {
+        module,
+        answers,
+        expressions: &mut function.expressions,
+        variables: &function.local_variables,
+        stored: HashMap::new(),
+    };
+    function.body = walk.block(mem::take(&mut function.body));
+    let (last, before) = function.body.split_last()?;
+    let is_constant = function.arguments.is_empty() && before.iter().all(|it| walk.is_silent(it));
+    match last {
+        Statement::Return { value: Some(value) } if is_constant => walk.known(*value),
+        _ => None,
     }
 }
 
-/// End of the block that starts at `block`.
-fn block_end(text: &str, block: usize) -> usize {
-    let mut depth = 0_i32;
-    let end = code(text, block).find(|&(_, c)| {
-        depth += i32::from(c == '{') - i32::from(c == '}');
-        depth == 0
-    });
-    end.map_or(text.len(), |(at, _)| at + 1)
+struct Walk<'a> {
+    module: &'a Module,
+    answers: &'a Answers,
+    expressions: &'a mut Arena<Expression>,
+    variables: &'a Arena<LocalVariable>,
+    /// Values of `&&` and `||`, which naga stores in nameless variables, each in the branches of one `if`.
+    /// `None`: known at run time only.
+    stored: HashMap<Handle<LocalVariable>, Option<bool>>,
 }
 
-/// Start of the block or the `if` behind the `else` that follows a block's end.
-fn after_else(text: &str, end: usize) -> Option<usize> {
-    let (at, c) = code(text, end).find(|(_, c)| !c.is_whitespace())?;
-    if c != 'e' || words(&text[at..]).next()?.1 != "else" {
-        return None;
+impl Walk<'_> {
+    fn block(&mut self, block: Block) -> Block {
+        let mut kept = Vec::with_capacity(block.len());
+        for (statement, _) in block.span_into_iter() {
+            self.statement(statement, &mut kept);
+            let ends = |it: &Statement| {
+                matches!(it, Statement::Break | Statement::Continue | Statement::Return { .. })
+            };
+            if kept.last().is_some_and(ends) {
+                break;
+            }
+        }
+        // Without positions, which differ where only the values of constants do.
+        Block::from_vec(kept)
     }
-    code(text, at + "else".len()).find(|(_, c)| !c.is_whitespace()).map(|(start, _)| start)
-}
 
-/// End of a block or an `if` that starts at `start`, with all of its branches.
-fn branches_end(text: &str, start: usize) -> usize {
-    let is_block = text[start..].starts_with('{');
-    let next = if is_block { None } else { Branch::next(text, start) };
-    let block = next.map_or(start, |branch| branch.block);
-    let end = block_end(text, block);
-    after_else(text, end).map_or(end, |other| branches_end(text, other))
-}
+    fn statement(&mut self, statement: Statement, kept: &mut Vec<Statement>) {
+        let is_idle = |block: &Block| block.iter().all(|it| matches!(it, Statement::Emit(_)));
+        match statement {
+            Statement::If { condition, accept, reject } => match self.known(condition) {
+                Some(is_true) => self.splice(if is_true { accept } else { reject }, kept),
+                None => {
+                    let (accept, reject) = (self.block(accept), self.block(reject));
+                    if !(is_idle(&accept) && is_idle(&reject)) {
+                        kept.push(Statement::If { condition, accept, reject });
+                    }
+                }
+            },
+            Statement::Block(block) => self.splice(block, kept),
+            Statement::Switch { selector, mut cases } => {
+                for case in &mut cases {
+                    case.body = self.block(mem::take(&mut case.body));
+                }
+                kept.push(Statement::Switch { selector, cases });
+            }
+            Statement::Loop { body, continuing, break_if } => {
+                let (body, continuing) = (self.block(body), self.block(continuing));
+                let first = body.iter().find(|it| !self.is_silent(it));
+                if !matches!(first, Some(Statement::Break)) {
+                    kept.push(Statement::Loop { body, continuing, break_if });
+                }
+            }
+            Statement::Call { function, result: Some(result), .. }
+                if self.answers.contains_key(&function) =>
+            {
+                self.expressions[result] =
+                    Expression::Literal(Literal::Bool(self.answers[&function]));
+            }
+            Statement::Store { pointer, value } => {
+                if let Some(variable) = self.operand(pointer) {
+                    let value = self.known(value);
+                    let stored = self.stored.entry(variable).or_insert(value);
+                    *stored = stored.filter(|_| *stored == value);
+                }
+                kept.push(Statement::Store { pointer, value });
+            }
+            other => kept.push(other),
+        }
+    }
 
-/// The line ends of a text.
-fn blank(text: &str) -> String {
-    text.chars().filter(|c| *c == '\n').collect()
+    fn splice(&mut self, block: Block, kept: &mut Vec<Statement>) {
+        kept.extend(self.block(block).span_into_iter().map(|(statement, _)| statement));
+    }
+
+    /// Whether it only evaluates expressions.
+    fn is_silent(&self, statement: &Statement) -> bool {
+        match statement {
+            Statement::Emit(_) => true,
+            Statement::Store { pointer, .. } => self.operand(*pointer).is_some(),
+            _ => false,
+        }
+    }
+
+    /// The variable of an `&&` or `||`.
+    fn operand(&self, pointer: Handle<Expression>) -> Option<Handle<LocalVariable>> {
+        match self.expressions[pointer] {
+            Expression::LocalVariable(variable) => {
+                self.variables[variable].name.is_none().then_some(variable)
+            }
+            _ => None,
+        }
+    }
+
+    fn known(&self, expression: Handle<Expression>) -> Option<bool> {
+        match self.expressions[expression] {
+            Expression::Literal(Literal::Bool(value)) => Some(value),
+            Expression::Constant(constant) => {
+                match self.module.global_expressions[self.module.constants[constant].init] {
+                    Expression::Literal(Literal::Bool(value)) => Some(value),
+                    _ => None,
+                }
+            }
+            Expression::Unary { op: UnaryOperator::LogicalNot, expr } => {
+                self.known(expr).map(|value| !value)
+            }
+            Expression::Load { pointer } => *self.stored.get(&self.operand(pointer)?)?,
+            _ => None,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::link::Library;
+    use naga::{
+        front::wgsl::parse_str,
+        valid::{Capabilities, ValidationFlags, Validator},
+    };
 
-    const SOURCE: &str = "override A: bool = false;\noverride B: bool = true;\nvar<private> held: u32;\n\
-        // if A { in a comment }\nfn root() {\n    if A { // if B {\n        dead();\n    }\n    \
-        if open() {\n        one();\n    } else if A {\n        dead();\n    }\n    \
-        if B && open() { two(); } else { one(); }\n    \
-        if B {\n        three();\n    } else if open() {\n        dead();\n    } else {\n        dead();\n    }\n    \
-        if A { dead(); } else if open() { if A { dead(); } four(); } // held\n    \
-        if (A || !B) { dead(); } else { five(); }\n    \
-        for (var i = 0u; A && i < 2u; i += 1u) { dead(); }\n    for (; B;) { six(); }\n}\n\
-        fn open() -> bool { return held > 0u; }\nfn dead() { deader(); }\nfn deader() { held = 1u; }\n\
-        fn one() {}\nfn two() {}\nfn three() {}\nfn four() {}\nfn five() {}\nfn six() {}\n";
+    const SOURCE: &str = "var<private> held: u32;
+        fn act(i: u32) { held += i; }
+        fn zero() { act(0u); } fn one() { act(1u); } fn two() { act(2u); } fn three() { act(3u); }
+        fn four() { act(4u); } fn five() { act(5u); } fn six() { act(6u); } fn seven() { act(7u); }
+        fn is_lit() -> bool { return held > 9u; }
+        fn has_both() -> bool { return A && B; }
+        @compute @workgroup_size(1) fn main() {
+            if A { zero(); } else if is_lit() { one(); }
+            if B && is_lit() { two(); }
+            if is_lit() && B { three(); }
+            if !(A || is_lit() || !B) { four(); }
+            if has_both() { five(); }
+            for (var i = 0u; A && i < 2u; i += 1u) { six(); }
+            if A { return; }
+            seven();
+        }";
 
-    fn pruned(values: &[Constant]) -> Linked {
-        let library = Library::new(&[("k.wgsl", SOURCE)]).unwrap();
-        library.link("k.wgsl", "root", &[]).unwrap().pruned("root", values)
+    fn pruned(a: bool, b: bool, unused: &str) -> Module {
+        let constants = format!("const UNUSED: bool = {unused};\nconst A: bool = {a};\n");
+        let wgsl = format!("{constants}const B: bool = {b};\n{SOURCE}");
+        let mut module = parse_str(&wgsl).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&wgsl)));
+        prune(&mut module);
+        let validator = &mut Validator::new(ValidationFlags::all(), Capabilities::all());
+        validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}"));
+        module
     }
 
     #[test]
     fn what_is_never_reached_is_left_out() {
-        let linked = pruned(&[]);
-        let names: Vec<_> = linked.items.iter().map(|item| item.name).collect();
-        assert_eq!(
-            names,
-            ["B", "held", "root", "open", "one", "two", "three", "four", "five", "six"]
-        );
-        assert!(linked.wgsl.contains("for (; B;) { six(); }"), "{}", linked.wgsl);
-        assert!(!linked.wgsl.contains("dead();"), "{}", linked.wgsl);
-        // The other way round all is reached but what stands behind `else`.
-        let other = pruned(&[("A", 1.0), ("B", 0.0)]);
-        for name in ["dead", "deader"] {
-            assert!(other.items.iter().any(|item| item.name == name), "{name}: {}", other.wgsl);
-        }
-        for name in ["two", "three", "four", "five", "six"] {
-            assert!(!other.wgsl.contains(name), "{name}: {}", other.wgsl);
+        for (a, b, wanted) in [
+            (true, true, &["zero", "two", "three", "five", "six"][..]),
+            (true, false, &["zero", "six"]),
+            (false, true, &["one", "two", "three", "four", "seven"]),
+            (false, false, &["one", "seven"]),
+        ] {
+            let module = pruned(a, b, "true");
+            let functions = module.functions.iter().filter_map(|(_, it)| it.name.as_deref());
+            let helpers = ["act", "is_lit"];
+            let left: Vec<_> = functions.filter(|name| !helpers.contains(name)).collect();
+            assert_eq!(left, wanted, "{a} {b}");
         }
     }
 
     #[test]
-    fn lines_of_what_is_kept_lead_back_to_their_files() {
-        for values in [&[][..], &[("A", 1.0)], &[("B", 0.0)]] {
-            let linked = pruned(values);
-            for (line, text) in (1..).zip(linked.wgsl.lines()) {
-                let Some(call) = text.split("();").next().filter(|_| text.contains("();")) else {
-                    continue;
-                };
-                let call = call.rsplit(' ').next().unwrap();
-                let (_, at) = linked.locate(line).unwrap();
-                let source = SOURCE.lines().nth(at - 1).unwrap();
-                assert!(source.contains(call), "{call}: {source}");
-            }
-        }
+    fn modules_of_the_same_code_are_the_same() {
+        let text = |unused| format!("{:?}", pruned(true, false, unused));
+        assert_eq!(text("true"), text("false"));
+        assert_ne!(text("true"), format!("{:?}", pruned(false, true, "true")));
     }
 }
