@@ -1,5 +1,9 @@
 //! Defaults of a scene file.
-use super::{Bounds, Camera, Scene, document::KindOfShape, particles::FARTHEST, shapes};
+use super::{
+    Bounds, Camera, Scene,
+    particles::FARTHEST,
+    shapes::{self, KindOfShape},
+};
 use crate::model::{Light, LightKind, Material, Transfer};
 use glam::{Mat4, UVec2, Vec3, Vec4};
 

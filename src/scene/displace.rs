@@ -1,8 +1,5 @@
 //! Spheres displaced by animated noise: closed, lumpy bodies for clouds of dust.
-use super::{
-    document::{KindOfShape, array},
-    shapes,
-};
+use super::{numbers::array, shapes, shapes::KindOfShape};
 use crate::{
     model::{Motion, Scene, Triangle},
     records::pcg,

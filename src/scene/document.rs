@@ -7,37 +7,16 @@ use crate::{
         document_motion::{AnimateTable, EmitterTable, Shades},
         generate::Generate,
         noise::Noise,
+        numbers::{array, exactly},
+        shapes::KindOfShape,
     },
 };
 use serde::{
     Deserialize, Deserializer,
-    de::{Error as _, MapAccess, value::MapAccessDeserializer},
+    de::{MapAccess, value::MapAccessDeserializer},
 };
 use std::path::PathBuf;
 use toml::Spanned;
-
-/// Deserializes an array of N numbers: serde's own takes the first N of a longer one.
-pub(super) fn array<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    let values = Vec::<T>::deserialize(deserializer)?;
-    let count = values.len();
-    values.try_into().map_err(|_| {
-        D::Error::custom(format!("expected an array of {N} numbers, found one of {count}"))
-    })
-}
-
-pub(super) fn exactly<'de, D, T, const N: usize>(
-    deserializer: D,
-) -> Result<Option<[T; N]>, D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    array(deserializer).map(Some)
-}
 
 /// The whole file.
 #[derive(Debug, Default, Deserialize)]
@@ -244,15 +223,6 @@ pub(super) struct ParticlesTable {
     pub file: Option<PathBuf>,
     pub generate: Option<Generate>,
     pub material: String,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum KindOfShape {
-    Plane,
-    Box,
-    Sphere,
-    Pane,
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -1,5 +1,5 @@
 //! Tables of lights and their shadows in the scene file's own names, units and spellings, not validated yet.
-use super::document::exactly;
+use super::numbers::exactly;
 use serde::Deserialize;
 use toml::Spanned;
 

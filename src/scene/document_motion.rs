@@ -1,6 +1,6 @@
 //! Animation tables of a scene file, not validated yet.
 use super::{
-    document::{array, exactly},
+    numbers::{array, exactly},
     track::Mode,
 };
 use crate::model::emitter::EmitterShape;

@@ -1,5 +1,5 @@
 //! Seeded particles, identical on every machine.
-use super::{Bounds, document::array};
+use super::{Bounds, numbers::array};
 use crate::model::Particle;
 use glam::{Vec3, Vec4};
 

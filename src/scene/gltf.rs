@@ -3,7 +3,7 @@
 //! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones are
 //! radiometric, as exporters write both.
 use super::{
-    Camera, SceneError,
+    SceneError,
     deform::Deform,
     gltf_animation::{self, NodeTracks},
     gltf_announced,
@@ -14,7 +14,7 @@ use super::{
     limits::Limit,
     rig::{Draw, Node, Rig},
 };
-use crate::model::{Light, LightKind, Material, Skipped, Texture, Triangle};
+use crate::model::{Camera, Light, LightKind, Material, Skipped, Texture, Triangle};
 use ::gltf::{
     accessor::{DataType, Dimensions},
     khr_lights_punctual::Kind,

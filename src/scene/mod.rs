@@ -33,6 +33,7 @@ mod loader_files;
 mod look_up;
 #[doc(hidden)]
 pub mod noise;
+mod numbers;
 mod painted;
 mod particles;
 mod plain;

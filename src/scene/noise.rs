@@ -1,6 +1,6 @@
 //! Animated tileable noise: an alpha texture that scrolls and evolves, for flowing smoke as a cutout
 //! shadow.
-use super::{document::array, painted};
+use super::{numbers::array, painted};
 use crate::{
     model::{Motion, Scene, Texture},
     records::pcg,

@@ -1,7 +1,16 @@
 //! Unit shapes: plane, box, sphere and pane.
-use super::document::KindOfShape;
 use crate::model::Triangle;
 use glam::{Mat3, Mat4, Vec2, Vec3};
+use serde::Deserialize;
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum KindOfShape {
+    Plane,
+    Box,
+    Sphere,
+    Pane,
+}
 
 /// Default subdivisions of the icosahedron: 1,280 triangles.
 pub(super) const SPHERE_LEVEL: u32 = 3;

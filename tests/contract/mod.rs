@@ -1,4 +1,5 @@
 //! Contracts of all kernels, devices and recorded frames.
+mod circles;
 mod device;
 mod face;
 mod grammar;
