@@ -46,7 +46,9 @@ fn leaves(tree: &str) -> Vec<String> {
     let Some((prefix, rest)) = tree.split_once('{') else {
         return vec![tree.split(" as ").next().unwrap().trim().to_owned()];
     };
-    let body = &rest[..rest.rfind('}').unwrap()];
+    // A text may begin a line with "use", too.
+    let Some(end) = rest.rfind('}') else { return Vec::new() };
+    let body = &rest[..end];
     let (mut depth, mut start, mut found) = (0, 0, Vec::new());
     for (at, c) in body.char_indices().chain([(body.len(), ',')]) {
         depth += i32::from(c == '{') - i32::from(c == '}');
