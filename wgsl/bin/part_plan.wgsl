@@ -1,6 +1,6 @@
 // bin, where pairs did not fit: number of pairs in all tiles before each tile, in place, and whether the parts
 // that are recorded suffice. Else the footprints that did not fit are scattered. One workgroup. Host:
-// src/shadows/parts.rs.
+// src/shadows/batch/parts.rs.
 
 import package::bind::changed::{counters, dispatches, part_turn, tile_pairs};
 import package::bind::uniform::{bin_params, part_params};
