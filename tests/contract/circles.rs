@@ -97,7 +97,6 @@ fn target<'a>(files: &'a Files, file: &[String], path: &[String]) -> Option<&'a 
         "self" => file.to_vec(),
         _ => [file, &path[..1]].concat(),
     };
-<<<<<<< HEAD
     let is_child = !["crate", "super", "self"].contains(&path[0].as_str());
     if is_child && !files.contains_key(&at) {
         return None;
@@ -117,19 +116,6 @@ fn target<'a>(files: &'a Files, file: &[String], path: &[String]) -> Option<&'a 
                 None if path.len() > i + 1 && name.starts_with(char::is_lowercase) => None,
                 None => files.get_key_value(&at).map(|(at, _)| at),
             };
-=======
-    // A text may begin a line with "use", too.
-    let Some(end) = rest.rfind('}') else { return Vec::new() };
-    let body = &rest[..end];
-    let (mut depth, mut start, mut found) = (0, 0, Vec::new());
-    for (at, c) in body.char_indices().chain([(body.len(), ',')]) {
-        depth += i32::from(c == '{') - i32::from(c == '}');
-        if c == ',' && depth == 0 {
-            let branch = body[start..at].trim();
-            start = at + 1;
-            let all = if branch.is_empty() { Vec::new() } else { leaves(branch) };
-            found.extend(all.into_iter().map(|leaf| format!("{}{leaf}", prefix.trim())));
->>>>>>> frame
         }
     }
     files.get_key_value(&at).map(|(at, _)| at)
