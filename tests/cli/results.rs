@@ -1,6 +1,9 @@
 //! Results beside the picture: curves as arrays, linear light, exposure, no ground.
 use super::commands::{Folder, files, npy};
-use gobo::{render::{RenderOptions, Renderer}, scene};
+use gobo::{
+    render::{RenderOptions, Renderer},
+    scene,
+};
 use std::fs;
 
 /// Two panes under a sun straight down: red at 3/4 of the light, blue at 1/2, a floor below.

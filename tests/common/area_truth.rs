@@ -1,6 +1,10 @@
 //! Reference light of area lights, in 64 bits, straight from the scene: a ray from each of many points of
 //! the visible emitting surface is tested against every triangle. No map, no filter.
-use gobo::{glam::{DVec3, Vec3}, model::{Light, LightKind, Source, Transfer}, scene::Scene};
+use gobo::{
+    glam::{DVec3, Vec3},
+    model::{Light, LightKind, Source, Transfer},
+    scene::Scene,
+};
 use std::f64::consts::{PI, TAU};
 
 /// Sample points on a light.

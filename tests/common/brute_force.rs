@@ -1,7 +1,11 @@
 //! A renderer in 64 bits, straight from the formulas: every texel tests every caster. It shares no code
 //! with the crate's, and uses no tricks.
 use super::compare::ExpectedTexel;
-use gobo::{glam::{DVec2, DVec3, DVec4, Vec2, Vec3}, model::{LightKind, Material, Particle, Profile, Shape, Texture, Transfer, Triangle, View}, scene::Scene};
+use gobo::{
+    glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
+    model::{LightKind, Material, Particle, Profile, Shape, Texture, Transfer, Triangle, View},
+    scene::Scene,
+};
 
 /// Distance to an edge below which rounding decides [texels].
 const EDGE: f64 = 0.05;

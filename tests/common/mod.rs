@@ -6,7 +6,16 @@ pub(crate) mod scenes;
 pub(crate) mod windows;
 
 pub(crate) use gobo::internals::gpu::Tier;
-use gobo::{Shadows, internals::{gpu::{Gpu, KernelDesc, Selection}, records::Picture, shadows::{Config, Pipeline}}, render::{Frame, RenderOptions, Renderer}, scene::Scene};
+use gobo::{
+    Shadows,
+    internals::{
+        gpu::{Gpu, KernelDesc, Selection},
+        records::Picture,
+        shadows::{Config, Pipeline},
+    },
+    render::{Frame, RenderOptions, Renderer},
+    scene::Scene,
+};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];

@@ -1,5 +1,12 @@
 //! Small scenes, and seeded random numbers.
-use gobo::{glam::{Mat4, UVec2, Vec2, Vec3, Vec4}, model::{Camera, Light, LightKind, Material, Part, Particle, Projection, ShadowSettings, Transfer, Triangle, View}, scene::Scene};
+use gobo::{
+    glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
+    model::{
+        Camera, Light, LightKind, Material, Part, Particle, Projection, ShadowSettings, Transfer,
+        Triangle, View,
+    },
+    scene::Scene,
+};
 
 /// Seeded random numbers (Steele et al. 2014, `SplitMix64`).
 pub(crate) struct Chance(u64);

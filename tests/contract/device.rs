@@ -1,6 +1,10 @@
 //! Devices: tiers, read-back, and errors that are values.
 use crate::common::{gpu, own_gpu};
-use gobo::{Error, internals::gpu::{Backend, Gpu, NATIVE_FEATURES, Selection, Tier}, wgpu};
+use gobo::{
+    Error,
+    internals::gpu::{Backend, Gpu, NATIVE_FEATURES, Selection, Tier},
+    wgpu,
+};
 
 #[test]
 fn core_asks_for_nothing() {

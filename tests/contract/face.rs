@@ -3,7 +3,13 @@ use crate::common::{
     TIERS,
     scenes::{material, particle, random_discs},
 };
-use gobo::{Bounds, Camera, Casters, Error, Gpu, Light, Material, Particle, Prepared, ShadowSettings, Shadows, Texture, Transfer, Triangle, View, glam::{Mat4, UVec2, Vec3, Vec4}, internals::gpu::{NATIVE_FEATURES, Selection}, light_views, wgpu};
+use gobo::{
+    Bounds, Camera, Casters, Error, Gpu, Light, Material, Particle, Prepared, ShadowSettings,
+    Shadows, Texture, Transfer, Triangle, View,
+    glam::{Mat4, UVec2, Vec3, Vec4},
+    internals::gpu::{NATIVE_FEATURES, Selection},
+    light_views, wgpu,
+};
 
 fn open(tier: gobo::internals::gpu::Tier) -> (Gpu, Shadows) {
     let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() });

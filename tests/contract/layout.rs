@@ -1,6 +1,26 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
-use gobo::{internals::{gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier}, records::{AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams, EmitterParams, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGroup, HostView, ImportParams, Listed, LoadCounters, LoadParams, MaskParams}, stage::{bin::{BatchCounters, BinParams, PartParams, Segment}, blur::BlurParams, filter::FilterParams, levels::LevelParams, project::{Chunk, ProjectParams}, shade::{Band, PictureParams, PointBatch}, sort::{SERIAL_SCATTER, SortPass}, variants}}, wgpu::{TextureSampleType, TextureViewDimension}};
+use gobo::{
+    internals::{
+        gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
+        records::{
+            AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
+            EmitterParams, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView,
+            HostGroup, HostView, ImportParams, Listed, LoadCounters, LoadParams, MaskParams,
+        },
+        stage::{
+            bin::{BatchCounters, BinParams, PartParams, Segment},
+            blur::BlurParams,
+            filter::FilterParams,
+            levels::LevelParams,
+            project::{Chunk, ProjectParams},
+            shade::{Band, PictureParams, PointBatch},
+            sort::{SERIAL_SCATTER, SortPass},
+            variants,
+        },
+    },
+    wgpu::{TextureSampleType, TextureViewDimension},
+};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
 
 /// `Ok(false)`: the module does not declare the struct.

@@ -1,6 +1,46 @@
 //! Constants that Rust and WGSL share are equal, and every constant of the WGSL is known: it has a mirror,
 //! or belongs to the kernels alone.
-use gobo::{internals::{gpu::Library, records::{AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT, BLOCK_TEXELS, BLUE_SIZE, CASTER_TEXELS, COLORED_BIT, CURVE_SEGMENT, DEPTH_TAG_BITS, FARTHEST_PLACE, FILTER_BOX, FILTER_DISC, FILTER_SPLINE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA16FLOAT, FORMAT_RGBA8UNORM, INVISIBLE, JOINED_BIT, LEVELED_TEXELS, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS, MAX_MATERIALS, MAX_VIEWS, MIN_RADIUS, NORMALS_NONE, NORMALS_UNORM, NO_OWNER, NO_TEXTURE, OPACITY_SCALE, PART_FACE, PART_WHOLE, PART_WINDOW, RADIUS_STEPS, REACH_TEXELS, ROW, SETUP_TEXELS, SHAFTS_BIT, SKIRT, SLOTS, SPLINE_REACH, STEPS_AT_ONCE, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS}, reference::{FAINT, accumulate, air, curve::{self, tile::{ROUNDING, SLAB_PAIRS, TRACE}}, dither::{BLOCK_BITS, FARTHEST}, mask, order::WAITING, project::{MIN_COSINE, SLACK}, resolve::BLACK, shading::{self, receive, taps}}, shadows::cull::frustum, stage::{bin::{Dispatch, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES}, filter::CURVE_RUN_LAYERS, project::{self, CHUNK_SIZE}, shade, sort::{FEW_BITS, MOST_BITS, PAIR_ROW, TOTAL_ROW, WIDE_BLOCK}}}, model::{LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape, TILE_SIZE, Transfer, emitter::{EmitterShape, STEP, STEPS_PER_SECOND, TRIES}}};
+use gobo::{
+    internals::{
+        gpu::Library,
+        records::{
+            AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
+            BLOCK_TEXELS, BLUE_SIZE, CASTER_TEXELS, COLORED_BIT, CURVE_SEGMENT, DEPTH_TAG_BITS,
+            FARTHEST_PLACE, FILTER_BOX, FILTER_DISC, FILTER_SPLINE, FOOTPRINT_TEXELS,
+            FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT, INVISIBLE, JOINED_BIT,
+            LEVELED_TEXELS, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS,
+            MAX_MATERIALS, MAX_VIEWS, MIN_RADIUS, NO_OWNER, NO_TEXTURE, NORMALS_NONE,
+            NORMALS_UNORM, OPACITY_SCALE, PART_FACE, PART_WHOLE, PART_WINDOW, RADIUS_STEPS,
+            REACH_TEXELS, ROW, SETUP_TEXELS, SHAFTS_BIT, SKIRT, SLOTS, SPLINE_REACH, STEPS_AT_ONCE,
+            TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
+        },
+        reference::{
+            FAINT, accumulate, air,
+            curve::{
+                self,
+                tile::{ROUNDING, SLAB_PAIRS, TRACE},
+            },
+            dither::{BLOCK_BITS, FARTHEST},
+            mask,
+            order::WAITING,
+            project::{MIN_COSINE, SLACK},
+            resolve::BLACK,
+            shading::{self, receive, taps},
+        },
+        shadows::cull::frustum,
+        stage::{
+            bin::{Dispatch, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES},
+            filter::CURVE_RUN_LAYERS,
+            project::{self, CHUNK_SIZE},
+            shade,
+            sort::{FEW_BITS, MOST_BITS, PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
+        },
+    },
+    model::{
+        LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape, TILE_SIZE, Transfer,
+        emitter::{EmitterShape, STEP, STEPS_PER_SECOND, TRIES},
+    },
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Value in Rust, by name in WGSL.

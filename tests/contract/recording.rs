@@ -5,7 +5,18 @@ use crate::common::{
     scenes::{Chance, empty, light, material, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{gpu::{Gpu, Tier, Timeline}, picture::{PictureCapacity, PictureRequest}, shadows::{CasterSet, Config, Pipeline, PreparedMaps}, view::shadow_views}, model::{Environment, LightKind, Material, Pattern, Sky, Transfer, View}, scene::Scene, wgpu};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{
+        gpu::{Gpu, Tier, Timeline},
+        picture::{PictureCapacity, PictureRequest},
+        shadows::{CasterSet, Config, Pipeline, PreparedMaps},
+        view::shadow_views,
+    },
+    model::{Environment, LightKind, Material, Pattern, Sky, Transfer, View},
+    scene::Scene,
+    wgpu,
+};
 use std::sync::{Arc, MutexGuard};
 
 /// Live resources of the device. Buffers include those that `Queue::write_*` stages until the next

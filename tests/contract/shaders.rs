@@ -1,7 +1,22 @@
 //! Every kernel is valid on its tier and uses known overrides only; every declaration is used by some
 //! kernel, and every file imports its foreign names.
 use crate::common::{gpu, own_gpu, parse, wgsl_files};
-use gobo::{internals::{gpu::{Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library, NATIVE_STORAGE_TEXTURES, Resources, Tier, words}, stage::{KERNELS, bin, curve, levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT}, llvmpipe::LOADED, sort::SERIAL_SCATTER, variants}}, wgpu::{self, BufferUsages}};
+use gobo::{
+    internals::{
+        gpu::{
+            Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library,
+            NATIVE_STORAGE_TEXTURES, Resources, Tier, words,
+        },
+        stage::{
+            KERNELS, bin, curve,
+            levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
+            llvmpipe::LOADED,
+            sort::SERIAL_SCATTER,
+            variants,
+        },
+    },
+    wgpu::{self, BufferUsages},
+};
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
 use std::collections::HashSet;
 

@@ -4,7 +4,22 @@ use crate::common::{
     scenes::{empty, light, material, particle},
     two_devices,
 };
-use gobo::{Bounds, Casters, Error, Light, LightKind, Receiver, ShadowSettings, Shadows, Support, Tier, Transfer, glam::{Vec3, Vec4}, host::{Missing, Need, Requirement}, internals::{gpu::{Kernel, KernelError, NATIVE_FEATURES, Resources, Selection}, shadows::Config, stage::bin}, light_views, model::InvalidLight, render::{RenderOptions, Renderer}, scene::Scene, wgpu::{self, AdapterInfo, Device, Features, Limits, Queue}};
+use gobo::{
+    Bounds, Casters, Error, Light, LightKind, Receiver, ShadowSettings, Shadows, Support, Tier,
+    Transfer,
+    glam::{Vec3, Vec4},
+    host::{Missing, Need, Requirement},
+    internals::{
+        gpu::{Kernel, KernelError, NATIVE_FEATURES, Resources, Selection},
+        shadows::Config,
+        stage::bin,
+    },
+    light_views,
+    model::InvalidLight,
+    render::{RenderOptions, Renderer},
+    scene::Scene,
+    wgpu::{self, AdapterInfo, Device, Features, Limits, Queue},
+};
 
 fn open(features: Features, limits: Limits) -> (Device, Queue, AdapterInfo) {
     let adapters = gobo::internals::gpu::adapters(&Selection::default());

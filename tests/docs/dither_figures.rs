@@ -1,7 +1,11 @@
 //! Every figure of `docs/dither.md`, measured again: `make tables` writes them.
 use crate::common::{TIERS, map_frame, scenes::empty};
 use crate::dither_study as measure;
-use gobo::{glam::Vec3, model::{Light, LightKind, Material, Pattern, Transfer}, scene::Scene};
+use gobo::{
+    glam::Vec3,
+    model::{Light, LightKind, Material, Pattern, Transfer},
+    scene::Scene,
+};
 
 /// Half a unit of the last digit, and differences between implementations of sine.
 const ROUNDED: f32 = 0.002;

@@ -9,7 +9,19 @@ use crate::common::{
     scenes::{Chance, flat_view, pane, particle},
     tiers,
 };
-use gobo::{Bounds, Casters, Error, HostDepth, HostInputs, Light, Particle, Triangle, View, glam::{DVec3, Mat4, UVec2, Vec2, Vec4}, internals::{gpu::{Gpu, Kernel, Resources}, records::ImportParams, reference::import::ClipRay, stage::import}, light_views, model::Projection, wgpu::{self, TextureFormat, TextureUsages}};
+use gobo::{
+    Bounds, Casters, Error, HostDepth, HostInputs, Light, Particle, Triangle, View,
+    glam::{DVec3, Mat4, UVec2, Vec2, Vec4},
+    internals::{
+        gpu::{Gpu, Kernel, Resources},
+        records::ImportParams,
+        reference::import::ClipRay,
+        stage::import,
+    },
+    light_views,
+    model::Projection,
+    wgpu::{self, TextureFormat, TextureUsages},
+};
 
 pub(super) fn views() -> [View; 2] {
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };

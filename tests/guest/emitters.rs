@@ -1,7 +1,16 @@
 //! Emitters on the device: particles match the twin's, and cast shadows without a read-back.
 use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, uploaded};
 use crate::common::{TIERS, Tier, gpu, tiers};
-use gobo::{CasterCount, HostCasters, internals::{gpu::Gpu, records::GpuEmitted, shadows::{EMITTED_WGSL, Simulation}}, model::emitter::{EmittedParticle, EmitterShape, Flock, Forces}, wgpu};
+use gobo::{
+    CasterCount, HostCasters,
+    internals::{
+        gpu::Gpu,
+        records::GpuEmitted,
+        shadows::{EMITTED_WGSL, Simulation},
+    },
+    model::emitter::{EmittedParticle, EmitterShape, Flock, Forces},
+    wgpu,
+};
 
 fn calm() -> Forces {
     Forces {

@@ -1,7 +1,25 @@
 //! Kernels of load and cull, each alone, against the CPU.
 use super::{Vec3, materials, particles};
 use crate::common::{TIERS, gpu, scenes::Chance};
-use gobo::{Bounds, Light, glam::{UVec2, Vec4}, internals::{gpu::{Gpu, Kernel, Resources}, records::{Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, Listed, LoadCounters, LoadParams, MAX_MATERIALS, MAX_VIEWS, ROW}, shadows::cull::{Frustum, widened}, stage::{load, project::{CHUNK_SIZE, Chunk}}}, light_views, model::Particle, wgpu::{BufferUsages, TextureFormat}};
+use gobo::{
+    Bounds, Light,
+    glam::{UVec2, Vec4},
+    internals::{
+        gpu::{Gpu, Kernel, Resources},
+        records::{
+            Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, Listed, LoadCounters,
+            LoadParams, MAX_MATERIALS, MAX_VIEWS, ROW,
+        },
+        shadows::cull::{Frustum, widened},
+        stage::{
+            load,
+            project::{CHUNK_SIZE, Chunk},
+        },
+    },
+    light_views,
+    model::Particle,
+    wgpu::{BufferUsages, TextureFormat},
+};
 
 const POISON: u32 = 0xdead_beef;
 

@@ -5,7 +5,12 @@ use super::{
     shadows,
 };
 use crate::common::{TIERS, gpu};
-use gobo::{Casters, Prepared, View, glam::DVec4, host::{ConvertedMaps, FilterFormat, MapLayout}, internals::gpu::Gpu};
+use gobo::{
+    Casters, Prepared, View,
+    glam::DVec4,
+    host::{ConvertedMaps, FilterFormat, MapLayout},
+    internals::gpu::Gpu,
+};
 use half::f16;
 
 /// A spot and a sun, and their neighbours in the atlas.

@@ -11,7 +11,14 @@ mod warm_up;
 mod wrong;
 
 use crate::common::scenes::Chance;
-use gobo::{Bounds, CasterCount, CasterLoader, Casters, HostCasters, HostInputs, Light, Material, Particle, Prepared, ShadowSettings, Shadows, View, glam::{Vec3, Vec4}, internals::gpu::Gpu, light_views, wgpu::{self, BufferUsages}};
+use gobo::{
+    Bounds, CasterCount, CasterLoader, Casters, HostCasters, HostInputs, Light, Material, Particle,
+    Prepared, ShadowSettings, Shadows, View,
+    glam::{Vec3, Vec4},
+    internals::gpu::Gpu,
+    light_views,
+    wgpu::{self, BufferUsages},
+};
 
 /// An unusual layout: places in one buffer, colours as halves and the rest in another.
 pub(super) const WGSL: &str = "

@@ -1,5 +1,11 @@
 //! Depth maps as a host's rasterizer writes them, in several conventions and formats.
-use gobo::{View, glam::{DMat4, DVec4}, internals::gpu::Gpu, model::Projection, wgpu::{self, TextureFormat, TextureUsages}};
+use gobo::{
+    View,
+    glam::{DMat4, DVec4},
+    internals::gpu::Gpu,
+    model::Projection,
+    wgpu::{self, TextureFormat, TextureUsages},
+};
 
 /// Convention of a host's depth map.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,9 @@
 //! Counters of frames, read without blocking.
 use super::{HostBuffers, materials, on_device, particles, shadows, views};
 use crate::common::{TIERS, gpu};
-use gobo::{CasterCount, Casters, Counters, HostCasters, Prepared, ShadowSettings, internals::gpu::Gpu};
+use gobo::{
+    CasterCount, Casters, Counters, HostCasters, Prepared, ShadowSettings, internals::gpu::Gpu,
+};
 use std::time::{Duration, Instant};
 
 fn submit(gpu: &Gpu, prepared: &Prepared) {

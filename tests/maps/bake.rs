@@ -4,7 +4,20 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{Mat4, Vec3, Vec4}, internals::{gpu::{Tier, Timeline}, records::ViewMaps, shadows::{CasterSet, Pipeline, PreparedMaps}, view::light_views}, model::{Casters, Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View}, render::{Frame, RenderOptions, Renderer}, scene::Scene};
+use gobo::{
+    glam::{Mat4, Vec3, Vec4},
+    internals::{
+        gpu::{Tier, Timeline},
+        records::ViewMaps,
+        shadows::{CasterSet, Pipeline, PreparedMaps},
+        view::light_views,
+    },
+    model::{
+        Casters, Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View,
+    },
+    render::{Frame, RenderOptions, Renderer},
+    scene::Scene,
+};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// A renderer that keeps its maps, with an empty cache.

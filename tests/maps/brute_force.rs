@@ -5,7 +5,12 @@ use crate::common::{
     compare::{Tolerance, assert_maps_agree, compare_maps},
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{records::ViewMaps, reference::render_maps, view::shadow_views}, model::{Counters, LightKind, Material, Profile, Shape, Texture, Transfer}, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
+    model::{Counters, LightKind, Material, Profile, Shape, Texture, Transfer},
+    scene::Scene,
+};
 
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-3, depth: 1e-5, undecided: 0.0 };
 

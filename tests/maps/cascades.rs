@@ -7,7 +7,14 @@ use crate::{
     },
     maps::lights::{GLASS, STONE, ground, light_at, maps, moved, roof},
 };
-use gobo::{glam::{IVec2, Vec3, Vec4}, internals::{records::ViewMaps, view::{shadow_views, splits}}, model::{Cascades, Material, Part, Profile, Transfer, View}};
+use gobo::{
+    glam::{IVec2, Vec3, Vec4},
+    internals::{
+        records::ViewMaps,
+        view::{shadow_views, splits},
+    },
+    model::{Cascades, Material, Part, Profile, Transfer, View},
+};
 
 #[test]
 fn splits_are_even_by_ratios_and_between() {

@@ -4,7 +4,13 @@ use crate::common::{
     scenes::{Chance, empty, light, material, pane, particle},
     tiers,
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views}, model::{LightKind, Material, Particle, Pattern, Profile, Receiver, Shape, Transfer}, render::Frame, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views},
+    model::{LightKind, Material, Particle, Pattern, Profile, Receiver, Shape, Transfer},
+    render::Frame,
+    scene::Scene,
+};
 
 /// Share of texels that rounding may decide, where a ray grazes an edge or an opacity equals a threshold; a
 /// softened texel reads a whole window.

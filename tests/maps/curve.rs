@@ -7,7 +7,20 @@ use crate::{
     curves::{Method, Rays, Sample},
     rivals::{Fourier, Hit, Moments, exact},
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{gpu::Tier, records::ViewMaps, reference::{self, curve::{MAX_NODES, Streaming, light_at}}, view::shadow_views}, model::{LightKind, Material, Profile, Receiver, ShadowSettings, Shape, Transfer, Triangle}, scene::{self, Scene}};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{
+        gpu::Tier,
+        records::ViewMaps,
+        reference::{
+            self,
+            curve::{MAX_NODES, Streaming, light_at},
+        },
+        view::shadow_views,
+    },
+    model::{LightKind, Material, Profile, Receiver, ShadowSettings, Shape, Transfer, Triangle},
+    scene::{self, Scene},
+};
 use std::path::Path;
 
 /// Rounding of a stored depth and of a stored channel.

@@ -10,7 +10,12 @@ use crate::{
         volumes::{COLOR, DISTANCE, FOG, SUN, WALL, all_maps, cuboid, floor, fog, spot, stage},
     },
 };
-use gobo::{glam::{DVec3, Vec3, Vec4}, internals::{records::ViewMaps, reference::curve::bodies::LEAST_BEND}, model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer}, scene::Scene};
+use gobo::{
+    glam::{DVec3, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::curve::bodies::LEAST_BEND},
+    model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
+    scene::Scene,
+};
 
 /// Rounding of a stored channel, of f16 in `F`, and of a depth in 16 bits.
 const ROUNDING: f32 = 2e-3;

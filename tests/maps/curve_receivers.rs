@@ -8,7 +8,12 @@ use crate::{
     },
     rivals::{Hit, exact},
 };
-use gobo::{glam::{UVec2, Vec2, Vec3, Vec4}, internals::{gpu::Tier, reference::shading::to_screen}, model::{LightKind, Material, Particle, Profile, Transfer, Triangle, View}, scene::{self, Scene}};
+use gobo::{
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    internals::{gpu::Tier, reference::shading::to_screen},
+    model::{LightKind, Material, Particle, Profile, Transfer, Triangle, View},
+    scene::{self, Scene},
+};
 
 const HEIGHTS: [f32; 6] = [1.5, 1.1, 0.55, 0.5, -0.3, -1.2];
 const TINTS: [[f32; 4]; 6] = [

@@ -4,7 +4,12 @@ use crate::common::{
     scenes::{Chance, empty, flat_view, light, material, pane, particle, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{Mat4, Vec3, Vec4}, internals::{records::ViewMaps, reference, view::shadow_views}, model::{LightKind, Material, Pattern, Profile, Shape, Texture, Transfer, View}, scene::Scene};
+use gobo::{
+    glam::{Mat4, Vec3, Vec4},
+    internals::{records::ViewMaps, reference, view::shadow_views},
+    model::{LightKind, Material, Pattern, Profile, Shape, Texture, Transfer, View},
+    scene::Scene,
+};
 
 fn dithered(pattern: Pattern, scale: u32) -> Material {
     Material { pattern, pattern_scale: scale, ..material(Transfer::Dither) }

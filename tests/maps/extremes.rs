@@ -7,7 +7,12 @@ use crate::common::{
     scenes::Chance,
     tiers,
 };
-use gobo::{glam::Vec3, internals::view::shadow_views, model::{LightKind, View}, scene::{Scene, load}};
+use gobo::{
+    glam::Vec3,
+    internals::view::shadow_views,
+    model::{LightKind, View},
+    scene::{Scene, load},
+};
 
 const BASE: &str = r#"[camera]
 eye = [0, 2, 4]

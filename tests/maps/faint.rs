@@ -4,7 +4,12 @@ use crate::common::{
     scenes::{Chance, empty, hold_view, light, material, particle},
     tiers,
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{records::ViewMaps, reference::render_maps, view::shadow_views}, model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer}, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
+    model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
+    scene::Scene,
+};
 
 /// Largest change by permuting casters: 2^-10.
 const PROMISED: f64 = 1.0 / 1024.0;

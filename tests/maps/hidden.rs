@@ -4,7 +4,17 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, triangle},
     tiers,
 };
-use gobo::{glam::{DVec3, Mat4, UVec2, Vec3, Vec4}, internals::{records::GpuView, shadows::cull::{OccluderPolygons, Occluders}, view::light_views}, model::{Bounds, Light, LightKind, Material, Particle, Receiver, Transfer, Triangle}, render::{Frame, RenderOptions, Renderer}, scene::Scene};
+use gobo::{
+    glam::{DVec3, Mat4, UVec2, Vec3, Vec4},
+    internals::{
+        records::GpuView,
+        shadows::cull::{OccluderPolygons, Occluders},
+        view::light_views,
+    },
+    model::{Bounds, Light, LightKind, Material, Particle, Receiver, Transfer, Triangle},
+    render::{Frame, RenderOptions, Renderer},
+    scene::Scene,
+};
 
 /// A quad of two triangles.
 fn square(corner: Vec3, x: Vec3, y: Vec3) -> [[Vec3; 3]; 2] {

@@ -6,7 +6,21 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, triangle},
     tiers,
 };
-use gobo::{glam::{UVec2, Vec3, Vec4}, internals::{records::{Picture, ViewMaps}, reference::{render_maps, shading::{Lighting, Receiver}}, view::{atlas::AtlasLimits, fitted_views, shadow_views}}, model::{Camera, Cascades, Light, LightKind, Material, Profile, Shadow, Transfer, Triangle, View}, scene::Scene};
+use gobo::{
+    glam::{UVec2, Vec3, Vec4},
+    internals::{
+        records::{Picture, ViewMaps},
+        reference::{
+            render_maps,
+            shading::{Lighting, Receiver},
+        },
+        view::{atlas::AtlasLimits, fitted_views, shadow_views},
+    },
+    model::{
+        Camera, Cascades, Light, LightKind, Material, Profile, Shadow, Transfer, Triangle, View,
+    },
+    scene::Scene,
+};
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Y };
 pub(crate) const STONE: u32 = 0;

@@ -5,7 +5,12 @@ use crate::common::{
     scenes::{Chance, empty, hold_view, light, material, particle, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{Vec3, Vec4}, internals::records::ViewMaps, model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer}, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::records::ViewMaps,
+    model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
+    scene::Scene,
+};
 
 const POINT: LightKind = LightKind::Point { position: Vec3::new(0.4, 2.6, 0.3) };
 

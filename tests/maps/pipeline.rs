@@ -4,7 +4,15 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{gpu::Tier, records::ViewMaps, reference, stage::bin::tile_grid, view::shadow_views}, model::{LightKind, Material, Profile, Receiver, Shape, Transfer}, render::{RenderOptions, Renderer}, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{
+        gpu::Tier, records::ViewMaps, reference, stage::bin::tile_grid, view::shadow_views,
+    },
+    model::{LightKind, Material, Profile, Receiver, Shape, Transfer},
+    render::{RenderOptions, Renderer},
+    scene::Scene,
+};
 
 /// `F` is stored in 16 bits; twin and kernel may round to neighbours, and sums in fixed point add
 /// as much again.

@@ -4,7 +4,12 @@ use crate::common::{
     scenes::{Chance, empty, light, material, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{records::ViewMaps, reference::render_maps, view::shadow_views}, model::{LightKind, Material, Profile, Shape, Transfer}, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
+    model::{LightKind, Material, Profile, Shape, Transfer},
+    scene::Scene,
+};
 
 /// Largest change of `F` when the casters are permuted.
 const PERMUTED: f32 = 1.0 / 1024.0;

@@ -4,7 +4,17 @@ use crate::common::{
     scenes::{empty, light, material, particle, triangle},
     tiers,
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{records::{Picture, ViewMaps}, reference::{render_maps, render_picture}, view::shadow_views}, model::{LightKind, Material, Particle, Shape, Transfer}, render::Frame, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{
+        records::{Picture, ViewMaps},
+        reference::{render_maps, render_picture},
+        view::shadow_views,
+    },
+    model::{LightKind, Material, Particle, Shape, Transfer},
+    render::Frame,
+    scene::Scene,
+};
 
 /// A pane and a disc of each material over a large floor, whose bounds are those of the scene.
 fn over_a_floor(proxies: Vec<Material>) -> Scene {

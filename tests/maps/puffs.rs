@@ -6,7 +6,12 @@ use crate::common::{
     scenes::{Chance, empty, hold_view, light, material, particle, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{Vec2, Vec3, Vec4}, internals::{records::ViewMaps, reference::render_maps, view::shadow_views}, model::{LightKind, Material, Shape, Transfer}, scene::Scene};
+use gobo::{
+    glam::{Vec2, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
+    model::{LightKind, Material, Shape, Transfer},
+    scene::Scene,
+};
 
 /// Rounding of the filter's storage, and of 16-bit opacities and colours.
 const ROUNDING: f32 = 1e-3;

@@ -4,7 +4,16 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{UVec2, Vec3, Vec4}, internals::{records::{NO_OWNER, owner_tag}, reference::{render_maps, render_picture}, view::shadow_views}, model::{Camera, LightKind, Material, Particle, Profile, Receives, Transfer, Triangle}, scene::Scene};
+use gobo::{
+    glam::{UVec2, Vec3, Vec4},
+    internals::{
+        records::{NO_OWNER, owner_tag},
+        reference::{render_maps, render_picture},
+        view::shadow_views,
+    },
+    model::{Camera, LightKind, Material, Particle, Profile, Receives, Transfer, Triangle},
+    scene::Scene,
+};
 
 const UPPER: u32 = 7;
 /// With the same lower half as `UPPER`.

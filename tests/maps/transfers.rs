@@ -4,7 +4,12 @@ use crate::common::{
     scenes::{Chance, empty, hold_view, light, material, particle, triangle},
     tiers,
 };
-use gobo::{glam::{DVec3, Vec2, Vec3, Vec4}, internals::{records::ViewMaps, reference::render_maps, view::shadow_views}, model::{Counters, LightKind, Material, Particle, Profile, Shape, Texture, Transfer}, scene::Scene};
+use gobo::{
+    glam::{DVec3, Vec2, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
+    model::{Counters, LightKind, Material, Particle, Profile, Shape, Texture, Transfer},
+    scene::Scene,
+};
 
 /// Rounding of the filter's storage, 11 bits, and of 16-bit opacities and colours; relative above 1.
 const ROUNDING: f64 = 1e-3;

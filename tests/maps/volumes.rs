@@ -5,7 +5,14 @@ use crate::common::{
     scenes::{empty, hold_view, light, material, triangle},
     tiers,
 };
-use gobo::{glam::{DVec3, Mat3, Vec3, Vec4}, internals::{records::ViewMaps, reference::render_maps, view::shadow_views}, model::{Counters, LightKind, Material, Projection, Transfer, Triangle, is_closed, turn_outwards}, scene::Scene};
+use gobo::{
+    glam::{DVec3, Mat3, Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
+    model::{
+        Counters, LightKind, Material, Projection, Transfer, Triangle, is_closed, turn_outwards,
+    },
+    scene::Scene,
+};
 
 /// Rounding of the filter's storage.
 const ROUNDING: f64 = 1e-3;

@@ -6,7 +6,20 @@ use crate::common::{
     scenes::{empty, light, pane},
     tiers,
 };
-use gobo::{glam::{UVec2, Vec2, Vec3, Vec4}, internals::{records::{AirParams, Picture}, reference::{self, air::{AirVolume, phase}, shading::Lighting}, view::shadow_views}, model::{Air, LightKind, Material, Transfer, View}, scene::{self, Scene}};
+use gobo::{
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    internals::{
+        records::{AirParams, Picture},
+        reference::{
+            self,
+            air::{AirVolume, phase},
+            shading::Lighting,
+        },
+        view::shadow_views,
+    },
+    model::{Air, LightKind, Material, Transfer, View},
+    scene::{self, Scene},
+};
 
 /// Red is scattered without extinction, blue has more extinction than scattering.
 const AIR: Air = Air {

@@ -6,7 +6,12 @@ use crate::common::{
     scenes::{empty, light, pane, particle},
     tiers,
 };
-use gobo::{glam::{DVec3, UVec2, Vec3, Vec4}, internals::{records::Picture, reference::shading::Lighting}, model::{Environment, LightKind, Material, Sky, SunDisc, Transfer, irradiance_at}, scene::{self, Scene}};
+use gobo::{
+    glam::{DVec3, UVec2, Vec3, Vec4},
+    internals::{records::Picture, reference::shading::Lighting},
+    model::{Environment, LightKind, Material, Sky, SunDisc, Transfer, irradiance_at},
+    scene::{self, Scene},
+};
 use std::sync::Arc;
 
 /// An environment of a radiance by direction, from an image of 256 x 128 texels.

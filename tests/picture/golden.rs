@@ -1,6 +1,9 @@
 //! The lit picture: kernels against the twin, and both against reviewed pictures.
 use crate::common::{TIERS, Tier, files::read, reference_picture, render, tiers};
-use gobo::{internals::records::Picture, scene::{self, Scene}};
+use gobo::{
+    internals::records::Picture,
+    scene::{self, Scene},
+};
 use nv_flip::{FlipImageRgb8, FlipPool};
 use std::path::{Path, PathBuf};
 

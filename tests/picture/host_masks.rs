@@ -2,7 +2,20 @@
 //! with known values of a function.
 use super::masks::{OFF, room};
 use crate::common::{TIERS, gpu, pipeline};
-use gobo::{Error, Light, Prepared, Shadows, View, glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec3}, host::{LightMasks, MaskSlot, MaskView, ShadowFunction}, internals::{gpu::{Gpu, Timeline}, picture::{PictureCapacity, PictureRequest}, shadows::CasterSet, view::shadow_views}, model::MaskSettings, scene::Scene, wgpu::{self, TextureFormat}};
+use gobo::{
+    Error, Light, Prepared, Shadows, View,
+    glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec3},
+    host::{LightMasks, MaskSlot, MaskView, ShadowFunction},
+    internals::{
+        gpu::{Gpu, Timeline},
+        picture::{PictureCapacity, PictureRequest},
+        shadows::CasterSet,
+        view::shadow_views,
+    },
+    model::MaskSettings,
+    scene::Scene,
+    wgpu::{self, TextureFormat},
+};
 
 const SIZE: UVec2 = UVec2::new(96, 64);
 

@@ -3,7 +3,11 @@ use crate::common::{
     TIERS, gpu, own_gpu,
     scenes::{empty, light, material, random_discs, triangle},
 };
-use gobo::{KernelJob, LightKind, RenderOptions, Renderer, Scene, Transfer, glam::{UVec2, Vec3}, render::ViewMaps};
+use gobo::{
+    KernelJob, LightKind, RenderOptions, Renderer, Scene, Transfer,
+    glam::{UVec2, Vec3},
+    render::ViewMaps,
+};
 
 /// Discs above a floor, under a sun and a lamp.
 fn scene() -> Scene {

@@ -3,7 +3,12 @@ use crate::common::{
     TIERS, gpu,
     scenes::{empty, material, triangle},
 };
-use gobo::{Camera, Material, Transfer, glam::{UVec2, Vec3}, render::{RenderOptions, Renderer}, scene::Scene};
+use gobo::{
+    Camera, Material, Transfer,
+    glam::{UVec2, Vec3},
+    render::{RenderOptions, Renderer},
+    scene::Scene,
+};
 
 const SIZE: u32 = 32;
 /// Shift of the edge to the right per metre up.

@@ -4,7 +4,15 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
-use gobo::{glam::{UVec2, Vec2, Vec3, Vec4}, internals::{gpu::Tier, records::Picture}, model::{Light, LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Texture, Transfer, Triangle}, scene::Scene};
+use gobo::{
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    internals::{gpu::Tier, records::Picture},
+    model::{
+        Light, LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Texture,
+        Transfer, Triangle,
+    },
+    scene::Scene,
+};
 
 const STONE: u32 = 0;
 const GLASS: u32 = 1;

@@ -4,7 +4,12 @@ use crate::common::{
     scenes::{empty, light, material, triangle},
     tiers,
 };
-use gobo::{glam::{UVec2, Vec3, Vec4}, internals::records::Picture, model::{Light, LightKind, Material, Receiver, Source, Transfer, Triangle}, scene::Scene};
+use gobo::{
+    glam::{UVec2, Vec3, Vec4},
+    internals::records::Picture,
+    model::{Light, LightKind, Material, Receiver, Source, Transfer, Triangle},
+    scene::Scene,
+};
 use std::f32::consts::PI;
 
 fn pictures(scene: &Scene) -> Vec<Picture> {

@@ -1,6 +1,12 @@
 //! A model or particle file that is a scene by itself: its light, its ground, and fitted maps.
 use crate::common::files::Folder;
-use gobo::{glam::{Mat4, Vec3}, internals::view, model::{LightKind, View}, render::{RenderOptions, Renderer}, scene::{self, LoadOptions, Scene}};
+use gobo::{
+    glam::{Mat4, Vec3},
+    internals::view,
+    model::{LightKind, View},
+    render::{RenderOptions, Renderer},
+    scene::{self, LoadOptions, Scene},
+};
 
 /// A column of particles, 1 m wide and 4 m high.
 fn column() -> String {

@@ -1,6 +1,13 @@
 //! Keys of scene files.
 use crate::common::files::read;
-use gobo::{glam::{DVec3, Vec3, Vec4}, model::LightKind, scene::{Scene, track::{Mode, Track}}};
+use gobo::{
+    glam::{DVec3, Vec3, Vec4},
+    model::LightKind,
+    scene::{
+        Scene,
+        track::{Mode, Track},
+    },
+};
 
 const STAGE: &str = "[camera]\neye = [0, 1, 5]\ntarget = [0, 0, 0]\n[air]\ndensity = 0.1\n\
     [[light]]\nname = 'lamp'\nkind = 'spot'\nposition = [0, 3, 0]\ndirection = [0, -1, 0]\n\

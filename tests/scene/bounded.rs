@@ -1,7 +1,10 @@
 //! Work and numbers that are bounded before anything is made of them.
 use super::emitters::emitting;
 use crate::common::files::{Folder, read};
-use gobo::{glam::Mat4, scene::{self, SceneError, load_model}};
+use gobo::{
+    glam::Mat4,
+    scene::{self, SceneError, load_model},
+};
 use std::time::{Duration, Instant};
 
 /// Line and message of a refusal with a remedy.

@@ -1,6 +1,10 @@
 //! Defaults of a scene file: camera, light, planes and ground.
 use crate::common::files::{Folder, read, read_with};
-use gobo::{glam::UVec2, internals::view, scene::{self, Scene}};
+use gobo::{
+    glam::UVec2,
+    internals::view,
+    scene::{self, Scene},
+};
 
 #[test]
 fn what_is_left_out_is_chosen() {

@@ -1,6 +1,10 @@
 //! Spheres displaced by noise: closed at every time, within their amplitude, animated.
 use crate::common::files::read;
-use gobo::{glam::Vec3, model::{Triangle, is_closed, turn_outwards}, scene::Scene};
+use gobo::{
+    glam::Vec3,
+    model::{Triangle, is_closed, turn_outwards},
+    scene::Scene,
+};
 
 fn dust(displace: &str) -> Scene {
     let toml = format!(

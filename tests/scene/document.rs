@@ -1,6 +1,11 @@
 //! Scene files, and values that the command line replaces.
 use crate::common::files::{Folder, read, read_with};
-use gobo::{glam::{UVec2, Vec2, Vec3, Vec4}, internals::view, model::{Bounds, ClusterSettings, LightKind, Profile, Receiver, Shape, Transfer}, scene::{self, generate::uniform_discs}};
+use gobo::{
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    internals::view,
+    model::{Bounds, ClusterSettings, LightKind, Profile, Receiver, Shape, Transfer},
+    scene::{self, generate::uniform_discs},
+};
 use std::{fs, path::Path};
 
 const FULL: &str = r#"

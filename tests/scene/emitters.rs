@@ -1,6 +1,13 @@
 //! Particles of emitters: against closed forms, and independent of the frames before.
 use crate::common::files::read;
-use gobo::{glam::{DVec3, Vec3}, model::{Particle, emitter::{EmittedParticle, EmitterShape, Forces, STEP, curl_noise}}, scene::Scene};
+use gobo::{
+    glam::{DVec3, Vec3},
+    model::{
+        Particle,
+        emitter::{EmittedParticle, EmitterShape, Forces, STEP, curl_noise},
+    },
+    scene::Scene,
+};
 
 pub(super) const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\nname = 'bright'\ntransfer = 'gain'\n";
 

@@ -1,5 +1,11 @@
 //! Rows of data/gallery/failures.toml against the chords of two spheres.
-use gobo::{View, glam::{DVec2, UVec2, Vec3}, internals::{records::ViewMaps, reference, view::shadow_views}, model::ReceiverPoint, scene::{self, Scene}};
+use gobo::{
+    View,
+    glam::{DVec2, UVec2, Vec3},
+    internals::{records::ViewMaps, reference, view::shadow_views},
+    model::ReceiverPoint,
+    scene::{self, Scene},
+};
 use std::path::Path;
 
 /// Rows of the scene [m].

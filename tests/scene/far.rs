@@ -3,7 +3,12 @@ use crate::common::{
     files::Folder,
     scenes::{empty, material, particle, triangle},
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{reference, view::shadow_views}, model::{LightKind, Transfer}, scene::{self, Scene}};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{reference, view::shadow_views},
+    model::{LightKind, Transfer},
+    scene::{self, Scene},
+};
 
 fn smoke_at(away: f32, radius: f32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);

@@ -2,7 +2,13 @@
 //! before.
 use super::emitters::{HEAD, at, emitting, forces};
 use crate::common::files::read;
-use gobo::{glam::{DVec3, Vec3}, model::{emitter::{EmittedParticle, EmitterShape, Flock, Forces, STEP}, fluid::Fluid}};
+use gobo::{
+    glam::{DVec3, Vec3},
+    model::{
+        emitter::{EmittedParticle, EmitterShape, Flock, Forces, STEP},
+        fluid::Fluid,
+    },
+};
 use std::f64::consts::PI;
 
 const FLUID: Fluid = Fluid { spacing: 0.1, reach: 0.2, stiffness: 4.0, viscosity: 0.01 };

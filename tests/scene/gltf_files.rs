@@ -1,6 +1,9 @@
 //! Real-world glTF files: paths that leave the folder, unusual valid files, ignored features.
 use crate::common::files::Folder;
-use gobo::{glam::{Mat4, Quat, Vec3}, scene::{Model, SceneError, load_model}};
+use gobo::{
+    glam::{Mat4, Quat, Vec3},
+    scene::{Model, SceneError, load_model},
+};
 use std::path::Path;
 
 /// One triangle: `corners.bin` beside it, and `more` in the document.

@@ -1,7 +1,10 @@
 //! Compressed and quantized glTF meshes, against the formula of the surface that they were made of. The files
 //! beside this one were written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`.
 use crate::common::files::Folder;
-use gobo::{glam::{Mat4, Vec2, Vec3}, scene::{Limit, Model, SceneError, load_model}};
+use gobo::{
+    glam::{Mat4, Vec2, Vec3},
+    scene::{Limit, Model, SceneError, load_model},
+};
 
 const FILES: [(&str, &str); 3] = [
     ("quantized", include_str!("wave_ext.gltf")),

@@ -3,7 +3,10 @@ use crate::common::{
     files::{Folder, read, read_with},
     scenes::Chance,
 };
-use gobo::{glam::Vec3, scene::{self, SceneError}};
+use gobo::{
+    glam::Vec3,
+    scene::{self, SceneError},
+};
 use std::path::Path;
 
 /// Line, column, message and help.

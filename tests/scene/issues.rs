@@ -1,6 +1,11 @@
 //! Wishes of other projects' users as scenes of data/issues: each against a closed form, and each check
 //! against a wrong scene. docs/compare.md lists them all.
-use gobo::{glam::Vec3, model::ReceiverPoint, render::{RenderOptions, Renderer}, scene::{self, Scene}};
+use gobo::{
+    glam::Vec3,
+    model::ReceiverPoint,
+    render::{RenderOptions, Renderer},
+    scene::{self, Scene},
+};
 use std::{collections::BTreeSet, fs, path::PathBuf};
 
 /// Light at points of the ground and above it, from the CPU twin; other tests compare kernels with it.

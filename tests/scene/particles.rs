@@ -1,6 +1,10 @@
 //! Particle files: every PLY encoding, CSV, and invalid files.
 use crate::common::files::TempFile;
-use gobo::{glam::{Vec3, Vec4}, model::{Material, Particle, Transfer}, scene::{ParticleFile, SceneError, load_particles}};
+use gobo::{
+    glam::{Vec3, Vec4},
+    model::{Material, Particle, Transfer},
+    scene::{ParticleFile, SceneError, load_particles},
+};
 
 /// Seeded random numbers (xorshift64*; Vigna 2016).
 pub(crate) struct Random(pub(crate) u64);

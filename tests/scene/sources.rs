@@ -1,6 +1,10 @@
 //! `source` and `filter` of a light: valid values, and errors.
 use crate::common::files::read;
-use gobo::{glam::Vec3, model::{LookUp, MaskSettings, ShadowFilter, Source}, scene::{Scene, SceneError}};
+use gobo::{
+    glam::Vec3,
+    model::{LookUp, MaskSettings, ShadowFilter, Source},
+    scene::{Scene, SceneError},
+};
 
 const SPOT: &str =
     "[[light]]\nkind = \"spot\"\nposition = [0, 2, 0]\ndirection = [0, -2, 0]\nsource = ";

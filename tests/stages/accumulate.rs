@@ -8,7 +8,20 @@ use crate::common::{
     TIERS, gpu,
     scenes::{Chance, material, particle},
 };
-use gobo::{glam::{DVec3, Vec2, Vec3, Vec4}, internals::{gpu::{Gpu, KernelDesc, Resources, Tier}, records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TileRect}, stage::{accumulate, bin::Segment, project::{Chunk, ProjectParams}}}, model::{Profile, Shape, Transfer}, wgpu::{self, BufferUsages, TextureFormat as Format}};
+use gobo::{
+    glam::{DVec3, Vec2, Vec3, Vec4},
+    internals::{
+        gpu::{Gpu, KernelDesc, Resources, Tier},
+        records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TileRect},
+        stage::{
+            accumulate,
+            bin::Segment,
+            project::{Chunk, ProjectParams},
+        },
+    },
+    model::{Profile, Shape, Transfer},
+    wgpu::{self, BufferUsages, TextureFormat as Format},
+};
 use std::ops::Range;
 
 /// Pairs of each tile: none, one, and around the sizes of subgroups.

@@ -1,6 +1,21 @@
 //! The stage bin: from depth order to tiles.
 use crate::common::{gpu, scenes::flat_view};
-use gobo::{glam::UVec2, internals::{gpu::{Gpu, Resources, Tier}, records::{GpuView, MAX_VIEWS, TileRect}, reference::{Pair, bin::{TilePair, bin}}, stage::{bin::{self, BatchCounters, BinParams}, sort::{PAIR_FORMAT, Shape, pair_texture_size}}}, wgpu::{self, BufferUsages}};
+use gobo::{
+    glam::UVec2,
+    internals::{
+        gpu::{Gpu, Resources, Tier},
+        records::{GpuView, MAX_VIEWS, TileRect},
+        reference::{
+            Pair,
+            bin::{TilePair, bin},
+        },
+        stage::{
+            bin::{self, BatchCounters, BinParams},
+            sort::{PAIR_FORMAT, Shape, pair_texture_size},
+        },
+    },
+    wgpu::{self, BufferUsages},
+};
 
 fn rect(x0: u32, y0: u32, x1: u32, y1: u32, view: u32) -> TileRect {
     let mut mask = 0;

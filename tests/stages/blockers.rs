@@ -1,7 +1,10 @@
 //! Opaque discs and triangles in the tiles of two views, and the depths that they leave.
 use super::by_hand::{TILES, place_of, texel_of, views};
 use crate::common::scenes::{Chance, triangle};
-use gobo::{glam::{Vec2, Vec3}, internals::records::TriangleRecord};
+use gobo::{
+    glam::{Vec2, Vec3},
+    internals::records::TriangleRecord,
+};
 use std::ops::Range;
 
 /// Pairs of each tile: none, one, and around the sizes of subgroups.

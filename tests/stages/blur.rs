@@ -4,7 +4,20 @@ use crate::common::{
     scenes::{empty, flat_view, light, material, pane, particle, random_discs},
     windows::{gaussian, least},
 };
-use gobo::{glam::{DVec3, UVec2, Vec3, Vec4}, internals::{gpu::{Gpu, Timeline}, records::ViewMaps, reference::render_maps, shadows::{CasterSet, Maps}, view::shadow_views}, model::{LightKind, Material, Profile, Receiver, Transfer}, render::RenderOptions, scene::Scene, wgpu};
+use gobo::{
+    glam::{DVec3, UVec2, Vec3, Vec4},
+    internals::{
+        gpu::{Gpu, Timeline},
+        records::ViewMaps,
+        reference::render_maps,
+        shadows::{CasterSet, Maps},
+        view::shadow_views,
+    },
+    model::{LightKind, Material, Profile, Receiver, Transfer},
+    render::RenderOptions,
+    scene::Scene,
+    wgpu,
+};
 use half::f16;
 
 const SIZE: usize = 48;

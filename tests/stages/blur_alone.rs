@@ -7,7 +7,20 @@ use super::{
     },
 };
 use crate::common::{TIERS, gpu, scenes::Chance};
-use gobo::{glam::{UVec2, Vec3}, internals::{gpu::Resources, records::ViewMaps, reference::{blur::blur, curve::Streaming}, stage::{blur::{BlurParams, self as stage}, features::Features}}, model::BLUR_DEVIATIONS, wgpu::{BufferUsages, TextureFormat as Format}};
+use gobo::{
+    glam::{UVec2, Vec3},
+    internals::{
+        gpu::Resources,
+        records::ViewMaps,
+        reference::{blur::blur, curve::Streaming},
+        stage::{
+            blur::{self as stage, BlurParams},
+            features::Features,
+        },
+    },
+    model::BLUR_DEVIATIONS,
+    wgpu::{BufferUsages, TextureFormat as Format},
+};
 use half::f16;
 
 /// Random maps with curves of four layers, whose means are exact, and nothing opaque: of a texel beside an opaque

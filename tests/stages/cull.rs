@@ -1,6 +1,15 @@
 //! Frustum culling: the result contains everything visible.
 use crate::common::scenes::{Chance, light};
-use gobo::{glam::{Mat4, UVec2, Vec2, Vec3, Vec4}, internals::{records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord}, reference::project::{ProjectParams, project_particle, project_triangle}, shadows::cull::{Frustum, GroupTree, order, widened}, view::light_views}, model::{Bounds, Light, LightKind, Material, Particle, Shape, Triangle, View}};
+use gobo::{
+    glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
+    internals::{
+        records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+        reference::project::{ProjectParams, project_particle, project_triangle},
+        shadows::cull::{Frustum, GroupTree, order, widened},
+        view::light_views,
+    },
+    model::{Bounds, Light, LightKind, Material, Particle, Shape, Triangle, View},
+};
 use std::{collections::BTreeSet, f32::consts::SQRT_2, time::Instant};
 
 /// Shapes of different extents.

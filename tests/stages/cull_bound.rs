@@ -1,7 +1,15 @@
 //! Upper bounds of pairs: no list makes more pairs than the CPU predicts.
 use super::cull::{PARAMS, materials, particle, reach, views};
 use crate::common::scenes::{Chance, triangle};
-use gobo::{glam::Vec3, internals::{records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord}, reference::project::{ProjectParams, project_particle, project_triangle}, shadows::cull::{PairBound, TileLoadBound}}, model::{Bounds, Particle, Triangle}};
+use gobo::{
+    glam::Vec3,
+    internals::{
+        records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+        reference::project::{ProjectParams, project_particle, project_triangle},
+        shadows::cull::{PairBound, TileLoadBound},
+    },
+    model::{Bounds, Particle, Triangle},
+};
 use std::collections::HashMap;
 
 /// Parameters without the scatter path: every caster has tiles.

@@ -1,6 +1,13 @@
 //! Dither patterns: unbiased, independent, and the same on every device.
 use crate::common::scenes::{Chance, flat_view};
-use gobo::{glam::{UVec2, Vec2}, internals::{records::{BLUE_SIZE, blue_ranks}, reference::dither::{self, Place, threshold}}, model::Pattern};
+use gobo::{
+    glam::{UVec2, Vec2},
+    internals::{
+        records::{BLUE_SIZE, blue_ranks},
+        reference::dither::{self, Place, threshold},
+    },
+    model::Pattern,
+};
 
 /// Edge of the area that is counted [cells]: a multiple of every pattern's period.
 const EDGE: u32 = 64;

@@ -3,7 +3,16 @@ use crate::common::{
     TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{records::ViewMaps, reference::{MapTexel, receive, render_maps}, view::shadow_views}, model::{LightKind, Material, Pattern, Profile, Transfer, dither::window}, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{
+        records::ViewMaps,
+        reference::{MapTexel, receive, render_maps},
+        view::shadow_views,
+    },
+    model::{LightKind, Material, Pattern, Profile, Transfer, dither::window},
+    scene::Scene,
+};
 
 const PLAIN: Vec4 = Vec4::new(0.0, 0.0, 0.0, 0.37);
 

@@ -7,7 +7,18 @@ use crate::{
     common::{TIERS, gpu, windows},
     stages::by_hand::run_all,
 };
-use gobo::{internals::{gpu::Resources, records::ViewMaps, reference::curve::soften::soften_curves, stage::{features::Features, filter::{CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams, self as stage}}}, wgpu::{BufferUsages, TextureFormat as Format}};
+use gobo::{
+    internals::{
+        gpu::Resources,
+        records::ViewMaps,
+        reference::curve::soften::soften_curves,
+        stage::{
+            features::Features,
+            filter::{self as stage, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams},
+        },
+    },
+    wgpu::{BufferUsages, TextureFormat as Format},
+};
 
 /// Windows of the patterns [texels].
 const WINDOWS: [u32; 2] = [2, 8];

@@ -4,7 +4,18 @@ use crate::common::{
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     two_devices,
 };
-use gobo::{Bounds, Casters, Error, Light, LightKind, Material, Prepared, Receiver, ShadowSettings, Transfer, glam::{Vec3, Vec4}, host::PointBuffers, internals::{gpu::Gpu, reference::light_points, view::shadow_views}, light_views, model::{Profile, ReceiverPoint}, render::Renderer, scene::Scene, wgpu::BufferUsages};
+use gobo::{
+    Bounds, Casters, Error, Light, LightKind, Material, Prepared, Receiver, ShadowSettings,
+    Transfer,
+    glam::{Vec3, Vec4},
+    host::PointBuffers,
+    internals::{gpu::Gpu, reference::light_points, view::shadow_views},
+    light_views,
+    model::{Profile, ReceiverPoint},
+    render::Renderer,
+    scene::Scene,
+    wgpu::BufferUsages,
+};
 
 /// Rounding of a map's storage: 12 bits of a curve's light, f16 of a filter.
 const ROUNDING: f32 = 1e-3;

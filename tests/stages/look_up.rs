@@ -3,7 +3,14 @@ use crate::common::{
     TIERS, gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
-use gobo::{Error, Light, LightKind, Material, Receiver, Transfer, glam::{Vec2, Vec3, Vec4}, internals::view::shadow_views, model::{LookUp, ReceiverPoint, ShadowFilter}, render::{RenderOptions, Renderer}, scene::Scene};
+use gobo::{
+    Error, Light, LightKind, Material, Receiver, Transfer,
+    glam::{Vec2, Vec3, Vec4},
+    internals::view::shadow_views,
+    model::{LookUp, ReceiverPoint, ShadowFilter},
+    render::{RenderOptions, Renderer},
+    scene::Scene,
+};
 use std::f64::consts::PI;
 
 const GLASS: Vec3 = Vec3::new(0.9, 0.25, 0.5);

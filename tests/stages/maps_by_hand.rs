@@ -1,7 +1,16 @@
 //! Maps of two views in a poisoned atlas, of sizes that are no whole number of tiles or of workgroups.
 use super::by_hand::{ATLAS, POISON, TILE, upload_views, views};
 use crate::common::scenes::{Chance, flat_view};
-use gobo::{glam::{UVec2, Vec3}, internals::{gpu::Gpu, records::{CurveMap, GpuView, ViewMaps}, reference::curve::Streaming}, model::View, wgpu::{self, TextureFormat as Format}};
+use gobo::{
+    glam::{UVec2, Vec3},
+    internals::{
+        gpu::Gpu,
+        records::{CurveMap, GpuView, ViewMaps},
+        reference::curve::Streaming,
+    },
+    model::View,
+    wgpu::{self, TextureFormat as Format},
+};
 use half::f16;
 
 /// [texels]

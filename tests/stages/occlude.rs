@@ -3,7 +3,12 @@ use crate::common::{
     TIERS, map_frame,
     scenes::{Chance, empty, light, material, triangle},
 };
-use gobo::{glam::Vec3, internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views}, model::{LightKind, Transfer, Triangle}, scene::Scene};
+use gobo::{
+    glam::Vec3,
+    internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views},
+    model::{LightKind, Transfer, Triangle},
+    scene::Scene,
+};
 
 /// Light depths are `f32`; a few operations separate twin and kernel.
 const DEPTH: f32 = 2e-6;

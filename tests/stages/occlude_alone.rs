@@ -11,7 +11,22 @@ use crate::common::{
     TIERS, gpu,
     scenes::{Chance, material, particle},
 };
-use gobo::{glam::{Vec2, Vec3, Vec4}, internals::{gpu::{Gpu, KernelDesc, Resources, Tier}, records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect}, reference::project::{self, depth_key, project_triangle}, stage::{bin::Segment, features::Features, occlude, project::{Chunk, ProjectParams}}}, model::{Material, Profile, Shape, Transfer}, wgpu::{self, BufferUsages, TextureFormat as Format}};
+use gobo::{
+    glam::{Vec2, Vec3, Vec4},
+    internals::{
+        gpu::{Gpu, KernelDesc, Resources, Tier},
+        records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
+        reference::project::{self, depth_key, project_triangle},
+        stage::{
+            bin::Segment,
+            features::Features,
+            occlude,
+            project::{Chunk, ProjectParams},
+        },
+    },
+    model::{Material, Profile, Shape, Transfer},
+    wgpu::{self, BufferUsages, TextureFormat as Format},
+};
 
 /// Tile that other kernels finish.
 const MERGED: u32 = 3;

@@ -3,7 +3,28 @@ use crate::common::{
     gpu,
     scenes::{Chance, empty, light, material, particle, triangle},
 };
-use gobo::{glam::{UVec2, Vec3, Vec4}, internals::{gpu::{Gpu, KernelDesc, Resources, Tier}, records::{CASTER_TEXELS, Caster, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord, TriangleSetup}, reference::{Pair, project::{Projected, project_particle, project_triangle, self as twin}}, stage::{project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid}, sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size}}, view::shadow_views}, model::{LightKind, Material, Scene, Shape, Transfer}, wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint}};
+use gobo::{
+    glam::{UVec2, Vec3, Vec4},
+    internals::{
+        gpu::{Gpu, KernelDesc, Resources, Tier},
+        records::{
+            CASTER_TEXELS, Caster, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView,
+            MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord,
+            TriangleSetup,
+        },
+        reference::{
+            Pair,
+            project::{self as twin, Projected, project_particle, project_triangle},
+        },
+        stage::{
+            project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
+            sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size},
+        },
+        view::shadow_views,
+    },
+    model::{LightKind, Material, Scene, Shape, Transfer},
+    wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
+};
 
 /// Initial words of every output, to show what a kernel does not write.
 const POISON: u32 = 0xdead_beef;

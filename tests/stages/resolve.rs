@@ -5,7 +5,14 @@ use super::by_hand::{
     texel_of, tile_record, view_buffer,
 };
 use crate::common::{TIERS, gpu};
-use gobo::{glam::DVec3, internals::{gpu::{Gpu, Resources, Tier}, stage::{bin::SEGMENT_LENGTH, resolve}}, wgpu::{self, BufferUsages, TextureFormat as Format}};
+use gobo::{
+    glam::DVec3,
+    internals::{
+        gpu::{Gpu, Resources, Tier},
+        stage::{bin::SEGMENT_LENGTH, resolve},
+    },
+    wgpu::{self, BufferUsages, TextureFormat as Format},
+};
 
 /// Tiles that are resolved, in an order of their own.
 const MERGED: [u32; 3] = [6, 1, 4];

@@ -5,7 +5,14 @@ use crate::common::{
     gpu, reference_picture, render,
     scenes::{Chance, empty, light, material, triangle},
 };
-use gobo::{Camera, Light, LightKind, Material, Receiver, Transfer, Triangle, glam::{UVec2, Vec3, Vec4}, internals::gpu::Tier, model::{Air, MaskSettings, ReceiverPoint, Source}, render::Renderer, scene::Scene};
+use gobo::{
+    Camera, Light, LightKind, Material, Receiver, Transfer, Triangle,
+    glam::{UVec2, Vec3, Vec4},
+    internals::gpu::Tier,
+    model::{Air, MaskSettings, ReceiverPoint, Source},
+    render::Renderer,
+    scene::Scene,
+};
 
 pub(super) const GROUND: u32 = 0;
 pub(super) const RED: u32 = 1;

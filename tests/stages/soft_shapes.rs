@@ -1,7 +1,12 @@
 //! Area lights: shadows of single shapes, against closed forms and many points on the light.
 use super::soft::{GREEN, GROUND, RED, grid, ground, mean_error, on_gpu, sheet, sources, spot};
 use crate::common::{area_truth, area_truth::degrees, scenes::light};
-use gobo::{Light, LightKind, Receiver, glam::{DVec3, Vec3}, model::{ReceiverPoint, Source}, scene::{Scene, load}};
+use gobo::{
+    Light, LightKind, Receiver,
+    glam::{DVec3, Vec3},
+    model::{ReceiverPoint, Source},
+    scene::{Scene, load},
+};
 use std::path::Path;
 
 /// Under a straight edge at height h, a square light at height H has a transmittance of `x / w + 1/2` at a

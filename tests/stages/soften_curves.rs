@@ -3,7 +3,12 @@ use crate::common::{
     TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},
 };
-use gobo::{glam::{Vec3, Vec4}, internals::{records::ViewMaps, reference::render_maps, view::shadow_views}, model::{LightKind, Material, Pattern, Profile, Receiver, Shape, Transfer, dither::window}, scene::Scene};
+use gobo::{
+    glam::{Vec3, Vec4},
+    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
+    model::{LightKind, Material, Pattern, Profile, Receiver, Shape, Transfer, dither::window},
+    scene::Scene,
+};
 
 /// Rounding of a light and its merges: three roundings of a channel.
 const ROUNDING: f32 = 1e-3;

@@ -1,5 +1,17 @@
 use crate::common::gpu;
-use gobo::{internals::{frame::{Commands, Kernels, Sort, SortCount}, gpu::{Gpu, Tier, Timeline}, reference::{self, Pair}, stage::{profile::Profile, sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size}}}, model::MAX_PAIRS, wgpu};
+use gobo::{
+    internals::{
+        frame::{Commands, Kernels, Sort, SortCount},
+        gpu::{Gpu, Tier, Timeline},
+        reference::{self, Pair},
+        stage::{
+            profile::Profile,
+            sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
+        },
+    },
+    model::MAX_PAIRS,
+    wgpu,
+};
 use std::ops::Range;
 
 const SHAPES: [Shape; 2] = [Shape::Serial, Shape::Wide];

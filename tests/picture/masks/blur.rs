@@ -1,7 +1,12 @@
 //! The blur of masks, by its formula in 64 bits, and what it must not do.
 use super::{OFF, apart, masks_of, room, sheet};
 use crate::common::scenes::light;
-use gobo::{Light, LightKind, View, glam::{DVec2, DVec3, Vec3}, model::MaskSettings, scene::Scene};
+use gobo::{
+    Light, LightKind, View,
+    glam::{DVec2, DVec3, Vec3},
+    model::MaskSettings,
+    scene::Scene,
+};
 
 /// Surface at a pixel of the room, by hand: its position in view space, and its normal.
 fn seen(scene: &Scene, x: usize, y: usize) -> (DVec3, DVec3) {

@@ -6,7 +6,13 @@ use crate::common::{
     TIERS, gpu,
     scenes::{empty, light, material, triangle},
 };
-use gobo::{Camera, Light, LightKind, Material, RenderOptions, Renderer, Transfer, Triangle, glam::{UVec2, Vec3, Vec4}, internals::{picture::debug::DebugMode, reference, view::shadow_views}, model::MaskSettings, scene::Scene};
+use gobo::{
+    Camera, Light, LightKind, Material, RenderOptions, Renderer, Transfer, Triangle,
+    glam::{UVec2, Vec3, Vec4},
+    internals::{picture::debug::DebugMode, reference, view::shadow_views},
+    model::MaskSettings,
+    scene::Scene,
+};
 
 pub(super) const OFF: MaskSettings = MaskSettings {
     half: false,

@@ -4,7 +4,13 @@ use crate::common::{
     TIERS, gpu,
     scenes::{Chance, light},
 };
-use gobo::{Light, LightKind, RenderOptions, Renderer, View, glam::Vec3, internals::records::{COLORED_BIT, FormerSlots, MaskSlots, SLOTS}, model::MaskSettings, scene::Scene};
+use gobo::{
+    Light, LightKind, RenderOptions, Renderer, View,
+    glam::Vec3,
+    internals::records::{COLORED_BIT, FormerSlots, MaskSlots, SLOTS},
+    model::MaskSettings,
+    scene::Scene,
+};
 
 fn lamps(count: usize, far: f32, chance: &mut Chance) -> Vec<Light> {
     let lamp = |i: usize| {

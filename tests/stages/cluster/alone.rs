@@ -4,7 +4,15 @@ use crate::{
     common::{TIERS, gpu},
     stages::by_hand::{POISON, records, run_all},
 };
-use gobo::{internals::{gpu::Resources, records::{ALL_LIGHTS, ClusterCounters}, stage::{cluster, features::Features}}, scene::Scene, wgpu::{BufferUsages, TextureFormat as Format}};
+use gobo::{
+    internals::{
+        gpu::Resources,
+        records::{ALL_LIGHTS, ClusterCounters},
+        stage::{cluster, features::Features},
+    },
+    scene::Scene,
+    wgpu::{BufferUsages, TextureFormat as Format},
+};
 
 #[test]
 fn every_word_of_the_lists_is_written_and_no_other() {

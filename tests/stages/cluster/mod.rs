@@ -6,7 +6,20 @@ use crate::common::{
     TIERS, gpu, pipeline,
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
-use gobo::{Error, glam::{UVec2, Vec2, Vec3, Vec4}, internals::{gpu::{Gpu, Tier, Timeline}, picture::{PictureCapacity, PictureRequest, PreparedPicture}, records::{ClusterCounters, Grid, Picture, Reach}, reference::cluster::{Clusters, assign}, shadows::{CasterSet, Pipeline}, view::shadow_views}, model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View}, scene::Scene};
+use gobo::{
+    Error,
+    glam::{UVec2, Vec2, Vec3, Vec4},
+    internals::{
+        gpu::{Gpu, Tier, Timeline},
+        picture::{PictureCapacity, PictureRequest, PreparedPicture},
+        records::{ClusterCounters, Grid, Picture, Reach},
+        reference::cluster::{Clusters, assign},
+        shadows::{CasterSet, Pipeline},
+        view::shadow_views,
+    },
+    model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
+    scene::Scene,
+};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Results of a picture on the GPU.

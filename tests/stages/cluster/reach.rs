@@ -1,7 +1,12 @@
 //! No light is missing from the list of a cluster that it reaches: 64-bit points against the lists.
 use super::{camera, grid, reaches, stage};
 use crate::common::scenes::Chance;
-use gobo::{glam::{DVec3, Vec2, Vec3}, internals::{records::Reach, reference::cluster::assign}, model::{Light, LightKind}, scene::Scene};
+use gobo::{
+    glam::{DVec3, Vec2, Vec3},
+    internals::{records::Reach, reference::cluster::assign},
+    model::{Light, LightKind},
+    scene::Scene,
+};
 
 /// Whether a light reaches a point, in 64 bits, from the definitions of range and cone.
 fn is_lit(light: &Light, point: DVec3) -> bool {
