@@ -48,7 +48,7 @@
 //! - `device`: opens adapters by itself (`Gpu`).
 //! - `cli`: the program `gobo`; with the others, on by default.
 //! - `internals`: the inside, for this repository's tests and program; without a promise.
-#![warn(missing_docs)]
+#![cfg_attr(not(feature = "internals"), warn(missing_docs))]
 #![cfg_attr(
     not(feature = "internals"),
     allow(dead_code, unreachable_pub, reason = "some of the inside is for tests and the program")
@@ -74,7 +74,6 @@ mod view;
 /// What tests, benches and the program `gobo` use of the inside. Any version may change it.
 #[cfg(feature = "internals")]
 #[doc(hidden)]
-#[allow(missing_docs)]
 pub mod internals {
     #[cfg(feature = "picture")]
     pub mod picture {
