@@ -119,10 +119,7 @@ fn cuts(desc: &KernelDesc) -> Vec<Cut> {
 
 /// Unique id of a kernel.
 fn id(desc: &KernelDesc, suffix: &str, tier: Tier) -> String {
-    let tier = match tier {
-        Tier::Core => "",
-        Tier::Native => "_native",
-    };
+    let tier = if tier == Tier::Core { String::new() } else { format!("_{tier}") };
     format!("{}{suffix}{tier}", desc.name)
 }
 
@@ -191,10 +188,7 @@ fn export(
     Ok(KernelEntry {
         id,
         name: desc.name,
-        tier: match tier {
-            Tier::Core => "core",
-            Tier::Native => "native",
-        },
+        tier: tier.name(),
         outcome,
         bindings: bindings.iter().map(|it| binding_entry(it, &kernel, &slots)).collect(),
         constants: kernel.constants,

@@ -2,7 +2,7 @@
 use super::{failure::Failure, files};
 use gobo::{
     Error,
-    internals::gpu::{Selection, Tier, TierChoice, all_adapters, shortcoming, unusable_adapter},
+    internals::gpu::{Selection, TierChoice, all_adapters, shortcoming, unusable_adapter},
     wgpu,
 };
 use serde::Serialize;
@@ -75,10 +75,7 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterEntry {
         device_type: format!("{:?}", info.device_type),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
         chosen: false,
-        tier: match choice.tier {
-            Tier::Core => "core",
-            Tier::Native => "native",
-        },
+        tier: choice.tier.name(),
         reason: choice.reason,
         unusable: shortcoming(adapter).map(|error| error.to_string()),
         advice: (info.device_type == wgpu::DeviceType::Cpu).then_some(ADVICE),

@@ -6,6 +6,7 @@ use std::f32::consts::PI;
 /// The surface that a light's rays leave, of uniform emission. The light at a receiver is the mean over the
 /// points of the surface that the receiver sees. A source of size 0 is the same as none.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Source {
     /// A sphere around the position of a spot or point light.
     Sphere {

@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
 pub enum Transfer {
     /// `T = 1 - a(1 - c)`: a gel of coverage `a` (Recoil).
     #[default]
@@ -47,6 +48,7 @@ pub const MAX_GAIN: f32 = 16.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
 pub enum Shape {
     /// A disc that faces the light.
     #[default]
@@ -61,6 +63,7 @@ pub enum Shape {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
 pub enum Profile {
     /// `1`
     Flat,
@@ -73,6 +76,7 @@ pub enum Profile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
 pub enum Receives {
     /// The casters in front of it, by the receiver mode of the shadow settings.
     #[default]

@@ -5,6 +5,7 @@ use super::{Material, Transfer};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
 pub enum Pattern {
     /// A mask of 4x4 cells in 16 levels, chosen once per caster by its opacity.
     Checkerboard,

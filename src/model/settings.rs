@@ -5,6 +5,7 @@ use super::ShadowFilter;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
 pub enum Receiver {
     /// The whole filter map behind the nearest translucent depth, none in front of it.
     #[default]

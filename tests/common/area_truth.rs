@@ -65,7 +65,7 @@ fn place(light: &Light, start: DVec3, u: f64, v: f64) -> DVec3 {
             let (right, up) = across(direction.as_dvec3().normalize());
             center + right * ((u - 0.5) * f64::from(width)) + up * ((v - 0.5) * f64::from(height))
         }
-        Some(Source::Sun { .. }) | None => center,
+        _ => center,
     }
 }
 

@@ -39,7 +39,7 @@ fn kernels_are_valid_on_their_tier() {
         let module = parse(desc, tier);
         let capabilities = match tier {
             Tier::Core => CORE,
-            Tier::Native => NATIVE,
+            _ => NATIVE,
         };
         is_valid(&module, capabilities).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         let entry_points: Vec<_> = module.entry_points.iter().map(|e| e.name.as_str()).collect();

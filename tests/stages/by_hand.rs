@@ -171,7 +171,7 @@ impl Sums {
             Tier::Core => {
                 Self::Buffers([0, 1, 2, 3].map(|i| gpu.upload(SUMS[i], &words(i), usage)))
             }
-            Tier::Native => Self::Textures([0, 1, 2, 3].map(|i| {
+            _ => Self::Textures([0, 1, 2, 3].map(|i| {
                 let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
                     label: Some(SUMS[i]),
                     size: wgpu::Extent3d { width: ROW, height: 1, depth_or_array_layers: 1 },

@@ -207,7 +207,7 @@ fn without_a_size_the_bits_are_those_of_a_point() {
             Source::Sphere { .. } => Source::Sphere { radius: 0.0 },
             Source::Disc { direction, .. } => Source::Disc { radius: 0.0, direction },
             Source::Rect { direction, .. } => Source::Rect { width: 0.0, height: 0.0, direction },
-            Source::Sun { .. } => Source::Sun { angle: 0.0 },
+            _ => Source::Sun { angle: 0.0 },
         };
         let with = |source: Option<Source>, of: &Light| {
             let lights = vec![Light { source, size: Some(96), ..of.clone() }];

@@ -3,7 +3,6 @@ use super::{
     case::Case,
     measure::{Bench, Row},
 };
-use gobo::internals::gpu::Tier;
 use serde::Serialize;
 use std::fmt;
 
@@ -28,10 +27,7 @@ impl Report {
             version: env!("CARGO_PKG_VERSION"),
             adapter: gpu.adapter.name.clone(),
             driver: format!("{} {}", gpu.adapter.driver, gpu.adapter.driver_info).trim().to_owned(),
-            tier: match gpu.tier {
-                Tier::Core => "core",
-                Tier::Native => "native",
-            },
+            tier: gpu.tier.name(),
             reason: gpu.tier_reason.clone(),
             clock: bench.clock.name(),
             casters: if occlude { "triangles" } else { "particles" },
