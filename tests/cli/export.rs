@@ -94,7 +94,7 @@ fn a_recorded_frame_is_whole() {
     assert_eq!(faults(&dir, &frame), [""; 0]);
     let text = frame.to_string();
     for (from, to, wanted) in [
-        ("\"name\":\"rects\"", "\"name\":\"areas\"", "rects"),
+        ("\"name\":\"rects\"", "\"name\":\"areas\"", "binds areas"),
         ("\"id\":\"bin_scan\"", "\"id\":\"bin_scam\"", "bin_scan"),
         ("\"rects\":\"rects\"", "\"rocts\":\"rects\"", "bin_count binds rects"),
         ("/views.bin", "/news.bin", "news.bin"),
