@@ -30,9 +30,14 @@ enum Lock {
 }
 
 impl Claim {
+    /// Whether the claim's file is there, held or not.
+    pub(super) fn is_left(dir: &Path, name: &str) -> bool {
+        path(dir, name).exists()
+    }
+
     /// `None` while another process holds it.
     pub(super) fn attempt(dir: &Path, name: &str) -> Result<Option<Self>, Failure> {
-        let path = dir.join(format!(".{name}.lock"));
+        let path = path(dir, name);
         let failed = |source| Failure::file(&path, source);
         loop {
             let mut options = File::options();
@@ -63,6 +68,10 @@ impl Claim {
             }
         }
     }
+}
+
+fn path(dir: &Path, name: &str) -> PathBuf {
+    dir.join(format!(".{name}.lock"))
 }
 
 impl Drop for Claim {

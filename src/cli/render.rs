@@ -147,6 +147,10 @@ impl Job<'_> {
             return Err(Failure::Stopped { frame: index });
         }
         if self.keeps(index)? {
+            // Its writer may have been killed between the last file and the removal of its claim.
+            if Claim::is_left(&self.arguments.out, &sidecar::stem(index)) {
+                drop(self.claim(index)?);
+            }
             return Ok(true);
         }
         // With sidecars one process renders a frame, and all others go on; without, each renders it.

@@ -84,7 +84,12 @@ fn a_texture_larger_than_any_buffer_comes_back() {
 fn a_refused_command_is_an_error_once() {
     let gpu = own_gpu(Tier::Native);
     let usage = wgpu::BufferUsages::STORAGE;
-    let unreadable = gpu.upload("unreadable", &[1u32; 4], usage);
+    let unreadable = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("unreadable"),
+        size: 16,
+        usage,
+        mapped_at_creation: false,
+    });
     assert!(gpu.check().is_ok());
     assert!(matches!(gpu.try_read::<u32>(&unreadable), Err(Error::Refused(_))));
     assert!(gpu.check().is_ok());

@@ -227,6 +227,7 @@ const KERNELS_OWN: &[&str] = &[
     "CHANGE_WORDS",
     "CULL_LANES",
     "DITHERED_BIT",
+    "EDGE_ON_PLANE",
     "EDGE_SLACK",
     "EMPTY_COLORED",
     "EMPTY_CURVE_RUN",
