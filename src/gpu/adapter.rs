@@ -13,7 +13,7 @@ pub enum Backend {
     Metal,
     Dx12,
     Gl,
-    /// No adapter: the plain twins of [`crate::reference`].
+    /// No adapter: the CPU reference.
     Cpu,
 }
 

@@ -135,7 +135,7 @@ impl Eye<'_> {
             kind: PointKind::Pane,
             albedo: share * seen_color(hit, material),
             gloss: pane_gloss(material, hit),
-            emission: mirrored * self.lighting.from_around(reflected, material.roughness),
+            emission: mirrored * self.lighting.radiance_around(reflected, material.roughness),
             ..surface
         }
     }

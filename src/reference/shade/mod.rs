@@ -261,7 +261,7 @@ impl Eye<'_> {
                 Some(point) => self.lighting.light(&point, self.masks.as_ref()),
                 None => {
                     let away = self.point(pixel, 1.0) - self.position();
-                    self.lighting.from_around(away.normalize(), 0.0)
+                    self.lighting.radiance_around(away.normalize(), 0.0)
                 }
             };
             let before = self.air_before(pixel, depth);

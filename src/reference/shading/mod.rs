@@ -162,7 +162,7 @@ impl<'a> Lighting<'a> {
     }
 
     /// Radiance of the background or environment from a unit direction, prefiltered for a roughness.
-    pub fn from_around(&self, direction: Vec3, roughness: f32) -> Vec3 {
+    pub fn radiance_around(&self, direction: Vec3, roughness: f32) -> Vec3 {
         let Some(environment) = self.environment else {
             // Brighter above.
             return self.background * (1.0 + 0.35 * direction.y);
@@ -189,7 +189,7 @@ impl<'a> Lighting<'a> {
         let Material { metallic, roughness, .. } = *material;
         let shown = if self.environment.is_some() { 1.0 } else { metallic };
         let share = mirrored_solid(albedo, metallic, normal.dot(to_eye), roughness);
-        share * shown * self.from_around((-to_eye).reflect(normal), roughness)
+        share * shown * self.radiance_around((-to_eye).reflect(normal), roughness)
     }
 
     fn ambient_at(&self, point: &Point) -> Vec3 {
