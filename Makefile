@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test test-all test-swiftshader web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test units test-all test-swiftshader web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
 	bench results native tables quality man setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -49,10 +49,12 @@ test: setup
 # Tests of which `make test` asks some on one tier alone.
 BY_TIER := maps:: picture:: guest:: contract::recording
 
-# And what `make test` leaves out: units, for which the library and the program are compiled once more, long
-# sweeps, and maps and pictures on the other tier.
-test-all: test
+# Units, for which the library and the program are compiled once more.
+units:
 	cargo test --lib --bins
+
+# And what `make test` leaves out: units, long sweeps, and maps and pictures on the other tier.
+test-all: test units
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 GOBO_TEST_TIERS=all cargo test --test root -- --include-ignored $(BY_TIER)
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- --ignored $(addprefix --skip ,$(BY_TIER))
 
