@@ -33,7 +33,7 @@ fn within(environment: Environment) -> Scene {
 }
 
 fn seen(scene: &Scene, direction: Vec3, roughness: f32) -> Vec3 {
-    Lighting::new(scene, &[], &[]).from_around(direction.normalize(), roughness)
+    Lighting::new(scene, &[], &[]).radiance_around(direction.normalize(), roughness)
 }
 
 fn directions() -> impl Iterator<Item = Vec3> {
